@@ -1,0 +1,101 @@
+"""Finds what users can choose by name: assets and presets, and where their data lies.
+
+Data travels in the wheel as `sumo3dviz_pt/_data`; in an editable installation it
+lies at the repository root. Nothing else in the package knows these places.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from sumo3dviz_pt.errors import ConfigError
+
+_PACKAGE = Path(__file__).resolve().parent
+_DATA_ROOTS = (_PACKAGE / "_data", _PACKAGE.parent)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One catalogue entry.
+
+    Attributes:
+        family: Such as `vehicles` or `surfaces`.
+        name: The name that users choose.
+        folder: Where its files lie.
+        meta: The content of its YAML file.
+    """
+
+    family: str
+    name: str
+    folder: Path
+    meta: Mapping[str, Any]
+
+
+def data_root(name: str) -> Path:
+    """Folder of `assets`, `scene_templates` or `examples`, wherever it is installed."""
+    for root in _DATA_ROOTS:
+        if (root / name).is_dir():
+            return root / name
+    raise ConfigError(f"the installation is incomplete: no folder {name!r} in {_DATA_ROOTS[0]}")
+
+
+@cache
+def _load_yaml(path: Path) -> Mapping[str, Any]:
+    """Read one of our own YAML files."""
+    content: Mapping[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return content
+
+
+@cache
+def names(family: str) -> tuple[str, ...]:
+    """Names of all assets of a family, sorted."""
+    folder = data_root("assets") / family
+    return tuple(sorted(path.parent.name for path in folder.glob("*/asset.yaml")))
+
+
+@cache
+def find(family: str, name: str) -> Entry:
+    """Look an asset up by name.
+
+    Raises:
+        ConfigError: If the family has no such asset; the message suggests one.
+    """
+    if name not in names(family):
+        raise ConfigError(f"no {family} asset is called {name!r}{did_you_mean(name, names(family))}")
+    folder = data_root("assets") / family / name
+    return Entry(family, name, folder, _load_yaml(folder / "asset.yaml"))
+
+
+@cache
+def template_names(kind: str) -> tuple[str, ...]:
+    """Names of all presets of a kind: `scene`, `sky`, `camera` or `quality`."""
+    return tuple(sorted(path.stem for path in (data_root("scene_templates") / kind).glob("*.yaml")))
+
+
+@cache
+def template(kind: str, name: str) -> Mapping[str, Any]:
+    """Content of a preset.
+
+    Raises:
+        ConfigError: If there is no such preset; the message suggests one.
+    """
+    known = template_names(kind)
+    if name not in known:
+        raise ConfigError(f"no {kind} preset is called {name!r}{did_you_mean(name, known)}")
+    return _load_yaml(data_root("scene_templates") / kind / f"{name}.yaml")
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """End of a sentence that names the nearest known word, or all of them."""
+    known = sorted(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    return f"; known: {', '.join(known)}" if known else ""

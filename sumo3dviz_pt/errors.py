@@ -1,0 +1,70 @@
+"""Errors that a user can meet, each one clear sentence.
+
+`InputError` is about a file of the simulation, `ConfigError` about a key of
+the scene file or a command-line option, `RenderError` about the work itself.
+The command line turns the first two into exit code 2 and the last into 1.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class Sumo3dvizError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+class InputError(Sumo3dvizError):
+    """A file of the simulation is missing, damaged or contradicts itself.
+
+    Args:
+        message: What is wrong and what to do, without the place.
+        file: The file at fault.
+        line: Line in it, from 1.
+        element: XML element or object at fault, such as `vehicle "a.1"`.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        element: str | None = None,
+    ) -> None:
+        place = "" if file is None else str(file)
+        if place and line is not None:
+            place += f":{line}"
+        parts = [part for part in (place, element) if part]
+        super().__init__(": ".join([*parts, message]))
+        self.file, self.line, self.element = file, line, element
+
+
+class ConfigError(Sumo3dvizError):
+    """A setting is unknown, of the wrong type or out of range.
+
+    Args:
+        message: What is wrong and what is allowed.
+        key: Dotted key, such as `cameras.driver.vehicle`.
+        file: The scene file.
+        line: Line in it, from 1.
+        column: Column in it, from 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        key: str | None = None,
+        file: str | Path | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
+        place = ":".join(str(part) for part in (file, line, column) if part is not None)
+        parts = [part for part in (place, key) if part]
+        super().__init__(": ".join([*parts, message]))
+        self.key, self.file, self.line, self.column = key, file, line, column
+
+
+class RenderError(Sumo3dvizError):
+    """Rendering failed while at work; finished frames are kept."""

@@ -1,0 +1,104 @@
+"""Reads and writes OpenEXR frames of linear radiance.
+
+Only the OpenEXR package touches these files: Mitsuba's own writer deadlocked in
+worker threads (measured), and both must not write at once. The same pixels and
+attributes give the same bytes, because no clock goes into the file.
+
+References:
+    Rec. ITU-R BT.709-6, item 1.3 (chromaticities of the primaries and of D65).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.geometry import Image
+
+HALF_MAX = 65504.0
+"""Largest finite half-precision number (IEEE 754 binary16)."""
+
+PROVENANCE = "sumo3dviz_pt"
+"""Name of the string attribute that says how a frame was made."""
+
+_BT709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+
+
+def write_exr(
+    path: Path,
+    radiance: Image,
+    *,
+    half: bool = True,
+    attributes: Mapping[str, str] | None = None,
+    extra: Mapping[str, NDArray[Any]] | None = None,
+) -> None:
+    """Write a frame, ZIP-compressed; a half-written file never stays.
+
+    Args:
+        path: Where to.
+        radiance: Linear sRGB primaries, (h, w, 3), finite.
+        half: Store colours in half precision, clipped to +-65504; else in single.
+        attributes: Strings to store by name; provenance goes under `PROVENANCE`.
+        extra: More layers by name, (h, w) in single precision, such as depth, or
+            (h, w, 3) like the colours.
+
+    Raises:
+        ValueError: If the radiance is not (h, w, 3).
+        OSError: If the file cannot be written.
+    """
+    import OpenEXR
+
+    if radiance.ndim != 3 or radiance.shape[2] != 3:
+        raise ValueError(f"radiance must be (h, w, 3), not {radiance.shape}")
+    header = {
+        **(attributes or {}),
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "chromaticities": _BT709,
+    }
+    layers = {"RGB": radiance, **(extra or {})}
+    channels = {name: _stored(values, half=half) for name, values in layers.items()}
+    part = path.with_name(path.name + ".part")
+    try:
+        with OpenEXR.File(header, channels) as file:
+            file.write(str(part))
+        part.replace(path)
+    except RuntimeError as error:
+        raise OSError(f"cannot write {path}: {error}") from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _stored(values: NDArray[Any], *, half: bool) -> NDArray[Any]:
+    """A layer in the precision that it is stored with."""
+    if half and values.ndim == 3:
+        return np.ascontiguousarray(np.clip(values, -HALF_MAX, HALF_MAX), dtype=np.float16)
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def read_exr(path: Path) -> tuple[Image, dict[str, str]]:
+    """Read a frame's radiance, (h, w, 3), and its string attributes.
+
+    Raises:
+        InputError: If the file is missing, damaged or has no colours.
+    """
+    import OpenEXR
+
+    if not path.is_file():
+        raise InputError("no such file", file=path)
+    try:
+        with OpenEXR.File(str(path)) as file:
+            header, channels = dict(file.header()), file.channels()
+            layer = channels.get("RGB") or channels.get("RGBA")
+            pixels = None if layer is None else np.array(layer.pixels, dtype=np.float32)
+    except RuntimeError as error:
+        raise InputError(f"not a readable OpenEXR file ({error})", file=path) from error
+    if pixels is None:
+        raise InputError("holds no R, G and B channels", file=path)
+    strings = {key: value for key, value in header.items() if isinstance(value, str)}
+    return np.ascontiguousarray(pixels[..., :3]), strings

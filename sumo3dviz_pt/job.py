@@ -1,0 +1,326 @@
+"""The scene file: every setting with its default, unit, range and meaning, said once.
+
+The command line's help, the check of scene files, the JSON schema and the manual's
+table are made from these models. Angles are degrees here and radians inside.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Point = tuple[Finite, Finite, Finite]
+
+
+def _from_scene_file(path: Path, info: ValidationInfo) -> Path:
+    """Read relative paths from the scene file's folder."""
+    folder = (info.context or {}).get("folder", Path())
+    return path if path.is_absolute() else Path(folder) / path
+
+
+File = Annotated[Path, AfterValidator(_from_scene_file)]
+
+
+def _listed(value: Any) -> Any:
+    """Let a single word stand for a list of one."""
+    return value if isinstance(value, list | tuple) or value is None else [value]
+
+
+class Settings(BaseModel):
+    """Base: unknown keys are errors, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class ScenarioSettings(Settings):
+    """Which simulation to show."""
+
+    sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
+    folder: File | None = Field(None, description="folder that is searched by content")
+    network: File | None = Field(None, description=".net.xml or .net.xml.gz")
+    trajectories: tuple[File, ...] = Field((), description="FCD logs (.xml, .xml.gz)")
+    signals: tuple[File, ...] = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
+    additional: tuple[File, ...] = Field((), description="POIs, polygons and vTypes")
+    vehicle_types: tuple[File, ...] = Field((), description="files that hold vTypes")
+    allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, data: Any) -> Any:
+        """A single file may stand without brackets."""
+        many = ("trajectories", "signals", "additional", "vehicle_types")
+        if isinstance(data, dict):
+            return {key: _listed(value) if key in many else value for key, value in data.items()}
+        return data
+
+
+class SunSettings(Settings):
+    """Where the sun stands: by date, time and place, or by angles."""
+
+    date: dt.date | None = Field(None, description="calendar date, such as 2026-06-21")
+    time: dt.time | None = Field(None, description='local clock time, such as "17:30"')
+    utc_offset: Finite | None = Field(None, ge=-14, le=14, description="hours; default lon / 15")
+    place: tuple[Finite, Finite] | None = Field(
+        None, description="latitude, longitude [deg]; default the network's"
+    )
+    azimuth: Finite | None = Field(None, description="clockwise from north [deg]")
+    elevation: Finite | None = Field(None, ge=-90, le=90, description="above the horizon [deg]")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> SunSettings:
+        """Ask for exactly one complete way of placing the sun."""
+        by_angle = self.azimuth is not None and self.elevation is not None
+        by_clock = self.date is not None and self.time is not None
+        if by_angle == by_clock:
+            raise ValueError("give either date and time, or azimuth and elevation")
+        return self
+
+
+class SkySettings(Settings):
+    """The sky, and with it the light."""
+
+    preset: str | None = Field(None, description="a name from `scene_templates/sky`")
+    sun: SunSettings | None = Field(None, description="moves the sun; alone it means a clear sky")
+    file: File | None = Field(None, description="equirectangular radiance map (.exr, .hdr)")
+    turbidity: Finite | None = Field(None, ge=1, le=10, description="haziness of the clear sky")
+    rotation: Finite = Field(0.0, description="turns clouds or map clockwise from above [deg]")
+    scale: Positive = Field(1.0, description="brightness factor of `file`")
+
+
+class GroundSettings(Settings):
+    """The ground around the roads."""
+
+    texture: str = Field("ground_grass", description="a surface's name, or an image file")
+    scale: Positive = Field(1.0, description="enlarges the texture")
+
+
+class EdgeStyle(Settings):
+    """Overrides for edges whose id matches a pattern."""
+
+    surface: str | None = Field(None, description="a surface's name, or an image file")
+    colour: str | None = Field(None, description="#rrggbb instead of a texture")
+    lane_width: Positive | None = Field(None, description="[m]")
+    markings: bool | None = Field(None, description="whether lines are painted")
+
+
+class RoadSettings(Settings):
+    """How roads look."""
+
+    surface: str = Field("asphalt", description="a surface's name, or an image file")
+    colour: str | None = Field(None, description="#rrggbb instead of a texture")
+    markings: bool = Field(True, description="whether lines are painted")
+    marking_style: Literal["european", "american"] = Field(
+        "european", description="white throughout, or yellow centre lines"
+    )
+    lane_width: Literal["from_network"] | Positive = Field("from_network", description="[m]")
+    line_width: Positive = Field(0.12, le=1.0, description="[m]")
+    per_edge: dict[str, EdgeStyle] = Field(
+        default_factory=dict, description="overrides by edge id; * and ? are wildcards"
+    )
+
+
+class VehicleSettings(Settings):
+    """Which bodies and colours vehicles show."""
+
+    passenger: tuple[str, ...] = Field((), description="models to draw from; default all")
+    colours: Literal["european", "sumo"] | tuple[str, ...] = Field(
+        "european", description="a fleet's palette, SUMO's colours, or a list of #rrggbb"
+    )
+    user_models: dict[str, File] = Field(
+        default_factory=dict, description="own GLB/OBJ/PLY files by vehicle or vType id pattern"
+    )
+
+
+class ObjectSettings(Settings):
+    """Static objects of one kind, from POIs or polygons."""
+
+    file: File | None = Field(None, description="default: by the POI's or polygon's type")
+    model: tuple[str, ...] = Field((), description="models to draw from; default all")
+    scale: Positive = Field(1.0, description="mean size factor")
+    variation: Finite = Field(0.2, ge=0, lt=1, description="relative spread of sizes")
+    colour: str | None = Field(None, description="#rrggbb; default seeded, natural")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, data: Any) -> Any:
+        """A single model may stand without brackets."""
+        if isinstance(data, dict) and "model" in data:
+            return {**data, "model": _listed(data["model"])}
+        return data
+
+
+class ObjectsSettings(Settings):
+    """Static objects by kind."""
+
+    trees: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    fences: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    homes: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    shops: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    blocks: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    buildings: ObjectSettings | None = Field(ObjectSettings(), description="building polygons")
+
+
+class SignalSettings(Settings):
+    """Traffic lights."""
+
+    show: bool = Field(True, description="whether lights are drawn")
+    design: Literal["two_heads", "three_heads"] = Field("three_heads", description="lamps a light")
+    yellow: Literal["auto", "log"] = Field(
+        "auto", description="auto: interpolated for links whose log never shows yellow"
+    )
+    yellow_time: Positive = Field(3.0, description="length of interpolated yellow [s]")
+
+
+class LensSettings(Settings):
+    """What a camera sees with."""
+
+    projection: Literal["perspective"] = Field("perspective", description="kind of picture")
+    fov: Finite = Field(50.0, ge=2, le=170, description="horizontal opening angle [deg]")
+
+
+class EulerianCamera(Settings):
+    """A camera that stands still."""
+
+    mode: Literal["eulerian"]
+    position: Point = Field(description="x, y, z in network coordinates [m]; z above the ground")
+    heading: Finite | None = Field(None, description="clockwise from north [deg]")
+    pitch: Finite = Field(0.0, ge=-90, le=90, description="upwards [deg]")
+    roll: Finite = Field(0.0, description="clockwise [deg]")
+    look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
+    lens: LensSettings = LensSettings()
+
+    @model_validator(mode="after")
+    def _one_way(self) -> EulerianCamera:
+        """Ask for exactly one way of aiming."""
+        if (self.heading is None) == (self.look_at is None):
+            raise ValueError("give either heading (with pitch) or look_at")
+        return self
+
+
+class LagrangianCamera(Settings):
+    """A camera that rides with a road user."""
+
+    mode: Literal["lagrangian"]
+    vehicle: str = Field(description="id of a vehicle (or person) of the log")
+    view: str = Field("driver", description="a name from `scene_templates/camera`")
+    eye_height: Positive | None = Field(None, description="above the ground [m]")
+    heading: Finite = Field(0.0, description="clockwise from straight ahead [deg]")
+    pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
+    lens: LensSettings | None = Field(None, description="default: the view's own")
+
+
+class KeyFrame(Settings):
+    """A point on a cinematic camera's path."""
+
+    time: Finite = Field(description="SUMO's time [s]")
+    position: Point = Field(description="x, y, z in network coordinates [m]")
+    heading: Finite | None = Field(None, description="clockwise from north [deg]")
+    pitch: Finite = Field(0.0, ge=-90, le=90, description="upwards [deg]")
+    roll: Finite = Field(0.0, description="clockwise [deg]")
+    look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
+    fov: Finite | None = Field(None, ge=2, le=170, description="[deg]; default the lens's")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> KeyFrame:
+        """Ask for exactly one way of aiming."""
+        if (self.heading is None) == (self.look_at is None):
+            raise ValueError("give either heading (with pitch) or look_at")
+        return self
+
+
+class CinematicCamera(Settings):
+    """A camera that flies through key frames."""
+
+    mode: Literal["cinematic"]
+    keyframes: tuple[KeyFrame, ...] = Field(min_length=1, description="in time order")
+    lens: LensSettings = LensSettings()
+
+    @model_validator(mode="after")
+    def _in_order(self) -> CinematicCamera:
+        """Key frames must go forward in time."""
+        times = [key.time for key in self.keyframes]
+        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+            raise ValueError("the times of keyframes must increase")
+        return self
+
+
+CameraSettings = Annotated[
+    EulerianCamera | LagrangianCamera | CinematicCamera, Field(discriminator="mode")
+]
+
+
+class ShotSettings(Settings):
+    """A camera and a stretch of time."""
+
+    camera: str = Field(description="a name from `cameras`")
+    start: Finite = Field(alias="from", description="SUMO's time of the first frame [s]")
+    end: Finite = Field(alias="to", description="SUMO's time after the last frame [s]")
+
+    @model_validator(mode="after")
+    def _forward(self) -> ShotSettings:
+        """A shot must last."""
+        if self.end <= self.start:
+            raise ValueError(f"'to' ({self.end}) must be later than 'from' ({self.start})")
+        return self
+
+
+class OutputSettings(Settings):
+    """What comes out."""
+
+    size: tuple[int, int] = Field((1280, 720), description="width, height [px]")
+    fps: Finite = Field(25.0, gt=0, le=240, description="frames per second")
+    codec: str = Field("h264", description="h264, h264_10, h265_10 or prores")
+    exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
+    tone: str = Field("neutral", description="neutral, srgb, agx or filmic")
+    half: bool = Field(True, description="EXR frames in half precision")
+
+    @model_validator(mode="after")
+    def _has_pixels(self) -> OutputSettings:
+        """A picture needs pixels."""
+        if not all(1 <= side <= 16384 for side in self.size):
+            raise ValueError(f"size must lie in 1..16384, not {self.size[0]} x {self.size[1]}")
+        return self
+
+
+class MotionSettings(Settings):
+    """How logged samples become continuous motion."""
+
+    smoother: str = Field("paper_symmetric", description="paper_symmetric or paper")
+
+
+class Quality(Settings):
+    """A quality preset: what a frame costs and what error it leaves."""
+
+    spp: int = Field(ge=1, le=65536, description="samples per pixel")
+    pass_spp: int = Field(4, ge=1, le=1024, description="samples per pass, a power of two")
+    max_depth: int = Field(8, ge=2, le=64, description="longest light path")
+    denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
+    guides: int = Field(0, ge=0, le=64, description="spp of albedo and normal guides; 0 is none")
+    cap: float | None = Field(40.0, description="firefly cap per pass, x white; null is none")
+    haze: bool = Field(True, description="aerial perspective")
+    purpose: str = Field("", description="what it is for")
+
+
+class Job(Settings):
+    """A whole scene file."""
+
+    scenario: ScenarioSettings
+    template: str = Field("highway_day", description="a name from `scene_templates/scene`")
+    seed: int = Field(0, ge=0, le=2**31 - 1, description="everything random comes from it")
+    sky: SkySettings = Field(SkySettings(), description="sky and light")
+    ground: GroundSettings = GroundSettings()
+    roads: RoadSettings = RoadSettings()
+    vehicles: VehicleSettings = VehicleSettings()
+    objects: ObjectsSettings = ObjectsSettings()
+    signals: SignalSettings = SignalSettings()
+    motion: MotionSettings = MotionSettings()
+    cameras: dict[str, CameraSettings] = Field(default_factory=dict, description="by name")
+    shots: tuple[ShotSettings, ...] = Field((), description="what `render` films")
+    output: OutputSettings = OutputSettings()
+    quality: str = Field("standard", description="a name from `scene_templates/quality`")
+    textured: bool = Field(True, description="false paints everything in matt colours")

@@ -1,0 +1,149 @@
+"""Meshes and rigid placements, the shared words of all stages.
+
+The world is right-handed: x east, y north, z up, in metres, float64. A body's
+own frame has +x forward, +y left, +z up. Yaw is counter-clockwise from east.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+Image = NDArray[np.float32]
+
+
+def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
+    """Return the values as a read-only array of the given type."""
+    array = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """A triangle mesh.
+
+    Attributes:
+        vertices: Positions, (n, 3) [m].
+        faces: Counter-clockwise vertex indices, (m, 3).
+        normals: Unit shading normals, (n, 3); None shades flat.
+        uvs: Texture coordinates, (n, 2); None where no texture is used.
+    """
+
+    vertices: Floats
+    faces: Ints
+    normals: Floats | None = None
+    uvs: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Check shapes once, so that stages can trust them."""
+        object.__setattr__(self, "vertices", frozen(self.vertices).reshape(-1, 3))
+        object.__setattr__(self, "faces", frozen(self.faces, np.int64).reshape(-1, 3))
+        for name, width in (("normals", 3), ("uvs", 2)):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            values = frozen(values).reshape(-1, width)
+            if len(values) != len(self.vertices):
+                raise ValueError(f"{len(values)} {name} for {len(self.vertices)} vertices")
+            object.__setattr__(self, name, values)
+        if self.faces.size and not 0 <= self.faces.min() <= self.faces.max() < len(self.vertices):
+            raise ValueError("a face names a vertex that does not exist")
+
+    @property
+    def bounds(self) -> Floats:
+        """Lowest and highest corner, (2, 3) [m]; needs at least one vertex."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    """Join meshes into one; normals and uvs survive where all meshes have them."""
+    offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
+
+    def joined(name: str, width: int) -> Floats | None:
+        parts = [getattr(mesh, name) for mesh in meshes]
+        if not parts or any(part is None for part in parts):
+            return None
+        return np.concatenate(parts).reshape(-1, width)
+
+    if not meshes:
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + o for mesh, o in zip(meshes, offsets, strict=True)]),
+        joined("normals", 3),
+        joined("uvs", 2),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Transform:
+    """An affine placement, `world_from_body`.
+
+    Attributes:
+        matrix: Homogeneous matrix, (4, 4); the last row is 0 0 0 1.
+    """
+
+    matrix: Floats
+
+    def __post_init__(self) -> None:
+        """Freeze the matrix."""
+        object.__setattr__(self, "matrix", frozen(self.matrix).reshape(4, 4))
+
+    @classmethod
+    def from_pose(
+        cls,
+        position: ArrayLike,
+        *,
+        yaw: float = 0.0,
+        pitch: float = 0.0,
+        roll: float = 0.0,
+        scale: ArrayLike = 1.0,
+    ) -> Transform:
+        """Place a body at a position [m]; angles [rad], pitch is nose up, roll is right side down.
+
+        Rotations apply in the order roll, pitch, yaw (aerospace order, z up).
+        """
+        cy, sy = np.cos(yaw), np.sin(yaw)
+        cp, sp = np.cos(pitch), np.sin(pitch)
+        cr, sr = np.cos(roll), np.sin(roll)
+        about_z = np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]])
+        about_y = np.array([[cp, 0.0, -sp], [0.0, 1.0, 0.0], [sp, 0.0, cp]])
+        about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+        matrix = np.eye(4)
+        size = np.broadcast_to(np.asarray(scale, dtype=np.float64), 3)
+        matrix[:3, :3] = about_z @ about_y @ about_x @ np.diag(size)
+        matrix[:3, 3] = np.asarray(position, dtype=np.float64)
+        return cls(matrix)
+
+    @property
+    def position(self) -> Floats:
+        """Where the body's origin lies, (3,) [m]."""
+        return self.matrix[:3, 3]
+
+    def __matmul__(self, other: Transform) -> Transform:
+        """Chain placements: `a_from_b @ b_from_c` is `a_from_c`."""
+        return Transform(self.matrix @ other.matrix)
+
+    def points(self, points: Floats) -> Floats:
+        """Carry points, (n, 3) [m], from the body into the world."""
+        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+
+    def directions(self, directions: Floats) -> Floats:
+        """Carry directions, (n, 3), without the translation."""
+        return directions @ self.matrix[:3, :3].T
+
+    def mesh(self, mesh: Mesh) -> Mesh:
+        """Carry a mesh; normals go by the inverse transpose and stay unit."""
+        normals = mesh.normals
+        if normals is not None:
+            normals = normals @ np.linalg.inv(self.matrix[:3, :3])
+            normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        return replace(mesh, vertices=self.points(mesh.vertices), normals=normals)

@@ -1,0 +1,146 @@
+"""The road network as SUMO describes it, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from sumo3dviz_pt.model.geometry import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lane:
+    """One lane, also internal lanes, crossings and walking areas.
+
+    Attributes:
+        id: SUMO's id, `<edge>_<index>`.
+        edge_id: The edge it belongs to.
+        index: 0 is the outermost lane (right in right-hand traffic).
+        shape: Centre line along the driving direction, (n, 3) [m], n >= 2.
+            A walking area's shape is its outline.
+        width: [m], > 0.
+        speed: Limit [m/s].
+        length: SUMO's length [m], which may differ from the shape's.
+        allowed: vClasses that may use it, with `allow`/`disallow` resolved.
+        outline: A crossing's own outline if the file has one, (n, 3) [m].
+    """
+
+    id: str
+    edge_id: str
+    index: int
+    shape: Floats
+    width: float
+    speed: float
+    length: float
+    allowed: frozenset[str]
+    outline: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edge:
+    """A directed road between two junctions.
+
+    Attributes:
+        id: SUMO's id.
+        function: `normal`, `internal`, `crossing`, `walkingarea` or `connector`.
+        from_junction: Junction at its start; empty for internal edges.
+        to_junction: Junction at its end; empty for internal edges.
+        lanes: From index 0 up.
+        type: SUMO's edge type, such as `highway.motorway`; may be empty.
+        priority: SUMO's priority.
+        crossed_edges: For a crossing, the edges that it crosses.
+    """
+
+    id: str
+    function: str
+    from_junction: str
+    to_junction: str
+    lanes: tuple[Lane, ...]
+    type: str = ""
+    priority: int = -1
+    crossed_edges: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Junction:
+    """A node.
+
+    Attributes:
+        id: SUMO's id.
+        type: `traffic_light`, `priority`, `dead_end`, `internal`, ...
+        position: (3,) [m].
+        outline: Polygon, (n, 3) [m]; n may be 0.
+        incoming_lanes: Ids of the lanes that lead in.
+    """
+
+    id: str
+    type: str
+    position: Floats
+    outline: Floats
+    incoming_lanes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """A way from lane to lane.
+
+    Attributes:
+        from_lane: Lane id.
+        to_lane: Lane id.
+        via: Internal lane id, or empty.
+        tls: Id of the traffic light that rules it, or empty.
+        link_index: Place of its letter in the state string, or -1.
+        direction: SUMO's `dir`: s, r, l, R, L, t (turn), invalid.
+        state: SUMO's `state` letter.
+    """
+
+    from_lane: str
+    to_lane: str
+    via: str = ""
+    tls: str = ""
+    link_index: int = -1
+    direction: str = "s"
+    state: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """Where the network lies on the Earth.
+
+    Attributes:
+        net_offset: Added to projected coordinates to give net ones, (x, y) [m].
+        boundary: Net coordinates x0, y0, x1, y1 [m].
+        geo_boundary: lon0, lat0, lon1, lat1 [deg]; meaningless when projection is "!".
+        projection: PROJ string, or "!" when there is none.
+    """
+
+    net_offset: tuple[float, float] = (0.0, 0.0)
+    boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    geo_boundary: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    projection: str = "!"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Network:
+    """A road network.
+
+    Attributes:
+        edges: By id, of every function.
+        junctions: By id.
+        connections: All of them, also from internal lanes.
+        location: Its place on the Earth.
+        left_hand: True where traffic keeps left.
+        lanes: By id, of every edge.
+    """
+
+    edges: Mapping[str, Edge]
+    junctions: Mapping[str, Junction]
+    connections: tuple[Connection, ...]
+    location: Location
+    left_hand: bool = False
+    lanes: Mapping[str, Lane] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Index the lanes."""
+        lanes = {lane.id: lane for edge in self.edges.values() for lane in edge.lanes}
+        object.__setattr__(self, "lanes", lanes)

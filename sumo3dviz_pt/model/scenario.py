@@ -1,0 +1,52 @@
+"""A simulation as read from its files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.traffic import Poi, Polygon, SignalPhases, TrafficLog, VehicleType
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioFiles:
+    """Where a scenario's files lie.
+
+    Attributes:
+        network: The .net.xml(.gz).
+        trajectories: FCD files, in order (SUMO can write persons apart).
+        signals: SaveTLSStates or SaveTLSSwitchStates logs.
+        additional: POIs, polygons, vTypes.
+        vehicle_types: Route or additional files that hold vTypes.
+        missing: Files that a .sumocfg names but that do not exist.
+    """
+
+    network: Path
+    trajectories: tuple[Path, ...]
+    signals: tuple[Path, ...] = ()
+    additional: tuple[Path, ...] = ()
+    vehicle_types: tuple[Path, ...] = ()
+    missing: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scenario:
+    """Everything that a simulation's files say about a time window.
+
+    Attributes:
+        network: The roads.
+        traffic: What moved.
+        vehicle_types: By id.
+        signals: By tls id; empty when there is no log.
+        pois: Of all additional files.
+        polygons: Of all additional files.
+    """
+
+    network: Network
+    traffic: TrafficLog
+    vehicle_types: Mapping[str, VehicleType] = field(default_factory=dict)
+    signals: Mapping[str, SignalPhases] = field(default_factory=dict)
+    pois: tuple[Poi, ...] = ()
+    polygons: tuple[Polygon, ...] = ()

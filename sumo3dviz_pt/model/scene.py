@@ -1,0 +1,299 @@
+"""What the scene stage hands to the renderer: plain values, no Mitsuba.
+
+Everything is in world coordinates of the network (float64 metres); the renderer
+recentres. Materials are dicts in Mitsuba's words with two words of our own:
+
+* `{"type": "tint"}` as a colour: comes from the part's face tints, or, for a
+  mover, from the mover's colour;
+* `{"type": "bitmap", "filename": "<absolute path>"}` needs no tensor, so that a
+  dict can be loaded twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Image, Ints, Mesh, Transform, frozen
+
+Colour = tuple[float, float, float]
+"""Linear sRGB primaries; a reflectance in [0, 0.85] or a radiance."""
+
+Bsdf = Mapping[str, Any]
+"""A material in Mitsuba's words."""
+
+ORIGIN_GRID = 250.0
+"""Spacing of the renderer's possible origins [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A mesh and what it is made of.
+
+    Attributes:
+        mesh: In the frame of what it belongs to.
+        material: A name in `SceneData.materials`.
+        tint: Linear reflectance of each face, (m, 3), for tinted materials
+            whose colour does not come from a mover.
+    """
+
+    mesh: Mesh
+    material: str
+    tint: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Freeze the tints and check their number."""
+        if self.tint is not None:
+            tint = frozen(self.tint).reshape(-1, 3)
+            if len(tint) != len(self.mesh.faces):
+                raise ValueError(f"{len(tint)} tints for {len(self.mesh.faces)} faces")
+            object.__setattr__(self, "tint", tint)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StaticPart:
+    """A part that never moves, in world coordinates.
+
+    Attributes:
+        id: Unique, such as `road/asphalt`.
+        family: What a user would call it: `ground`, `roads`, `markings`, `trees`,
+            `fences`, `homes`, `shops`, `blocks`, `buildings`, `signals`.
+        part: Mesh, material and tints.
+    """
+
+    id: str
+    family: str
+    part: Part
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prototype:
+    """A body that movers show; +x forward, origin on the ground under the front's middle.
+
+    Attributes:
+        name: Unique, such as `sedan`.
+        parts: The detailed body.
+        far: A cheap stand-in with the same outline for far away.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    far: tuple[Part, ...]
+
+    @property
+    def triangles(self) -> int:
+        """Triangles of the detailed body."""
+        return sum(len(part.mesh.faces) for part in self.parts)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mover:
+    """One road user in one frame.
+
+    Attributes:
+        id: The trajectory's key, such as `vehicle:flow_0.3`.
+        prototype: A name in `SceneData.prototypes`.
+        world_from_body: Its placement, scaled to its vType's size.
+        colour: Linear reflectance of its tinted materials.
+    """
+
+    id: str
+    prototype: str
+    world_from_body: Transform
+    colour: Colour
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampSet:
+    """Lamps whose radiance changes from frame to frame, as one mesh.
+
+    Attributes:
+        id: Unique, such as `signals`.
+        family: As in `StaticPart`.
+        mesh: All lenses, in world coordinates.
+        lamp_of_face: Which lamp each face belongs to, (m,).
+        lamps: Lamp names, such as `J1/3/green`.
+        sampled: Whether light paths aim at them (night); in daylight they are
+            only seen, which costs nothing.
+    """
+
+    id: str
+    family: str
+    mesh: Mesh
+    lamp_of_face: Ints
+    lamps: tuple[str, ...]
+    sampled: bool = False
+
+    def __post_init__(self) -> None:
+        """Freeze the index."""
+        object.__setattr__(self, "lamp_of_face", frozen(self.lamp_of_face, np.int64))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CloudLayer:
+    """Clouds over the upper hemisphere, equirectangular.
+
+    Rows go from the zenith to the horizon, columns clockwise from north seen
+    from above (north, east, south, west).
+
+    Attributes:
+        cover: Opacity, (h, w) in [0, 1].
+        sunlit: Share of the sun's irradiance that leaves as radiance x pi, (h, w).
+        skylit: Share of the sky's irradiance that leaves as radiance x pi, (h, w).
+    """
+
+    cover: Image
+    sunlit: Image
+    skylit: Image
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sky:
+    """The environment as a recipe; the renderer bakes it into one map.
+
+    Attributes:
+        sun_direction: Unit vector to the sun (east, north, up), or None for no sun.
+        turbidity: Of the clear-sky model, [1, 10].
+        clouds: A layer over the clear sky, or None.
+        image: A user's radiance map instead of all this, (h, w, 3), rows from the
+            zenith to the nadir, columns as in `CloudLayer`; or None.
+        image_scale: Scene units per unit of `image`.
+        rotation: Turns clouds and image clockwise seen from above [rad].
+        night: Radiance of a moonless night sky, scene units; added everywhere.
+        exposure: EV at which this sky looks right; the film's exposure adds to it.
+    """
+
+    sun_direction: Floats | None
+    turbidity: float = 3.0
+    clouds: CloudLayer | None = None
+    image: Image | None = None
+    image_scale: float = 1.0
+    rotation: float = 0.0
+    night: Colour = (0.0, 0.0, 0.0)
+    exposure: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Make the direction a unit vector."""
+        if self.sun_direction is not None:
+            direction = np.asarray(self.sun_direction, dtype=np.float64)
+            object.__setattr__(self, "sun_direction", frozen(direction / np.linalg.norm(direction)))
+
+
+@dataclass(frozen=True, slots=True)
+class Haze:
+    """Aerial perspective: radiance x transmittance + in-scattered horizon light.
+
+    Attributes:
+        extinction: Per metre for red, green, blue [1/m].
+    """
+
+    extinction: Colour = (0.85 / 2600, 1.0 / 2600, 1.2 / 2600)
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Something that a scene does without, and why.
+
+    Attributes:
+        what: Such as `signals` or `120 trees`.
+        why: Such as `the network has none`.
+    """
+
+    what: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Slots:
+    """How many bodies of each prototype a shot shows at once, at most.
+
+    Attributes:
+        near: Detailed bodies by prototype name.
+        far: Stand-ins by prototype name.
+    """
+
+    near: Mapping[str, int] = field(default_factory=dict)
+    far: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SceneData:
+    """Everything that does not change during a shot.
+
+    Attributes:
+        materials: BSDFs by name; only those in use.
+        static: What never moves.
+        prototypes: What movers show, by name; only those in use.
+        lamps: Lamp sets; empty when nothing shines.
+        sky: The environment.
+        slots: Room for movers; fixed, so that nothing compiles during a film.
+        haze: Aerial perspective, or None.
+        left_out: What was left out, and why.
+    """
+
+    materials: Mapping[str, Bsdf]
+    static: tuple[StaticPart, ...]
+    prototypes: Mapping[str, Prototype]
+    lamps: tuple[LampSet, ...]
+    sky: Sky
+    slots: Slots = field(default_factory=Slots)
+    haze: Haze | None = None
+    left_out: tuple[LeftOut, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """Where a camera is and what it sees with.
+
+    Attributes:
+        world_from_camera: Camera frame: +x forward, +y left, +z up.
+        fov: Horizontal opening angle [rad].
+        rides_in: Mover id of the vehicle that the camera sits in, or None.
+        cutaway: True if that vehicle's cabin must not be drawn (driver's view).
+    """
+
+    world_from_camera: Transform
+    fov: float
+    rides_in: str | None = None
+    cutaway: bool = False
+
+    @property
+    def position(self) -> Floats:
+        """The eye, (3,) [m]."""
+        return self.world_from_camera.position
+
+    @property
+    def forward(self) -> Floats:
+        """Unit viewing direction, (3,)."""
+        return self.world_from_camera.matrix[:3, 0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameState:
+    """Everything that changes from frame to frame.
+
+    Attributes:
+        time: SUMO's time [s].
+        view: The camera.
+        movers: Road users that are drawn in detail.
+        distant: Road users that are drawn by their stand-ins.
+        lamps: Radiance of each lamp, (lamps, 3), by lamp set id.
+    """
+
+    time: float
+    view: View
+    movers: tuple[Mover, ...]
+    distant: tuple[Mover, ...] = ()
+    lamps: Mapping[str, Floats] = field(default_factory=dict)
+
+    @property
+    def origin(self) -> Floats:
+        """Where the renderer puts its own origin: the eye on a 250 m grid, (3,) [m].
+
+        Rays start 9e-5 x (distance from that origin) off their surface, so contact
+        shadows survive only near it (architecture, law 2).
+        """
+        return np.round(self.view.position / ORIGIN_GRID) * ORIGIN_GRID

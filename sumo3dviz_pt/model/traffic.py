@@ -1,0 +1,158 @@
+"""What moved in the simulation, as logged, and the signals."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from sumo3dviz_pt.model.geometry import Floats, Ints
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleType:
+    """A vType with SUMO's class defaults filled in.
+
+    Attributes:
+        id: SUMO's id.
+        vclass: SUMO's vClass.
+        length: [m], > 0.
+        width: [m], > 0.
+        height: [m], > 0.
+        gui_shape: SUMO's guiShape, or empty.
+        colour: Linear sRGB in [0, 1], or None when the file gives none.
+        params: `<param>` children and attributes that only drawing needs.
+    """
+
+    id: str
+    vclass: str
+    length: float
+    width: float
+    height: float
+    gui_shape: str = ""
+    colour: tuple[float, float, float] | None = None
+    params: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trace:
+    """The logged samples of one road user; raw, in time order, no duplicates.
+
+    Angles are converted: yaw is counter-clockwise from east. The position is the
+    middle of the front bumper on the ground.
+
+    Attributes:
+        id: SUMO's id.
+        kind: `vehicle`, `person` or `container`.
+        type_id: Its vType, or empty when the log has none.
+        times: Strictly increasing, (n,) [s], n >= 1.
+        positions: (n, 3) [m].
+        yaws: (n,) [rad], not unwrapped.
+        speeds: (n,) [m/s]; NaN where the log has none.
+        slopes: Nose up, (n,) [rad]; 0 where the log has none.
+        lanes: Index into `TrafficLog.lane_names`, (n,); -1 where the log has none.
+        signals: SUMO's signal bits, (n,); -1 where the log has none.
+    """
+
+    id: str
+    kind: str
+    type_id: str
+    times: Floats
+    positions: Floats
+    yaws: Floats
+    speeds: Floats
+    slopes: Floats
+    lanes: Ints
+    signals: Ints
+
+    @property
+    def key(self) -> str:
+        """Unique among road users of a log: a person may share a vehicle's id."""
+        return f"{self.kind}:{self.id}"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrafficLog:
+    """All traces of a window of the vehicle log (FCD).
+
+    An id that comes back with another type is another trace.
+
+    Attributes:
+        traces: In order of first appearance.
+        lane_names: Lane (or edge) ids that the traces refer to.
+        begin: First time step of the whole log that was seen [s].
+        end: Last time step of the whole log that was seen [s].
+        step: Median time between steps [s]; 0 for fewer than two steps.
+    """
+
+    traces: tuple[Trace, ...]
+    lane_names: tuple[str, ...]
+    begin: float
+    end: float
+    step: float
+
+
+@dataclass(frozen=True, slots=True)
+class SignalPhases:
+    """The states of one traffic light over time.
+
+    Attributes:
+        id: SUMO's tls id.
+        times: When each state begins, strictly increasing [s].
+        states: State strings, one letter per link.
+    """
+
+    id: str
+    times: tuple[float, ...]
+    states: tuple[str, ...]
+
+    def state_at(self, time: float) -> str | None:
+        """The state string at a time [s], or None before the first entry."""
+        index = bisect_right(self.times, time + 1e-9) - 1
+        return self.states[index] if index >= 0 else None
+
+
+@dataclass(frozen=True, slots=True)
+class Poi:
+    """A point of interest.
+
+    Attributes:
+        id: SUMO's id.
+        type: SUMO's type, may be empty.
+        position: (x, y) [m].
+        yaw: Counter-clockwise from east [rad], or None when the file gives no angle.
+        colour: Linear sRGB in [0, 1], or None.
+        source: The file it came from.
+        params: Other attributes and `<param>` children.
+    """
+
+    id: str
+    type: str
+    position: tuple[float, float]
+    yaw: float | None
+    colour: tuple[float, float, float] | None
+    source: str
+    params: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polygon:
+    """A polygon or polyline of an additional file.
+
+    Attributes:
+        id: SUMO's id.
+        type: SUMO's type, such as `building`; may be empty.
+        shape: (n, 2) [m].
+        fill: True for an area, False for a line.
+        colour: Linear sRGB in [0, 1], or None.
+        source: The file it came from.
+        params: Other attributes and `<param>` children.
+    """
+
+    id: str
+    type: str
+    shape: Floats
+    fill: bool
+    colour: tuple[float, float, float] | None
+    source: str
+    params: Mapping[str, str] = field(default_factory=dict)

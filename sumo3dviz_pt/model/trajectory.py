@@ -1,0 +1,113 @@
+"""Continuous motion: what the smoothers make of a trace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """Sampled motion at n times.
+
+    Attributes:
+        alive: Where the road user exists, (n,).
+        positions: Front bumper's middle on the ground, (n, 3) [m]; NaN where not alive.
+        yaws: Counter-clockwise from east, (n,) [rad]; NaN where not alive.
+        pitches: Nose up, (n,) [rad]; NaN where not alive.
+        speeds: Along the path, (n,) [m/s]; NaN where not alive.
+    """
+
+    alive: Bools
+    positions: Floats
+    yaws: Floats
+    pitches: Floats
+    speeds: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Where a road user is at one time.
+
+    Attributes:
+        position: Front bumper's middle on the ground, (3,) [m].
+        yaw: Counter-clockwise from east [rad].
+        pitch: Nose up [rad].
+        speed: [m/s].
+    """
+
+    position: Floats
+    yaw: float
+    pitch: float
+    speed: float
+
+
+class Piece(Protocol):
+    """One unbroken stretch of motion; made by a smoother."""
+
+    @property
+    def begin(self) -> float:
+        """First time at which the road user exists [s]."""
+
+    @property
+    def end(self) -> float:
+        """Last time at which it exists [s]."""
+
+    def sample(self, times: Floats) -> Motion:
+        """Motion at times within [begin, end], (n,) [s]; all alive."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """The smoothed motion of one road user.
+
+    Attributes:
+        id: SUMO's id.
+        kind: `vehicle`, `person` or `container`.
+        type_id: Its vType, may be empty.
+        pieces: In time order, disjoint; gaps and teleports lie between them.
+    """
+
+    id: str
+    kind: str
+    type_id: str
+    pieces: tuple[Piece, ...]
+
+    @property
+    def key(self) -> str:
+        """Unique among road users: a person may share a vehicle's id."""
+        return f"{self.kind}:{self.id}"
+
+    def sample(self, times: Floats) -> Motion:
+        """Motion at any times, (n,) [s]; not alive outside its pieces."""
+        times = np.asarray(times, dtype=np.float64)
+        motion = Motion(
+            np.zeros(times.shape, dtype=np.bool_),
+            np.full((*times.shape, 3), np.nan),
+            *(np.full(times.shape, np.nan) for _ in range(3)),
+        )
+        for piece in self.pieces:
+            inside = (times >= piece.begin - 1e-9) & (times <= piece.end + 1e-9)
+            if not inside.any():
+                continue
+            part = piece.sample(np.clip(times[inside], piece.begin, piece.end))
+            motion.alive[inside] = True
+            for name in ("positions", "yaws", "pitches", "speeds"):
+                getattr(motion, name)[inside] = getattr(part, name)
+        return motion
+
+    def at(self, time: float) -> Pose | None:
+        """The pose at a time [s], or None outside its life."""
+        motion = self.sample(np.array([time]))
+        if not motion.alive[0]:
+            return None
+        return Pose(
+            motion.positions[0],
+            float(motion.yaws[0]),
+            float(motion.pitches[0]),
+            float(motion.speeds[0]),
+        )

@@ -1,0 +1,109 @@
+"""The founding paper's smoother, exactly as it is described.
+
+The angle is unwrapped; positions and angle are interpolated linearly to 25 frames a
+second, counted from the first sample; a centred moving average over 21 frames smooths
+them, truncated at the ends; the heading comes from the increments of the smoothed
+positions where a step exceeds 0.03 m, else the smoothed SUMO angle is kept; a centred
+moving average over 41 frames smooths the unwrapped heading. Between its frames the
+result is interpolated linearly; after the last frame it is held.
+
+The truncated windows pull the first and last positions inwards by up to 0.2 s of
+driving; `paper_symmetric` mends that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Motion, Piece
+from sumo3dviz_pt.motion.registry import register
+from sumo3dviz_pt.motion.samples import Samples, wrapped
+
+FRAME_RATE = 25.0
+"""[1/s]."""
+
+POSITION_FRAMES = 21
+"""Window of positions and angle."""
+
+HEADING_FRAMES = 41
+"""Window of the heading."""
+
+SHORTEST_STEP = 0.03
+"""Increments of up to this length say nothing about the heading [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FramePiece:
+    """Motion known at frames and interpolated between them.
+
+    Attributes:
+        begin: First sample's time [s].
+        end: Last sample's time [s]; up to a frame later than the last frame.
+        frames: Times of the frames, (n,) [s].
+        positions: (n, 3) [m].
+        headings: Unwrapped, (n,) [rad].
+        pitches: (n,) [rad].
+    """
+
+    begin: float
+    end: float
+    frames: Floats
+    positions: Floats
+    headings: Floats
+    pitches: Floats
+
+    def sample(self, times: Floats) -> Motion:
+        """Motion at times within [begin, end], (n,) [s]."""
+        columns = [np.interp(times, self.frames, column) for column in self.positions.T]
+        return Motion(
+            np.ones(len(times), dtype=np.bool_),
+            np.stack(columns, axis=1),
+            wrapped(np.interp(times, self.frames, self.headings)),
+            np.interp(times, self.frames, self.pitches),
+            self._speeds(times),
+        )
+
+    def _speeds(self, times: Floats) -> Floats:
+        """Length of the step around each time over its duration, (n,) [m/s]."""
+        if len(self.frames) < 2:
+            return np.zeros(len(times))
+        steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1) * FRAME_RATE
+        index = np.searchsorted(self.frames, times, side="right") - 1
+        return np.asarray(steps[np.clip(index, 0, len(steps) - 1)])
+
+
+@register("paper")
+def paper(samples: Samples) -> Piece:
+    """Smooth as the founding paper does."""
+    begin, end = float(samples.times[0]), float(samples.times[-1])
+    count = int(np.floor((end - begin) * FRAME_RATE + 1e-6)) + 1
+    frames = begin + np.arange(count) / FRAME_RATE
+    columns = np.column_stack([samples.positions, samples.yaws, samples.slopes])
+    # Averages near zero keep their digits, wherever in the world the road lies.
+    origin = columns[0]
+    drawn = np.stack([np.interp(frames, samples.times, c) for c in (columns - origin).T], axis=1)
+    smooth = origin + _moving_average(drawn, window=POSITION_FRAMES)
+    headings = _headings(smooth[:, :2], angles=smooth[:, 3])
+    headings = _moving_average(headings[:, None], window=HEADING_FRAMES)[:, 0]
+    return FramePiece(begin, end, frames, smooth[:, :3], headings, smooth[:, 4])
+
+
+def _moving_average(values: Floats, *, window: int) -> Floats:
+    """Centred means over a window of frames, (n, k); truncated at the ends."""
+
+    def sums(column: Floats) -> Floats:
+        total = uniform_filter1d(column, size=window, axis=0, mode="constant", cval=0.0)
+        return np.asarray(total * window)
+
+    return sums(values) / np.round(sums(np.ones((len(values), 1))))
+
+
+def _headings(positions: Floats, *, angles: Floats) -> Floats:
+    """Direction of each increment, or SUMO's angle where it is too short; unwrapped, (n,)."""
+    steps = np.diff(positions, axis=0, prepend=positions[:1])
+    moving = np.linalg.norm(steps, axis=1) > SHORTEST_STEP
+    return np.unwrap(np.where(moving, np.arctan2(steps[:, 1], steps[:, 0]), angles))

@@ -1,0 +1,103 @@
+"""The founding paper's smoother in continuous time, with exact ends.
+
+The windows of 21 and 41 frames at 25 frames a second are 0.84 s and 1.64 s of
+continuous time, and shrink symmetrically towards the ends of a piece, so that the
+first and last positions are exact and neither the frame rate nor the asked window
+changes anything. The heading is that of the smoothed velocity where it exceeds
+0.75 m/s (0.03 m a frame), else the smoothed SUMO angle; it is unwrapped towards
+SUMO's angle, so that a car that waits or sets off never spins.
+
+A velocity far off SUMO's angle is no heading: the vehicle reverses, or changes lanes
+at walking pace within one step. SUMO's angle is kept there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Motion, Piece
+from sumo3dviz_pt.motion.registry import register
+from sumo3dviz_pt.motion.samples import PiecewiseLinear, Samples, nearest_turn, wrapped
+
+POSITION_HALF_WIDTH = 0.42
+"""Half the window of positions, SUMO's angle and slope [s]."""
+
+HEADING_HALF_WIDTH = 0.82
+"""Half the window of the heading [s]."""
+
+SLOWEST = 0.75
+"""Below this speed the velocity says nothing about the heading [m/s]."""
+
+LARGEST_CRAB = np.pi / 3
+"""A velocity further off SUMO's angle is no heading [rad]."""
+
+HEADING_STEP = 0.02
+"""Headings are known at multiples of this time, and at a piece's ends [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SmoothPiece:
+    """Moving averages that can be asked at any time.
+
+    Attributes:
+        origin: Subtracted from all positions, (3,) [m]; keeps digits far from zero.
+        path: x, y, z, SUMO's unwrapped yaw and slope, (n, 5).
+        heading: Unwrapped yaw before its averaging, (m, 1) [rad].
+    """
+
+    origin: Floats
+    path: PiecewiseLinear
+    heading: PiecewiseLinear
+
+    @property
+    def begin(self) -> float:
+        """First sample's time [s]."""
+        return float(self.path.knots[0])
+
+    @property
+    def end(self) -> float:
+        """Last sample's time [s]."""
+        return float(self.path.knots[-1])
+
+    def sample(self, times: Floats) -> Motion:
+        """Motion at times within [begin, end], (n,) [s]."""
+        path, rates = self.path.average(times, half_width=POSITION_HALF_WIDTH)
+        yaws, _ = self.heading.average(times, half_width=HEADING_HALF_WIDTH)
+        return Motion(
+            np.ones(len(times), dtype=np.bool_),
+            path[:, :3] + self.origin,
+            wrapped(yaws[:, 0]),
+            path[:, 4],
+            np.linalg.norm(rates[:, :3], axis=1),
+        )
+
+
+@register("paper_symmetric")
+def paper_symmetric(samples: Samples) -> Piece:
+    """Smooth in continuous time, with exact ends."""
+    origin = samples.positions[0]
+    columns = np.column_stack([samples.positions - origin, samples.yaws, samples.slopes])
+    path = PiecewiseLinear.through(samples.times, columns)
+    knots = _heading_knots(float(samples.times[0]), float(samples.times[-1]))
+    return SmoothPiece(origin, path, PiecewiseLinear.through(knots, _headings(path, knots)))
+
+
+def _heading_knots(begin: float, end: float) -> Floats:
+    """Absolute times, so that the asked window moves none of them, (m,) [s]."""
+    first, last = np.ceil(begin / HEADING_STEP), np.floor(end / HEADING_STEP)
+    inner = np.arange(first, last + 1) * HEADING_STEP
+    inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]
+    return np.concatenate([[begin], inner, [end]])
+
+
+def _headings(path: PiecewiseLinear, times: Floats) -> Floats:
+    """Unwrapped yaw of the velocity, or of SUMO's angle where that is better, (m, 1) [rad]."""
+    averages, rates = path.average(times, half_width=POSITION_HALF_WIDTH)
+    angles = averages[:, 3]
+    along = nearest_turn(np.arctan2(rates[:, 1], rates[:, 0]), angles)
+    fast = np.hypot(rates[:, 0], rates[:, 1]) > SLOWEST
+    led = fast & (np.abs(along - angles) <= LARGEST_CRAB)
+    return np.where(led, along, angles)[:, None]

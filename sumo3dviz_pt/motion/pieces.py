@@ -1,0 +1,81 @@
+"""Splits a trace where nothing may be interpolated: at gaps and teleports.
+
+References:
+    shared facts on SUMO's logs: rows are missing while a vehicle teleports, or it
+    jumps within one step; a step longer than speed x dt + 8 m is a teleport.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.motion.samples import Samples
+
+TELEPORT_SLACK = 8.0
+"""What a step may exceed speed x dt by, lane changes and length included [m]."""
+
+GAP_FACTOR = 1.5
+"""Missing rows: a step longer than this many steps of the log."""
+
+_ACCELERATION = 5.0
+"""Where no speed is logged: how far speeds may differ between steps [m/s2]."""
+
+_FASTEST = 100.0
+"""Where no speed is logged: no road or rail vehicle is faster [m/s]."""
+
+
+def split(trace: Trace, *, step: float) -> tuple[Samples, ...]:
+    """Cut a trace into unbroken stretches.
+
+    Args:
+        trace: n >= 1 samples.
+        step: Median step of the whole log [s]; 0 looks for no gaps.
+
+    Returns:
+        Stretches in time order, together all samples; yaws are unwrapped in each.
+    """
+    if len(trace.times) == 0:
+        return ()
+    cuts = np.flatnonzero(_breaks(trace, step=step)) + 1
+    bounds = [0, *cuts.tolist(), len(trace.times)]
+    return tuple(_samples(trace, slice(first, last)) for first, last in pairwise(bounds))
+
+
+def _samples(trace: Trace, part: slice) -> Samples:
+    """A stretch of a trace."""
+    return Samples(
+        trace.times[part],
+        trace.positions[part],
+        np.unwrap(trace.yaws[part]),
+        trace.slopes[part],
+    )
+
+
+def _breaks(trace: Trace, *, step: float) -> Bools:
+    """Which steps between samples are gaps or teleports, (n - 1,)."""
+    steps = np.diff(trace.times)
+    lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
+    reach = _reach(trace.speeds, steps=steps, lengths=lengths)
+    teleports: Bools = lengths > reach + TELEPORT_SLACK
+    if step > 0.0:
+        teleports |= steps > GAP_FACTOR * step
+    return teleports
+
+
+def _reach(speeds: Floats, *, steps: Floats, lengths: Floats) -> Floats:
+    """How far each step may reach without slack, (n - 1,) [m]."""
+    logged = np.fmax(speeds[:-1], speeds[1:])
+    if np.isfinite(logged).all():
+        return np.asarray(logged * steps)
+    # Without a speed, the steps before and after say how fast it was.
+    shown = lengths / steps
+    around = np.full(len(steps) + 2, -np.inf)
+    around[1:-1] = shown
+    neighbours = np.maximum(around[:-2], around[2:])
+    alone = ~np.isfinite(neighbours)
+    guessed = np.where(alone, _FASTEST, neighbours + _ACCELERATION * steps / 2.0)
+    return np.where(np.isfinite(logged), logged, np.minimum(guessed, _FASTEST)) * steps

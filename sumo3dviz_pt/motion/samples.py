@@ -1,0 +1,148 @@
+"""What a smoother is given and the two values that every smoother needs.
+
+A piece of a trace becomes `Samples`; moving averages of their piecewise linear
+interpolation have a closed form through its antiderivative, so that a smoothed
+value can be asked at any real time, whatever the frame rate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Motion
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """One unbroken stretch of logged samples.
+
+    Attributes:
+        times: Strictly increasing, (n,) [s], n >= 1.
+        positions: Middle of the front bumper, (n, 3) [m].
+        yaws: Counter-clockwise from east, unwrapped, (n,) [rad].
+        slopes: Nose up, (n,) [rad].
+    """
+
+    times: Floats
+    positions: Floats
+    yaws: Floats
+    slopes: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StandingPiece:
+    """A single sample: the road user exists at exactly that time.
+
+    Attributes:
+        samples: n = 1.
+    """
+
+    samples: Samples
+
+    @property
+    def begin(self) -> float:
+        """The sample's time [s]."""
+        return float(self.samples.times[0])
+
+    @property
+    def end(self) -> float:
+        """The sample's time [s]."""
+        return self.begin
+
+    def sample(self, times: Floats) -> Motion:
+        """The logged pose, standing, at each of the times, (n,) [s]."""
+        count = len(times)
+        return Motion(
+            np.ones(count, dtype=np.bool_),
+            np.repeat(self.samples.positions, count, axis=0),
+            wrapped(np.repeat(self.samples.yaws, count)),
+            np.repeat(self.samples.slopes, count),
+            np.zeros(count),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PiecewiseLinear:
+    """A piecewise linear function of time and its integral.
+
+    Attributes:
+        knots: Strictly increasing, (n,) [s], n >= 2.
+        values: At the knots, (n, k).
+        rates: Of each stretch, (n - 1, k).
+        integrals: From the first knot to each knot, (n, k).
+    """
+
+    knots: Floats
+    values: Floats
+    rates: Floats
+    integrals: Floats
+
+    @classmethod
+    def through(cls, knots: Floats, values: Floats) -> PiecewiseLinear:
+        """Join points, (n,) [s] and (n, k), by straight lines."""
+        steps = np.diff(knots)[:, None]
+        areas = np.cumsum(steps * (values[1:] + values[:-1]) / 2.0, axis=0)
+        return cls(
+            knots,
+            values,
+            np.diff(values, axis=0) / steps,
+            np.concatenate([np.zeros((1, values.shape[1])), areas]),
+        )
+
+    def average(self, times: Floats, *, half_width: float) -> tuple[Floats, Floats]:
+        """Centred moving average and its derivative.
+
+        The window shrinks symmetrically towards the ends, where it vanishes, so that the
+        first and the last value are exact and the average never runs faster than the
+        function itself.
+
+        Args:
+            times: Within the knots, (m,) [s].
+            half_width: Half the window [s].
+
+        Returns:
+            Averages, (m, k), and their derivatives, (m, k) [1/s].
+        """
+        before, after = times - self.knots[0], self.knots[-1] - times
+        half = np.minimum(half_width, np.minimum(before, after))
+        low, high = self._stretch(times - half), self._stretch(times + half)
+        value_low, area_low = self._value_and_area(times - half, low)
+        value_high, area_high = self._value_and_area(times + half, high)
+        # Within one stretch the average is the middle, without dividing by a vanishing width.
+        straight = ((low == high) | (half < 1e-9))[:, None]
+        width = np.where(straight, 1.0, 2.0 * half[:, None])
+        middle = (value_low + value_high) / 2.0
+        averages = np.where(straight, middle, (area_high - area_low) / width)
+        rates = (value_high - value_low) / width
+        # Where the window grows or shrinks with time, its far end moves twice as fast.
+        rates = np.where((before < half_width)[:, None], 2 * (value_high - averages) / width, rates)
+        closing = (after < half_width) & (after <= before)
+        rates = np.where(closing[:, None], 2 * (averages - value_low) / width, rates)
+        return averages, np.where(straight, self.rates[low], rates)
+
+    def _stretch(self, times: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+        """Number of the stretch in which each time lies, (m,)."""
+        found = np.searchsorted(self.knots, times, side="right") - 1
+        return np.clip(found, 0, len(self.knots) - 2)
+
+    def _value_and_area(
+        self, times: Floats, stretch: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+    ) -> tuple[Floats, Floats]:
+        """Value and integral from the first knot, (m, k) each."""
+        since = (times - self.knots[stretch])[:, None]
+        start, rate = self.values[stretch], self.rates[stretch]
+        values = start + rate * since
+        return values, self.integrals[stretch] + since * (start + values) / 2.0
+
+
+def wrapped(angles: Floats) -> Floats:
+    """The same angles in [-pi, pi), any shape [rad]."""
+    return np.mod(angles + np.pi, 2.0 * np.pi) - np.pi
+
+
+def nearest_turn(angles: Floats, reference: Floats) -> Floats:
+    """The same angles, on the turn of 2 pi that is nearest to a reference [rad]."""
+    return reference + wrapped(angles - reference)

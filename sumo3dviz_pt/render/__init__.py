@@ -1,0 +1,1 @@
+"""Scene values to radiance; the only stage that imports Mitsuba."""

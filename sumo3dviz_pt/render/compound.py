@@ -1,0 +1,131 @@
+"""Merges parts of many plain materials into few meshes.
+
+Dr.Jit records about a millisecond per mesh or BSDF and frame, so a vehicle of ten
+materials would cost as much as a street. All `principled` materials without textures
+become one BSDF whose colour, roughness and metallic come from the faces; what is left
+are textured, clear-coated and other materials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import Bsdf, Part
+from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, face_tint, tinted
+
+ROUGHNESS_ATTRIBUTE = "face_roughness"
+METALLIC_ATTRIBUTE = "face_metallic"
+
+COMPOUND: Bsdf = {
+    "type": "principled",
+    "base_color": face_tint(),
+    "roughness": {"type": "mesh_attribute", "name": ROUGHNESS_ATTRIBUTE},
+    "metallic": {"type": "mesh_attribute", "name": METALLIC_ATTRIBUTE},
+    "specular": 0.5,
+}
+
+_PLAIN_KEYS = {"type", "base_color", "roughness", "metallic", "specular"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lump:
+    """Meshes that share a material.
+
+    Attributes:
+        material: A name of the scene's materials, or empty for the compound.
+        mesh: All of them.
+        attributes: Values per face, (m, channels), by attribute name.
+    """
+
+    material: str
+    mesh: Mesh
+    attributes: Mapping[str, Floats]
+
+
+def is_plain(bsdf: Bsdf) -> bool:
+    """Whether a material can go into the compound."""
+    if bsdf.get("type") != "principled" or not set(bsdf) <= _PLAIN_KEYS:
+        return False
+    numbers = all(isinstance(bsdf.get(key, 0.0), int | float) for key in ("roughness", "metallic"))
+    return numbers and bsdf["base_color"].get("type") in ("rgb", "tint")
+
+
+def lumps(
+    parts: Iterable[Part], materials: Mapping[str, Bsdf], *, own_tint: bool = True
+) -> list[Lump]:
+    """Merge parts into as few meshes as their materials allow.
+
+    Args:
+        parts: In one common frame.
+        materials: BSDFs by name.
+        own_tint: Whether tinted parts without tints of their own are coloured by
+            faces (grey); if not, they stay apart, to be coloured by a mover.
+
+    Returns:
+        Lumps in order of first appearance; flat and smooth meshes stay apart.
+    """
+    groups: dict[tuple[str, bool, bool], list[Part]] = {}
+    for part in parts:
+        if not len(part.mesh.faces):
+            continue
+        bsdf = materials[part.material]
+        by_mover = not own_tint and part.tint is None and tinted(bsdf)
+        name = "" if is_plain(bsdf) and not by_mover else part.material
+        keep_uvs = bool(name) and part.mesh.uvs is not None
+        groups.setdefault((name, part.mesh.normals is not None, keep_uvs), []).append(part)
+    return [_merge(name, members, materials) for (name, _, _), members in groups.items()]
+
+
+def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Lump:
+    """Join parts of one group."""
+    meshes = [part.mesh for part in parts]
+    if not name:
+        meshes = [Mesh(mesh.vertices, mesh.faces, mesh.normals) for mesh in meshes]
+    return Lump(name, merge_meshes(meshes), face_attributes(parts, materials, compound=not name))
+
+
+def face_attributes(
+    parts: Sequence[Part], materials: Mapping[str, Bsdf], *, compound: bool
+) -> dict[str, Floats]:
+    """Values per face of the parts, in their order."""
+    attributes: dict[str, list[Floats]] = {}
+    for part in parts:
+        bsdf = materials[part.material]
+        faces = len(part.mesh.faces)
+        if compound or tinted(bsdf):
+            attributes.setdefault(TINT_ATTRIBUTE, []).append(_face_colours(part, bsdf))
+        if compound:
+            for key, attribute in (
+                ("roughness", ROUGHNESS_ATTRIBUTE),
+                ("metallic", METALLIC_ATTRIBUTE),
+            ):
+                default = 0.5 if key == "roughness" else 0.0
+                value: Any = bsdf.get(key, default)
+                value = value if isinstance(value, int | float) else default
+                attributes.setdefault(attribute, []).append(np.full((faces, 1), float(value)))
+    return {key: np.concatenate(values) for key, values in attributes.items()}
+
+
+def _face_colours(part: Part, bsdf: Bsdf) -> Floats:
+    """Reflectance of each face, (m, 3)."""
+    if part.tint is not None:
+        return part.tint
+    colour = bsdf.get("base_color", bsdf.get("reflectance", {}))
+    value = colour.get("value", 0.5) if colour.get("type") == "rgb" else 0.5
+    return np.broadcast_to(np.asarray(value, float), (len(part.mesh.faces), 3)).copy()
+
+
+def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
+    """1 for faces that take their mover's colour, else 0, (m,)."""
+    return np.concatenate(
+        [
+            np.full(len(part.mesh.faces), float(part.tint is None and tinted(materials[part.material])))
+            for part in parts
+        ]
+        or [np.zeros(0)]
+    )

@@ -1,0 +1,150 @@
+"""Turns scene values into Mitsuba objects; nothing else knows both worlds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.scene import Bsdf, Colour, View
+from sumo3dviz_pt.render.paint import paint_texture
+
+TINT_ATTRIBUTE = "face_tint"
+RADIANCE_ATTRIBUTE = "face_radiance"
+
+# Camera frame (+x forward, +y left, +z up) from Mitsuba's (+x left, +y up, +z forward).
+_CAMERA_FROM_MITSUBA = np.array(
+    [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+
+
+def tinted(bsdf: Bsdf) -> bool:
+    """Whether a material takes its colour from faces or movers."""
+    return any(
+        isinstance(value, Mapping) and (value.get("type") == "tint" or tinted(value))
+        for value in bsdf.values()
+    )
+
+
+def plugin(value: Any, *, tint: Mapping[str, Any]) -> Any:
+    """A material dict with our own words replaced; `tint` stands for the colour."""
+    if not isinstance(value, Mapping):
+        return value
+    if value.get("type") == "tint":
+        return dict(tint)
+    return {key: plugin(item, tint=tint) for key, item in value.items()}
+
+
+def face_tint() -> dict[str, Any]:
+    """The colour of a face, from its mesh."""
+    return {"type": "mesh_attribute", "name": TINT_ATTRIBUTE}
+
+
+def constant_tint(colour: Colour | Floats) -> dict[str, Any]:
+    """One colour for all."""
+    return {"type": "rgb", "value": [float(channel) for channel in colour]}
+
+
+def instance_tint() -> dict[str, Any]:
+    """The colour of the instance that was hit."""
+    return paint_texture()
+
+
+def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any]) -> Any:
+    """A two-sided material object."""
+    return mi.load_dict({"type": "twosided", "material": plugin(bsdf, tint=tint)})
+
+
+def make_mesh(
+    name: str, mesh: Mesh, *, bsdf: Any, attributes: Mapping[str, Floats] | None = None
+) -> Any:
+    """A mesh object, its vertices already relative to the renderer's origin.
+
+    Args:
+        name: Its name in messages.
+        mesh: Geometry, relative to the renderer's origin.
+        bsdf: A material object.
+        attributes: Values per face by attribute name, (m, channels).
+    """
+    properties = mi.Properties()
+    properties["mesh_bsdf"] = bsdf
+    shape = mi.Mesh(
+        name,
+        vertex_count=len(mesh.vertices),
+        face_count=len(mesh.faces),
+        has_vertex_normals=mesh.normals is not None,
+        has_vertex_texcoords=mesh.uvs is not None,
+        props=properties,
+    )
+    _fill(shape, mesh)
+    for attribute, values in (attributes or {}).items():
+        shape.add_attribute(attribute, values.shape[1], flat(values))
+    return shape
+
+
+def make_lamps(name: str, mesh: Mesh, *, bsdf: Any, sampled: bool) -> Any:
+    """A mesh that shines, face by face; dark at first."""
+    properties = mi.Properties()
+    properties["mesh_bsdf"] = bsdf
+    properties["mesh_emitter"] = mi.load_dict(
+        {
+            "type": "area",
+            "radiance": {"type": "mesh_attribute", "name": RADIANCE_ATTRIBUTE},
+            "sampling_weight": 1.0 if sampled else 0.0,
+        }
+    )
+    shape = mi.Mesh(
+        name,
+        vertex_count=len(mesh.vertices),
+        face_count=len(mesh.faces),
+        props=properties,
+    )
+    shape.add_attribute(RADIANCE_ATTRIBUTE, 3, np.zeros(3 * len(mesh.faces), np.float32))
+    _fill(shape, mesh)
+    return shape
+
+
+def _fill(shape: Any, mesh: Mesh) -> None:
+    """Write a mesh's arrays."""
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"] = flat(mesh.vertices)
+    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
+    if mesh.normals is not None:
+        parameters["vertex_normals"] = flat(mesh.normals)
+    if mesh.uvs is not None:
+        # Whole periods are dropped, so that float32 keeps the texels of far places.
+        uvs = mesh.uvs - np.floor(mesh.uvs.min(axis=0)) if len(mesh.uvs) else mesh.uvs
+        # Image rows run down and Mitsuba's v runs up.
+        parameters["vertex_texcoords"] = flat(uvs * [1.0, -1.0])
+    parameters.update()
+
+
+def flat(values: Floats) -> NDArray[np.float32]:
+    """Any array as flat float32, as parameters of a scene take it."""
+    return np.ascontiguousarray(values, np.float32).ravel()
+
+
+def scalar_transform(matrix: Floats) -> Any:
+    """A transform for scene dicts."""
+    return mi.ScalarTransform4f(np.ascontiguousarray(matrix, np.float64))
+
+
+def transform(matrix: Floats) -> Any:
+    """A transform for parameters of a loaded scene."""
+    return mi.Transform4f(np.ascontiguousarray(matrix, np.float32))
+
+
+def relative(world_from_body: Transform, origin: Floats) -> Floats:
+    """A placement's matrix relative to the renderer's origin, (4, 4)."""
+    matrix = world_from_body.matrix.copy()
+    matrix[:3, 3] -= origin
+    return matrix
+
+
+def sensor_matrix(view: View, origin: Floats) -> Floats:
+    """Mitsuba's `to_world` of a view, (4, 4)."""
+    return np.asarray(relative(view.world_from_camera, origin) @ _CAMERA_FROM_MITSUBA)

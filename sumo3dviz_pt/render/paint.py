@@ -1,0 +1,77 @@
+"""One paint for all vehicles: a texture that looks its colour up by instance.
+
+With it, every instance has its own colour with one BSDF and one kernel. It works in
+JIT variants only; in scalar ones each (body, colour) is a shape group of its own.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+
+TABLE_SIZE = 1024
+"""Entries of the colour table; a scene has fewer shapes."""
+
+_PLUGIN = "sumo3dviz_paint"
+
+
+def register_paint() -> None:
+    """Make the texture known to the active JIT variant."""
+
+    class PaintTexture(mi.Texture):  # type: ignore[misc]
+        """Reflectance of the instance that was hit."""
+
+        def __init__(self, props: Any) -> None:
+            mi.Texture.__init__(self, props)
+            self.table = dr.full(mi.Float, 0.5, 3 * TABLE_SIZE)
+
+        def _colour(self, si: Any, active: Any) -> Any:
+            index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
+            return dr.gather(mi.Color3f, self.table, index, active)
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return self._colour(si, active)
+
+        def eval_3(self, si: Any, active: Any = True) -> Any:
+            return self._colour(si, active)
+
+        def eval_1(self, si: Any, active: Any = True) -> Any:
+            return mi.luminance(self._colour(si, active))
+
+        def mean(self) -> Any:
+            return mi.Float(0.5)
+
+        def is_spatially_varying(self) -> bool:
+            return True
+
+        def traverse(self, callback: Any) -> None:
+            callback.put("table", self.table, mi.ParamFlags.Differentiable)
+
+        def to_string(self) -> str:
+            return "PaintTexture[]"
+
+    mi.register_texture(_PLUGIN, lambda props: PaintTexture(props))
+
+
+def paint_texture() -> dict[str, Any]:
+    """The texture as a plugin dict."""
+    return {"type": _PLUGIN}
+
+
+def table_index(shape: Any) -> int:
+    """Place of an instance's colour in the table."""
+    pointer = dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))
+    return int(pointer[0]) & (TABLE_SIZE - 1)
+
+
+def colour_table(colours: dict[int, Floats]) -> Any:
+    """The table's content from linear reflectances by index."""
+    table = np.full((TABLE_SIZE, 3), 0.5, dtype=np.float32)
+    for index, colour in colours.items():
+        table[index] = colour
+    return mi.Float(table.ravel())

@@ -1,0 +1,356 @@
+"""A scene held by Mitsuba and rendered frame by frame: the package's only mutable object."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.job import Quality
+from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
+from sumo3dviz_pt.model.scene import FrameState, LampSet, SceneData
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.backend import Backend
+from sumo3dviz_pt.render.compound import Lump, lumps
+from sumo3dviz_pt.render.denoise import denoise
+from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.movers import (
+    FAR,
+    FarTraffic,
+    InstancePool,
+    Materials,
+    ScalarMovers,
+    lowest,
+)
+from sumo3dviz_pt.render.paint import register_paint
+from sumo3dviz_pt.render.passes import Accumulator, Tally, frame_seed
+from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
+
+GUIDE_SPP = 4
+"""Samples of the pass that finds depth, albedo and normals."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSettings:
+    """How to render.
+
+    Attributes:
+        size: Width, height [px].
+        quality: Samples, depth, denoiser, cap.
+        seed: The film's seed.
+        white: Radiance that the film shows as white, scene units.
+        frozen: Whether frames replay one recording (films); a still does not pay for it.
+    """
+
+    size: tuple[int, int]
+    quality: Quality
+    seed: int
+    white: float = 1.0
+    frozen: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rendered:
+    """One frame.
+
+    Attributes:
+        radiance: Linear sRGB primaries, scene units, (h, w, 3).
+        tally: NaNs, negatives and capped energy.
+        cpu: CPU-seconds by phase: load, update, render, guides, denoise.
+    """
+
+    radiance: Image
+    tally: Tally
+    cpu: dict[str, float]
+
+
+@dataclass(slots=True)
+class _Clock:
+    """Adds up CPU-seconds by phase."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """Charge a block of work to a phase."""
+        start = time.process_time()
+        yield
+        spent = time.process_time() - start
+        self.seconds[name] = self.seconds.get(name, 0.0) + spent
+
+
+class Session:
+    """A scene in Mitsuba. Use it as a context manager: only one can live at a time."""
+
+    def __init__(self, scene: SceneData, backend: Backend, settings: RenderSettings) -> None:
+        self.data, self.backend, self.settings = scene, backend, settings
+        self.clock = _Clock()
+        with self.clock.phase("load"):
+            if backend.jit:
+                register_paint()
+            self.sky: SkyMap = bake_sky(scene.sky)
+            self._materials = Materials(scene.materials)
+            self._static = lumps([part.part for part in scene.static], scene.materials)
+            floor = lowest([lump.mesh for lump in self._static])
+            self._far = FarTraffic(scene, floor=floor)
+            self._pool = InstancePool(scene, self._materials, floor=floor) if backend.jit else None
+            self._scalar = None if backend.jit else ScalarMovers(scene, self._materials)
+            self._fixed = self._fixed_entries()
+        self._scene: Any = None
+        self._parameters: Any = None
+        self._origin: Floats | None = None
+        # One recording each: a shared one is recorded anew at every change of integrator.
+        self._trace, self._trace_guides = self._tracer(), self._tracer()
+
+    def __enter__(self) -> Session:
+        """Start to use the scene."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Give everything back, so that another session compiles the same kernels."""
+        self._scene = self._parameters = self._pool = self._scalar = None
+        self._trace = self._trace_guides = _plain_trace
+        self._fixed = {}
+        self._materials = Materials({})
+        gc.collect()
+
+    def render(
+        self, frame: FrameState, *, after_pass: Callable[[int, int], None] | None = None
+    ) -> Rendered:
+        """Render one frame.
+
+        Args:
+            frame: What differs from frame to frame.
+            after_pass: Called with passes done and passes in all.
+
+        Raises:
+            RenderError: If the frame cannot be rendered or holds too many NaNs.
+        """
+        clock = self.clock
+        clock.seconds = {"load": clock.seconds.pop("load", 0.0)}
+        try:
+            with clock.phase("update"):
+                self._show(frame)
+            seed = frame_seed(self.settings.seed, frame.time)
+            with clock.phase("guides"):
+                guides = self._guides(seed)
+            with clock.phase("render"):
+                accumulator = self._passes(seed, guides, after_pass)
+        except RuntimeError as error:
+            raise RenderError(
+                f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
+            ) from error
+        with clock.phase("denoise"):
+            radiance = self._finish(accumulator.mean(), guides, frame)
+        return Rendered(radiance, accumulator.tally, dict(clock.seconds))
+
+    # Building -----------------------------------------------------------------------------
+
+    def _fixed_entries(self) -> dict[str, Any]:
+        """Everything of the scene but movers and places."""
+        quality, (width, height) = self.settings.quality, self.settings.size
+        film = {
+            "type": "hdrfilm",
+            "width": width,
+            "height": height,
+            "component_format": "float32",
+            # OIDN needs uncorrelated pixels; every filter but the box splats.
+            "rfilter": {"type": "box"},
+        }
+        sensor = {"type": "perspective", "fov": 50.0, "near_clip": 0.05, "far_clip": 1e5}
+        sampler = {"type": "multijitter", "sample_count": self._pass_spp}
+        self._integrator = mi.load_dict({"type": "path", "max_depth": quality.max_depth})
+        self._guide_integrator = mi.load_dict(self._guide_plugin())
+        return {
+            "type": "scene",
+            "sensor": {**sensor, "film": {**film, "pixel_format": "rgb"}, "sampler": sampler},
+            "guide": {
+                **sensor,
+                "film": {**film, "pixel_format": "rgba"},
+                "sampler": {"type": "multijitter", "sample_count": GUIDE_SPP},
+            },
+            "sky": self._emitter(),
+        }
+
+    @property
+    def _pass_spp(self) -> int:
+        """Samples per pass: the preset's, but never more than in all."""
+        quality = self.settings.quality
+        return min(quality.pass_spp, quality.spp)
+
+    def _guide_plugin(self) -> dict[str, Any]:
+        """The integrator that finds distance and hits, and what the denoiser asks for."""
+        depth = {"type": "depth"}
+        if not self.settings.quality.guides:
+            return depth
+        return {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
+
+    def _emitter(self) -> Any:
+        """The baked sky as an environment map; its columns already run clockwise from north."""
+        radiance = np.ascontiguousarray(self.sky.radiance, np.float32)
+        return mi.load_dict(
+            {
+                "type": "envmap",
+                "bitmap": mi.Bitmap(radiance),
+                # Mitsuba's maps are y-up and put their first column at -z.
+                "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
+            }
+        )
+
+    def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
+        """A static mesh relative to an origin."""
+        mesh = Mesh(lump.mesh.vertices - origin, lump.mesh.faces, lump.mesh.normals, lump.mesh.uvs)
+        bsdf = self._materials.get(lump.material, convert.face_tint())
+        return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=lump.attributes)
+
+    def _load(self, frame: FrameState) -> None:
+        """Put the scene together around a frame's origin."""
+        origin = frame.origin
+        self._scene = self._parameters = None
+        entries = dict(self._fixed)
+        for number, lump in enumerate(self._static):
+            entries[f"static_{number}"] = self._place(lump, number, origin)
+        for lamps in self.data.lamps:
+            entries[f"lamps_{lamps.id}"] = self._lamp_mesh(lamps, origin)
+        if self._far:
+            entries[FAR] = self._far.make(self._materials)
+        if self._pool is not None:
+            entries |= self._pool.entries
+        if self._scalar is not None:
+            entries |= self._scalar.entries(frame)
+        self._scene = mi.load_dict(entries, optimize=False)
+        self._parameters = mi.traverse(self._scene)
+        self._origin = origin
+
+    def _lamp_mesh(self, lamps: LampSet, origin: Floats) -> Any:
+        """A lamp set relative to an origin."""
+        mesh = Mesh(lamps.mesh.vertices - origin, lamps.mesh.faces)
+        bsdf = self._materials.get("signal_lens", convert.face_tint())
+        return convert.make_lamps(lamps.id, mesh, bsdf=bsdf, sampled=lamps.sampled)
+
+    # Each frame ---------------------------------------------------------------------------
+
+    def _show(self, frame: FrameState) -> None:
+        """Bring the scene to a frame's state."""
+        if self._scene is None or self._scalar is not None:
+            self._load(frame)
+        elif self._origin is None or not np.array_equal(self._origin, frame.origin):
+            self._recentre(frame.origin)
+        parameters = self._parameters
+        matrix = convert.transform(convert.sensor_matrix(frame.view, frame.origin))
+        for sensor in ("sensor", "guide"):
+            parameters[f"{sensor}.to_world"] = matrix
+            parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.fov))
+        if self._pool is not None:
+            self._pool.update(parameters, frame)
+        if self._far:
+            self._far.update(parameters, frame)
+        for lamps in self.data.lamps:
+            radiance = frame.lamps[lamps.id][lamps.lamp_of_face]
+            key = f"lamps_{lamps.id}.emitter.radiance.{convert.RADIANCE_ATTRIBUTE}"
+            parameters[self._radiance_key(lamps, key)] = convert.flat(radiance)
+        parameters.update()
+
+    def _radiance_key(self, lamps: LampSet, guess: str) -> str:
+        """Name of a lamp set's radiance among the scene's parameters."""
+        if guess in self._parameters:
+            return guess
+        ending = f".{convert.RADIANCE_ATTRIBUTE}"
+        start = f"lamps_{lamps.id}."
+        names = [name for name in self._parameters.keys() if name.startswith(start)]  # noqa: SIM118
+        return next(name for name in names if name.endswith(ending))
+
+    def _recentre(self, origin: Floats) -> None:
+        """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
+        for number, lump in enumerate(self._static):
+            key = f"static_{number}.vertex_positions"
+            self._parameters[key] = convert.flat(lump.mesh.vertices - origin)
+        for lamps in self.data.lamps:
+            key = f"lamps_{lamps.id}.vertex_positions"
+            self._parameters[key] = convert.flat(lamps.mesh.vertices - origin)
+        self._origin = origin
+
+    def _tracer(self) -> Callable[..., Any]:
+        """The function that renders: recorded once for a film."""
+        if not (self.settings.frozen and self.backend.jit):
+            return _plain_trace
+        frozen: Callable[..., Any] = dr.freeze(_trace)
+        return frozen
+
+    def _seed(self, seed: int) -> Any:
+        """A seed as the tracer takes it."""
+        return mi.UInt32(seed % 2**32) if self.backend.jit else seed % 2**32
+
+    def _guides(self, seed: int) -> dict[str, Image]:
+        """Depth, share of hits and, if asked for, albedo and normals; nothing if unneeded."""
+        quality = self.settings.quality
+        needs_depth = self.data.haze is not None and quality.haze
+        if not (needs_depth or quality.guides or quality.cap is not None):
+            return {}
+        spp = max(GUIDE_SPP, quality.guides)
+        own = self._seed(seed ^ 0x5BD1E995)
+        image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
+        image = np.array(image, dtype=np.float32)
+        guides = {"hit": np.clip(image[..., 3], 0.0, 1.0), "depth": image[..., 0]}
+        if quality.guides:
+            guides |= {"albedo": image[..., 4:7], "normal": image[..., 7:10]}
+        return guides
+
+    def _passes(
+        self,
+        seed: int,
+        guides: dict[str, Image],
+        after_pass: Callable[[int, int], None] | None,
+    ) -> Accumulator:
+        """Render all passes of a frame."""
+        quality = self.settings.quality
+        limit = np.inf if quality.cap is None else quality.cap * self.settings.white
+        exempt = guides["hit"] < 1.0 if guides else None
+        accumulator = Accumulator(limit, exempt)
+        count = -(-quality.spp // self._pass_spp)
+        for number in range(count):
+            part = self._seed(seed + 0x9E3779B9 * number)
+            image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part)
+            accumulator.add(np.array(image, dtype=np.float32)[..., :3])
+            if after_pass is not None:
+                after_pass(number + 1, count)
+        return accumulator
+
+    def _finish(self, radiance: Image, guides: dict[str, Image], frame: FrameState) -> Image:
+        """Denoise, then lay haze over the picture."""
+        quality = self.settings.quality
+        if quality.denoise != "none":
+            radiance = denoise(
+                radiance,
+                quality=quality.denoise,
+                albedo=guides.get("albedo"),
+                normal=guides.get("normal"),
+            )
+        if self.data.haze is not None and quality.haze:
+            behind = horizon_behind(self.sky.horizon, frame.view, self.settings.size)
+            radiance = apply_haze(
+                radiance,
+                self.data.haze,
+                depth=guides["depth"],
+                hit=guides["hit"],
+                behind=behind,
+            )
+        return radiance
+
+
+def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
+    """One pass; frozen, it replays the same kernels with new data."""
+    return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)
+
+
+def _plain_trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
+    """One pass, recorded anew."""
+    return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

@@ -1,0 +1,25 @@
+"""Chance that depends on a seed and names only, never on order or process."""
+
+from __future__ import annotations
+
+import hashlib
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate
+
+
+def share_of(seed: int, *words: str) -> float:
+    """A number in [0, 1) that is always the same for the same seed and words."""
+    text = ":".join([str(seed), *words]).encode("utf-8")
+    return int.from_bytes(hashlib.blake2b(text, digest_size=6).digest(), "big") / 2.0**48
+
+
+def pick(weights: Sequence[float], share: float) -> int:
+    """The index that a share in [0, 1) falls on, each as likely as its weight.
+
+    Args:
+        weights: Non-negative, with a positive sum.
+        share: In [0, 1).
+    """
+    sums = list(accumulate(weights))
+    return min(bisect_right(sums, share * sums[-1]), len(sums) - 1)

@@ -1,0 +1,91 @@
+"""The ground around the roads, out to beyond the horizon."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.job import GroundSettings
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.scene.roads import RoadLayout
+from sumo3dviz_pt.scene.surfaces import (
+    material_name,
+    metres_per_tile,
+    planar_uvs,
+    surface_material,
+)
+from sumo3dviz_pt.scene.terrain import retaining_walls, terrain
+from sumo3dviz_pt.shapes.grids import polar_grid
+
+RADIUS = 20_000.0
+"""Where the ground ends [m]; the Earth's horizon for an eye at 30 m."""
+
+DROP = 0.03
+"""How far level ground lies below the road surface [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundParts:
+    """The ground, ready for the scene.
+
+    Attributes:
+        static: Its meshes.
+        materials: Their materials by name.
+    """
+
+    static: tuple[StaticPart, ...]
+    materials: dict[str, Bsdf]
+
+
+def build_ground(
+    settings: GroundSettings, network: Network, *, roads: RoadLayout, textured: bool
+) -> GroundParts:
+    """Build the ground: level, or a terrain that follows sloped roads from below.
+
+    Args:
+        settings: Surface and its scale.
+        network: The network.
+        roads: `RoadParts.layout`.
+        textured: False gives a matt constant colour.
+
+    Raises:
+        ConfigError: If the surface is unknown.
+    """
+    from sumo3dviz_pt.scene.materials import MATERIALS
+
+    tile = metres_per_tile(settings.texture) * settings.scale
+    name = f"ground:{settings.texture}"
+    materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
+    near = network.location.boundary[:2]
+    if roads.cells.is_flat:
+        mesh = level_ground(network, roads)
+        walls = None
+    else:
+        mesh, height_at = terrain(network, roads)
+        walls = retaining_walls(roads, height_at)
+    mesh = Mesh(mesh.vertices, mesh.faces, mesh.normals, planar_uvs(mesh.vertices, tile=tile, near=near))
+    static = [StaticPart("ground", "ground", Part(mesh, name))]
+    if walls is not None and len(walls.faces):
+        materials["kerb"] = MATERIALS["kerb"]
+        static.append(StaticPart("ground/walls", "ground", Part(walls, "kerb")))
+    return GroundParts(tuple(static), materials)
+
+
+def level_ground(network: Network, roads: RoadLayout) -> Mesh:
+    """A disc just below level roads."""
+    x0, y0, x1, y1 = network.location.boundary
+    centre = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), road_level(roads) - DROP])
+    reach = 0.5 * float(np.hypot(x1 - x0, y1 - y0))
+    radii = np.concatenate([np.linspace(0.0, reach + 200.0, 12)[1:], np.geomspace(reach + 400.0, reach + RADIUS, 12)])
+    grid = polar_grid(radii, segments=48)
+    return Mesh(grid.vertices + centre, grid.faces)
+
+
+def road_level(roads: RoadLayout) -> float:
+    """Height of level roads [m]; 0 without roads."""
+    quads = roads.cells.quads[..., 2]
+    known: Floats = quads[np.isfinite(quads)]
+    return float(known.mean()) if len(known) else 0.0

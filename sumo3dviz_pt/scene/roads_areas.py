@@ -1,0 +1,177 @@
+"""Areas between lanes: junctions, walking areas and slivers between carriageways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.scene.roads_cells import Cells, area_cells
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, edge_strips, in_region, junction_of
+from sumo3dviz_pt.scene.roads_style import PAVING, is_footway, junction_surface, look_of, style_of
+
+_REACH = 0.25
+"""Gaps up to twice this width [m] between a junction and its lanes are closed."""
+
+_CAR_SPACE = 1.3
+"""Walking areas keep this far from the middle of vehicles' ways [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JunctionInside:
+    """What SUMO puts inside a junction.
+
+    Attributes:
+        ways: Strips of vehicles' internal lanes.
+        walks: Walking areas.
+    """
+
+    ways: tuple[Strip, ...]
+    walks: tuple[Edge, ...]
+
+
+def junction_insides(
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+) -> dict[str, JunctionInside]:
+    """Contents of all junctions that touch a region, by junction id."""
+    ways: dict[str, list[Strip]] = {}
+    walks: dict[str, list[Edge]] = {}
+    for edge in network.edges.values():
+        owner = junction_of(edge.id)
+        if not any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes):
+            continue
+        if edge.function == "walkingarea":
+            walks.setdefault(owner, []).append(edge)
+        elif edge.function == "internal":
+            strips = edge_strips(edge, settings, left_hand=network.left_hand)
+            ways.setdefault(owner, []).extend(s for s in strips if not is_footway(s.lane))
+    touched = {
+        key
+        for key, junction in network.junctions.items()
+        if junction.type != "internal" and in_region(junction.outline, region)
+    }
+    return {
+        key: JunctionInside(tuple(ways.get(key, ())), tuple(walks.get(key, ())))
+        for key in network.junctions
+        if key in touched or key in ways or key in walks
+    }
+
+
+def walking_cells(insides: Mapping[str, JunctionInside]) -> Cells:
+    """Raised paving of walking areas, where no vehicle passes."""
+    polygons, knots, owners = [], [], []
+    for inside in insides.values():
+        cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
+        kept_free = shapely.union_all(cores)
+        for edge in inside.walks:
+            outline = edge.lanes[0].shape
+            if len(outline) < 3:
+                continue
+            area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
+            polygons.append(shapely.difference(area, kept_free))
+            knots.append(outline)
+            owners.append(edge.id)
+    surfaces = [PAVING] * len(polygons)
+    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=True, owners=owners)
+
+
+def junction_cells(
+    network: Network,
+    settings: RoadSettings,
+    *,
+    insides: Mapping[str, JunctionInside],
+    lanes: Cells,
+) -> Cells:
+    """Junction surfaces: outline and internal lanes, grown to meet the lanes around."""
+    polygons, knots, surfaces, owners = [], [], [], []
+    tree = shapely.STRtree(lanes.polygons)
+    for key, inside in insides.items():
+        outline = network.junctions[key].outline
+        shape = _junction_shape(outline, inside.ways)
+        if shape.is_empty:
+            continue
+        near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
+        polygons.append(_closed(shape, lanes.polygons[near]))
+        knots.append(_junction_knots(outline, inside.ways, lanes.quads[near]))
+        surfaces.append(junction_surface(network, key, settings))
+        owners.append(key)
+    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
+
+
+def sliver_cells(
+    network: Network, settings: RoadSettings, strips: Mapping[str, tuple[Strip, ...]]
+) -> Cells:
+    """Fillings of narrow gaps between the two directions of a road."""
+    polygons, knots, surfaces, owners = [], [], [], []
+    for edge_id, other_id in opposite_edges(network, strips):
+        sides = [s for key in (edge_id, other_id) for s in strips[key] if not s.look.raised]
+        shapes = [strip.polygon for strip in sides]
+        if not shapes or shapes[0].distance(shapes[-1]) > 2 * _REACH:
+            continue
+        gaps = _grown(shapely.union_all(shapes)).difference(shapely.union_all(shapes))
+        if gaps.area < 1e-3:
+            continue
+        style = style_of(edge_id, settings)
+        polygons.append(gaps)
+        knots.append(np.concatenate([s.lane.shape for s in sides]))
+        surfaces.append(look_of(sides[0].lane, style).surface)
+        owners.append(edge_id)
+    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
+
+
+def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str, str]]:
+    """Pairs of edges that join the same junctions in opposite directions."""
+    ids = list(edge_ids)
+    by_ends: dict[tuple[str, str], list[str]] = {}
+    for key in ids:
+        edge = network.edges[key]
+        by_ends.setdefault((edge.from_junction, edge.to_junction), []).append(key)
+    return [
+        (key, other)
+        for key in ids
+        for other in by_ends.get((network.edges[key].to_junction, network.edges[key].from_junction), [])
+        if key < other
+    ]
+
+
+def _way_line(strip: Strip) -> shapely.Geometry:
+    """The middle of a strip from above."""
+    return shapely.LineString(strip.lane.shape[:, :2])
+
+
+def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
+    """A junction's outline with all its internal lanes, from above."""
+    shapes = [strip.polygon for strip in ways]
+    if len(outline) >= 3:
+        shapes.append(shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3))))
+    return shapely.union_all(shapes)
+
+
+def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
+    """A junction's shape and the narrow gaps between it and the lanes around it."""
+    nearby = [shapely.intersection(cell, shape.buffer(3.0, quad_segs=2)) for cell in around]
+    filled = _grown(shapely.union_all([shape, *nearby]))
+    return shapely.union_all([shape, filled.intersection(shape.buffer(2 * _REACH, quad_segs=2))])
+
+
+def _grown(shape: shapely.Geometry) -> shapely.Geometry:
+    """Morphological closing, which fills narrow gaps and keeps outer corners."""
+    grown = shape.buffer(_REACH, join_style="mitre", mitre_limit=2.0)
+    return grown.buffer(-_REACH, join_style="mitre", mitre_limit=2.0)
+
+
+def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
+    """Known heights: of vehicles' ways and the lanes around, or else of the outline."""
+    knots = [strip.lane.shape for strip in ways]
+    if len(quads):
+        corners = quads.reshape(-1, 3)
+        middle = outline[:, :2].mean(axis=0) if len(outline) else corners[:, :2].mean(axis=0)
+        reach = 2.0 + max((np.linalg.norm(outline[:, :2] - middle, axis=1).max() if len(outline) else 5.0), 5.0)
+        knots.append(corners[np.linalg.norm(corners[:, :2] - middle, axis=1) < reach])
+    known = np.concatenate(knots) if knots else np.zeros((0, 3))
+    return known if len(known) else outline

@@ -1,0 +1,137 @@
+"""Cells to meshes, one per surface, and raised footways with their kerbs."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.scene.roads_cells import Cells, Polygons
+from sumo3dviz_pt.scene.roads_heights import heights_near, surface_heights
+from sumo3dviz_pt.scene.surfaces import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.shapes.triangulate import polygon_parts, triangulate_many
+from sumo3dviz_pt.shapes.walls import walls
+
+SIDEWALK_HEIGHT = 0.12
+"""How far footways lie above the carriageway [m]."""
+
+KERB_WIDTH = 0.15
+"""Width of a kerb stone's top [m]."""
+
+_KERB_FOOT = 0.06
+"""How far kerb faces reach below the carriageway [m]."""
+
+
+def surface_meshes(cells: Cells, *, near: tuple[float, float]) -> dict[str, Mesh]:
+    """Triangles of all cells, by surface key.
+
+    Args:
+        cells: Without overlaps.
+        near: A point of the network [m] near which texture coordinates are small.
+    """
+    cells = with_kerb_tops(cells)
+    meshes = {}
+    for surface in sorted(set(cells.surfaces)):
+        index = np.flatnonzero(np.array(cells.surfaces) == surface)
+        mesh = _mesh_of(cells, index, surface=surface, near=near)
+        if len(mesh.faces):
+            meshes[surface] = mesh
+    return meshes
+
+
+def raised_area(cells: Cells) -> Polygons:
+    """Connected footways from above, (n,) polygons with holes; levels kept apart."""
+    shapes = cells.polygons[cells.raised]
+    return np.array(polygon_parts(shapely.union_all(shapes)), dtype=object)
+
+
+def with_kerb_tops(cells: Cells) -> Cells:
+    """Split raised cells into kerb stones along their outer edge and paving inside."""
+    areas = raised_area(cells)
+    if not len(areas):
+        return cells
+    inner = shapely.buffer(areas, -KERB_WIDTH, join_style="mitre", mitre_limit=2.0)
+    index = np.flatnonzero(cells.raised)
+    polygons = cells.polygons[index]
+    tree = shapely.STRtree(inner)
+    cell, part = tree.query(polygons, predicate="intersects")
+    paving = cells.polygons.copy()
+    paving[index] = shapely.Polygon()
+    for k in np.unique(cell):
+        core = shapely.union_all(inner[part[cell == k]])
+        paving[index[k]] = shapely.intersection(polygons[k], core)
+    stones = shapely.difference(polygons, paving[index])
+    return Cells(
+        np.concatenate([paving, stones]),
+        np.concatenate([cells.quads, cells.quads[index]]),
+        {
+            **cells.knots,
+            **{
+                len(paving) + k: cells.knots[int(i)]
+                for k, i in enumerate(index)
+                if int(i) in cells.knots
+            },
+        },
+        cells.surfaces + (KERB,) * len(index),
+        np.concatenate([cells.raised, np.ones(len(index), dtype=bool)]),
+        cells.owners + tuple(cells.owners[i] for i in index),
+        {},
+    )
+
+
+def kerb_faces(cells: Cells) -> Mesh:
+    """Vertical faces around all raised areas, facing outwards."""
+    tops = area_rings(raised_area(cells), cells, above=SIDEWALK_HEIGHT)
+    return walls(tops, [ring - [0.0, 0.0, SIDEWALK_HEIGHT + _KERB_FOOT] for ring in tops])
+
+
+def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Floats]:
+    """Outlines of areas at the height of the surface near them.
+
+    Args:
+        areas: Polygons.
+        cells: The surface that gives the height.
+        above: Added to the height [m].
+
+    Returns:
+        Rings, each (n, 3) [m], counter-clockwise around the area, holes clockwise;
+        the first vertex is not repeated.
+    """
+    flat = [
+        shapely.get_coordinates(ring)[:-1]
+        for area in areas
+        for polygon in [shapely.orient_polygons(area)]
+        for ring in [polygon.exterior, *polygon.interiors]
+    ]
+    if not flat:
+        return []
+    heights = heights_near(cells, np.concatenate(flat)) + above
+    ends = np.cumsum([len(ring) for ring in flat])[:-1]
+    pairs = zip(flat, np.split(heights, ends), strict=True)
+    return [np.column_stack([ring, height]) for ring, height in pairs]
+
+
+def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
+    """Area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a)
+    _, place = np.unique(np.round(vertices, 3), axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    total = np.zeros((place.max() + 1, 3))
+    np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))
+    normals = total[place]
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+
+
+def _mesh_of(cells: Cells, index: Ints, *, surface: str, near: tuple[float, float]) -> Mesh:
+    """Triangles of some cells."""
+    parts = [(part, i) for i in index for part in polygon_parts(cells.polygons[i])]
+    flat, faces, owner = triangulate_many([part for part, _ in parts])
+    if not len(faces):
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+    cell = np.array([i for _, i in parts])[owner]
+    heights = surface_heights(cells, cell, flat) + SIDEWALK_HEIGHT * cells.raised[cell]
+    vertices = np.column_stack([flat, heights])
+    normals = None if cells.is_flat else smooth_normals(vertices, faces)
+    uvs = planar_uvs(flat, tile=metres_per_tile(surface), near=near)
+    return Mesh(vertices, faces, normals, uvs)

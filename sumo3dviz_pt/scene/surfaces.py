@@ -1,0 +1,105 @@
+"""Surfaces by key: an asset's name, an image file, or `#rrggbb`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scene import Bsdf, Colour
+from sumo3dviz_pt.scene.materials import matt, surface_bsdf, surface_scale
+
+KERB = "kerb"
+"""The material of kerbs, walls and verges; not a surface asset."""
+
+_FILE_SCALE = 10.0
+"""Metres per tile of a user's image."""
+
+
+def material_name(key: str) -> str:
+    """The material that shows a surface."""
+    return f"surface:{key}"
+
+
+def colour_of(text: str) -> Colour:
+    """Linear reflectance of `#rrggbb`, at most 0.85.
+
+    References:
+        IEC 61966-2-1 (sRGB), inverse of the transfer function.
+
+    Raises:
+        ConfigError: If it is not six hexadecimal digits after `#`.
+    """
+    try:
+        if len(text) != 7:
+            raise ValueError
+        red, green, blue = (int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    except ValueError:
+        raise ConfigError(f"a colour is written #rrggbb, not {text!r}") from None
+    return _linear(red), _linear(green), _linear(blue)
+
+
+def surface_material(key: str, *, textured: bool) -> Bsdf:
+    """The material of a surface.
+
+    Args:
+        key: An asset's name, an image file, or `#rrggbb`.
+        textured: False gives a matt constant colour.
+
+    Raises:
+        ConfigError: If there is no such surface or file.
+    """
+    if key.startswith("#"):
+        return matt(colour_of(key))
+    if _is_file(key):
+        path = str(Path(key).resolve())
+        return matt({"type": "bitmap", "filename": path} if textured else (0.2, 0.2, 0.2))
+    entry = catalog.find("surfaces", key)
+    if textured:
+        return surface_bsdf(entry)
+    red, green, blue = entry.meta["albedo"]
+    return matt((float(red), float(green), float(blue)))
+
+
+def metres_per_tile(key: str) -> float:
+    """How large a surface's texture is in the world [m]."""
+    if key == KERB or key.startswith("#") or _is_file(key):
+        return _FILE_SCALE
+    return surface_scale(key)
+
+
+def planar_uvs(points: Floats, *, tile: float, near: tuple[float, float]) -> Floats:
+    """World-planar texture coordinates, shifted by whole tiles so that they stay small.
+
+    Args:
+        points: (n, 2) or (n, 3) [m].
+        tile: Metres per tile, > 0.
+        near: A point of the network [m]; it gets coordinates in [0, 1).
+
+    Returns:
+        (n, 2).
+    """
+    shift = [float(value // tile) for value in near]
+    # (x / tile) - shift and not (x - x0) / tile: the shift is then an exact integer.
+    return points[:, :2] / tile - shift
+
+
+def _is_file(key: str) -> bool:
+    """Whether a key means an image file.
+
+    Raises:
+        ConfigError: If it looks like one that does not exist.
+    """
+    path = Path(key)
+    if path.suffix.lower() in {".png", ".jpg", ".jpeg", ".exr", ".hdr", ".tga", ".bmp"}:
+        if not path.is_file():
+            raise ConfigError(f"there is no image file {key!r}")
+        return True
+    return False
+
+
+def _linear(value: float) -> float:
+    """Inverse sRGB transfer function, capped where materials conserve energy."""
+    linear = value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+    return min(linear, 0.85)

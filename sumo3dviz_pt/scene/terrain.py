@@ -1,0 +1,111 @@
+"""A terrain that follows sloped roads from below.
+
+Heights are known on the roads only. Between and beyond them the nearest roads'
+heights are blended and smoothed; then every grid cell that a road crosses is pushed
+below it, so that no hill pokes through. Walls close what is left under road edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import shapely
+from scipy import ndimage, spatial
+from scipy.interpolate import RegularGridInterpolator
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.scene.roads import RoadLayout
+from sumo3dviz_pt.scene.roads_heights import surface_heights
+from sumo3dviz_pt.scene.roads_mesh import area_rings
+from sumo3dviz_pt.shapes.grids import height_field
+from sumo3dviz_pt.shapes.triangulate import polygon_parts
+from sumo3dviz_pt.shapes.walls import walls
+
+_MARGIN = 0.10
+"""How far the terrain stays below the roads at least [m]."""
+
+_CELL = 10.0
+"""Grid spacing near roads [m]; doubled until the grid has at most `_MOST` vertices."""
+
+_MOST = 160_000
+
+_FAR = 20_000.0
+"""Where the terrain ends [m]."""
+
+HeightAt = Callable[[Floats], Floats]
+
+
+def terrain(network: Network, roads: RoadLayout) -> tuple[Mesh, HeightAt]:
+    """The terrain's mesh, and a function that gives its height at points (n, 2) [m]."""
+    samples = road_samples(roads)
+    x, y = _axes(samples)
+    z = _blended(samples, x, y)
+    z = _pushed_below(samples, x, y, z=z)
+    field = RegularGridInterpolator((y, x), z, bounds_error=False, fill_value=None)
+
+    def height_at(points: Floats) -> Floats:
+        """Height of the terrain at points, (n, 2) [m], as (n,) [m]."""
+        return np.asarray(field(np.asarray(points)[:, 1::-1]))
+
+    return height_field(x, y, z), height_at
+
+
+def road_samples(roads: RoadLayout, *, spacing: float = 2.5) -> Floats:
+    """Points on the road surface, (n, 3) [m]: along all outlines, no further apart than asked."""
+    parts = [(p, i) for i, shape in enumerate(roads.cells.polygons) for p in polygon_parts(shape)]
+    rings = shapely.segmentize([part.exterior for part, _ in parts], spacing)
+    flat, ring = shapely.get_coordinates(rings, return_index=True)
+    cell = np.array([i for _, i in parts], dtype=np.int64)[ring]
+    return np.column_stack([flat, surface_heights(roads.cells, cell, flat)])
+
+
+def retaining_walls(roads: RoadLayout, height_at: HeightAt) -> Mesh:
+    """Walls from the outer edges of the roads down into the terrain."""
+    outline = np.array(polygon_parts(shapely.union_all(roads.cells.polygons)), dtype=object)
+    rings = area_rings(outline, roads.cells)
+    bottoms = []
+    for ring in rings:
+        ground = np.minimum(height_at(ring[:, :2]), ring[:, 2]) - 0.5
+        bottoms.append(np.column_stack([ring[:, :2], ground]))
+    return walls(rings, bottoms)
+
+
+def _axes(samples: Floats) -> tuple[Floats, Floats]:
+    """Grid lines: even near the roads, ever wider out to the horizon."""
+    low, high = samples[:, :2].min(axis=0) - 60.0, samples[:, :2].max(axis=0) + 60.0
+    spacing = _CELL
+    while np.prod((high - low) / spacing) > _MOST:
+        spacing *= 1.25
+    beyond = np.geomspace(spacing, _FAR, 24)
+    lines = [
+        np.concatenate([a - beyond[::-1], np.linspace(a, b, max(int((b - a) / spacing), 2)), b + beyond])
+        for a, b in zip(low, high, strict=True)
+    ]
+    return lines[0], lines[1]
+
+
+def _blended(samples: Floats, x: Floats, y: Floats) -> Floats:
+    """Inverse-distance heights of the nearest roads, smoothed, (m, n) [m]."""
+    xx, yy = np.meshgrid(x, y)
+    grid = np.column_stack([xx.ravel(), yy.ravel()])
+    thin = samples[:: max(len(samples) // 40_000, 1)]
+    away, near = spatial.cKDTree(thin[:, :2]).query(grid, k=12)
+    weights = 1.0 / (away**2 + 4.0)
+    z = (weights * thin[near, 2]).sum(axis=1) / weights.sum(axis=1)
+    smooth = ndimage.gaussian_filter(z.reshape(xx.shape), 2.0, mode="nearest")
+    # Roads carry the truth, so smoothing fades in with distance from them.
+    share = np.clip(away[:, 0] / 60.0, 0.0, 1.0).reshape(xx.shape)
+    return np.asarray((1 - share) * z.reshape(xx.shape) + share * smooth)
+
+
+def _pushed_below(samples: Floats, x: Floats, y: Floats, *, z: Floats) -> Floats:
+    """Lower the corners of every grid cell below all road points in it."""
+    column = np.clip(np.searchsorted(x, samples[:, 0]) - 1, 0, len(x) - 2)
+    row = np.clip(np.searchsorted(y, samples[:, 1]) - 1, 0, len(y) - 2)
+    lowest = np.full_like(z, np.inf)
+    for i in (0, 1):
+        for j in (0, 1):
+            np.minimum.at(lowest, (row + i, column + j), samples[:, 2] - _MARGIN)
+    return np.asarray(np.minimum(z, lowest))

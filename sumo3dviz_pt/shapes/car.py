@@ -1,0 +1,126 @@
+"""Builds a passenger car from its recipe: near and far level."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.shapes.car_body import CarShape, body_surface, car_shape
+from sumo3dviz_pt.shapes.car_details import details
+from sumo3dviz_pt.shapes.car_far import far_pieces
+from sumo3dviz_pt.shapes.car_panels import Finish, cut_panels, finishes
+from sumo3dviz_pt.shapes.car_recipe import CarRecipe
+from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
+from sumo3dviz_pt.shapes.simplify import simplify
+from sumo3dviz_pt.shapes.solids import mirrored, moved
+from sumo3dviz_pt.shapes.wheel import build_wheel
+
+_SPACING = 0.055
+_HALF_FACES = 6000
+_FLIP = np.array([-1.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BakedVehicle:
+    """Meshes of a vehicle by material, in the body frame.
+
+    Attributes:
+        parts: The detailed level.
+        far: The far level.
+    """
+
+    parts: Mapping[str, Mesh]
+    far: Mapping[str, Mesh]
+
+
+def build_car(recipe: CarRecipe) -> BakedVehicle:
+    """Build both levels of a car; the same recipe gives the same meshes."""
+    shape = car_shape(recipe)
+    track = recipe.width / 2.0 - recipe.wheel.width / 2.0 - 0.012
+    body = list(_body_pieces(shape))
+    fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in body]), rails=recipe.rails)
+    near = [(name, fit.mesh(mesh)) for name, mesh in (*body, *details(shape))]
+    pieces = list(far_pieces(shape, track=track))
+    hull = np.concatenate([m.vertices for name, m in pieces if name in ("paint", "glass")])
+    fit = _fit(recipe, hull, rails=False)
+    wheels = ("rubber", "rim")
+    far = [(name, mesh if name in wheels else fit.mesh(mesh)) for name, mesh in pieces]
+    return BakedVehicle(_merged([*near, *_wheels(shape, track)]), _merged(far))
+
+
+def _merged(pieces: Iterable[tuple[str, Mesh]]) -> dict[str, Mesh]:
+    """Join pieces of one material."""
+    groups: dict[str, list[Mesh]] = defaultdict(list)
+    for material, mesh in pieces:
+        groups[material].append(mesh)
+    return {material: merge_meshes(meshes) for material, meshes in sorted(groups.items())}
+
+
+def _fit(recipe: CarRecipe, points: Floats, *, rails: bool) -> Transform:
+    """Stretch a body by the last millimetres to its declared size."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    top = recipe.height - (0.0 if not rails else 0.0)
+    scale = (recipe.length / (high[0] - low[0]), recipe.width / (2.0 * high[1]), top / high[2])
+    return Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
+
+
+def _body_pieces(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
+    """The cut body, both halves."""
+    surface = cut_panels(body_surface(shape, spacing=_SPACING), shape)
+    surface = simplify(surface, faces=_HALF_FACES)
+    owner, normals = corner_normals(shape.field, surface)
+    known = finishes(shape.recipe.panels)
+    for tag in np.unique(surface.tags):
+        chosen = surface.tags == tag
+        half = _half(surface, owner.reshape(-1, 3)[chosen], normals.reshape(-1, 3, 3)[chosen],
+                     known[tag])
+        for mesh in half:
+            yield known[tag].material, mesh
+            yield known[tag].material, mirrored(mesh)
+
+
+def _half(surface: Surface, owner: np.ndarray, normals: Floats, finish: Finish) -> Iterator[Mesh]:
+    """The faces of one finish in the body frame, pushed in, with walls around them."""
+    positions = surface.vertices[owner]
+    shift = np.array([finish.recess, 0.0, 0.0])
+    yield _forward(weld(owner.reshape(-1), (positions + shift).reshape(-1, 3),
+                        normals.reshape(-1, 3)))
+    if finish.recess != 0.0:
+        yield _forward(_walls(surface.vertices, owner, shift))
+
+
+def _forward(mesh: Mesh) -> Mesh:
+    """Turn d backwards into x forwards."""
+    assert mesh.normals is not None
+    return replace(mesh, vertices=mesh.vertices * _FLIP, faces=mesh.faces[:, ::-1],
+                   normals=mesh.normals * _FLIP)
+
+
+def _walls(vertices: Floats, faces: np.ndarray, shift: Floats) -> Mesh:
+    """Quads between the rim of some faces and the same rim pushed in, seen from inside."""
+    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    count = len(vertices)
+    back = sides[:, 1] * count + sides[:, 0]
+    rim = sides[~np.isin(sides[:, 0] * count + sides[:, 1], back)]
+    # The seam of the two halves is no rim.
+    rim = rim[(np.abs(vertices[rim, 1]) > 1e-9).any(axis=1)]
+    a, b = vertices[rim[:, 0]], vertices[rim[:, 1]]
+    corners = np.stack([a, b, b + shift, a, b + shift, a + shift], axis=1)
+    normal = np.cross(b - a, np.broadcast_to(shift, a.shape))
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-12
+    numbers = np.arange(6 * len(rim)).reshape(-1, 3)
+    return Mesh(corners.reshape(-1, 3), numbers, np.repeat(normal, 6, axis=0))
+
+
+def _wheels(shape: CarShape, track: float) -> Iterator[tuple[str, Mesh]]:
+    """Four wheels on the ground."""
+    recipe = shape.recipe
+    for material, mesh in build_wheel(recipe.wheel).items():
+        for d in recipe.axles:
+            placed = moved(mesh, -d, track, recipe.wheel.radius)
+            yield material, placed
+            yield material, mirrored(placed)

@@ -1,0 +1,135 @@
+"""Opens a vehicle for a camera inside it: no glass, no roof, no cabin.
+
+What remains is the bonnet, the low body (so that its shadow stays plausible) and a
+plain dashboard, which hides the road under the cabin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.scene import Part, Prototype
+
+LOW_SHARE = 0.55
+"""The body is kept below this share of its height."""
+
+_NARROWEST_DASHBOARD = 1.2
+"""Two-wheelers and people have none [m]."""
+
+
+def cutaway(prototype: Prototype, *, cowl: float, belt: float) -> Prototype:
+    """Keep what a driver sees of the own vehicle.
+
+    Args:
+        prototype: The whole body.
+        cowl: x where bonnet and windscreen meet, at most 0 [m].
+        belt: Height of the dashboard, about where the side windows begin [m].
+
+    Returns:
+        A body called `<name>~cockpit`.
+    """
+    bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
+    width = float(np.ptp(bounds[:, :, 1]))
+    low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
+    parts = tuple(_opened(prototype.parts, cowl=cowl, low=low))
+    if width > _NARROWEST_DASHBOARD:
+        parts = (*parts, Part(_dashboard(width, cowl=cowl, belt=belt), "interior"))
+    far = tuple(_opened(prototype.far, cowl=cowl, low=low))
+    return Prototype(f"{prototype.name}~cockpit", parts, far)
+
+
+def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
+    """Cut a mesh where a field is zero and keep where it is at most zero.
+
+    Args:
+        mesh: Any triangles.
+        heights: The field at the vertices, (n,); linear within a face.
+
+    Returns:
+        The rest, and for each of its faces the face it came from, (m,).
+    """
+    outside = heights[mesh.faces] > 0.0
+    count = outside.sum(axis=1)
+    whole = np.flatnonzero(count == 0)
+    tips, stumps = np.flatnonzero(count == 2), np.flatnonzero(count == 1)
+    # The corner that is alone on its side comes first; the turn keeps the orientation.
+    tip_faces = _turned(mesh.faces[tips], np.argmin(outside[tips], axis=1))
+    stump_faces = _turned(mesh.faces[stumps], np.argmax(outside[stumps], axis=1))
+    lone = np.concatenate([tip_faces[:, 0], stump_faces[:, 0]])
+    starts, total = len(mesh.vertices), len(lone)
+    others = np.concatenate([tip_faces[:, 1:], stump_faces[:, 1:]])
+    share = heights[lone][:, None] / (heights[lone][:, None] - heights[others])
+    first, second = starts + np.arange(total), starts + total + np.arange(total)
+    a, b = len(tips), slice(len(tips), None)
+    faces = np.concatenate([
+        mesh.faces[whole],
+        np.column_stack([tip_faces[:, 0], first[:a], second[:a]]),
+        np.column_stack([first[b], stump_faces[:, 1], stump_faces[:, 2]]),
+        np.column_stack([first[b], stump_faces[:, 2], second[b]]),
+    ])
+    source = np.concatenate([whole, tips, stumps, stumps])
+    return _compact(_with_cuts(mesh, lone, others, share), faces), source
+
+
+def _opened(parts: tuple[Part, ...], *, cowl: float, low: float) -> list[Part]:
+    """The parts below `low` or ahead of the cowl; empty ones are left out."""
+    opened = []
+    for part in parts:
+        z = part.mesh.vertices[:, 2]
+        below, above = _clipped(part, z - low), _clipped(part, low - z)
+        ahead = _clipped(above, cowl - above.mesh.vertices[:, 0])
+        opened += [rest for rest in (below, ahead) if len(rest.mesh.faces)]
+    return opened
+
+
+def _clipped(part: Part, heights: Floats) -> Part:
+    """A part where the field is at most zero, with the tints of its faces."""
+    mesh, source = clip(part.mesh, heights)
+    return replace(part, mesh=mesh, tint=None if part.tint is None else part.tint[source])
+
+
+def _turned(faces: Ints, first: Ints) -> Ints:
+    """The same faces, beginning with the given corner, (m, 3)."""
+    order = (first[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(faces, order, axis=1)
+
+
+def _with_cuts(mesh: Mesh, lone: Ints, others: Ints, share: Floats) -> Mesh:
+    """The mesh's vertices and those on the cut: first all to one side, then to the other."""
+
+    def extended(values: Floats | None) -> Floats | None:
+        if values is None:
+            return None
+        cuts = [
+            values[lone] + share[:, [k]] * (values[others[:, k]] - values[lone]) for k in (0, 1)
+        ]
+        return np.concatenate([values, *cuts])
+
+    vertices = extended(mesh.vertices)
+    assert vertices is not None
+    none = np.zeros((0, 3), np.int64)
+    return Mesh(vertices, none, extended(mesh.normals), extended(mesh.uvs))
+
+
+def _compact(mesh: Mesh, faces: Ints) -> Mesh:
+    """The faces with only the vertices that they use."""
+    used, places = np.unique(faces, return_inverse=True)
+    chosen = [None if v is None else v[used] for v in (mesh.normals, mesh.uvs)]
+    return Mesh(mesh.vertices[used], places.reshape(-1, 3), *chosen)
+
+
+def _dashboard(width: float, *, cowl: float, belt: float) -> Mesh:
+    """A padded shelf under the windscreen, across the cabin."""
+    profile = np.array([(0.06, -0.04), (-0.30, -0.015), (-0.42, -0.06), (-0.45, -0.5)])
+    profile = profile + (min(cowl, -0.08), belt)
+    half = width / 2.0 - 0.12
+    strips = [
+        [(x, y, max(z, 0.25)) for x, z in pair for y in (half, -half)]
+        for pair in zip(profile[:-1], profile[1:], strict=True)
+    ]
+    quad = np.array([(0, 2, 1), (1, 2, 3)])
+    faces = np.concatenate([quad + 4 * k for k in range(len(strips))])
+    return Mesh(np.array(strips).reshape(-1, 3), faces)

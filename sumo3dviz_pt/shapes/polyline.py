@@ -1,0 +1,136 @@
+"""Polylines: arc length, mitred offsets, cuts by arc length.
+
+References:
+    Mitred joins: the offset vector at a bend is (n1 + n2) / (1 + n1 . n2), the
+    intersection of both offset lines.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+
+MITRE_LIMIT = 2.0
+"""Longest mitre per unit of offset; sharper bends are cut there."""
+
+
+def arc_length(points: Floats) -> Floats:
+    """Distance along a polyline from its first point, seen from above.
+
+    Args:
+        points: Vertices, (n, 2) or (n, 3) [m], n >= 1.
+
+    Returns:
+        Non-decreasing distances, (n,) [m]; the first is 0.
+    """
+    steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def without_repeats(points: Floats, *, tolerance: float = 0.01) -> Floats:
+    """Drop vertices closer than a tolerance [m] to the one kept before them.
+
+    The last vertex always stays, so that ends do not move.
+
+    Args:
+        points: Vertices, (n, 3) [m], n >= 1.
+        tolerance: [m].
+
+    Returns:
+        Vertices, (k, 3) [m], k <= n.
+    """
+    kept = [0]
+    for index in range(1, len(points)):
+        if np.hypot(*(points[index, :2] - points[kept[-1], :2])) > tolerance:
+            kept.append(index)
+    last = len(points) - 1
+    if kept[-1] != last and len(kept) > 1:
+        kept[-1] = last
+    return points[kept]
+
+
+def mitres(points: Floats, *, closed: bool = False) -> Floats:
+    """Vectors that carry each vertex one metre to the left, mitred at bends.
+
+    Args:
+        points: Vertices without repeats, (n, 2) or (n, 3) [m], n >= 2; a closed
+            polyline does not repeat its first vertex.
+        closed: Whether the last vertex leads back to the first.
+
+    Returns:
+        Horizontal vectors, (n, 2); their length is at most `MITRE_LIMIT`.
+    """
+    flat = points[:, :2]
+    ahead = np.roll(flat, -1, axis=0) - flat
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    behind = np.roll(ahead, 1, axis=0)
+    if not closed:
+        ahead[-1], behind[0] = ahead[-2], ahead[0]
+    total = ahead + behind
+    total = np.stack([-total[:, 1], total[:, 0]], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    # |n1 + n2|^2 = 2 (1 + n1 . n2), so dividing twice by the length gives the mitre.
+    reach = np.minimum(2.0 / np.maximum(length, 1e-9), MITRE_LIMIT)
+    turned = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    return np.where(length > 1e-6, total / np.maximum(length, 1e-9) * reach, turned)
+
+
+def offset(points: Floats, distance: float) -> Floats:
+    """Move a polyline sideways.
+
+    Args:
+        points: Vertices without repeats, (n, 3) [m], n >= 2.
+        distance: To the left [m]; negative is to the right.
+
+    Returns:
+        As many vertices, (n, 3) [m], at the same heights.
+    """
+    moved = np.array(points, dtype=np.float64)
+    moved[:, :2] += distance * mitres(points)
+    return moved
+
+
+def points_at(points: Floats, at: Floats) -> Floats:
+    """Points at distances along a polyline.
+
+    Args:
+        points: Vertices, (n, k) [m], n >= 2.
+        at: Distances, (m,) [m]; clamped to the polyline.
+
+    Returns:
+        Points, (m, k) [m].
+    """
+    along = arc_length(points)
+    return np.stack([np.interp(at, along, column) for column in points.T], axis=1)
+
+
+def section(points: Floats, start: float, end: float) -> Floats:
+    """The part of a polyline between two distances.
+
+    Args:
+        points: Vertices, (n, k) [m], n >= 2.
+        start: [m], clamped.
+        end: [m], clamped, > start.
+
+    Returns:
+        Vertices, (m, k) [m], m >= 2, with all vertices in between.
+    """
+    along = arc_length(points)
+    inner = along[(along > start + 1e-6) & (along < end - 1e-6)]
+    return points_at(points, np.concatenate([[start], inner, [end]]))
+
+
+def ribbon(right: Floats, left: Floats) -> tuple[Floats, Floats]:
+    """Corners of the quads between two polylines with as many vertices.
+
+    Args:
+        right: (n, 3) [m].
+        left: (n, 3) [m].
+
+    Returns:
+        Corners, (n - 1, 4, 3) [m], counter-clockwise: right start, right end,
+        left end, left start; and the mean line between both, (n, 3) [m].
+    """
+    quads = np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
+    return quads, 0.5 * (right + left)

@@ -1,0 +1,108 @@
+"""Buildings as quads by role, painted last: geometry is shared, colours are not.
+
+A shell maps a role (`wall`, `plinth`, `roof`, `window`, ...) to quads, (n, 4, 3) [m],
+counter-clockwise seen from outside; a quad whose last corners coincide is a triangle.
+A palette says what a role is made of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.scene import Colour, Part
+
+Shell = Mapping[str, Floats]
+"""Quads by role, (n, 4, 3) [m]."""
+
+Palette = Mapping[str, tuple[str, Colour | None]]
+"""Material and, where it is tinted, colour of each role."""
+
+_FLAT = np.concatenate([np.arange(3), [0, 2, 3]])
+
+
+def joined(shells: Iterable[Shell]) -> dict[str, Floats]:
+    """One shell of many; roles keep the order of their first appearance."""
+    found: dict[str, list[Floats]] = {}
+    for shell in shells:
+        for role, quads in shell.items():
+            found.setdefault(role, []).append(np.asarray(quads, np.float64).reshape(-1, 4, 3))
+    return {role: np.concatenate(quads) for role, quads in found.items()}
+
+
+def stood_up(shell: Shell, start: Floats, end: Floats) -> dict[str, Floats]:
+    """Stand a flat wall up between two points of a plan.
+
+    Args:
+        shell: Quads in (along, inward, up) [m], along from `start` to `end`.
+        start: Left end seen from outside, (2,) [m].
+        end: Right end seen from outside, (2,) [m].
+    """
+    along = (end - start) / np.linalg.norm(end - start)
+    inward = np.array([-along[1], along[0]])
+    placed = {}
+    for role, quads in shell.items():
+        plan = start + quads[..., :1] * along + quads[..., 1:2] * inward
+        placed[role] = np.concatenate([plan, quads[..., 2:]], axis=-1)
+    return placed
+
+
+def rectangles(u0: Floats, u1: Floats, z0: Floats, z1: Floats, inward: float = 0.0) -> Floats:
+    """Upright rectangles in wall coordinates, (n, 4, 3) [m]; arguments broadcast."""
+    u0, u1, z0, z1 = np.broadcast_arrays(*np.atleast_1d(u0, u1, z0, z1))
+    depth = np.full(u0.shape, inward)
+    corners = [(u0, depth, z0), (u1, depth, z0), (u1, depth, z1), (u0, depth, z1)]
+    return np.stack([np.stack(corner, axis=-1) for corner in corners], axis=-2)
+
+
+def box(low: Sequence[float], high: Sequence[float], *, skip: str = "b") -> Floats:
+    """Faces of an axis-aligned box between two corners, (n, 4, 3) [m].
+
+    Args:
+        low: Lowest corner (x, y, z) [m].
+        high: Highest corner [m].
+        skip: Faces to leave out: b(ottom), t(op), and x, X, y, Y for its low and high sides.
+    """
+    (x, y, z), (X, Y, Z) = low, high  # noqa: N806 - capitals mark the high side
+    sides = {
+        "b": [(x, y, z), (x, Y, z), (X, Y, z), (X, y, z)],
+        "t": [(x, y, Z), (X, y, Z), (X, Y, Z), (x, Y, Z)],
+        "y": [(x, y, z), (X, y, z), (X, y, Z), (x, y, Z)],
+        "Y": [(X, Y, z), (x, Y, z), (x, Y, Z), (X, Y, Z)],
+        "X": [(X, y, z), (X, Y, z), (X, Y, Z), (X, y, Z)],
+        "x": [(x, Y, z), (x, y, z), (x, y, Z), (x, Y, Z)],
+    }
+    return np.array([side for name, side in sides.items() if name not in skip], dtype=np.float64)
+
+
+def paint(shell: Shell, palette: Palette) -> tuple[Part, ...]:
+    """Turn a shell into parts, one per material.
+
+    Args:
+        shell: Quads by role.
+        palette: Says for every role of the shell what it is made of.
+    """
+    quads: dict[str, list[Floats]] = {}
+    tints: dict[str, list[Floats]] = {}
+    for role, corners in shell.items():
+        material, colour = palette[role]
+        quads.setdefault(material, []).append(corners)
+        tint = np.broadcast_to(np.ones(3) if colour is None else colour, (len(corners), 3))
+        tints.setdefault(material, []).append(tint)
+    tinted = {material for material, colour in palette.values() if colour is not None}
+    return tuple(
+        _part(material, np.concatenate(some), np.concatenate(tints[material]), material in tinted)
+        for material, some in quads.items()
+    )
+
+
+def _part(material: str, quads: Floats, tint: Floats, tinted: bool) -> Part:
+    """Triangulate quads of one material and drop what has no area."""
+    faces = (4 * np.arange(len(quads))[:, None] + _FLAT).reshape(-1, 3)
+    vertices = quads.reshape(-1, 3)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-8
+    each = np.repeat(tint, 2, axis=0)[solid]
+    return Part(Mesh(vertices, faces[solid]), material, each if tinted else None)

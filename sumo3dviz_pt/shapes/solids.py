@@ -1,0 +1,148 @@
+"""Small closed pieces: lathed bodies, boxes, superellipsoids, tubes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
+from sumo3dviz_pt.shapes.cutting import share_normals, weld
+
+
+def shaded(vertices: Floats, faces: Ints, *, crease: float = 0.7) -> Mesh:
+    """Give a triangle list smooth normals, except across creases.
+
+    Args:
+        vertices: (n, 3) [m]; equal positions should be one vertex.
+        faces: Outward triangles, (m, 3); degenerate ones are dropped.
+        crease: Angle above which an edge stays sharp [rad].
+    """
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a)
+    solid = np.linalg.norm(areas, axis=1) > 1e-9
+    faces, areas = faces[solid], areas[solid]
+    owner = faces.reshape(-1)
+    normals = share_normals(owner, np.repeat(areas, 3, axis=0), crease=crease)
+    return weld(owner, vertices[owner], normals)
+
+
+def _grid_faces(rows: int, columns: int, *, closed: bool) -> Ints:
+    """Triangles of a grid of vertices, row-major; columns wrap around when closed."""
+    i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns - (not closed)), indexing="ij")
+    after = (j + 1) % columns
+    a, b = i * columns + j, i * columns + after
+    c, d = (i + 1) * columns + after, (i + 1) * columns + j
+    return np.concatenate(
+        [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
+    )
+
+
+def lathe(profile: Sequence[Sequence[float]], *, segments: int, crease: float = 0.7) -> Mesh:
+    """Turn a profile around the y axis.
+
+    Args:
+        profile: (radius, y) pairs [m]; where y grows along it, the outside is away
+            from the axis.
+        segments: Number of facets around.
+        crease: Angle above which an edge stays sharp [rad].
+    """
+    turns = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
+    points = np.asarray(profile, dtype=np.float64)
+    radius, y = points[:, 0, None], points[:, 1, None]
+    vertices = np.stack(
+        [radius * np.sin(turns), np.broadcast_to(y, (len(points), segments)),
+         radius * np.cos(turns)], axis=-1
+    ).reshape(-1, 3)
+    faces = _grid_faces(len(points), segments, closed=True)
+    # Poles: all vertices of a ring of radius 0 are one vertex.
+    rings = np.arange(len(points)).repeat(segments)
+    first = np.where(radius[:, 0].repeat(segments) < 1e-9, rings * segments,
+                     np.arange(len(vertices)))
+    return shaded(vertices, first[faces], crease=crease)
+
+
+def box(low: Sequence[float], high: Sequence[float]) -> Mesh:
+    """An axis-aligned box with sharp edges between two corners [m]."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    vertices = np.asarray(low) + corners * (np.asarray(high) - np.asarray(low))
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return shaded(vertices, _fan(quads), crease=0.2)
+
+
+def prism(outline: Sequence[Sequence[float]], *, half_width: float, crease: float = 0.4) -> Mesh:
+    """Extrude a convex outline of counter-clockwise (x, z) pairs [m] over +-half_width in y."""
+    points = np.asarray(outline, dtype=np.float64)
+    count = len(points)
+    sides = [
+        np.column_stack([points[:, 0], np.full(count, y), points[:, 1]])
+        for y in (-half_width, half_width)
+    ]
+    ring = np.arange(count)
+    after = (ring + 1) % count
+    hull = np.stack([ring, after, after + count, ring + count], axis=1)
+    caps = [list(ring), list(ring[::-1] + count)]
+    faces = np.concatenate([_fan(hull), _fan(caps)])[:, ::-1]
+    return shaded(np.concatenate(sides), faces, crease=crease)
+
+
+def _fan(polygons: Sequence[Sequence[int]] | Ints) -> Ints:
+    """Triangles of convex polygons given by their vertex numbers."""
+    return np.array(
+        [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)], dtype=np.int64
+    )
+
+
+def superellipsoid(
+    half: Sequence[float], *, squareness: float, segments: int = 12, rings: int = 8
+) -> Mesh:
+    """A rounded body around the origin.
+
+    Args:
+        half: Half sizes along x, y, z [m].
+        squareness: Exponent, 2 is an ellipsoid, 4 nearly a box.
+        segments: Facets around z.
+        rings: Facets from pole to pole.
+    """
+    turn = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
+    lift = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)[:, None]
+    directions = np.stack(
+        [np.cos(lift) * np.cos(turn), np.cos(lift) * np.sin(turn),
+         np.broadcast_to(np.sin(lift), (rings + 1, segments))], axis=-1
+    ).reshape(-1, 3)
+    size = (np.abs(directions) ** squareness).sum(axis=1) ** (1.0 / squareness)
+    vertices = directions / size[:, None] * np.asarray(half)
+    numbers = np.arange(len(vertices))
+    ring = numbers // segments
+    numbers = np.where((ring == 0) | (ring == rings), ring * segments, numbers)
+    return shaded(vertices, numbers[_grid_faces(rings + 1, segments, closed=True)], crease=1.2)
+
+
+def tube(path: Floats, *, radius: float, sides: int = 6) -> Mesh:
+    """A closed tube along a polyline, (n, 3) [m]."""
+    path = np.asarray(path, dtype=np.float64)
+    along = np.gradient(path, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    helper = np.array([0.0, 1.0, 0.0]) if abs(along[0, 1]) < 0.9 else np.array([0.0, 0.0, 1.0])
+    across = np.cross(along, helper)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    upwards = np.cross(along, across)
+    turn = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)[None, :, None]
+    ring = np.cos(turn) * across[:, None] + np.sin(turn) * upwards[:, None]
+    vertices = (path[:, None] + radius * ring).reshape(-1, 3)
+    count = len(vertices)
+    caps = [list(range(sides))[::-1], list(range(count - sides, count))]
+    faces = np.concatenate([_grid_faces(len(path), sides, closed=True), _fan(caps)])
+    return shaded(vertices, faces, crease=0.9)
+
+
+def moved(mesh: Mesh, *offset: float) -> Mesh:
+    """Shift a mesh by (x, y, z) [m]."""
+    return Transform.from_pose(offset).mesh(mesh)
+
+
+def mirrored(mesh: Mesh) -> Mesh:
+    """The mesh on the other side of the plane y = 0, still outward."""
+    flip = np.array([1.0, -1.0, 1.0])
+    normals = None if mesh.normals is None else mesh.normals * flip
+    return Mesh(mesh.vertices * flip, mesh.faces[:, ::-1], normals, mesh.uvs)

@@ -1,0 +1,22 @@
+"""SUMO's files become values of the model; SUMO's conventions end here."""
+
+from __future__ import annotations
+
+from sumo3dviz_pt.sumo.additional import read_additional
+from sumo3dviz_pt.sumo.fcd import read_trajectories
+from sumo3dviz_pt.sumo.find import find_scenario
+from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.sumo.scenario import read_scenario
+from sumo3dviz_pt.sumo.signals import read_signals
+from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
+
+__all__ = [
+    "default_vehicle_type",
+    "find_scenario",
+    "read_additional",
+    "read_network",
+    "read_scenario",
+    "read_signals",
+    "read_trajectories",
+    "read_vehicle_types",
+]

@@ -1,0 +1,132 @@
+"""Read points of interest and polygons from SUMO's additional files."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+from sumo3dviz_pt.model.geometry import frozen
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.sumo.stream import Element, read_elements
+from sumo3dviz_pt.sumo.values import (
+    Colour,
+    parse_colour,
+    parse_flag,
+    parse_points,
+    yaw_from_angle_deg,
+)
+
+logger = logging.getLogger(__name__)
+
+_POI_FIELDS = frozenset({"id", "type", "x", "y", "color", "angle"})
+_POLYGON_FIELDS = frozenset({"id", "type", "shape", "color", "fill"})
+_KINDS = ("poi", "poly")
+
+
+def read_additional(paths: Iterable[Path]) -> tuple[tuple[Poi, ...], tuple[Polygon, ...]]:
+    """Read the POIs and polygons of additional files; other elements are passed over.
+
+    POIs without x and y (lon/lat or bound to a lane), and polygons in lon/lat or with
+    fewer than two points, are left out with a warning that counts them.
+
+    Args:
+        paths: Additional files, plain or gzipped.
+
+    Returns:
+        POIs and polygons in file order.
+
+    Raises:
+        InputError: If a file is damaged or an attribute cannot be understood.
+    """
+    pois: list[Poi] = []
+    polygons: list[Polygon] = []
+    for path in paths:
+        left_out: Counter[str] = Counter()
+        for element, params in _objects(path):
+            reason = _unusable(element)
+            if reason:
+                left_out[reason] += 1
+            elif element.tag == "poi":
+                pois.append(_poi(element, params))
+            else:
+                polygons.append(_polygon(element, params))
+        for reason, count in left_out.items():
+            logger.warning("%s: %d %s", path, count, reason)
+    return tuple(pois), tuple(polygons)
+
+
+def _objects(path: Path) -> list[tuple[Element, dict[str, str]]]:
+    """The POIs and polygons of a file, each with its `<param>` children."""
+    objects: list[tuple[Element, dict[str, str]]] = []
+    owner: Element | None = None
+    for element in read_elements(path, root=(), what="an additional file of SUMO"):
+        if element.tag in _KINDS:
+            owner = element
+            objects.append((element, {}))
+        elif owner is not None and element.depth <= owner.depth:
+            owner = None
+        elif owner is not None and element.tag == "param":
+            objects[-1][1][element.text("key")] = element.text("value", "")
+    return objects
+
+
+def _unusable(element: Element) -> str:
+    """Why an object cannot be placed, or nothing."""
+    if element.tag == "poi":
+        placed = "x" in element.attributes and "y" in element.attributes
+        return "" if placed else "POIs left out: only POIs with x and y are read"
+    if parse_flag(element.text("geo", "false")):
+        return "polygons left out: their shapes are in longitude and latitude"
+    if len(element.text("shape", "").split()) < 2:
+        return "polygons left out: they have fewer than two points"
+    return ""
+
+
+def _poi(element: Element, params: dict[str, str]) -> Poi:
+    angle = element.number("angle") if "angle" in element.attributes else None
+    return Poi(
+        id=element.text("id"),
+        type=element.text("type", ""),
+        position=(element.number("x"), element.number("y")),
+        yaw=None if angle is None else yaw_from_angle_deg(angle),
+        colour=colour_of(element),
+        source=str(element.file),
+        params=_others(element, _POI_FIELDS) | params,
+    )
+
+
+def _polygon(element: Element, params: dict[str, str]) -> Polygon:
+    try:
+        shape = parse_points(element.text("shape"))
+    except ValueError as error:
+        raise element.error(f"shape must hold points such as 1.0,2.0, but {error}") from None
+    return Polygon(
+        id=element.text("id"),
+        type=element.text("type", ""),
+        shape=frozen(shape[:, :2]),
+        fill=parse_flag(element.text("fill", "false")),
+        colour=colour_of(element),
+        source=str(element.file),
+        params=_others(element, _POLYGON_FIELDS) | params,
+    )
+
+
+def colour_of(element: Element) -> Colour | None:
+    """The linear sRGB of an element's `color`, or None where it has none.
+
+    Raises:
+        InputError: If SUMO would not understand it either.
+    """
+    text = element.text("color", "")
+    try:
+        return parse_colour(text)
+    except ValueError:
+        raise element.error(
+            f'color="{text}" must be a name, #rrggbb or r,g,b with 0-255 or 0-1'
+        ) from None
+
+
+def _others(element: Element, known: frozenset[str]) -> dict[str, str]:
+    return {key: value for key, value in element.attributes.items() if key not in known}

@@ -1,0 +1,118 @@
+"""SUMO's vehicle classes and what it takes for granted about them.
+
+References:
+    Sizes and shapes were asked from Eclipse SUMO 1.28.0 over TraCI with one empty
+    `<vType vClass="..."/>` per class. Obsolete names follow SUMO's
+    `SumoVehicleClassStrings` (utils/common/SUMOVehicleClass.cpp).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ClassDefaults:
+    """What a vType has when only its vClass is known.
+
+    Attributes:
+        length: [m].
+        width: [m].
+        height: [m].
+        gui_shape: SUMO's guiShape; empty where SUMO has none.
+    """
+
+    length: float
+    width: float
+    height: float
+    gui_shape: str
+
+
+_CAR = (5.0, 1.8, 1.5)
+
+CLASS_DEFAULTS: dict[str, ClassDefaults] = {
+    "private": ClassDefaults(*_CAR, "passenger"),
+    "emergency": ClassDefaults(6.5, 2.16, 2.86, "delivery"),
+    "authority": ClassDefaults(*_CAR, ""),
+    "army": ClassDefaults(*_CAR, ""),
+    "vip": ClassDefaults(*_CAR, "passenger"),
+    "pedestrian": ClassDefaults(0.215, 0.478, 1.719, "pedestrian"),
+    "passenger": ClassDefaults(*_CAR, "passenger"),
+    "hov": ClassDefaults(*_CAR, "passenger"),
+    "taxi": ClassDefaults(*_CAR, "taxi"),
+    "bus": ClassDefaults(12.0, 2.5, 3.4, "bus"),
+    "coach": ClassDefaults(14.0, 2.6, 4.0, "bus/coach"),
+    "delivery": ClassDefaults(6.5, 2.16, 2.86, "delivery"),
+    "truck": ClassDefaults(7.1, 2.4, 2.4, "truck"),
+    "trailer": ClassDefaults(16.5, 2.55, 4.0, "truck/trailer"),
+    "motorcycle": ClassDefaults(2.2, 0.9, 1.5, "motorcycle"),
+    "moped": ClassDefaults(2.1, 0.78, 1.7, "moped"),
+    "bicycle": ClassDefaults(1.6, 0.65, 1.7, "bicycle"),
+    "evehicle": ClassDefaults(*_CAR, "evehicle"),
+    "tram": ClassDefaults(22.0, 2.4, 3.2, "rail/railcar"),
+    "rail_urban": ClassDefaults(109.5, 3.0, 3.6, "rail/railcar"),
+    "rail": ClassDefaults(135.0, 2.84, 3.75, "rail"),
+    "rail_electric": ClassDefaults(200.0, 2.95, 3.89, "rail"),
+    "rail_fast": ClassDefaults(200.0, 2.95, 3.89, "rail"),
+    "ship": ClassDefaults(17.0, 4.0, 4.0, "ship"),
+    "container": ClassDefaults(6.096, 2.438, 2.591, ""),
+    "cable_car": ClassDefaults(*_CAR, ""),
+    "subway": ClassDefaults(109.5, 3.0, 3.6, "rail/railcar"),
+    "aircraft": ClassDefaults(72.7, 79.8, 1.5, "aircraft"),
+    "wheelchair": ClassDefaults(1.2, 0.72, 1.2, "pedestrian"),
+    "scooter": ClassDefaults(1.2, 0.5, 1.7, "scooter"),
+    "drone": ClassDefaults(0.5, 0.5, 1.5, ""),
+    "custom1": ClassDefaults(*_CAR, "passenger"),
+    "custom2": ClassDefaults(*_CAR, "passenger"),
+}
+
+ALL_CLASSES = frozenset(CLASS_DEFAULTS)
+
+OBSOLETE_CLASSES = {
+    "public_emergency": "emergency",
+    "public_authority": "authority",
+    "public_army": "army",
+    "public_transport": "bus",
+    "transport": "truck",
+    "lightrail": "tram",
+    "cityrail": "rail_urban",
+    "rail_slow": "rail",
+}
+
+DEFAULT_TYPES = {
+    "DEFAULT_VEHTYPE": "passenger",
+    "DEFAULT_PEDTYPE": "pedestrian",
+    "DEFAULT_BIKETYPE": "bicycle",
+    "DEFAULT_TAXITYPE": "taxi",
+    "DEFAULT_RAILTYPE": "rail",
+    "DEFAULT_CONTAINERTYPE": "container",
+}
+
+TYPE_OF_KIND = {
+    "vehicle": "DEFAULT_VEHTYPE",
+    "person": "DEFAULT_PEDTYPE",
+    "container": "DEFAULT_CONTAINERTYPE",
+}
+
+
+def allowed_classes(allow: str, disallow: str) -> frozenset[str]:
+    """The vClasses that may use a lane.
+
+    Args:
+        allow: The lane's `allow` list; wins where it is not empty.
+        disallow: Its `disallow` list.
+
+    Returns:
+        vClasses; all of them where both lists are empty. Unknown names are ignored,
+        so that nets of a later SUMO can be read.
+    """
+    if allow.strip():
+        return _class_set(allow)
+    return ALL_CLASSES - _class_set(disallow)
+
+
+def _class_set(names: str) -> frozenset[str]:
+    words = names.replace("|", " ").split()
+    if "all" in words:
+        return ALL_CLASSES
+    return ALL_CLASSES & {OBSOLETE_CLASSES.get(word, word) for word in words}

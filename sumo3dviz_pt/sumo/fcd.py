@@ -1,0 +1,233 @@
+"""Read the vehicle log: SUMO's floating car data (FCD) in XML, plain or gzipped.
+
+The log is streamed. Rows are packed into one buffer of doubles per road user; rows
+outside the asked window never leave the parser's handler, and the reading stops at
+the first step past the window.
+"""
+
+from __future__ import annotations
+
+import logging
+from array import array
+from collections.abc import Iterable, Mapping
+from math import inf, nan
+from pathlib import Path
+from typing import NoReturn
+from xml.parsers import expat
+
+import numpy as np
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.traffic import TrafficLog
+from sumo3dviz_pt.sumo.stream import Element, TruncatedError, check_root, feed
+from sumo3dviz_pt.sumo.traces import COLUMNS, Rows, build_traces
+from sumo3dviz_pt.sumo.values import parse_time
+
+logger = logging.getLogger(__name__)
+
+KINDS = frozenset({"vehicle", "person", "container"})
+_WHAT = "a vehicle log of SUMO (--fcd-output)"
+_FAR = 1e9
+"""Coordinates beyond this are no metres on Earth [m]; NaN fails the test too."""
+
+
+def read_trajectories(
+    paths: Iterable[Path],
+    *,
+    begin: float | None = None,
+    end: float | None = None,
+    allow_truncated: bool = False,
+) -> TrafficLog:
+    """Read vehicle logs.
+
+    Steps out of order are sorted; of repeated ones the first counts. Persons and
+    containers that coincide with a vehicle ride in it and are left out while they do.
+    An id that comes back with another type makes another trace with the same key.
+    With an `end`, a log is read up to its first step past it, so steps written out of
+    order behind that one are not seen, and `TrafficLog.end` is the last step seen.
+
+    Args:
+        paths: Logs that belong together, such as vehicles and persons apart.
+        begin: First time to keep [s]; None keeps all from the start.
+        end: Last time to keep [s]; None keeps all to the end.
+        allow_truncated: Use the complete steps of a log that breaks off.
+
+    Returns:
+        Traces with SI units, yaws counter-clockwise from east, slopes within 30 degrees.
+
+    Raises:
+        InputError: If a log is damaged, breaks off, holds no step or none in the
+            window, or lacks an attribute that drawing needs.
+    """
+    window = (-inf if begin is None else begin, inf if end is None else end)
+    lanes: dict[str, int] = {}
+    rows: Rows = {}
+    steps: set[float] = set()
+    files = [Path(path) for path in paths]
+    for file in files:
+        reader = _Reader(file, window, lanes)
+        reader.read(allow_truncated=allow_truncated)
+        steps.update(reader.steps)
+        _move(reader.rows, rows)
+    times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
+    _check_steps(times, window, files)
+    return TrafficLog(
+        traces=build_traces(rows),
+        lane_names=tuple(lanes),
+        begin=float(times[0]),
+        end=float(times[-1]),
+        step=round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0,
+    )
+
+
+def _move(source: Rows, target: Rows) -> None:
+    """Add rows to others; the source is emptied, so that nothing is held twice."""
+    for key in list(source):
+        buffer = source.pop(key)
+        if target.setdefault(key, buffer) is not buffer:
+            target[key].extend(buffer)
+
+
+def _check_steps(times: Floats, window: tuple[float, float], files: list[Path]) -> None:
+    """Refuse a log without steps, or without one in the window."""
+    file = files[0] if files else None
+    if not len(times):
+        raise InputError("the log holds no time step; run the simulation again", file=file)
+    if not ((times >= window[0]) & (times <= window[1])).any():
+        raise InputError(
+            f"no time step lies between {window[0]:g} s and {window[1]:g} s; "
+            f"the log goes from {times[0]:g} s to {times[-1]:g} s",
+            file=file,
+        )
+
+
+class _DoneError(Exception):
+    """Everything up to the end of the window has been read."""
+
+
+class _Reader:
+    """The state of reading one log."""
+
+    def __init__(self, file: Path, window: tuple[float, float], lanes: dict[str, int]) -> None:
+        self.file = file
+        self.rows: Rows = {}
+        self.steps = array("d")
+        self._begin, self._end = window
+        self._lanes = lanes
+        self._time = nan
+        self._kept = False
+        self._parser = expat.ParserCreate()
+
+    def read(self, *, allow_truncated: bool) -> None:
+        """Stream the file into `rows` and `steps`."""
+        self._parser.StartElementHandler = self._root
+        try:
+            feed(self._parser, self.file)
+        except _DoneError:
+            logger.debug("%s: stopped reading past %g s", self.file, self._end)
+        except TruncatedError as error:
+            self._drop_last_step()
+            if not allow_truncated:
+                raise self._broken_off(error) from None
+            logger.warning(
+                "%s: breaks off; its %d complete steps are used", self.file, len(self.steps)
+            )
+
+    def _root(self, tag: str, attributes: dict[str, str]) -> None:
+        """Handle the root element."""
+        check_root(self._element(tag, attributes), ("fcd-export",), _WHAT)
+        self._parser.StartElementHandler = self._skip
+
+    def _skip(self, tag: str, attributes: dict[str, str]) -> None:
+        """Handle elements outside the window."""
+        if tag == "timestep":
+            self._step(attributes)
+
+    def _step(self, attributes: Mapping[str, str]) -> None:
+        """Enter a time step and choose whether its rows are kept."""
+        try:
+            time = float(attributes["time"])
+            time = parse_time(attributes["time"]) if not -inf < time < inf else time
+        except (KeyError, ValueError):
+            time = self._odd_time(attributes)
+        # Once rows are kept nothing past the window matters; without any, the error
+        # message needs to know where the log ends.
+        if time > self._end and self._kept:
+            raise _DoneError
+        self._time = time
+        self.steps.append(time)
+        inside = self._begin <= time <= self._end
+        self._kept = self._kept or inside
+        self._parser.StartElementHandler = self._row if inside else self._skip
+
+    def _row(self, tag: str, attributes: dict[str, str]) -> None:
+        """Pack one row; this runs a million times, hence the plain style."""
+        if tag not in KINDS:
+            self._skip(tag, attributes)
+            return
+        get = attributes.get
+        try:
+            x, y = float(attributes["x"]), float(attributes["y"])
+            z = float(get("z", 0.0))
+            angle = float(attributes["angle"])
+            speed, slope = float(get("speed", nan)), float(get("slope", 0.0))
+            signals = int(get("signals", -1))
+            key = (tag, attributes["id"], get("type", ""))
+        except (KeyError, ValueError):
+            self._refuse(tag, attributes)
+        if not (-_FAR < x < _FAR and -_FAR < y < _FAR and -_FAR < z + angle + slope < _FAR):
+            self._refuse(tag, attributes)
+        if tag != "vehicle" and get("vehicle") and get("stage", "driving") == "driving":
+            return
+        lane = get("lane") or get("edge")
+        place = self._lanes.setdefault(lane, len(self._lanes)) if lane else -1
+        buffer = self.rows.get(key)
+        if buffer is None:
+            buffer = self.rows[key] = array("d")
+        buffer.extend((self._time, x, y, z, angle, speed, slope, place, signals))
+
+    def _odd_time(self, attributes: Mapping[str, str]) -> float:
+        """A time that is not written in seconds."""
+        text = self._element("timestep", attributes).text("time")
+        try:
+            return parse_time(text)
+        except ValueError:
+            message = f'time="{text}" must be seconds, h:m:s or d:h:m:s'
+            raise self._element("timestep", attributes).error(message) from None
+
+    def _refuse(self, tag: str, attributes: Mapping[str, str]) -> NoReturn:
+        """Say what is wrong with a row."""
+        element = self._element(tag, attributes)
+        for name in ("id", "x", "y", "angle"):
+            if name not in attributes:
+                raise element.error(
+                    f'the attribute "{name}" is missing; log at least x,y,angle '
+                    "(--fcd-output.attributes)"
+                )
+        for name in ("x", "y", "z", "angle", "speed", "slope", "signals"):
+            value = element.number(name, 0.0)
+            if abs(value) >= _FAR:
+                break
+        raise element.error(f'{name}="{attributes[name]}" cannot be; run the simulation again')
+
+    def _element(self, tag: str, attributes: Mapping[str, str]) -> Element:
+        return Element(tag, attributes, 0, self.file, self._parser.CurrentLineNumber)
+
+    def _drop_last_step(self) -> None:
+        """Forget the step in which the log breaks off; nobody knows if it is complete."""
+        if not self.steps:
+            return
+        time = self.steps.pop()
+        for buffer in self.rows.values():
+            while buffer and buffer[-COLUMNS] == time:
+                del buffer[-COLUMNS:]
+
+    def _broken_off(self, error: TruncatedError) -> InputError:
+        last = f" (the last at {self.steps[-1]:g} s)" if self.steps else ""
+        return InputError(
+            f"the log breaks off after {len(self.steps)} complete time steps{last}; run the "
+            "simulation again, or set scenario.allow_truncated to use these",
+            file=self.file,
+            line=error.line,
+        )

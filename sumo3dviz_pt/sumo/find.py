@@ -1,0 +1,168 @@
+"""Find the files of a scenario, from a SUMO configuration or by searching a folder."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.scenario import ScenarioFiles
+from sumo3dviz_pt.sumo.stream import read_elements, root_of
+from sumo3dviz_pt.sumo.survey import (
+    CONFIGURATION_ROOTS,
+    readable_elements,
+    signal_logs,
+    survey_files,
+    survey_folder,
+    vehicle_logs,
+)
+
+logger = logging.getLogger(__name__)
+
+_OPTIONS = {
+    "net-file": "network",
+    "net": "network",
+    "route-files": "inputs",
+    "routes": "inputs",
+    "additional-files": "inputs",
+    "additional": "inputs",
+    "fcd-output": "trajectories",
+    "person-fcd-output": "trajectories",
+}
+"""SUMO's option names and their synonyms."""
+
+_SIGNAL_EVENTS = frozenset({"SaveTLSStates", "SaveTLSSwitchStates"})
+
+
+@dataclass(slots=True)
+class _Named:
+    """Files that a configuration names, whether they exist or not."""
+
+    network: list[Path] = field(default_factory=list)
+    inputs: list[Path] = field(default_factory=list)
+    trajectories: list[Path] = field(default_factory=list)
+
+    def missing(self) -> tuple[Path, ...]:
+        """Those that do not exist."""
+        named = (*self.network, *self.inputs, *self.trajectories)
+        return tuple(path for path in dict.fromkeys(named) if not path.is_file())
+
+
+def find_scenario(
+    path: Path, *, network: Path | None = None, trajectories: Sequence[Path] = ()
+) -> ScenarioFiles:
+    """Find the files of a scenario.
+
+    A configuration's own files come first; what it does not name or what is missing is
+    looked for, by content, beside it and one folder down. A folder with exactly one
+    configuration is read through that. A subfolder that has a network of its own is
+    another scenario and is ignored.
+
+    Args:
+        path: A .sumocfg or a folder.
+        network: Use this network instead.
+        trajectories: Use these vehicle logs instead.
+
+    Returns:
+        The files that exist, and those named but missing.
+
+    Raises:
+        InputError: If there is no network or vehicle log, or several to choose from.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError("does not exist; give a .sumocfg or a folder", file=path)
+    configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
+    named = _Named() if configuration is None else _named_by(configuration)
+    first = network or next((net for net in named.network if net.is_file()), None)
+    found = survey_folder(folder, network=first)
+    if configuration is None and len(found.configurations) == 1:
+        return find_scenario(found.configurations[0], network=network, trajectories=trajectories)
+    inputs = survey_files(file for file in named.inputs if file.is_file())
+    logs = tuple(trajectories) or _existing(named.trajectories)
+    return ScenarioFiles(
+        network=first or _only(found.networks, path),
+        trajectories=logs or _logs(found.trajectories, named.trajectories, path),
+        signals=signal_logs(_existing(_signal_outputs(named.inputs)) or found.signals),
+        additional=(inputs + found).additional,
+        vehicle_types=(inputs + found).vehicle_types,
+        missing=named.missing(),
+    )
+
+
+def _named_by(configuration: Path) -> _Named:
+    """The files that a configuration names, relative to itself."""
+    if root_of(configuration) not in CONFIGURATION_ROOTS:
+        # Complain about damage before complaining about the kind of file.
+        for _ in read_elements(configuration, root=(), what="a configuration of SUMO"):
+            pass
+        raise InputError(
+            "is not a configuration of SUMO; give a .sumocfg or a folder", file=configuration
+        )
+    named = _Named()
+    for element in read_elements(
+        configuration, root=tuple(CONFIGURATION_ROOTS), what="a configuration of SUMO"
+    ):
+        target = _OPTIONS.get(element.tag)
+        value = element.text("value", element.text("v", ""))
+        if target is not None and value:
+            paths = [_path(configuration.parent, name) for name in value.split(",") if name.strip()]
+            getattr(named, target).extend(paths)
+    return named
+
+
+def _path(folder: Path, name: str) -> Path:
+    """A file that SUMO names; configurations written on Windows may hold backslashes."""
+    plain = folder / name.strip()
+    return plain if plain.exists() else folder / name.strip().replace("\\", "/")
+
+
+def _signal_outputs(inputs: list[Path]) -> list[Path]:
+    """Signal logs that additional files order, relative to these."""
+    return [
+        _path(file.parent, element.attributes["dest"])
+        for file in inputs
+        if file.is_file() and root_of(file) != "routes"
+        for element in readable_elements(file)
+        if element.tag == "timedEvent"
+        and element.attributes.get("type") in _SIGNAL_EVENTS
+        and "dest" in element.attributes
+    ]
+
+
+def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
+    return tuple(path for path in paths if path.is_file())
+
+
+def _only(networks: tuple[Path, ...], place: Path) -> Path:
+    """The network, if there is exactly one."""
+    if not networks:
+        raise InputError("no network (.net.xml) was found; name it by --network", file=place)
+    if len(networks) > 1:
+        raise InputError(f"{_names(networks)} are networks; name one by --network", file=place)
+    return networks[0]
+
+
+def _logs(found: tuple[Path, ...], named: Sequence[Path], place: Path) -> tuple[Path, ...]:
+    """The vehicle logs found by content; those called like the named ones are preferred."""
+    alike = tuple(f for f in found if any(f.name.startswith(n.name.split(".")[0]) for n in named))
+    logs = vehicle_logs(alike) or vehicle_logs(found)
+    if not found:
+        raise InputError(
+            "no vehicle log was found; run sumo with --fcd-output fcd.xml.gz, "
+            "or name a log by --trajectories",
+            file=place,
+        )
+    if not logs:
+        raise InputError(
+            f"{_names(found)} are vehicle logs; name one by --trajectories", file=place
+        )
+    return logs
+
+
+def _names(files: Sequence[Path]) -> str:
+    names = [file.name for file in files[:4]]
+    more = len(files) - len(names)
+    return ", ".join(names) + (f" and {more} more" if more else "")

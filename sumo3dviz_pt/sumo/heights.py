@@ -1,0 +1,56 @@
+"""Heights of the road under points, for logs without z in a network that has hills."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.model.geometry import Floats, frozen
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.traffic import Trace
+
+_SPACING = 2.0
+"""Distance between the points that stand for a lane [m]."""
+
+
+def with_heights(traces: tuple[Trace, ...], network: Network) -> tuple[Trace, ...]:
+    """Put traces onto the road if the log has no z but the network has.
+
+    Args:
+        traces: As read.
+        network: The roads.
+
+    Returns:
+        The same traces if the network is flat or any sample has a height, else traces
+        whose z [m] is that of the nearest lane.
+    """
+    points = _lane_points(network)
+    flat_log = not any(trace.positions[:, 2].any() for trace in traces)
+    if not traces or not points[:, 2].any() or not flat_log:
+        return traces
+    tree = cKDTree(points[:, :2])
+    return tuple(
+        replace(trace, positions=_lifted(trace.positions, points[:, 2], tree)) for trace in traces
+    )
+
+
+def _lifted(positions: Floats, heights: Floats, tree: cKDTree) -> Floats:
+    """Positions at the heights of their nearest points, weighted by inverse distance."""
+    # A lane has at least two points, so there always is a second one.
+    distances, nearest = tree.query(positions[:, :2], k=[1, 2])
+    weights = 1.0 / (np.asarray(distances) + 1e-6)
+    z = (weights * heights[nearest]).sum(axis=1) / weights.sum(axis=1)
+    return frozen(np.column_stack([positions[:, :2], z]))
+
+
+def _lane_points(network: Network) -> Floats:
+    """Points along all lanes, at most `_SPACING` apart, (n, 3) [m]."""
+    parts = []
+    for lane in network.lanes.values():
+        steps = np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
+        along = np.concatenate([[0.0], np.cumsum(steps)])
+        at = np.linspace(0.0, along[-1], max(2, int(np.ceil(along[-1] / _SPACING)) + 1))
+        parts.append(np.column_stack([np.interp(at, along, axis) for axis in lane.shape.T]))
+    return np.concatenate(parts)

@@ -1,0 +1,232 @@
+"""Stream XML files, plain or gzipped, through expat.
+
+Nothing here knows what the elements mean. Readers of small files use
+`read_elements`; the vehicle log, which can be gigabytes, drives a parser of its
+own through `feed`. No tree is ever built, so memory does not grow with the file.
+"""
+
+from __future__ import annotations
+
+import gzip
+import math
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, cast
+from xml.parsers import expat
+
+from sumo3dviz_pt.errors import InputError
+
+CHUNK = 1 << 18
+_GZIP_MAGIC = b"\x1f\x8b"
+_FOREIGN = {
+    b"PAR1": "a Parquet file",
+    b"\x28\xb5\x2f\xfd": "a Zstandard file",
+    b"PK\x03\x04": "a ZIP archive",
+    b"BZh": "a bzip2 file",
+    b"\xfd7zXZ": "an xz file",
+}
+
+
+class TruncatedError(InputError):
+    """The file ends before its last element is closed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """The start of one XML element.
+
+    Attributes:
+        tag: Its name.
+        attributes: As text.
+        depth: 0 for the root.
+        file: Where it was read.
+        line: Line in the file, from 1.
+    """
+
+    tag: str
+    attributes: Mapping[str, str]
+    depth: int
+    file: Path
+    line: int
+
+    def error(self, message: str) -> InputError:
+        """An error that names file, line and this element."""
+        return InputError(message, file=self.file, line=self.line, element=self.name)
+
+    @property
+    def name(self) -> str:
+        """How messages call it, such as `lane "a_0"`."""
+        own = self.attributes.get("id")
+        return f"<{self.tag}>" if own is None else f'{self.tag} "{own}"'
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """An attribute; without a default it must be there.
+
+        Raises:
+            InputError: If it is missing.
+        """
+        value = self.attributes.get(key, default)
+        if value is None:
+            raise self.error(f'the attribute "{key}" is missing; add it or write the file again')
+        return value
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """An attribute as a finite number; without a default it must be there.
+
+        Raises:
+            InputError: If it is missing or not a finite number.
+        """
+        if default is not None and key not in self.attributes:
+            return default
+        value = self.text(key)
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise self.error(f'{key}="{value}" must be a finite number')
+        return number
+
+
+def feed(parser: expat.XMLParserType, file: Path) -> None:
+    """Run a whole file through a parser whose handlers are set.
+
+    What the handlers raise passes through, so that they can stop the reading.
+
+    Args:
+        parser: A fresh expat parser.
+        file: The XML file; gzip is recognised by its first bytes, not by its name.
+
+    Raises:
+        TruncatedError: If the file ends too early.
+        InputError: If it cannot be read or is not XML.
+    """
+    for _ in _steps(parser, file):
+        pass
+
+
+def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iterator[Element]:
+    """Yield the elements of a file in order, each one at its start.
+
+    Args:
+        file: The XML file, plain or gzipped.
+        root: The root elements to accept; an empty tuple accepts all.
+        what: What the file should be, for messages, such as "a SUMO network".
+
+    Yields:
+        Every element, the root first.
+
+    Raises:
+        InputError: If the file cannot be read, is no XML or has another root.
+    """
+    roots = (root,) if isinstance(root, str) else root
+    parser = expat.ParserCreate()
+    found: list[Element] = []
+    depth = 0
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        found.append(Element(tag, attributes, depth, file, parser.CurrentLineNumber))
+        depth += 1
+
+    def end(_tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    for _ in _steps(parser, file):
+        for element in found:
+            if element.depth == 0:
+                check_root(element, roots, what)
+            yield element
+        found.clear()
+
+
+def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
+    """Refuse a root element that is not expected.
+
+    Raises:
+        InputError: If its tag is not in `roots`, unless that is empty.
+    """
+    if roots and element.tag not in roots:
+        expected = " or ".join(f"<{name}>" for name in roots)
+        raise InputError(
+            f"is not {what}: its root element is <{element.tag}>, not {expected}; "
+            "name the right file",
+            file=element.file,
+            line=element.line,
+        )
+
+
+def root_of(file: Path) -> str | None:
+    """The name of a file's root element, or None where it is no readable XML."""
+    try:
+        return next(read_elements(file, root=(), what="XML")).tag
+    except (InputError, StopIteration):
+        return None
+
+
+def _steps(parser: expat.XMLParserType, file: Path) -> Iterator[None]:
+    """Feed a file, pausing after each chunk."""
+    try:
+        with _opened(file) as stream:
+            while chunk := _chunk(stream):
+                try:
+                    parser.Parse(chunk, False)
+                except expat.ExpatError as error:
+                    raise _not_xml(error, file) from None
+                yield
+    except EOFError:
+        raise _truncated(parser, file) from None
+    except (OSError, zlib.error) as error:
+        raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
+    try:
+        parser.Parse(b"", True)
+    except expat.ExpatError:
+        # The bytes were fine until they stopped.
+        raise _truncated(parser, file) from None
+    yield
+
+
+def _opened(file: Path) -> BinaryIO:
+    """Open a file that looks like XML, unpacking gzip."""
+    if not file.exists():
+        raise InputError("the file does not exist; check the path", file=file)
+    if file.is_dir():
+        raise InputError("is a folder; name a file in it", file=file)
+    with file.open("rb") as raw:
+        head = raw.read(8)
+    if not head:
+        raise InputError("the file is empty; write it again", file=file)
+    for magic, name in _FOREIGN.items():
+        if head.startswith(magic):
+            raise InputError(f"is {name}; give an XML file of SUMO, plain or gzipped", file=file)
+    if head.startswith(_GZIP_MAGIC):
+        return cast(BinaryIO, gzip.open(file, "rb"))
+    return file.open("rb")
+
+
+def _chunk(stream: BinaryIO) -> bytes:
+    # `read` would lose what it has unpacked when a gzip stream breaks off; `read1` does not.
+    reader = stream.read1 if isinstance(stream, gzip.GzipFile) else stream.read
+    return reader(CHUNK)
+
+
+def _truncated(parser: expat.XMLParserType, file: Path) -> TruncatedError:
+    return TruncatedError(
+        "the file ends in the middle; copy or write it again",
+        file=file,
+        line=parser.CurrentLineNumber,
+    )
+
+
+def _not_xml(error: expat.ExpatError, file: Path) -> InputError:
+    reason = expat.errors.messages.get(error.code, str(error)) if error.code else str(error)
+    return InputError(
+        f"is not well-formed XML ({reason}); give an XML file of SUMO, plain or gzipped",
+        file=file,
+        line=error.lineno,
+    )

@@ -1,0 +1,183 @@
+"""Tell SUMO's files apart by what is in them, not by their names."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+from itertools import islice
+from pathlib import Path
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.sumo.stream import Element, read_elements, root_of
+from sumo3dviz_pt.sumo.values import parse_time
+
+logger = logging.getLogger(__name__)
+
+ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTypes"})
+CONFIGURATION_ROOTS = frozenset({"configuration", "sumoConfiguration"})
+_XML_HEADS = (b"\x1f\x8b", b"<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
+_PEEK = 20_000
+"""Elements that are enough to tell what a log holds: some seconds of a large city."""
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """The files of a place, by content.
+
+    Attributes:
+        networks: `<net>`.
+        trajectories: `<fcd-export>`.
+        signals: `<tlsStates>`.
+        additional: Files with a POI or a polygon.
+        vehicle_types: Route files, and additional files with a vType.
+        configurations: SUMO's configurations.
+    """
+
+    networks: tuple[Path, ...] = ()
+    trajectories: tuple[Path, ...] = ()
+    signals: tuple[Path, ...] = ()
+    additional: tuple[Path, ...] = ()
+    vehicle_types: tuple[Path, ...] = ()
+    configurations: tuple[Path, ...] = ()
+
+    def __add__(self, other: Survey) -> Survey:
+        """Both places' files, each file once, ours first."""
+        return Survey(
+            *(_once(getattr(self, f.name) + getattr(other, f.name)) for f in fields(Survey))
+        )
+
+
+def survey_folder(folder: Path, *, network: Path | None = None) -> Survey:
+    """Look at the files of a folder and of its subfolders, one level down.
+
+    A subfolder with a network of its own is another scenario and is left out, unless
+    this network is the asked one or the folder itself has none.
+
+    Args:
+        folder: Where to look.
+        network: The scenario's network where it is known.
+
+    Returns:
+        What lies there; unreadable files are passed over.
+    """
+    top = survey_files(file for file in sorted(folder.iterdir()) if file.is_file())
+    for sub in sorted(sub for sub in folder.iterdir() if _is_place(sub)):
+        below = survey_files(file for file in sorted(sub.iterdir()) if file.is_file())
+        asked = network is not None and network.resolve() in [n.resolve() for n in below.networks]
+        if below.networks and not asked and (network is not None or top.networks):
+            logger.info("%s: has its own network and is left out", sub)
+        else:
+            top = top + below
+    return top
+
+
+def survey_files(files: Iterable[Path]) -> Survey:
+    """Sort files by content; what is not SUMO's is passed over."""
+    found = Survey()
+    for file in files:
+        root = root_of(file) if _may_be_xml(file) else None
+        if root is not None:
+            found = found + _sorted_in(file, root)
+    return found
+
+
+def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Logs that belong together: one with vehicles, and any with persons only.
+
+    Args:
+        logs: All vehicle logs of a place.
+
+    Returns:
+        The one with vehicles first; empty where several hold vehicles, or none does
+        and there are several, because then nobody can tell which is meant.
+    """
+    if len(logs) < 2:
+        return logs
+    tags = {log: {element.tag for element in _peek(log)} for log in logs}
+    main = [log for log in logs if "vehicle" in tags[log]]
+    others = [log for log in logs if tags[log] & {"person", "container"} and log not in main]
+    together = (*main, *others)
+    return together if len(main) == 1 or len(together) == 1 else ()
+
+
+def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
+    """The logs to use, those with every step before those with switches only.
+
+    Returns:
+        Logs in order of entries per second; one that adds no light is left out.
+    """
+    entries = {log: [e for e in _peek(log) if e.tag == "tlsState"] for log in logs}
+    chosen: list[Path] = []
+    covered: set[str] = set()
+    for log in sorted(logs, key=lambda log: -_density(entries[log])):
+        lights = {element.text("id", "") for element in entries[log]}
+        if lights - covered:
+            chosen.append(log)
+            covered |= lights
+    return tuple(chosen)
+
+
+def _sorted_in(file: Path, root: str) -> Survey:
+    """Put one file where its content belongs."""
+    one = (file,)
+    if root in CONFIGURATION_ROOTS:
+        # Other tools of SUMO use the same root for their own configurations.
+        own = root == "sumoConfiguration" or file.suffix == ".sumocfg"
+        return Survey(configurations=one if own else ())
+    if root in ADDITIONAL_ROOTS:
+        tags = {element.tag for element in readable_elements(file)}
+        return Survey(
+            additional=one if tags & {"poi", "poly"} else (),
+            vehicle_types=one if "vType" in tags else (),
+        )
+    places = {
+        "net": "networks",
+        "fcd-export": "trajectories",
+        "tlsStates": "signals",
+        "routes": "vehicle_types",
+    }
+    return Survey(**{places[root]: one}) if root in places else Survey()
+
+
+def readable_elements(file: Path) -> Iterator[Element]:
+    """Elements up to where a file breaks; whoever reads it in earnest will complain."""
+    try:
+        yield from read_elements(file, root=(), what="a file of SUMO")
+    except InputError as error:
+        logger.debug("%s", error)
+
+
+def _peek(file: Path) -> list[Element]:
+    return list(islice(readable_elements(file), _PEEK))
+
+
+def _density(entries: list[Element]) -> float:
+    """Entries per second; 0 where all are of one time."""
+    try:
+        times = [parse_time(entry.text("time", "")) for entry in (*entries[:1], *entries[-1:])]
+    except ValueError:
+        return 0.0
+    span = times[-1] - times[0] if times else 0.0
+    return len(entries) / span if span > 0 else 0.0
+
+
+def _may_be_xml(file: Path) -> bool:
+    """A cheap look at the first bytes; folders may hold thousands of frames."""
+    try:
+        with file.open("rb") as stream:
+            return stream.read(64).lstrip().startswith(_XML_HEADS)
+    except OSError:
+        return False
+
+
+def _is_place(path: Path) -> bool:
+    return path.is_dir() and not path.name.startswith(".")
+
+
+def _once(files: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Each file once, under the first of its names."""
+    first: dict[Path, Path] = {}
+    for file in files:
+        first.setdefault(file.resolve(), file)
+    return tuple(first.values())

@@ -1,0 +1,122 @@
+"""Turn packed rows of the vehicle log into traces."""
+
+from __future__ import annotations
+
+import logging
+from array import array
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, frozen
+from sumo3dviz_pt.model.traffic import Trace
+
+logger = logging.getLogger(__name__)
+
+Key = tuple[str, str, str]
+"""Kind, id and type: an id that comes back with another type is another road user."""
+
+Rows = dict[Key, "array[float]"]
+"""Packed rows: time, x, y, z, angle, speed, slope, lane, signals."""
+
+COLUMNS = 9
+
+STEEPEST = np.radians(30.0)
+"""SUMO logs slopes up to 90 degrees on walking areas and at kerbs; no road has them [rad]."""
+
+_TOUCH = 0.01
+"""A rider is written at the reference point of the vehicle; rounding is all that differs [m]."""
+
+
+_SHIFTS = ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5))
+"""Grids shifted by half a cell: two points nearer than that share a cell of one of them."""
+
+
+def build_traces(rows: Rows) -> tuple[Trace, ...]:
+    """Make traces in order of first appearance; `rows` is emptied to save memory.
+
+    Args:
+        rows: Packed rows of each road user, in any order, perhaps repeated.
+
+    Returns:
+        Traces without the samples of riders.
+    """
+    riding = _riding(rows)
+    traces: list[Trace] = []
+    hidden = 0
+    for key in list(rows):
+        table = _table(rows.pop(key))
+        if key in riding:
+            hidden += int(riding[key].sum())
+            table = table[~riding[key]]
+        if len(table):
+            traces.append(_trace(key, _ordered(table)))
+    if hidden:
+        logger.info("%d samples of riders coincide with their vehicle and are left out", hidden)
+    traces.sort(key=lambda trace: trace.times[0])
+    return tuple(traces)
+
+
+def _table(buffer: array[float]) -> Floats:
+    """Packed rows as a table, (n, 9)."""
+    return np.frombuffer(buffer, dtype=np.float64).reshape(-1, COLUMNS)
+
+
+def _ordered(table: Floats) -> Floats:
+    """Rows in time order; of several at one time the first that was written."""
+    times = table[:, 0]
+    if (np.diff(times) > 0).all():
+        return table
+    _, first = np.unique(times, return_index=True)
+    return table[first]
+
+
+def _trace(key: Key, table: Floats) -> Trace:
+    yaws = np.pi / 2 - np.radians(table[:, 4])
+    return Trace(
+        kind=key[0],
+        id=key[1],
+        type_id=key[2],
+        times=frozen(table[:, 0]),
+        positions=frozen(table[:, 1:4]),
+        yaws=frozen(np.arctan2(np.sin(yaws), np.cos(yaws))),
+        speeds=frozen(table[:, 5]),
+        slopes=frozen(np.clip(np.radians(table[:, 6]), -STEEPEST, STEEPEST)),
+        lanes=frozen(table[:, 7], np.int64),
+        signals=frozen(table[:, 8], np.int64),
+    )
+
+
+def _riding(rows: Rows) -> dict[Key, Bools]:
+    """Which rows lie where a vehicle is at the same time, for all that is no vehicle."""
+    riding = {
+        key: np.zeros(len(buffer) // COLUMNS, dtype=np.bool_)
+        for key, buffer in rows.items()
+        if key[0] != "vehicle"
+    }
+    if not riding or len(riding) == len(rows):
+        return riding
+    for shift in _SHIFTS:
+        places = np.concatenate(
+            [_place_keys(_table(rows[key]), shift) for key in rows if key not in riding]
+        )
+        places.sort()
+        for key, mask in riding.items():
+            keys = _place_keys(_table(rows[key]), shift)
+            found = np.searchsorted(places, keys).clip(max=len(places) - 1)
+            mask |= places[found] == keys
+    return riding
+
+
+def _place_keys(table: Floats, shift: tuple[float, float]) -> Ints:
+    """One 64-bit key per row for its time and grid cell; different rows hardly ever collide."""
+    time = np.ascontiguousarray(table[:, 0]).view(np.int64)
+    x, y = (
+        np.floor(table[:, 1 + axis] / (2 * _TOUCH) + shift[axis]).astype(np.int64)
+        for axis in (0, 1)
+    )
+    # Multiply-xor mixing (Knuth's golden-ratio constant); overflow wraps on purpose.
+    golden = np.int64(-7046029254386353131)
+    mixed = time
+    for part in (x, y):
+        mixed = (mixed ^ (mixed >> np.int64(29))) * golden + part
+    return (mixed ^ (mixed >> np.int64(32))) * golden

@@ -1,0 +1,102 @@
+"""Read vehicle types (`vType`) and fill in SUMO's class defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.sumo.additional import colour_of
+from sumo3dviz_pt.sumo.classes import (
+    CLASS_DEFAULTS,
+    DEFAULT_TYPES,
+    OBSOLETE_CLASSES,
+    TYPE_OF_KIND,
+)
+from sumo3dviz_pt.sumo.stream import Element, read_elements
+
+_DRAWN = ("locomotiveLength", "carriageLength", "carriageGap", "seatingWidth", "imgFile", "osgFile")
+
+
+def read_vehicle_types(paths: Iterable[Path]) -> dict[str, VehicleType]:
+    """Read the vTypes of route and additional files, also those in distributions.
+
+    Args:
+        paths: Files, plain or gzipped; of two types with the same id the first counts.
+
+    Returns:
+        Types by id, with SUMO's defaults of their vClass filled in.
+
+    Raises:
+        InputError: If a file is damaged, or a type's vClass or size cannot be.
+    """
+    types: dict[str, VehicleType] = {}
+    for path in paths:
+        for element, params in _definitions(path):
+            types.setdefault(element.text("id"), _vehicle_type(element, params))
+    return types
+
+
+def default_vehicle_type(type_id: str, kind: str) -> VehicleType:
+    """What SUMO would take for a type that no file defines.
+
+    Args:
+        type_id: SUMO's id; `DEFAULT_PEDTYPE` and its like have their own vClass.
+        kind: `vehicle`, `person` or `container`.
+
+    Returns:
+        A type with this id, of the class that the id or else the kind suggests.
+    """
+    vclass = DEFAULT_TYPES.get(type_id) or DEFAULT_TYPES[TYPE_OF_KIND[kind]]
+    size = CLASS_DEFAULTS[vclass]
+    return VehicleType(type_id, vclass, size.length, size.width, size.height, size.gui_shape)
+
+
+def _definitions(path: Path) -> list[tuple[Element, dict[str, str]]]:
+    """The vTypes of a file, each with its `<param>` children."""
+    found: list[tuple[Element, dict[str, str]]] = []
+    owner: Element | None = None
+    for element in read_elements(path, root=(), what="a route or additional file of SUMO"):
+        if element.tag == "vType":
+            owner = element
+            found.append((element, {}))
+        elif owner is not None and element.depth <= owner.depth:
+            owner = None
+        elif owner is not None and element.tag == "param":
+            found[-1][1][element.text("key")] = element.text("value", "")
+    return found
+
+
+def _vehicle_type(element: Element, params: dict[str, str]) -> VehicleType:
+    type_id = element.text("id")
+    vclass = _vclass(element, DEFAULT_TYPES.get(type_id, "passenger"))
+    size = CLASS_DEFAULTS[vclass]
+    drawn = {key: element.attributes[key] for key in _DRAWN if key in element.attributes}
+    return VehicleType(
+        id=type_id,
+        vclass=vclass,
+        length=_size(element, "length", size.length),
+        width=_size(element, "width", size.width),
+        height=_size(element, "height", size.height),
+        gui_shape=element.text("guiShape", size.gui_shape),
+        colour=colour_of(element),
+        params=drawn | params,
+    )
+
+
+def _vclass(element: Element, default: str) -> str:
+    name = element.text("vClass", default)
+    vclass = OBSOLETE_CLASSES.get(name, name)
+    if vclass == "ignoring":
+        return default
+    if vclass not in CLASS_DEFAULTS:
+        known = ", ".join(sorted(CLASS_DEFAULTS))
+        raise element.error(f'vClass="{name}" is unknown; SUMO has {known}')
+    return vclass
+
+
+def _size(element: Element, key: str, default: float) -> float:
+    size = element.number(key, default)
+    if size <= 0:
+        raise element.error(f'{key}="{element.text(key)}" must be above 0')
+    return size
