@@ -54,15 +54,15 @@ EUROPEAN = Palette(
         (0.330, 0.280, 0.205),  # sand
         (0.500, 0.120, 0.015),  # orange
     ),
-    (0.22, 0.17, 0.10, 0.11, 0.06, 0.08, 0.03, 0.05, 0.05, 0.02, 0.04, 0.015, 0.02, 0.015, 0.01, 0.01),
+    (22.0, 17, 10, 11, 6, 8, 3, 5, 5, 2, 4, 1.5, 2, 1.5, 1, 1),
 )
 """Passenger cars and two-wheelers: 77 % achromatic."""
 
 SOBER = Palette(
     EUROPEAN.colours,
-    (0.48, 0.02, 0.05, 0.06, 0.06, 0.10, 0.03, 0.04, 0.06, 0.02, 0.05, 0.01, 0.02, 0.0, 0.0, 0.0),
+    (48.0, 2, 5, 6, 6, 10, 3, 4, 6, 2, 5, 1, 2, 0, 0, 0),
 )
-"""Buses, trucks, vans, trains and boats."""
+"""Buses, trucks, vans, trains and whatever else."""
 
 CLOTHES = Palette(
     (
@@ -83,17 +83,14 @@ CLOTHES = Palette(
         (0.090, 0.050, 0.035),  # brown
         (0.200, 0.120, 0.240),  # lilac
     ),
-    (0.14, 0.10, 0.10, 0.09, 0.13, 0.12, 0.06, 0.06, 0.05, 0.02, 0.03, 0.03, 0.02, 0.02, 0.02, 0.01),
+    (14.0, 10, 10, 9, 13, 12, 6, 6, 5, 2, 3, 3, 2, 2, 2, 1),
 )
 """Coats of people on foot."""
 
 SUMO_YELLOW: Colour = (0.8, 0.8, 0.02)
 """What SUMO's GUI paints a vehicle without a colour, as a reflectance that paint can have."""
 
-_SOBER_CLASSES = frozenset(
-    "bus coach truck trailer delivery tram rail rail_urban rail_electric rail_fast subway "
-    "emergency ship container aircraft cable_car".split()
-)
+_COLOURFUL_CLASSES = frozenset(["passenger", "motorcycle", "moped", "bicycle", "scooter"])
 
 
 def paint_of(
@@ -117,7 +114,7 @@ def paint_of(
         return CLOTHES.draw(seed, key)
     if not isinstance(colours, str):
         return own_palette(colours).draw(seed, key)
-    return (SOBER if vclass in _SOBER_CLASSES else EUROPEAN).draw(seed, key)
+    return (EUROPEAN if vclass in _COLOURFUL_CLASSES else SOBER).draw(seed, key)
 
 
 def own_palette(colours: Sequence[str]) -> Palette:

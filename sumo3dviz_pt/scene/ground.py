@@ -10,7 +10,7 @@ from sumo3dviz_pt.job import GroundSettings
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
-from sumo3dviz_pt.scene.roads import RoadLayout
+from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.surfaces import (
     material_name,
     metres_per_tile,

@@ -9,44 +9,26 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job import RoadSettings
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.scene.roads_areas import (
-    JunctionInside,
-    junction_cells,
-    junction_insides,
-    sliver_cells,
-    walking_cells,
-)
-from sumo3dviz_pt.scene.roads_cells import Cells, join_cells, lane_cells, without_overlaps
+from sumo3dviz_pt.scene.markings import decal_meshes, road_paint
+from sumo3dviz_pt.scene.rails import rail_paint, sleeper_paint
+from sumo3dviz_pt.scene.roads_layout import RoadLayout, layout_roads
 from sumo3dviz_pt.scene.roads_mesh import (
     SIDEWALK_HEIGHT,
     kerb_faces,
     raised_area,
     surface_meshes,
+    verges,
 )
-from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, network_strips
+from sumo3dviz_pt.scene.roads_strips import BoundsXY
+from sumo3dviz_pt.scene.roads_style import PAVING
 from sumo3dviz_pt.scene.surfaces import KERB, material_name, surface_material
 
 _RAMP = 0.4
 """Walkers climb a kerb over this distance [m], half of it on either side."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RoadLayout:
-    """The road surface before it becomes meshes.
-
-    Attributes:
-        cells: Pieces without overlaps.
-        strips: Lanes of normal edges, from right to left, by edge id.
-        insides: Contents of junctions, by junction id.
-    """
-
-    cells: Cells
-    strips: Mapping[str, tuple[Strip, ...]]
-    insides: Mapping[str, JunctionInside]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,28 +47,6 @@ class RoadParts:
     materials: Mapping[str, Bsdf]
     layout: RoadLayout
     surface_height_at: Callable[[Floats], Floats]
-
-
-def layout_roads(
-    network: Network, settings: RoadSettings, *, region: BoundsXY | None = None
-) -> RoadLayout:
-    """Lay out the road surface without overlaps or gaps.
-
-    Args:
-        network: The network.
-        settings: Surfaces, widths and overrides.
-        region: Only lanes and junctions that touch this box are built [m].
-    """
-    strips = network_strips(network, settings, region=region)
-    insides = junction_insides(network, settings, region=region)
-    carriageways = _lane_cells(strips, raised=False)
-    footways = _lane_cells(strips, raised=True)
-    lanes = join_cells([carriageways, footways])
-    walks = walking_cells(insides)
-    slivers = sliver_cells(network, settings, strips)
-    junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
-    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
-    return RoadLayout(cells, strips, insides)
 
 
 def build_roads(
@@ -109,18 +69,44 @@ def build_roads(
     """
     layout = layout_roads(network, settings, region=region)
     near = network.location.boundary[:2]
-    materials: dict[str, Bsdf] = {}
-    static = []
-    for surface, mesh in surface_meshes(layout.cells, near=near).items():
-        name = KERB if surface == KERB else material_name(surface)
-        materials[name] = MATERIALS[KERB] if surface == KERB else surface_material(
-            surface, textured=textured
+    surfaces = surface_meshes(layout.cells, near=near)
+    below = [mesh for key, mesh in surfaces.items() if key not in {KERB, PAVING}]
+    verge = settings.colour or settings.surface
+    found = [("road", _material(key), mesh) for key, mesh in surfaces.items()]
+    found.append(("road/faces", KERB, kerb_faces(layout.cells)))
+    found.append(("road/verge", _material(verge), verges(layout.cells, surface=verge, near=near)))
+    layers = [
+        ("markings", road_paint(network, settings, layout, region=region), 0.005),
+        ("rails/sleepers", sleeper_paint(layout), 0.005),
+        ("rails", rail_paint(layout), 0.01),
+    ]
+    for family, paint, lift in layers:
+        decals = decal_meshes(paint, layout, surface=below, lift=lift)
+        found += [(family, name, mesh) for name, mesh in decals.items()]
+    static = tuple(
+        StaticPart(
+            f"{group}/{name.removeprefix('surface:')}",
+            "markings" if group == "markings" else "roads",
+            Part(mesh, name),
         )
-        static.append(StaticPart(f"road/{surface}", "roads", Part(mesh, name)))
-    for key, mesh, material in _details(layout):
-        materials[material] = MATERIALS[material]
-        static.append(StaticPart(key, "roads", Part(mesh, material)))
-    return RoadParts(tuple(static), materials, layout, walking_height(layout))
+        for group, name, mesh in found
+        if len(mesh.faces)
+    )
+    names = {part.part.material for part in static}
+    materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
+    return RoadParts(static, materials, layout, walking_height(layout))
+
+
+def _material(surface: str) -> str:
+    """The material's name of a surface or of kerb stones."""
+    return KERB if surface == KERB else material_name(surface)
+
+
+def _bsdf(name: str, *, textured: bool) -> Bsdf:
+    """The material of a name that `_material` gave, or of `MATERIALS`."""
+    if name in MATERIALS:
+        return MATERIALS[name]
+    return surface_material(name.removeprefix("surface:"), textured=textured)
 
 
 def walking_height(layout: RoadLayout) -> Callable[[Floats], Floats]:
@@ -147,17 +133,3 @@ def walking_height(layout: RoadLayout) -> Callable[[Floats], Floats]:
         return np.asarray(SIDEWALK_HEIGHT * share * share * (3.0 - 2.0 * share))
 
     return surface_height_at
-
-
-def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:
-    """Cells of all lanes that are raised, or all that are not."""
-    chosen = [
-        (strip, key) for key, group in strips.items() for strip in group if strip.look.raised == raised
-    ]
-    return lane_cells([strip for strip, _ in chosen], [key for _, key in chosen])
-
-
-def _details(layout: RoadLayout) -> list[tuple[str, Mesh, str]]:
-    """Id, mesh and material of what stands on the surface."""
-    parts = [("road/kerb_faces", kerb_faces(layout.cells), KERB)]
-    return [part for part in parts if len(part[1].faces)]

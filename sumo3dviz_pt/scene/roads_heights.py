@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.scene.roads_cells import STOREY, Cells, quad_polygons
 
 
@@ -56,3 +58,29 @@ def heights_near(cells: Cells, points: Floats) -> Floats:
     heights = np.zeros(len(points))
     heights[asked] = surface_heights(cells, cell, points[asked])
     return heights
+
+
+def draped(points: Floats, meshes: Sequence[Mesh]) -> Floats:
+    """Points moved up or down onto the nearest triangle above or below them.
+
+    Args:
+        points: (n, 3) [m]; their height tells which level they belong to.
+        meshes: The surface.
+
+    Returns:
+        (n, 3) [m]; points without a triangle within a storey stay.
+    """
+    corners = np.concatenate([np.zeros((0, 3, 3)), *(m.vertices[m.faces] for m in meshes)])
+    tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
+    asked, face = tree.query(shapely.points(points[:, :2]), predicate="intersects")
+    a, b, c = (corners[face, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    away = points[asked, :2] - a[:, :2]
+    found = a[:, 2] - (away * normal[:, :2]).sum(axis=1) / np.maximum(normal[:, 2], 1e-9)
+    miss = np.abs(found - points[asked, 2])
+    # The nearest triangle is written last and so stays.
+    order = np.argsort(-miss, kind="stable")
+    order = order[miss[order] < STOREY]
+    moved = points.copy()
+    moved[asked[order], 2] = found[order]
+    return moved

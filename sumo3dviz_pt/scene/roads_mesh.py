@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.scene.roads_cells import Cells, Polygons
 from sumo3dviz_pt.scene.roads_heights import heights_near, surface_heights
 from sumo3dviz_pt.scene.surfaces import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.shapes.polyline import mitres
 from sumo3dviz_pt.shapes.triangulate import polygon_parts, triangulate_many
-from sumo3dviz_pt.shapes.walls import walls
+from sumo3dviz_pt.shapes.walls import between, walls
 
 SIDEWALK_HEIGHT = 0.12
 """How far footways lie above the carriageway [m]."""
 
 KERB_WIDTH = 0.15
 """Width of a kerb stone's top [m]."""
+
+_VERGE_WIDTH, _VERGE_DROP = 0.12, 0.08
+"""Extent of the slope around roads, sideways and down [m]."""
 
 _KERB_FOOT = 0.06
 """How far kerb faces reach below the carriageway [m]."""
@@ -83,6 +89,19 @@ def kerb_faces(cells: Cells) -> Mesh:
     """Vertical faces around all raised areas, facing outwards."""
     tops = area_rings(raised_area(cells), cells, above=SIDEWALK_HEIGHT)
     return walls(tops, [ring - [0.0, 0.0, SIDEWALK_HEIGHT + _KERB_FOOT] for ring in tops])
+
+
+def verges(cells: Cells, *, surface: str, near: tuple[float, float]) -> Mesh:
+    """Short slopes around the whole surface, so that roads do not look like floating cards."""
+    outline = np.array(polygon_parts(shapely.union_all(cells.polygons)), dtype=object)
+    pieces = []
+    for ring in area_rings(outline, cells):
+        foot = ring - [0.0, 0.0, _VERGE_DROP]
+        # The area lies to the left of its rings, so outwards is to the right.
+        foot[:, :2] -= _VERGE_WIDTH * mitres(ring, closed=True)
+        pieces.append(between(ring, foot, closed=True))
+    mesh = merge_meshes(pieces)
+    return replace(mesh, uvs=planar_uvs(mesh.vertices, tile=metres_per_tile(surface), near=near))
 
 
 def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Floats]:

@@ -72,6 +72,9 @@ _RULES: Mapping[str, _Rule] = {
     "aircraft": _SHIP,
 }
 
+PLAIN_CLASSES = frozenset(_RULES)
+"""Classes with a seat of their own kind."""
+
 
 def class_seat(vclass: str, size: Floats) -> Seat:
     """The seat in a plain body.

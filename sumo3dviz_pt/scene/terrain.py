@@ -16,7 +16,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.scene.roads import RoadLayout
+from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_heights import surface_heights
 from sumo3dviz_pt.scene.roads_mesh import area_rings
 from sumo3dviz_pt.shapes.grids import height_field

@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, merge_meshes
-from sumo3dviz_pt.shapes.car_body import CarShape, body_surface, car_shape
-from sumo3dviz_pt.shapes.car_details import details
+from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape, body_surface, car_shape
+from sumo3dviz_pt.shapes.car_details import attached, details
 from sumo3dviz_pt.shapes.car_far import far_pieces
-from sumo3dviz_pt.shapes.car_panels import Finish, cut_panels, finishes
+from sumo3dviz_pt.shapes.car_panels import HOLE, Finish, cut_panels, finishes
 from sumo3dviz_pt.shapes.car_recipe import CarRecipe
 from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.shapes.simplify import simplify
 from sumo3dviz_pt.shapes.solids import mirrored, moved
-from sumo3dviz_pt.shapes.wheel import build_wheel
+from sumo3dviz_pt.shapes.wheel import build_wheel, well_shell
 
 _SPACING = 0.055
 _HALF_FACES = 6000
@@ -41,12 +41,12 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
     """Build both levels of a car; the same recipe gives the same meshes."""
     shape = car_shape(recipe)
     track = recipe.width / 2.0 - recipe.wheel.width / 2.0 - 0.012
-    body = list(_body_pieces(shape))
-    fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in body]), rails=recipe.rails)
+    body = [*_body_pieces(shape), *attached(shape)]
+    fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in body]))
     near = [(name, fit.mesh(mesh)) for name, mesh in (*body, *details(shape))]
     pieces = list(far_pieces(shape, track=track))
     hull = np.concatenate([m.vertices for name, m in pieces if name in ("paint", "glass")])
-    fit = _fit(recipe, hull, rails=False)
+    fit = _fit(recipe, hull)
     wheels = ("rubber", "rim")
     far = [(name, mesh if name in wheels else fit.mesh(mesh)) for name, mesh in pieces]
     return BakedVehicle(_merged([*near, *_wheels(shape, track)]), _merged(far))
@@ -60,11 +60,11 @@ def _merged(pieces: Iterable[tuple[str, Mesh]]) -> dict[str, Mesh]:
     return {material: merge_meshes(meshes) for material, meshes in sorted(groups.items())}
 
 
-def _fit(recipe: CarRecipe, points: Floats, *, rails: bool) -> Transform:
+def _fit(recipe: CarRecipe, points: Floats) -> Transform:
     """Stretch a body by the last millimetres to its declared size."""
     low, high = points.min(axis=0), points.max(axis=0)
-    top = recipe.height - (0.0 if not rails else 0.0)
-    scale = (recipe.length / (high[0] - low[0]), recipe.width / (2.0 * high[1]), top / high[2])
+    size = np.array([high[0] - low[0], 2.0 * high[1], high[2]])
+    scale = np.array([recipe.length, recipe.width, recipe.height]) / size
     return Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
 
 
@@ -74,13 +74,26 @@ def _body_pieces(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
     surface = simplify(surface, faces=_HALF_FACES)
     owner, normals = corner_normals(shape.field, surface)
     known = finishes(shape.recipe.panels)
-    for tag in np.unique(surface.tags):
+    for tag in np.unique(surface.tags[surface.tags != HOLE]):
         chosen = surface.tags == tag
         half = _half(surface, owner.reshape(-1, 3)[chosen], normals.reshape(-1, 3, 3)[chosen],
                      known[tag])
         for mesh in half:
             yield known[tag].material, mesh
             yield known[tag].material, mirrored(mesh)
+    for material, mesh in _well_pieces(shape, surface):
+        yield material, mesh
+        yield material, mirrored(mesh)
+
+
+def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[tuple[str, Mesh]]:
+    """Lips around the holes for the wheels, and dark shells behind."""
+    hole = surface.faces[surface.tags == HOLE]
+    yield "trim", _forward(_walls(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))
+    radius, half = shape.recipe.arch_radius + 0.006, shape.half
+    for d in shape.recipe.axles:
+        shell = well_shell(radius, half - WELL_DEPTH - 0.01, half - 0.03)
+        yield "trim", moved(shell, -d, 0.0, shape.recipe.wheel.radius)
 
 
 def _half(surface: Surface, owner: np.ndarray, normals: Floats, finish: Finish) -> Iterator[Mesh]:

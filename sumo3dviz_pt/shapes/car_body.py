@@ -1,4 +1,4 @@
-"""The body of a car as a field: lower body, cabin, wheel wells.
+"""The body of a car as a field: lower body, cabin, a pickup's bed.
 
 Coordinates are d (behind the front bumper), y and z in metres; the body is symmetric
 in y. Constants without another source were fitted by eye to side elevations.
@@ -15,7 +15,8 @@ from sumo3dviz_pt.shapes.car_recipe import CarRecipe
 from sumo3dviz_pt.shapes.cutting import Surface
 from sumo3dviz_pt.shapes.implicit import Curve, dual_contour, intersect, unite
 
-_WELL_DEPTH = 0.30
+WELL_DEPTH = 0.30
+"""How far wheel wells reach inwards from the flank [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,7 +67,7 @@ class CarShape:
 
     def side_glass(self, d: Floats, z: Floats) -> Floats:
         """|y| of the side windows, [m]."""
-        above = z - self.belt(d)
+        above = np.maximum(z - self.belt(d), -0.02)
         base = self.half * self.plan(d) * 0.958 - 0.012
         slope = self.recipe.tumblehome
         return np.asarray(base - slope * above - 0.22 * np.maximum(above, 0.0) ** 2)
@@ -77,18 +78,9 @@ class CarShape:
         up = z - self.recipe.wheel.radius
         return np.asarray(np.minimum(np.hypot(d - front, up), np.hypot(d - rear, up)))
 
-    def solid(self, d: Floats, y: Floats, z: Floats) -> Floats:
-        """Negative inside the body without wheel wells and bed [m]."""
-        return unite(_lower(self, d, y, z), _cabin(self, d, y, z), 0.022)
-
     def field(self, d: Floats, y: Floats, z: Floats) -> Floats:
         """Negative inside the body; all arguments of one shape [m]."""
-        body = self.solid(d, y, z)
-        wells = intersect(
-            self.from_axle(d, z) - self.recipe.arch_radius,
-            self.half - _WELL_DEPTH - np.abs(y), 0.01,
-        )
-        body = intersect(body, -wells, 0.006)
+        body = unite(_lower(self, d, y, z), _cabin(self, d, y, z), 0.022)
         return intersect(body, -_bed(self, d, y, z), 0.012) if self.recipe.bed else body
 
 
@@ -165,10 +157,10 @@ def _cabin(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:
     roof = z - (shape.roof(d) - 0.075 * across**2.4)
     front = (shape.windscreen(z) + 0.20 * across**2.2 - d) / np.hypot(1.0, shape.rake)
     slope = np.minimum(np.abs(shape.backlight.slope(z)), 3.0)
-    rear = (d - (shape.backlight(z) - 0.13 * across**2.5)) / np.hypot(1.0, slope)
+    above = np.maximum(z, shape.belt(d) - 0.03)
+    rear = (d - (shape.backlight(above) - 0.13 * across**2.5)) / np.hypot(1.0, slope)
     cabin = intersect(side, front, 0.055)
     cabin = intersect(cabin, rear, 0.07)
-    # Below the belt the cabin would come out of the flanks.
     return np.maximum(intersect(cabin, roof, 0.085), shape.belt(d) - 0.10 - z)
 
 

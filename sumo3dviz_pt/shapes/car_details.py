@@ -14,12 +14,19 @@ Piece = tuple[str, Mesh]
 """Material and mesh in the frame (d, y, z) turned to face forward: x = -d."""
 
 
-def details(shape: CarShape) -> Iterator[Piece]:
-    """All pieces of a car, both sides, in the body frame."""
-    for material, mesh in (*_mirror(shape), *_handles(shape), *_rails(shape)):
+def attached(shape: CarShape) -> Iterator[Piece]:
+    """Plates and roof rails, which count for the car's length and height."""
+    for material, mesh in _rails(shape):
         yield material, mesh
         yield material, mirrored(mesh)
     yield from _plates(shape)
+
+
+def details(shape: CarShape) -> Iterator[Piece]:
+    """Mirrors and handles, which may stick out of the car's width."""
+    for material, mesh in (*_mirror(shape), *_handles(shape)):
+        yield material, mesh
+        yield material, mirrored(mesh)
 
 
 def surface_d(shape: CarShape, y: float, z: float, *, front: bool) -> float:
@@ -34,8 +41,8 @@ def _mirror(shape: CarShape) -> Iterator[Piece]:
     """The left door mirror with its glass and foot."""
     d, half = shape.recipe.cowl[0] + 0.36, shape.half
     z = float(shape.belt(d)) + 0.085
-    y = half + 0.055
-    shell = superellipsoid((0.095, 0.115, 0.078), squareness=2.6, segments=14, rings=8)
+    y = half + 0.045
+    shell = superellipsoid((0.085, 0.108, 0.070), squareness=2.8, segments=14, rings=8)
     # Flatten the back, where the glass sits.
     vertices = shell.vertices.copy()
     vertices[:, 0] = np.maximum(vertices[:, 0], -0.035)
@@ -69,14 +76,11 @@ def _rails(shape: CarShape) -> Iterator[Piece]:
 
 def _plates(shape: CarShape) -> Iterator[Piece]:
     """Number plates of 520 x 112 mm on dark holders."""
-    length = shape.recipe.length
-    for front, z in zip((True, False), shape.recipe.plates, strict=True):
+    spots = [(y, z) for y in (0.0, 0.13, 0.26) for z in (-0.056, 0.0, 0.056)]
+    for front, height in zip((True, False), shape.recipe.plates, strict=True):
         sign = 1.0 if front else -1.0
-        outer = -min(surface_d(shape, y, z, front=True) for y in (0.0, 0.2)) if front else 0.0
-        if not front:
-            outer = -max(surface_d(shape, y, z, front=False) for y in (0.0, 0.2))
-        outer = min(outer, -0.012) if front else max(outer, 0.012 - length)
-        for material, reach, half_y, half_z in (("trim", 0.006, 0.27, 0.064),
-                                                ("plate", 0.010, 0.26, 0.056)):
-            ends = sorted((outer + sign * reach, outer - sign * 0.05))
-            yield material, box((ends[0], -half_y, z - half_z), (ends[1], half_y, z + half_z))
+        outer = max(-sign * surface_d(shape, y, height + z, front=front) for y, z in spots) * sign
+        for material, reach, half_y, half_z in (("trim", 0.002, 0.27, 0.064),
+                                                ("plate", 0.006, 0.26, 0.056)):
+            ends = sorted((outer + sign * reach, outer - sign * 0.06))
+            yield material, box((ends[0], -half_y, height - half_z), (ends[1], half_y, height + half_z))

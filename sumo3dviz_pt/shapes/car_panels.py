@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.shapes.car_body import CarShape
+from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, Panel
 from sumo3dviz_pt.shapes.cutting import Surface, refine, retag, split
 from sumo3dviz_pt.shapes.implicit import Field, intersect, polygon
 
 Where = Callable[[Floats, Floats], Bools]
 """Chooses faces by centroids (d, y, z), (m, 3) [m], and unit normals, (m, 3)."""
+
+HOLE = -1
+"""Tag of faces that are cut away where the wheels are."""
 
 _GAP = 0.004
 _TOLERANCE = 0.0025
@@ -35,7 +38,7 @@ class Finish:
 
 
 def finishes(panels: tuple[Panel, ...]) -> tuple[Finish, ...]:
-    """All finishes of a car; panel k has tag `len(MATERIALS) + k`."""
+    """All finishes of a car; panel k has tag `len(MATERIALS) + k`, wheel wells have `HOLE`."""
     plain = tuple(Finish(name) for name in MATERIALS)
     signs = {"front": 1.0, "rear": -1.0}
     return plain + tuple(Finish(p.material, p.recess * signs.get(p.view, 0.0)) for p in panels)
@@ -101,6 +104,13 @@ def _cut_line(surface: Surface, shape: CarShape, line: Field, where: Where) -> S
 def _cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
     """Wheel wells with their lips, the underside, claddings and a pickup's bed."""
     recipe = shape.recipe
+
+    def well(d: Floats, y: Floats, z: Floats) -> Floats:
+        away = shape.from_axle(d, z) - recipe.arch_radius
+        return np.where(z < 2.2 * recipe.wheel.radius + 0.2,
+                        np.maximum(away, shape.half - WELL_DEPTH - y), _FAR)
+
+    surface = _cut(surface, shape, _Cut(well, HOLE))
     lip = recipe.arch_radius + max(recipe.cladding, 0.012)
     sill = recipe.clearance + (0.15 if recipe.cladding else 0.055)
 
@@ -193,9 +203,11 @@ def _cut_rear_window(surface: Surface, shape: CarShape) -> Surface:
 def _projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
     """Field of a panel's outline, projected along its view and limited in reach."""
     outline = np.asarray(panel.outline, dtype=np.float64)
+    foot = float(outline[0, 1])
+    if panel.view != "side":
+        outline = _both_sides(outline)
     radius = panel.radius if rounded else 0.0
     length, (reach, growth) = shape.recipe.length, panel.reach
-    foot = float(outline[0, 1])
 
     def field(d: Floats, y: Floats, z: Floats) -> Floats:
         if panel.view == "side":
@@ -209,6 +221,17 @@ def _projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
         return np.where(behind < reach + 0.5, intersect(inside, limit, min(radius, 0.02)), _FAR)
 
     return field
+
+
+def _both_sides(outline: Floats) -> Floats:
+    """Complete an outline in (|y|, z) that ends in the middle by its mirror image."""
+    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
+    if len(middle) != 2:
+        return outline
+    # Begin where the outline leaves the middle and end where it comes back.
+    begin = middle[1] if middle[1] - middle[0] == 1 else 0
+    half = np.roll(outline, -begin, axis=0)
+    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
 
 
 def _facing(panel: Panel) -> Where:
@@ -253,7 +276,9 @@ def _door(shape: CarShape, first: float, last: float) -> Field:
         door = intersect(along, high, 0.05)
         door = intersect(door, recipe.arch_radius + 0.045 - shape.from_axle(d, z), 0.03)
         ahead = (shape.windscreen(z) + 0.235 - d) / np.hypot(1.0, shape.rake)
-        door = intersect(intersect(door, ahead, 0.03), d - shape.backlight(z) + 0.10, 0.03)
+        door = intersect(door, ahead, 0.03)
+        behind = d - shape.backlight(z) + recipe.window_end - 0.012
+        door = np.maximum(door, np.where(z > shape.belt(d) + 0.03, behind, -_FAR))
         return np.where(y > 0.3, door, _FAR)
 
     return field

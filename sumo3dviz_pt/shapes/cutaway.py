@@ -7,6 +7,7 @@ plain dashboard, which hides the road under the cabin.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -64,12 +65,14 @@ def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
     share = heights[lone][:, None] / (heights[lone][:, None] - heights[others])
     first, second = starts + np.arange(total), starts + total + np.arange(total)
     a, b = len(tips), slice(len(tips), None)
-    faces = np.concatenate([
-        mesh.faces[whole],
-        np.column_stack([tip_faces[:, 0], first[:a], second[:a]]),
-        np.column_stack([first[b], stump_faces[:, 1], stump_faces[:, 2]]),
-        np.column_stack([first[b], stump_faces[:, 2], second[b]]),
-    ])
+    faces = np.concatenate(
+        [
+            mesh.faces[whole],
+            np.column_stack([tip_faces[:, 0], first[:a], second[:a]]),
+            np.column_stack([first[b], stump_faces[:, 1], stump_faces[:, 2]]),
+            np.column_stack([first[b], stump_faces[:, 2], second[b]]),
+        ]
+    )
     source = np.concatenate([whole, tips, stumps, stumps])
     return _compact(_with_cuts(mesh, lone, others, share), faces), source
 
@@ -123,12 +126,12 @@ def _compact(mesh: Mesh, faces: Ints) -> Mesh:
 
 def _dashboard(width: float, *, cowl: float, belt: float) -> Mesh:
     """A padded shelf under the windscreen, across the cabin."""
-    profile = np.array([(0.06, -0.04), (-0.30, -0.015), (-0.42, -0.06), (-0.45, -0.5)])
-    profile = profile + (min(cowl, -0.08), belt)
+    shelf = np.array([(0.06, -0.04), (-0.30, -0.015), (-0.42, -0.06), (-0.45, -0.5)])
+    profile = shelf + np.array([min(cowl, -0.08), belt])
     half = width / 2.0 - 0.12
     strips = [
         [(x, y, max(z, 0.25)) for x, z in pair for y in (half, -half)]
-        for pair in zip(profile[:-1], profile[1:], strict=True)
+        for pair in pairwise(profile.tolist())
     ]
     quad = np.array([(0, 2, 1), (1, 2, 3)])
     faces = np.concatenate([quad + 4 * k for k in range(len(strips))])

@@ -190,7 +190,11 @@ def corner_normals(body: Field, surface: Surface, *, crease: float = 0.45) -> tu
     normals = gradient(body, near.reshape(-1, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
     owner = surface.faces.reshape(-1)
-    return owner, share_normals(owner, normals, crease=crease)
+    normals = share_normals(owner, normals, crease=crease)
+    # A shading normal that points into its face would be drawn black.
+    flat = np.repeat(surface.face_normals, 3, axis=0)
+    astray = (normals * flat).sum(axis=1) < 0.05
+    return owner, np.where(astray[:, None], flat, normals)
 
 
 def share_normals(owner: Ints, normals: Floats, *, crease: float) -> Floats:

@@ -15,7 +15,9 @@ from scipy.interpolate import CubicHermiteSpline
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.shapes.shell import box
 
-_SPACING = 4.0
+STEP = 2.0
+"""Distance between the points of a fence's line [m]; every other one has a post."""
+
 _RAMP = 8.0  # length over which an end comes down [m]
 _NEAR = np.array([
     (0.0, -0.155), (0.02, -0.135), (0.08, -0.115), (0.08, -0.06), (0.012, -0.025), (0.012, 0.025),
@@ -24,31 +26,39 @@ _NEAR = np.array([
 _FAR = np.array([(0.04, -0.155), (0.04, 0.155)])
 
 
-def fence(line: Floats, *, sides: Sequence[int] = (1,), level: int = 0) -> Mesh:
-    """A guard rail with normals.
+def fence(
+    line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int = 0
+) -> Mesh:
+    """A piece of guard rail with normals.
 
     Args:
-        line: Where the posts stand, (n, 3) [m], n >= 2.
+        line: Smooth line at steps of `STEP`, (n, 3) [m], n >= 2.
+        drop: How far the beam is lowered at each point, (n,) [m]; see `end_drop`.
         sides: Beams on the left (1), on the right (-1), or on both.
-        level: 0 for the full profile, 1 for a flat beam with posts, 2 without posts.
+        level: 0 for the full profile, 1 for a flat beam on posts, 2 without posts.
     """
-    smooth = resampled(line, _SPACING / 2 if level == 0 else _SPACING)
-    distance = _arc(smooth)
-    sink = _end_drop(distance)
-    across = _leftward(smooth)
+    keep = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
+    across = _leftward(line)
     profile = _NEAR if level == 0 else _FAR
-    parts = [_beam(smooth, across * side, sink, profile) for side in sides]
+    parts = [_beam(line[keep], across[keep] * side, drop[keep], profile) for side in sides]
     if level < 2:
-        step = 2 if level == 0 else 1
-        parts.append(_posts(smooth[::step], across[::step], sink[::step]))
+        # The last post belongs to the next piece, unless the rail ends here.
+        posts = np.arange(0, len(line) if drop[-1] > 0.5 else len(line) - 1, 2)
+        parts.append(_posts(line[posts], across[posts], drop[posts]))
     return merge_meshes(parts)
 
 
-def resampled(line: Floats, spacing: float) -> Floats:
-    """A smooth curve through a polyline's points, at equal distances, (m, 3) [m].
+def resampled(line: Floats) -> Floats:
+    """A smooth curve through a polyline's points, (m, k) [m], in steps of about `STEP`.
 
     Tangents are those of the polyline weighted by the opposite segments' lengths, so
     that long straight pieces stay straight.
+
+    Args:
+        line: (n, 2) or (n, 3) [m], with at least two different points.
+
+    Raises:
+        ValueError: If all points are the same.
     """
     line = np.asarray(line, dtype=np.float64)
     line = line[np.append(True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6)]
@@ -62,7 +72,7 @@ def resampled(line: Floats, spacing: float) -> Floats:
     )[:, None]
     curve = CubicHermiteSpline(knots, line, np.vstack([slopes[:1], inner, slopes[-1:]]))
     # An even number of pieces puts a post at both ends.
-    pieces = 2 * max(int(round(knots[-1] / spacing / 2)), 1)
+    pieces = 2 * max(round(knots[-1] / STEP / 2), 1)
     points: Floats = curve(np.linspace(0.0, knots[-1], pieces + 1))
     return points
 
@@ -72,8 +82,9 @@ def _arc(line: Floats) -> Floats:
     return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
 
 
-def _end_drop(distance: Floats) -> Floats:
-    """How far the beam comes down towards both ends, (n,) [m]."""
+def end_drop(line: Floats) -> Floats:
+    """How far the beam of a whole rail comes down towards both ends, (n,) [m]."""
+    distance = _arc(line)
     total = distance[-1]
     ramp = min(_RAMP, total / 3)
     share = np.clip(np.minimum(distance, total - distance) / ramp, 0.0, 1.0)

@@ -83,3 +83,9 @@ def _visor(z: float) -> Mesh:
     i = np.arange(8)
     faces = np.concatenate([np.column_stack([i, i + 9, i + 10]), np.column_stack([i, i + 10, i + 1])])
     return Mesh(np.vstack([back, edge]), faces, np.vstack([normals, normals]))
+
+
+def crossbar(width: float, height: float) -> Mesh:
+    """A horizontal bar that several heads hang on, `width` between the outer ones [m]."""
+    ends = np.array([(-0.04, -width / 2, height), (-0.04, width / 2, height)], float)
+    return tube(ends, radius=0.03, sides=6)

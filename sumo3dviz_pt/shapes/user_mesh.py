@@ -75,7 +75,7 @@ def _axes(options: Mapping[str, Any], *, gltf: bool) -> Floats:
         raise ConfigError(f"scale must be a positive number, not {scale!r}", key=_KEY)
     if abs(forward @ up) > 0.5:
         raise ConfigError("forward and up must be different axes", key=_KEY)
-    return float(scale) * np.stack([forward, np.cross(up, forward), up])
+    return np.asarray(float(scale) * np.stack([forward, np.cross(up, forward), up]))
 
 
 def _axis(word: str) -> Floats:
@@ -83,7 +83,8 @@ def _axis(word: str) -> Floats:
     sign, letter = (word[0], word[1:]) if word[:1] in ("+", "-") else ("+", word)
     if letter not in ("x", "y", "z"):
         raise ConfigError(f"an axis is written +x, -y, ..., not {word!r}", key=_KEY)
-    return np.eye(3)["xyz".index(letter)] * (-1.0 if sign == "-" else 1.0)
+    axis = np.eye(3)["xyz".index(letter)]
+    return np.asarray(-axis if sign == "-" else axis)
 
 
 def _load(path: Path) -> list[tuple[Mesh, Colour | None]]:
@@ -91,9 +92,9 @@ def _load(path: Path) -> list[tuple[Mesh, Colour | None]]:
     import trimesh
 
     try:
-        scene = trimesh.load(path, force="scene")
+        scene: Any = trimesh.load(path, force="scene")
         solids = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh)]
-    except Exception as error:  # noqa: BLE001 - trimesh's readers raise anything
+    except Exception as error:  # trimesh's readers raise anything
         raise ConfigError(f"{path} cannot be read: {error}", key=_KEY) from error
     found = [(Mesh(solid.vertices, solid.faces), _colour(solid)) for solid in solids]
     found = [item for item in found if len(item[0].faces)]

@@ -22,6 +22,25 @@ def build_wheel(recipe: WheelRecipe) -> Mapping[str, Mesh]:
     return {"rubber": _tyre(recipe), "rim": _rim(recipe), "trim": _inside(recipe)}
 
 
+def well_shell(radius: float, inner: float, outer: float) -> Mesh:
+    """The inside of a wheel well above the axle: an arch and a wall behind it.
+
+    Args:
+        radius: Of the arch [m].
+        inner: y of the wall [m].
+        outer: y of the open end [m].
+    """
+    turn = np.linspace(np.radians(-25.0), np.radians(205.0), 17)
+    x, z = radius * np.cos(turn), radius * np.sin(turn)
+    arch = [np.stack([x, np.full_like(x, y), z], axis=1) for y in (inner, outer)]
+    vertices = np.concatenate(arch)
+    a = np.arange(16)
+    quads = [(a, a + 1, a + 18), (a, a + 18, a + 17)]
+    wall = np.stack([np.zeros(15, dtype=int), a[1:] + 1, a[1:]], axis=1)
+    faces = np.concatenate([np.stack(q, axis=1) for q in quads] + [wall])
+    return shaded(vertices, faces, crease=0.5)
+
+
 def _tyre(recipe: WheelRecipe) -> Mesh:
     """Tread and side walls."""
     r, w, rim = recipe.radius, recipe.width / 2.0, recipe.radius * recipe.rim

@@ -1,8 +1,8 @@
 """Read the vehicle log: SUMO's floating car data (FCD) in XML, plain or gzipped.
 
-The log is streamed. Rows are packed into one buffer of doubles per road user; rows
-outside the asked window never leave the parser's handler, and the reading stops at
-the first step past the window.
+The log is streamed. Steps before the asked window are dropped unparsed, and the
+reading stops at the first step past it. Rows are packed into one buffer of doubles
+per road user.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import TrafficLog
+from sumo3dviz_pt.sumo.forward import FastForward
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError, check_root, feed
 from sumo3dviz_pt.sumo.traces import COLUMNS, Rows, build_traces
 from sumo3dviz_pt.sumo.values import parse_time
@@ -44,7 +45,7 @@ def read_trajectories(
     Steps out of order are sorted; of repeated ones the first counts. Persons and
     containers that coincide with a vehicle ride in it and are left out while they do.
     An id that comes back with another type makes another trace with the same key.
-    With an `end`, a log is read up to its first step past it, so steps written out of
+    With a `begin`, steps before it are not checked. With an `end`, a log is read up to its first step past it, so steps written out of
     order behind that one are not seen, and `TrafficLog.end` is the last step seen.
 
     Args:
@@ -118,12 +119,13 @@ class _Reader:
         self._time = nan
         self._kept = False
         self._parser = expat.ParserCreate()
+        self._forward = FastForward(self._begin, self.steps) if self._begin > -inf else None
 
     def read(self, *, allow_truncated: bool) -> None:
         """Stream the file into `rows` and `steps`."""
         self._parser.StartElementHandler = self._root
         try:
-            feed(self._parser, self.file)
+            feed(self._parser, self.file, forward=self._forward)
         except _DoneError:
             logger.debug("%s: stopped reading past %g s", self.file, self._end)
         except TruncatedError as error:
@@ -136,7 +138,8 @@ class _Reader:
 
     def _root(self, tag: str, attributes: dict[str, str]) -> None:
         """Handle the root element."""
-        check_root(self._element(tag, attributes), ("fcd-export",), _WHAT)
+        line = self._parser.CurrentLineNumber
+        check_root(Element(tag, attributes, 0, self.file, line), ("fcd-export",), _WHAT)
         self._parser.StartElementHandler = self._skip
 
     def _skip(self, tag: str, attributes: dict[str, str]) -> None:
@@ -212,7 +215,9 @@ class _Reader:
         raise element.error(f'{name}="{attributes[name]}" cannot be; run the simulation again')
 
     def _element(self, tag: str, attributes: Mapping[str, str]) -> Element:
-        return Element(tag, attributes, 0, self.file, self._parser.CurrentLineNumber)
+        skipped = self._forward.lines if self._forward else 0
+        line = self._parser.CurrentLineNumber + skipped
+        return Element(tag, attributes, 0, self.file, line)
 
     def _drop_last_step(self) -> None:
         """Forget the step in which the log breaks off; nobody knows if it is complete."""

@@ -17,6 +17,7 @@ from typing import BinaryIO, cast
 from xml.parsers import expat
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.sumo.forward import FastForward
 
 CHUNK = 1 << 18
 _GZIP_MAGIC = b"\x1f\x8b"
@@ -90,7 +91,7 @@ class Element:
         return number
 
 
-def feed(parser: expat.XMLParserType, file: Path) -> None:
+def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None = None) -> None:
     """Run a whole file through a parser whose handlers are set.
 
     What the handlers raise passes through, so that they can stop the reading.
@@ -98,12 +99,13 @@ def feed(parser: expat.XMLParserType, file: Path) -> None:
     Args:
         parser: A fresh expat parser.
         file: The XML file; gzip is recognised by its first bytes, not by its name.
+        forward: Drops the beginning of a long vehicle log.
 
     Raises:
         TruncatedError: If the file ends too early.
         InputError: If it cannot be read or is not XML.
     """
-    for _ in _steps(parser, file):
+    for _ in _steps(parser, file, forward):
         pass
 
 
@@ -169,25 +171,28 @@ def root_of(file: Path) -> str | None:
         return None
 
 
-def _steps(parser: expat.XMLParserType, file: Path) -> Iterator[None]:
+def _steps(
+    parser: expat.XMLParserType, file: Path, forward: FastForward | None = None
+) -> Iterator[None]:
     """Feed a file, pausing after each chunk."""
+    lines = (lambda: forward.lines) if forward else (lambda: 0)
     try:
         with _opened(file) as stream:
             while chunk := _chunk(stream):
                 try:
-                    parser.Parse(chunk, False)
+                    parser.Parse(forward(chunk) if forward else chunk, False)
                 except expat.ExpatError as error:
-                    raise _not_xml(error, file) from None
+                    raise _not_xml(error, file, lines()) from None
                 yield
     except EOFError:
-        raise _truncated(parser, file) from None
+        raise _truncated(parser, file, lines()) from None
     except (OSError, zlib.error) as error:
         raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
     try:
         parser.Parse(b"", True)
     except expat.ExpatError:
         # The bytes were fine until they stopped.
-        raise _truncated(parser, file) from None
+        raise _truncated(parser, file, lines()) from None
     yield
 
 
@@ -215,18 +220,18 @@ def _chunk(stream: BinaryIO) -> bytes:
     return reader(CHUNK)
 
 
-def _truncated(parser: expat.XMLParserType, file: Path) -> TruncatedError:
+def _truncated(parser: expat.XMLParserType, file: Path, skipped: int) -> TruncatedError:
     return TruncatedError(
         "the file ends in the middle; copy or write it again",
         file=file,
-        line=parser.CurrentLineNumber,
+        line=parser.CurrentLineNumber + skipped,
     )
 
 
-def _not_xml(error: expat.ExpatError, file: Path) -> InputError:
+def _not_xml(error: expat.ExpatError, file: Path, skipped: int) -> InputError:
     reason = expat.errors.messages.get(error.code, str(error)) if error.code else str(error)
     return InputError(
         f"is not well-formed XML ({reason}); give an XML file of SUMO, plain or gzipped",
         file=file,
-        line=error.lineno,
+        line=error.lineno + skipped,
     )

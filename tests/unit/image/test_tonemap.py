@@ -27,7 +27,9 @@ def test_greys_stay_grey_rise_and_reach_white(name):
     assert light[0].max() < 1e-3 and light[-1].min() > 0.99
 
 
-@pytest.mark.parametrize(("name", "expected"), [("srgb", 0.18), ("neutral", 0.14), ("filmic", 0.18)])
+@pytest.mark.parametrize(
+    ("name", "expected"), [("srgb", 0.18), ("neutral", 0.14), ("filmic", 0.18)]
+)
 def test_middle_grey(name, expected):
     light = TONES[name](np.full((1, 3), 0.18, np.float32))
     assert light == pytest.approx(expected, abs=2e-3)

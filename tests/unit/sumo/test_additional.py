@@ -16,7 +16,8 @@ FILE = """<additional>
 <poi id="plain" x="0" y="0"/>
 <poi id="geo" lon="9" lat="50"/>
 <poi id="onlane" lane="a_0" pos="3"/>
-<poly id="house" type="building" color="255,0,0" fill="1" shape="0,0 4,0 4,0 4,4 0,0" lineWidth="2"/>
+<poly id="house" type="building" color="255,0,0" fill="1" shape="0,0 4,0 4,0 4,4 0,0"
+ lineWidth="2"/>
 <poly id="fence" shape="0,0,1 9,9,1"/>
 <poly id="far" geo="true" shape="9,50 9,51"/>
 <poly id="dot" shape="1,1"/>

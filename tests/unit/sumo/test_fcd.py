@@ -12,12 +12,12 @@ from sumo3dviz_pt.sumo import read_trajectories
 CAR = '<vehicle id="{id}" x="{x}" y="2" angle="90" type="{type}" speed="5" lane="a_0"/>'
 
 
-def car(id="c", x=0.0, type="car"):
-    return CAR.format(id=id, x=x, type=type)
+def car(name="c", x=0.0, of="car"):
+    return CAR.format(id=name, x=x, type=of)
 
 
-def person(id="p", x=0.0, extra=""):
-    return f'<person id="{id}" x="{x}" y="2" angle="0" edge="a" {extra}/>'
+def person(name="p", x=0.0, extra=""):
+    return f'<person id="{name}" x="{x}" y="2" angle="0" edge="a" {extra}/>'
 
 
 def log(*steps, end="</fcd-export>"):
@@ -41,7 +41,12 @@ def test_values_and_units(tmp_path):
     )
     traffic = read(tmp_path, log(("0.00", row), ("0.50", row)))
     (trace,) = traffic.traces
-    assert (trace.id, trace.kind, trace.type_id, trace.key) == ("ü/车", "vehicle", "bus", "vehicle:ü/车")
+    assert (trace.id, trace.kind, trace.type_id, trace.key) == (
+        "ü/车",
+        "vehicle",
+        "bus",
+        "vehicle:ü/车",
+    )
     np.testing.assert_array_equal(trace.times, [0, 0.5])
     np.testing.assert_array_equal(trace.positions[0], [1.5, -2, 3])
     np.testing.assert_allclose(trace.yaws, np.pi / 2)
@@ -99,7 +104,7 @@ def test_order_of_steps_does_not_matter(tmp_path):
 
 
 def test_another_type_makes_another_trace(tmp_path):
-    steps = [(0, car()), (1, ""), (2, car(type="bus")), (3, car(type="bus") + person(id="c", x=9))]
+    steps = [(0, car()), (1, ""), (2, car(of="bus")), (3, car(of="bus") + person(name="c", x=9))]
     traces = read(tmp_path, log(*steps)).traces
     assert [(t.key, t.type_id, len(t.times)) for t in traces] == [
         ("vehicle:c", "car", 1),
@@ -128,8 +133,13 @@ def test_a_person_at_anothers_past_place_is_kept(tmp_path):
 
 
 def test_riders_in_a_log_of_their_own(tmp_path):
-    traffic = read(tmp_path, log((0, car(x=3)), (1, car(x=4))), log((0, person(x=3)), (1, person(x=9))))
-    assert [(t.kind, list(t.times)) for t in traffic.traces] == [("vehicle", [0, 1]), ("person", [1])]
+    traffic = read(
+        tmp_path, log((0, car(x=3)), (1, car(x=4))), log((0, person(x=3)), (1, person(x=9)))
+    )
+    assert [(t.kind, list(t.times)) for t in traffic.traces] == [
+        ("vehicle", [0, 1]),
+        ("person", [1]),
+    ]
 
 
 def test_tagged_riders_are_left_out(tmp_path):
@@ -217,7 +227,7 @@ def test_empty_and_foreign_logs(tmp_path):
 
 @pytest.mark.parametrize("packed", [False, True])
 def test_a_log_that_breaks_off(tmp_path, packed):
-    whole = log(*((t, car(x=t) + car(id=f"d{t % 7}", x=t * 3.7)) for t in range(500))).encode()
+    whole = log(*((t, car(x=t) + car(name=f"d{t % 7}", x=t * 3.7)) for t in range(500))).encode()
     path = tmp_path / "log.xml"
     path.write_bytes(gzip.compress(whole)[:-900] if packed else whole[:-50])
     with pytest.raises(InputError, match=r"breaks off after \d+ complete time steps") as caught:

@@ -19,7 +19,13 @@ def write(tmp_path, entries, name="tls.xml"):
 def test_only_changes_are_kept(tmp_path):
     path = write(
         tmp_path,
-        [(0, "a", 0, "Gr"), (0, "b", 0, "r"), (1, "a", 0, "Gr"), (2, "a", 1, "yr"), (3, "a", 1, "rG")],
+        [
+            (0, "a", 0, "Gr"),
+            (0, "b", 0, "r"),
+            (1, "a", 0, "Gr"),
+            (2, "a", 1, "yr"),
+            (3, "a", 1, "rG"),
+        ],
     )
     signals = read_signals([path])
     assert signals["a"].times == (0, 2, 3)
@@ -46,7 +52,9 @@ def test_the_first_log_of_a_light_counts(tmp_path):
 
 
 def test_unordered_and_repeated_times(tmp_path):
-    path = write(tmp_path, [(2, "a", 0, "r"), (0, "a", 0, "G"), (0, "a", 0, "y"), ("00:00:03", "a", 0, "r")])
+    path = write(
+        tmp_path, [(2, "a", 0, "r"), (0, "a", 0, "G"), (0, "a", 0, "y"), ("00:00:03", "a", 0, "r")]
+    )
     assert read_signals([path])["a"].times == (0, 2)
     assert read_signals([path])["a"].states == ("y", "r")
 

@@ -62,7 +62,9 @@ def test_no_colour(text):
     assert parse_colour(text) is None
 
 
-@pytest.mark.parametrize("text", ["reddish", "#ff", "#gggggg", "1,2", "300,0,0", "-1,0,0", "1.5,0,0"])
+@pytest.mark.parametrize(
+    "text", ["reddish", "#ff", "#gggggg", "1,2", "300,0,0", "-1,0,0", "1.5,0,0"]
+)
 def test_bad_colours(text):
     with pytest.raises(ValueError):
         parse_colour(text)

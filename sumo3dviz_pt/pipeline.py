@@ -1,0 +1,396 @@
+"""From a job to pictures: the place that knows every stage.
+
+    files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sumo3dviz_pt.catalog import data_root
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.jobfile import camera_settings, quality_preset
+from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.render.session import Rendered, Session
+    from sumo3dviz_pt.scene.shot import Shot
+
+log = logging.getLogger(__name__)
+
+AfterPass = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a command asks for beyond the scene file; None leaves the file's choice.
+
+    Attributes:
+        camera: A name from `cameras`.
+        quality: A preset's name.
+        size: Width, height [px].
+        spp: Samples per pixel instead of the preset's.
+        seed: Instead of the file's.
+        variant: `llvm`, `cuda` or `scalar`.
+    """
+
+    camera: str | None = None
+    quality: str | None = None
+    size: tuple[int, int] | None = None
+    spp: int | None = None
+    seed: int | None = None
+    variant: str = "llvm"
+
+    def applied(self, job: Job) -> Job:
+        """The job with this request's choices."""
+        changes: dict[str, Any] = {}
+        if self.seed is not None:
+            changes["seed"] = self.seed
+        if self.quality is not None:
+            changes["quality"] = self.quality
+        if self.size is not None:
+            if not all(1 <= side <= 16384 for side in self.size):
+                raise ConfigError(f"must lie in 1..16384, not {self.size[0]}x{self.size[1]}", key="size")
+            changes["output"] = job.output.model_copy(update={"size": self.size})
+        return job.model_copy(update=changes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Production:
+    """A shot ready to be rendered.
+
+    Attributes:
+        job: With the request's choices applied.
+        camera: The camera's name.
+        shot: What it shows.
+        times: Of all its frames, (n,) [s].
+        quality: Samples, depth, denoiser.
+        variant: As asked for.
+        files: The simulation's files.
+        reading: CPU-seconds of reading, smoothing and building.
+    """
+
+    job: Job
+    camera: str
+    shot: Shot
+    times: Floats
+    quality: Quality
+    variant: str
+    files: ScenarioFiles
+    reading: float
+
+    @property
+    def exposure(self) -> float:
+        """EV between radiance and the picture: the sky's own and the film's."""
+        return self.shot.data.sky.exposure + self.job.output.exposure
+
+    @property
+    def key(self) -> str:
+        """A hash of everything that a frame's pixels depend on, beside its time."""
+        settings = self.job.model_dump(
+            mode="json", exclude={"shots", "cameras", "output", "scenario", "quality"}
+        )
+        content = {
+            "settings": settings,
+            "camera": self.job.cameras[self.camera].model_dump(mode="json"),
+            "size": list(self.job.output.size),
+            "exposure": self.exposure,
+            "quality": self.quality.model_dump(mode="json"),
+            "variant": self.variant,
+            "inputs": input_hashes(self.files),
+            "versions": versions(),
+        }
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def scenario_files(job: Job) -> ScenarioFiles:
+    """Where a job's simulation lies.
+
+    Raises:
+        InputError: If network or trajectories are missing.
+        ConfigError: If the scene file names none.
+    """
+    from sumo3dviz_pt.sumo import find_scenario
+
+    named = job.scenario
+    place = named.sumocfg or named.folder
+    if place is not None:
+        files = find_scenario(place, network=named.network, trajectories=named.trajectories)
+        return replace(
+            files,
+            signals=named.signals or files.signals,
+            additional=files.additional + named.additional,
+            vehicle_types=files.vehicle_types + named.vehicle_types,
+        )
+    if named.network is None or not named.trajectories:
+        raise ConfigError("give sumocfg or folder, or network and trajectories", key="scenario")
+    return ScenarioFiles(
+        named.network,
+        named.trajectories,
+        named.signals,
+        named.additional,
+        named.vehicle_types + named.additional,
+    )
+
+
+def object_files(job: Job) -> tuple[Path, ...]:
+    """Files of static objects that the scene file names."""
+    kinds = (getattr(job.objects, name) for name in type(job.objects).model_fields)
+    return tuple(kind.file for kind in kinds if kind is not None and kind.file is not None)
+
+
+def read(
+    job: Job, *, begin: float | None = None, end: float | None = None
+) -> tuple[ScenarioFiles, Scenario, tuple[Trajectory, ...]]:
+    """Read a simulation's window and smooth its motion.
+
+    Args:
+        job: The scene file.
+        begin: First time to show [s]; the margin that smoothing needs is added.
+        end: Last time to show [s].
+    """
+    from sumo3dviz_pt.motion import MARGIN, smooth_log
+    from sumo3dviz_pt.sumo import read_scenario
+
+    files = scenario_files(job)
+    extra = tuple(path for path in object_files(job) if path not in files.additional)
+    files = replace(files, additional=files.additional + extra)
+    scenario = read_scenario(
+        files,
+        begin=None if begin is None else begin - MARGIN,
+        end=None if end is None else end + MARGIN,
+        allow_truncated=job.scenario.allow_truncated,
+    )
+    return files, scenario, smooth_log(scenario.traffic, smoother=job.motion.smoother)
+
+
+def frame_times(start: float, end: float, fps: float) -> Floats:
+    """Times of a film's frames: start + n / fps for all that lie before `end`, (n,) [s]."""
+    rate = Fraction(str(fps))
+    count = int(np.ceil((end - start) * float(rate) - 1e-6))
+    return np.array([start + float(Fraction(number) / rate) for number in range(count)])
+
+
+def prepare(job: Job, request: Request, times: Floats) -> Production:
+    """Read and build everything for frames at some times.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        times: Of the whole shot, (n,) [s], n >= 1.
+
+    Raises:
+        ConfigError: If a choice does not exist or the window holds nothing.
+        InputError: If a file is wrong.
+    """
+    import time
+
+    from sumo3dviz_pt.scene.shot import build_shot
+
+    started = time.process_time()
+    job = request.applied(job)
+    quality = quality_preset(job.quality, spp=request.spp)
+    name, camera = camera_settings(job, request.camera)
+    files, scenario, trajectories = read(job, begin=float(times[0]), end=float(times[-1]))
+    _check_window(scenario, times)
+    shot = build_shot(scenario, trajectories, job, camera=camera, times=times)
+    spent = time.process_time() - started
+    return Production(job, name, shot, times, quality, request.variant, files, spent)
+
+
+def _check_window(scenario: Scenario, times: Floats) -> None:
+    """The asked time must lie in the log."""
+    log_of = scenario.traffic
+    if times[-1] < log_of.begin - 1e-6 or times[0] > log_of.end + 1e-6:
+        raise ConfigError(
+            f"{times[0]:g} to {times[-1]:g} s lies outside the log, which runs from"
+            f" {log_of.begin:g} to {log_of.end:g} s",
+            key="time",
+        )
+
+
+@contextmanager
+def opened(production: Production, *, film: bool) -> Iterator[Session]:
+    """A production in the renderer."""
+    from sumo3dviz_pt.render.backend import choose_backend
+    from sumo3dviz_pt.render.session import RenderSettings, Session
+
+    backend = choose_backend(production.variant)
+    settings = RenderSettings(
+        production.job.output.size,
+        production.quality,
+        production.job.seed,
+        white=2.0**-production.exposure,
+        frozen=film,
+    )
+    with Session(production.shot.data, backend, settings) as session:
+        yield session
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Still:
+    """A picture.
+
+    Attributes:
+        radiance: Linear sRGB primaries, scene units, (h, w, 3).
+        exposure: EV at which to develop it.
+        tone: Tone curve's name.
+        half: Whether an EXR of it is stored in half precision.
+        provenance: What it was made from.
+        rendered: The renderer's own account.
+    """
+
+    radiance: Image
+    exposure: float
+    tone: str
+    half: bool
+    provenance: dict[str, Any]
+    rendered: Rendered
+
+    def develop(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        """8-bit sRGB pixels, (h, w, 3)."""
+        from sumo3dviz_pt.image.tonemap import develop
+
+        return develop(self.radiance, exposure=self.exposure, tone=self.tone)
+
+    def save(self, path: str | Path) -> None:
+        """Write a .png (developed) or an .exr (radiance).
+
+        Raises:
+            ConfigError: If the suffix is another one, or the folder is missing.
+        """
+        path = Path(path)
+        check_target(path, suffixes=(".png", ".exr"))
+        if path.suffix.lower() == ".exr":
+            from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+
+            text = json.dumps(self.provenance, sort_keys=True)
+            write_exr(path, self.radiance, half=self.half, attributes={PROVENANCE: text})
+        else:
+            from sumo3dviz_pt.image.png import write_png
+
+            write_png(path, self.develop(), text={"provenance": json.dumps(self.provenance, sort_keys=True)})
+
+
+def provenance(production: Production, *, frame: int, time: float) -> dict[str, Any]:
+    """What a frame was made from; no clock, so that the same command gives the same bytes."""
+    return {
+        "key": production.key,
+        "camera": production.camera,
+        "frame": frame,
+        "time": time,
+        "exposure": production.exposure,
+        "tone": production.job.output.tone,
+        "seed": production.job.seed,
+        "spp": production.quality.spp,
+        "quality": production.job.quality,
+        "variant": production.variant,
+        "versions": versions(),
+    }
+
+
+def render_still(
+    job: Job, request: Request, time: float, *, after_pass: AfterPass | None = None
+) -> Still:
+    """Render one image.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        time: SUMO's time [s].
+        after_pass: Called with passes done and passes in all.
+    """
+    check_tone(job.output.tone)
+    production = prepare(job, request, np.array([float(time)]))
+    with opened(production, film=False) as session:
+        rendered = session.render(production.shot.frame_at(float(time)), after_pass=after_pass)
+    output = production.job.output
+    account = provenance(production, frame=0, time=float(time))
+    return Still(
+        rendered.radiance, production.exposure, output.tone, output.half, account, rendered
+    )
+
+
+def check_tone(name: str) -> None:
+    """Refuse an unknown tone curve before any work is done."""
+    from sumo3dviz_pt.image.tonemap import tone_curve
+
+    tone_curve(name)
+
+
+def check_target(path: Path, *, suffixes: tuple[str, ...]) -> None:
+    """Refuse a place that cannot be written to, before any work is done.
+
+    Raises:
+        ConfigError: If suffix or folder is wrong, or the folder cannot be written to.
+    """
+    import os
+
+    if path.suffix.lower() not in suffixes:
+        raise ConfigError(f"{path} must end in {' or '.join(suffixes)}", key="output")
+    if not path.parent.is_dir():
+        raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise ConfigError(f"{path} cannot be written to", key="output")
+
+
+def input_hashes(files: ScenarioFiles) -> dict[str, str]:
+    """SHA-256 of every input by file name."""
+    paths = (
+        files.network,
+        *files.trajectories,
+        *files.signals,
+        *files.additional,
+        *files.vehicle_types,
+    )
+    return {path.name: _hash(path) for path in sorted(set(paths))}
+
+
+def _hash(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Versions of what pixels depend on."""
+    names = ("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy")
+    known = {}
+    for name in names:
+        try:
+            known[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            known[name] = "source"
+    return known
+
+
+def example(name: str) -> Path:
+    """Scene file of a bundled example."""
+    return data_root("examples") / name / "scene.yaml"
+
+
+def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tuple[float, float]:
+    """First and last time that a camera can show [s]."""
+    begins = [piece.begin for trajectory in trajectories for piece in trajectory.pieces]
+    ends = [piece.end for trajectory in trajectories for piece in trajectory.pieces]
+    if isinstance(camera, LagrangianCamera):
+        own = [t for t in trajectories if t.id == camera.vehicle]
+        begins = [piece.begin for t in own for piece in t.pieces]
+        ends = [piece.end for t in own for piece in t.pieces]
+    if not begins:
+        raise ConfigError("nobody moves in this log", key="scenario")
+    return min(begins), max(ends)

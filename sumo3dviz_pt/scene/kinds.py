@@ -1,0 +1,185 @@
+"""The kinds of static objects, in one table: what they are called and what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import ObjectSettings
+from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.shapes.buildings import BLOCKS, HOMES, SHOPS, Style, palette
+from sumo3dviz_pt.shapes.shell import Shell, paint
+from sumo3dviz_pt.shapes.trees import SPECIES, tree
+
+TREE_VARIANTS = 4
+"""How many crowns of a species are told apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of static object.
+
+    Attributes:
+        name: Its key in `objects`, and its family.
+        words: Values of `type` that mean it, in lower case.
+        form: `point`, `line` or `area`: what places it.
+        models: What users can choose from.
+        levels: Distances up to which it is drawn near, and at middle detail [m].
+        cost: Usual triangles of the three levels (of 40 m of a line).
+        body: Radius and lowest and highest height that a camera must not be in [m].
+    """
+
+    name: str
+    words: frozenset[str]
+    form: str
+    models: tuple[str, ...]
+    levels: tuple[float, float]
+    cost: tuple[int, int, int]
+    body: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def _kind(name: str, words: str, form: str = "point", **more: object) -> Kind:
+    return Kind(name, frozenset(words.split()), form, **more)  # type: ignore[arg-type]
+
+
+KINDS: tuple[Kind, ...] = (
+    _kind("trees", "tree trees", models=tuple(SPECIES), levels=(50.0, 170.0),
+          cost=(9800, 1800, 190), body=(2.8, 2.0, 9.0)),
+    _kind("fences", "fence fences guardrail guard_rail", "line", models=(),
+          levels=(70.0, 300.0), cost=(470, 180, 24)),
+    _kind("homes", "home homes house houses", models=tuple(HOMES), levels=(110.0, 350.0),
+          cost=(900, 260, 90), body=(6.0, 0.0, 9.0)),
+    _kind("shops", "shop shops store", models=tuple(SHOPS), levels=(110.0, 350.0),
+          cost=(540, 190, 60), body=(8.5, 0.0, 6.0)),
+    _kind("blocks", "block blocks apartments", models=tuple(BLOCKS), levels=(110.0, 350.0),
+          cost=(4400, 1450, 260), body=(9.5, 0.0, 30.0)),
+    _kind("buildings", "building buildings", "area", models=(), levels=(90.0, 300.0),
+          cost=(900, 300, 90)),
+)
+"""Every kind of static object."""
+
+
+def kind_of(type_: str, source: str) -> str | None:
+    """The kind that a POI or polygon means: by its type, else by its file's name.
+
+    Args:
+        type_: SUMO's `type`; `building.house` counts as `building`.
+        source: The file it came from, such as `buildings_homes.add.xml`.
+    """
+    word = type_.lower().split(".")[0].strip()
+    by_type = next((kind.name for kind in KINDS if word in kind.words), None)
+    if by_type or word:
+        return by_type
+    stem = source.replace("\\", "/").rsplit("/", maxsplit=1)[-1].lower().split(".")[0]
+    # `buildings_homes` means homes, so the last word that fits counts.
+    for part in reversed(stem.replace("-", "_").split("_")):
+        for kind in KINDS:
+            if part in kind.words:
+                return kind.name
+    return None
+
+
+def body_of(
+    kind: Kind, settings: ObjectSettings, *, seed: int, name: str, level: int
+) -> tuple[Part, ...]:
+    """The parts of one object in its own frame, chosen by its name.
+
+    Raises:
+        ConfigError: If the settings name an unknown model.
+    """
+    return _BODIES[kind.name](kind, settings, seed, name, level)
+
+
+def checked_models(kind: Kind, settings: ObjectSettings) -> tuple[str, ...]:
+    """The models to draw from.
+
+    Raises:
+        ConfigError: If the settings name an unknown one.
+    """
+    for model in settings.model:
+        if model not in kind.models:
+            hint = did_you_mean(model, kind.models)
+            raise ConfigError(f"there is no model {model!r}{hint}", key=f"objects.{kind.name}.model")
+    return settings.model or kind.models
+
+
+def colour_from_hex(text: str | None) -> Colour | None:
+    """Linear reflectance of #rrggbb, at most 0.8; None stays None.
+
+    References:
+        IEC 61966-2-1 (sRGB).
+    """
+    if text is None:
+        return None
+    digits = text.removeprefix("#")
+    if len(digits) != 6 or any(c not in "0123456789abcdefABCDEF" for c in digits):
+        raise ConfigError(f"{text!r} is not a colour such as #c8b090")
+    values = [int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4)]
+    r, g, b = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in values)
+    return min(r, 0.8), min(g, 0.8), min(b, 0.8)
+
+
+def building_palette(
+    styles: Mapping[str, Style], model: str, settings: ObjectSettings, *, seed: int, name: str
+) -> Mapping[str, tuple[str, Colour | None]]:
+    """Colours of one building, chosen by its name."""
+    rng = np.random.default_rng(int(share_of(seed, name, "colour") * 2**48))
+    return palette(styles[model], rng, colour_from_hex(settings.colour))
+
+
+def _tree_body(
+    kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
+) -> tuple[Part, ...]:
+    models = checked_models(kind, settings)
+    species = models[int(share_of(seed, name, "model") * len(models))]
+    variant = int(share_of(seed, name, "variant") * TREE_VARIANTS)
+    colour = colour_from_hex(settings.colour)
+    # Neighbours of one species still differ a little in hue and lightness.
+    factor = 0.85 + 0.3 * np.array([share_of(seed, name, c) for c in ("red", "green", "blue")])
+    parts = []
+    for part in _tree(species, variant, level):
+        if part.tint is None:
+            parts.append(part)
+            continue
+        base = part.tint * factor
+        if colour is not None:
+            base = np.array(colour) * (base.mean(axis=1) / base.mean())[:, None]
+        parts.append(Part(part.mesh, part.material, np.clip(base, 0.005, 0.8)))
+    return tuple(parts)
+
+
+def _building_body(styles: Mapping[str, Style]) -> Callable[..., tuple[Part, ...]]:
+    def body(
+        kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
+    ) -> tuple[Part, ...]:
+        models = checked_models(kind, settings)
+        model = models[int(share_of(seed, name, "model") * len(models))]
+        variant = int(share_of(seed, name, "variant") * styles[model].variants)
+        colours = building_palette(styles, model, settings, seed=seed, name=name)
+        return paint(_shell(styles[model], variant, level), colours)
+
+    return body
+
+
+@cache
+def _tree(species: str, variant: int, level: int) -> tuple[Part, ...]:
+    return tree(species, seed=variant, level=level)
+
+
+@cache
+def _shell(style: Style, variant: int, level: int) -> Shell:
+    return style.build(variant, level)
+
+
+_BODIES: Mapping[str, Callable[..., tuple[Part, ...]]] = {
+    "trees": _tree_body,
+    "homes": _building_body(HOMES),
+    "shops": _building_body(SHOPS),
+    "blocks": _building_body(BLOCKS),
+}

@@ -1,0 +1,116 @@
+"""Paint and rails as thin decals on the road surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.scene.markings_across import stop_paint, zebra_paint
+from sumo3dviz_pt.scene.markings_lines import Paint, centre_paint, edge_paint
+from sumo3dviz_pt.scene.markings_through import through_paint
+from sumo3dviz_pt.scene.roads_cells import Cells, quad_polygons, without_overlaps
+from sumo3dviz_pt.scene.roads_heights import draped
+from sumo3dviz_pt.scene.roads_layout import RoadLayout
+from sumo3dviz_pt.scene.roads_mesh import smooth_normals
+from sumo3dviz_pt.scene.roads_strips import BoundsXY
+from sumo3dviz_pt.shapes.triangulate import polygon_parts, triangulate_many
+
+
+def road_paint(
+    network: Network, settings: RoadSettings, layout: RoadLayout, *, region: BoundsXY | None
+) -> list[Paint]:
+    """All markings; earlier ones cover later ones."""
+    centre, shared = centre_paint(network, settings, layout.strips)
+    inner = "right" if network.left_hand else "left"
+    lines = [
+        paint
+        for key, strips in layout.strips.items()
+        for paint in edge_paint(
+            network.edges[key], strips, settings, open_side=inner if key in shared else ""
+        )
+    ]
+    across = stop_paint(network, layout.strips)
+    zebras = zebra_paint(network, region=region)
+    return [*zebras, *across, *centre, *lines, *through_paint(network, settings, layout.insides)]
+
+
+def decal_meshes(
+    paint: Sequence[Paint], layout: RoadLayout, *, surface: Sequence[Mesh], lift: float
+) -> dict[str, Mesh]:
+    """Paint as meshes just above the surface, by material.
+
+    Args:
+        paint: What to draw, without regard to overlaps.
+        layout: The roads.
+        surface: Meshes that the paint lies on.
+        lift: Height above the surface [m]; sloped roads take three times as much.
+    """
+    cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
+    meshes = {}
+    for material in sorted(set(cells.surfaces)):
+        index = np.flatnonzero(np.array(cells.surfaces) == material)
+        parts = [(part, i) for i in index for part in polygon_parts(cells.polygons[i])]
+        flat, faces, owner = triangulate_many([part for part, _ in parts])
+        if not len(faces):
+            continue
+        heights = cells.heights(np.array([i for _, i in parts])[owner], flat)
+        vertices = np.column_stack([flat, heights])
+        meshes[material] = _lifted(vertices, faces, layout=layout, surface=surface, lift=lift)
+    return meshes
+
+
+def _lifted(
+    vertices: Floats,
+    faces: np.ndarray,
+    *,
+    layout: RoadLayout,
+    surface: Sequence[Mesh],
+    lift: float,
+) -> Mesh:
+    """Decals above the surface that they lie on."""
+    if layout.cells.is_flat:
+        return Mesh(vertices + [0.0, 0.0, lift], faces)
+    vertices = draped(vertices, surface) + [0.0, 0.0, 3.0 * lift]
+    return Mesh(vertices, faces, smooth_normals(vertices, faces))
+
+
+def _paint_cells(paint: Sequence[Paint]) -> Cells:
+    """Paint as cells, in its order."""
+    quads = np.concatenate([np.zeros((0, 4, 3)), *(one.quads for one in paint)])
+    return Cells(
+        quad_polygons(quads),
+        quads,
+        {},
+        tuple(one.material for one in paint for _ in one.quads),
+        np.zeros(len(quads), dtype=bool),
+        tuple(one.owner for one in paint for _ in one.quads),
+        {},
+    )
+
+
+def _on_carriageway(paint: Cells, roads: Cells) -> Cells:
+    """Take paint off footways, and off other edges that took surface from its own."""
+    covers: dict[str, set[int]] = {}
+    for cell, winners in roads.cutters.items():
+        covers.setdefault(roads.owners[cell], set()).update(int(w) for w in winners)
+    tree = shapely.STRtree(roads.polygons)
+    mark, cell = tree.query(paint.polygons, predicate="intersects")
+    wrong = np.array(
+        [
+            bool(roads.raised[c])
+            or (roads.owners[c] != paint.owners[m] and int(c) in covers.get(paint.owners[m], ()))
+            for m, c in zip(mark, cell, strict=True)
+        ],
+        dtype=bool,
+    )
+    polygons = paint.polygons.copy()
+    for m in np.unique(mark[wrong]):
+        area = shapely.union_all(roads.polygons[cell[wrong & (mark == m)]])
+        polygons[m] = shapely.difference(polygons[m], area)
+    return replace(paint, polygons=polygons)

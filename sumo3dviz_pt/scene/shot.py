@@ -1,0 +1,265 @@
+"""A camera and a stretch of time become scene data and the state of every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import (
+    Bsdf,
+    FrameState,
+    Haze,
+    LeftOut,
+    Mover,
+    Prototype,
+    SceneData,
+    Slots,
+    StaticPart,
+    View,
+)
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.scene import needs
+from sumo3dviz_pt.scene.cameras import Camera, build_camera
+from sumo3dviz_pt.scene.ground import build_ground
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.roads import RoadParts, build_roads
+from sumo3dviz_pt.scene.scenery import build_scenery
+from sumo3dviz_pt.scene.signals import Signals, build_signals
+from sumo3dviz_pt.scene.sky import build_sky
+from sumo3dviz_pt.scene.traffic import Fleet, build_fleet, find_rider
+
+ROAD_REACH = 2500.0
+"""Roads farther from every eye than this vanish in the haze [m]."""
+
+_OBJECT_RADIUS = 30.0
+"""Of a tree or building with its shadow at most hours of the day [m]."""
+
+_MOST_VIEWS = 120
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """What a shot shows.
+
+    Attributes:
+        data: What does not change.
+        fleet: Everyone on the road.
+        camera: Where it is seen from.
+        signals: The traffic lights.
+        footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
+        aspect: Height / width of the picture.
+        limit: Road users in detail in one frame, at most.
+    """
+
+    data: SceneData
+    fleet: Fleet
+    camera: Camera
+    signals: Signals
+    footway: Callable[[Floats], Floats]
+    aspect: float
+    limit: int
+
+    def frame_at(self, time: float) -> FrameState:
+        """The state of the frame at a time [s].
+
+        Raises:
+            ConfigError: If the camera rides with someone who does not exist then.
+        """
+        view = self.camera.view_at(time)
+        movers = self._on_footways(self.fleet.movers_at(time, view=view))
+        gaze = needs.Gaze.of([view], aspect=self.aspect)
+        positions = np.array([mover.world_from_body.position for mover in movers]).reshape(-1, 1, 3)
+        alive = np.ones((len(movers), 1), dtype=np.bool_)
+        choice = needs.choose(gaze, alive, positions, limit=self.limit)
+        return FrameState(
+            time,
+            view,
+            tuple(m for m, near in zip(movers, choice.near[:, 0], strict=True) if near),
+            tuple(m for m, far in zip(movers, choice.far[:, 0], strict=True) if far),
+            self.signals.radiance_at(time),
+        )
+
+    def _on_footways(self, movers: Sequence[Mover]) -> tuple[Mover, ...]:
+        """Lift walkers onto raised footways."""
+        walkers = [index for index, mover in enumerate(movers) if mover.id.startswith("person:")]
+        if not walkers:
+            return tuple(movers)
+        spots = np.array([movers[index].world_from_body.position[:2] for index in walkers])
+        lifted = list(movers)
+        for index, height in zip(walkers, self.footway(spots), strict=True):
+            up = Transform.from_pose([0.0, 0.0, float(height)])
+            mover = movers[index]
+            lifted[index] = replace(mover, world_from_body=up @ mover.world_from_body)
+        return tuple(lifted)
+
+
+def build_shot(
+    scenario: Scenario,
+    trajectories: Sequence[Trajectory],
+    job: Job,
+    *,
+    camera: CameraSettings,
+    times: Floats,
+) -> Shot:
+    """Build everything that a shot needs, and nothing else.
+
+    Args:
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        job: The scene file.
+        camera: The shot's camera.
+        times: Of all frames of the whole shot, (n,) [s].
+
+    Raises:
+        ConfigError: If a name in the scene file is unknown.
+    """
+    fleet = build_fleet(trajectories, scenario.vehicle_types, job.vehicles, seed=job.seed)
+    if isinstance(camera, LagrangianCamera):
+        fleet = fleet.with_cockpit(find_rider(fleet, camera.vehicle).key)
+    built = build_camera(camera, fleet=fleet, left_hand=scenario.network.left_hand)
+    aspect = job.output.size[1] / job.output.size[0]
+    every = max(1, -(-len(times) // _MOST_VIEWS))
+    sparse = [built.view_at(float(time)) for time in times[::every]]
+    gaze = needs.Gaze.of(sparse, aspect=aspect)
+    surroundings = _surroundings(scenario, job, gaze)
+    crowd = _crowd(fleet, built, times, aspect)
+    opened = {name: fleet.prototypes[name] for name in crowd.slots.near | crowd.slots.far}
+    sky = build_sky(job.sky, scenario.network.location)
+    data = SceneData(
+        materials=_materials(surroundings, opened.values(), fleet.materials),
+        static=surroundings.static,
+        prototypes=opened,
+        lamps=surroundings.signals.lamps,
+        sky=sky,
+        slots=crowd.slots,
+        haze=Haze(),
+        left_out=surroundings.left_out + _nobody(scenario, fleet, crowd),
+    )
+    return Shot(
+        data,
+        fleet,
+        built,
+        surroundings.signals,
+        surroundings.roads.surface_height_at,
+        aspect,
+        crowd.limit,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Surroundings:
+    """Everything that does not move."""
+
+    static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
+    roads: RoadParts
+    signals: Signals
+    left_out: tuple[LeftOut, ...]
+
+
+def _surroundings(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Surroundings:
+    """Build roads, ground, scenery and signals around the camera's path."""
+    low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
+    region = (
+        float(low[0]) - ROAD_REACH,
+        float(low[1]) - ROAD_REACH,
+        float(high[0]) + ROAD_REACH,
+        float(high[1]) + ROAD_REACH,
+    )
+    network = scenario.network
+    roads = build_roads(network, job.roads, textured=job.textured, region=region)
+    ground = build_ground(job.ground, network, roads=roads.layout, textured=job.textured)
+    pois, unseen = _seen(scenario.pois, gaze)
+    scenery = build_scenery(
+        pois,
+        _seen_polygons(scenario.polygons, gaze),
+        job.objects,
+        network=network,
+        seed=job.seed,
+        viewpoints=gaze.positions,
+    )
+    signals = build_signals(network, scenario.signals, job.signals, region=region)
+    parts = (*roads.static, *ground.static, *scenery.static, *signals.static)
+    return _Surroundings(
+        tuple(part for part in parts if len(part.part.mesh.faces)),
+        {**MATERIALS, **roads.materials, **ground.materials},
+        roads,
+        signals,
+        (*unseen, *scenery.left_out, *signals.left_out),
+    )
+
+
+def _seen(pois: Sequence[Poi], gaze: needs.Gaze) -> tuple[tuple[Poi, ...], tuple[LeftOut, ...]]:
+    """POIs that some view can see, and what that leaves out."""
+    if not pois:
+        return (), ()
+    points = np.array([(*poi.position, 0.0) for poi in pois])
+    # Heights do not matter here: a tree on a hill is seen from the same directions.
+    level = replace(gaze, positions=gaze.positions * [1.0, 1.0, 0.0])
+    seen = needs.in_view(level, points, radius=_OBJECT_RADIUS).any(axis=1)
+    kept = tuple(poi for poi, visible in zip(pois, seen, strict=True) if visible)
+    missing = len(pois) - len(kept)
+    why = "no camera of the shot sees them or their shadows"
+    return kept, (LeftOut(f"{missing} of {len(pois)} POIs", why),) if missing else ()
+
+
+def _seen_polygons(polygons: Sequence[Polygon], gaze: needs.Gaze) -> tuple[Polygon, ...]:
+    """Polygons that some view can see; lines count by all their points."""
+    level = replace(gaze, positions=gaze.positions * [1.0, 1.0, 0.0])
+
+    def visible(polygon: Polygon) -> bool:
+        points = np.column_stack([polygon.shape, np.zeros(len(polygon.shape))])
+        centre = points.mean(axis=0)
+        reach = float(np.linalg.norm(points - centre, axis=1).max())
+        return bool(needs.in_view(level, centre[None], radius=reach + _OBJECT_RADIUS).any())
+
+    return tuple(polygon for polygon in polygons if len(polygon.shape) and visible(polygon))
+
+
+def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> needs.CrowdPlan:
+    """Plan who is drawn how over the whole shot."""
+    if not fleet.keys:
+        return needs.CrowdPlan(Slots(), needs.MOST_NEAR)
+    frames = []
+    riders: set[str] = set()
+    for part in needs.chunks(len(times)):
+        views: list[View] = [camera.view_at(float(time)) for time in times[part]]
+        riders |= {view.rides_in for view in views if view.cutaway and view.rides_in}
+        alive, positions, _ = fleet.positions(times[part])
+        frames.append((needs.Gaze.of(views, aspect=aspect), alive, positions))
+    bodies = [
+        fleet.cockpits.get(key, body.prototype.name) if key in riders else body.prototype.name
+        for key, body in zip(fleet.keys, fleet.bodies, strict=True)
+    ]
+    return needs.plan_crowd(bodies, frames)
+
+
+def _materials(
+    surroundings: _Surroundings, prototypes: Iterable[Prototype], own: Mapping[str, Bsdf]
+) -> dict[str, Bsdf]:
+    """Only the materials in use."""
+    used = {part.part.material for part in surroundings.static}
+    for prototype in prototypes:
+        used |= {part.material for part in (*prototype.parts, *prototype.far)}
+    if surroundings.signals.lamps:
+        used.add("signal_lens")
+    known = {**surroundings.materials, **own}
+    return {name: known[name] for name in sorted(used)}
+
+
+def _nobody(scenario: Scenario, fleet: Fleet, crowd: needs.CrowdPlan) -> tuple[LeftOut, ...]:
+    """Say which road users need nothing here."""
+    out = []
+    kinds = {trace.kind for trace in scenario.traffic.traces}
+    if "person" not in kinds:
+        out.append(LeftOut("persons", "the log has none in this time"))
+    unused = sorted(set(fleet.prototypes) - set(crowd.slots.near) - set(crowd.slots.far))
+    if unused:
+        out.append(LeftOut(f"{len(unused)} bodies", "nobody in view of the shot shows them"))
+    return tuple(out)

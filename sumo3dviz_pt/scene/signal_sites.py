@@ -1,0 +1,220 @@
+"""Where signal heads stand: at every signalled stop line and crossing.
+
+Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traffic),
+sidewalk and bicycle lane included, 0.5 m behind the stop line; it carries one head per
+different course of the edge, in lane order. Edges with three or more signalled lanes
+also get an arm with heads over each lane. Pedestrians: a pole at either end of a crossing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
+from sumo3dviz_pt.scene.aspects import Course
+from sumo3dviz_pt.scene.lane_index import LaneIndex
+
+POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.35, 4.7, 2.1
+"""Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
+_BESIDE, _BEHIND, _SPACING = 0.7, 0.5, 0.56
+_WIDE = 3  # signalled lanes from which an arm reaches over the road
+_WALKS = ("crossing", "walkingarea")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Head:
+    """A signal head to be built.
+
+    Attributes:
+        tls: Id of its traffic light.
+        links: Every link whose state it shows; the first names it.
+        course: What it shows.
+        lamps: 2 or 3.
+        position: Below the middle of its housing, (3,) [m].
+        yaw: Driving or walking direction of those who see it [rad].
+    """
+
+    tls: str
+    links: tuple[int, ...]
+    course: Course
+    lamps: int
+    position: Floats
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Support:
+    """A pole, or a mast with an arm.
+
+    Attributes:
+        position: Its foot, (3,) [m].
+        yaw: As its heads' [rad].
+        height: [m].
+        reach: Length of the arm, to the left positive [m]; 0 for a pole.
+        bar: Width of the crossbar that several heads hang on [m]; 0 for none.
+    """
+
+    position: Floats
+    yaw: float
+    height: float
+    reach: float = 0.0
+    bar: float = 0.0
+
+
+CourseOf = Callable[[Connection, int], Course]
+"""The course of a connection's link as a head with 2 or 3 lamps shows it."""
+
+Group = tuple[str, Course, tuple[int, ...]]
+"""Traffic light, what it shows, and the links that share it."""
+
+
+def sites(
+    network: Network,
+    links: Sequence[Connection],
+    *,
+    index: LaneIndex,
+    course_of: CourseOf,
+    lamps: int,
+) -> tuple[list[Head], list[Support]]:
+    """Place heads and what carries them.
+
+    Args:
+        network: The road network.
+        links: Signalled connections.
+        index: Keeps poles off carriageways.
+        course_of: Says what a head for a link shows.
+        lamps: Of a head for vehicles, 2 or 3.
+    """
+    heads: list[Head] = []
+    supports: list[Support] = []
+    for edge, own in _by_edge(network, links).items():
+        if network.edges[edge].function in _WALKS:
+            groups = _groups(own, course_of, 2)
+            made = _crossing(network.edges[edge], groups, index)
+        else:
+            made = _approach(network, network.edges[edge], own, (index, course_of, lamps))
+        heads += made[0]
+        supports += made[1]
+    return heads, supports
+
+
+def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list[Connection]]:
+    """Links by the edge whose end they guard, or by the crossing they let people onto."""
+    found: dict[str, list[Connection]] = {}
+    for link in links:
+        start, end = (network.edges[network.lanes[lane].edge_id]
+                      for lane in (link.from_lane, link.to_lane))
+        if start.function in _WALKS:
+            crossing = end if end.function == "crossing" else start
+            found.setdefault(crossing.id, []).append(link)
+        elif start.function != "internal":
+            found.setdefault(start.id, []).append(link)
+    return found
+
+
+def _groups(links: Sequence[Connection], course_of: CourseOf, lamps: int) -> list[Group]:
+    """Links that always show the same, in the order given."""
+    found: dict[tuple[str, Course], list[int]] = {}
+    for link in links:
+        key = (link.tls, course_of(link, lamps))
+        if link.link_index not in found.setdefault(key, []):
+            found[key].append(link.link_index)
+    return [(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()]
+
+
+def _approach(
+    network: Network,
+    edge: Edge,
+    links: list[Connection],
+    how: tuple[LaneIndex, CourseOf, int],
+) -> tuple[list[Head], list[Support]]:
+    """Heads at the end of an edge."""
+    index, course_of, lamps = how
+    number = {lane.id: lane.index for lane in edge.lanes}
+    links = sorted(links, key=lambda link: (number[link.from_lane], link.link_index))
+    groups = _groups(links, course_of, lamps)
+    along, yaw = _direction(edge.lanes[0].shape)
+    outward = _left(along) if network.left_hand else -_left(along)
+    foot = _foot(edge.lanes[0], along, outward, len(groups))
+    foot = _off_carriageway(foot, outward, index)
+    heads = _row(groups, foot + [0, 0, POLE_BOTTOM], (-outward, along, yaw), lamps)
+    bar = (len(groups) - 1) * _SPACING
+    lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
+    if len(lanes) < _WIDE:
+        height = POLE_BOTTOM + 0.3 * lamps + 0.12
+        return heads, [Support(foot, yaw, height, bar=bar)]
+    for lane in lanes:
+        own = _groups([k for k in links if k.from_lane == lane.id], course_of, lamps)
+        across = float((lane.shape[-1] - foot) @ -outward)
+        bottom = foot - across * outward + [0, 0, ARM_BOTTOM + 0.3 * (3 - lamps)]
+        heads += _row(own, bottom, (-outward, along, yaw), lamps)
+    reach = max(float((lane.shape[-1] - foot) @ -outward) for lane in lanes) + 0.5
+    left = float(np.sign(_left(along) @ -outward))
+    return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, left * reach, bar)]
+
+
+def _row(
+    groups: Sequence[Group],
+    bottom: Floats,
+    frame: tuple[Floats, Floats, float],
+    lamps: int,
+) -> list[Head]:
+    """Heads beside each other around a place, from the outer lanes' inwards."""
+    inward, along, yaw = frame
+    offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
+    return [
+        Head(tls, links, course, lamps, bottom + offset * inward - 0.19 * along, yaw)
+        for (tls, course, links), offset in zip(groups, offsets, strict=True)
+    ]
+
+
+def _crossing(
+    edge: Edge, groups: Sequence[Group], index: LaneIndex
+) -> tuple[list[Head], list[Support]]:
+    """Heads at both ends of a crossing, each looking over the road."""
+    lane = edge.lanes[0]
+    heads: list[Head] = []
+    supports: list[Support] = []
+    for shape in (lane.shape, lane.shape[::-1]):
+        along, yaw = _direction(shape)
+        beside = -_left(along) * (lane.width / 2 + 0.35)
+        foot = _off_carriageway(shape[-1] + 0.4 * along + beside, along, index)
+        heads += _row(groups, foot + [0, 0, WALK_BOTTOM], (_left(along), along, yaw), 2)
+        bar = (len(groups) - 1) * _SPACING
+        supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
+    return heads, supports
+
+
+def _foot(outer: Lane, along: Floats, outward: Floats, heads: int) -> Floats:
+    """Where a pole would stand if nothing were in its way."""
+    beside = outer.width / 2 + _BESIDE + _SPACING / 2 * (heads - 1)
+    foot: Floats = outer.shape[-1] + _BEHIND * along + beside * outward
+    return foot
+
+
+def _off_carriageway(foot: Floats, outward: Floats, index: LaneIndex) -> Floats:
+    """Move a pole outwards until it stands on no carriageway; keep it if there is no room."""
+    steps = np.arange(0.0, 8.0, 0.5)
+    places = foot + steps[:, None] * outward
+    free = ~index.covers(places[:, :2], margin=0.3)
+    return places[int(np.argmax(free))] if free.any() else foot
+
+
+def _direction(shape: Floats) -> tuple[Floats, float]:
+    """Horizontal unit direction at a polyline's end, (3,), and its yaw [rad]."""
+    away = np.linalg.norm(shape[:, :2] - shape[-1, :2], axis=1)
+    far = np.flatnonzero(away > 1.0)
+    step = shape[-1] - shape[far[-1] if len(far) else 0]
+    length = float(np.hypot(step[0], step[1]))
+    if length < 1e-9:
+        return np.array([1.0, 0.0, 0.0]), 0.0
+    return np.array([step[0], step[1], 0.0]) / length, float(np.arctan2(step[1], step[0]))
+
+
+def _left(along: Floats) -> Floats:
+    """The horizontal direction to the left of another."""
+    return np.array([-along[1], along[0], 0.0])

@@ -1,0 +1,255 @@
+"""Road users: which bodies and colours they show, and where they are at a time."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import VehicleSettings
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Transform
+from sumo3dviz_pt.model.scene import Bsdf, Colour, Mover, Prototype, View
+from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
+from sumo3dviz_pt.scene.bodies import (
+    Body,
+    CarModel,
+    Choice,
+    PlainChoice,
+    Shelf,
+    build_body,
+    car_models,
+    choose,
+    drawn_class,
+)
+from sumo3dviz_pt.scene.fleet_colours import own_palette, paint_of
+from sumo3dviz_pt.shapes.cutaway import cutaway
+
+_LOG = logging.getLogger(__name__)
+
+_UNKNOWN_TYPES: Mapping[str, VehicleType] = {
+    "vehicle": VehicleType("", "passenger", 5.0, 1.8, 1.5),
+    "person": VehicleType("", "pedestrian", 0.215, 0.478, 1.719),
+    "container": VehicleType("", "container", 6.1, 2.4, 2.6),
+}
+"""SUMO's class defaults (1.28), where the type is not known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fleet:
+    """All road users of a shot.
+
+    Attributes:
+        trajectories: One for each road user.
+        bodies: What each shows.
+        colours: Of each.
+        cockpits: Names of opened prototypes by key of who rides in them.
+        prototypes: By name; only those in use.
+        materials: What user models need beside `MATERIALS`.
+        pieces: All stretches of motion with their owner's index, in order.
+        lives: Begin and end of each piece, (pieces, 2) [s].
+        owners: Index of each piece's road user, (pieces,).
+    """
+
+    trajectories: tuple[Trajectory, ...]
+    bodies: tuple[Body, ...]
+    colours: tuple[Colour, ...]
+    prototypes: Mapping[str, Prototype]
+    materials: Mapping[str, Bsdf] = field(default_factory=dict)
+    cockpits: Mapping[str, str] = field(default_factory=dict)
+    pieces: tuple[Piece, ...] = field(init=False)
+    lives: Floats = field(init=False)
+    owners: Ints = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Index the pieces of motion, so that a frame asks only those alive."""
+        pieces = [(k, piece) for k, t in enumerate(self.trajectories) for piece in t.pieces]
+        lives = np.array([(piece.begin, piece.end) for _, piece in pieces]).reshape(-1, 2)
+        object.__setattr__(self, "pieces", tuple(piece for _, piece in pieces))
+        object.__setattr__(self, "lives", lives)
+        object.__setattr__(self, "owners", np.array([k for k, _ in pieces], dtype=np.int64))
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of all road users, such as `vehicle:flow_0.3`."""
+        return tuple(trajectory.key for trajectory in self.trajectories)
+
+    @property
+    def sizes(self) -> Floats:
+        """Length, width and height as drawn, (v, 3) [m]."""
+        return np.array([body.size for body in self.bodies]).reshape(-1, 3)
+
+    def movers_at(self, time: float, *, view: View | None = None) -> tuple[Mover, ...]:
+        """Everyone who exists at a time [s], in the order of the trajectories.
+
+        Args:
+            time: SUMO's time [s].
+            view: The camera; the vehicle that it rides in is opened where it says so.
+        """
+        inside = (self.lives[:, 0] - 1e-9 <= time) & (time <= self.lives[:, 1] + 1e-9)
+        alive = np.flatnonzero(inside)
+        motions = [self._sampled(piece, time) for piece in alive.tolist()]
+        if not motions:
+            return ()
+        owners = [int(self.owners[piece]) for piece in alive.tolist()]
+        matrices = _placements(motions, scales=np.stack([self.bodies[k].scale for k in owners]))
+        opened = view.rides_in if view is not None and view.cutaway else None
+        return tuple(
+            self._mover(k, matrix, opened=opened)
+            for k, matrix in zip(owners, matrices, strict=True)
+        )
+
+    def positions(self, times: Floats) -> tuple[Bools, Floats, Floats]:
+        """Where everyone is, for culling.
+
+        Args:
+            times: (t,) [s].
+
+        Returns:
+            Whether each exists, (v, t); fronts, (v, t, 3) [m]; yaws, (v, t) [rad]; NaN
+            where it does not exist.
+        """
+        shape = (len(self.trajectories), len(times))
+        alive = np.zeros(shape, dtype=np.bool_)
+        positions, yaws = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
+        for k, trajectory in enumerate(self.trajectories):
+            motion = trajectory.sample(times)
+            alive[k], positions[k], yaws[k] = motion.alive, motion.positions, motion.yaws
+        return alive, positions, yaws
+
+    def body(self, key: str) -> Body:
+        """What a road user shows; it must be one of `keys`."""
+        return self.bodies[self.keys.index(key)]
+
+    def with_cockpit(self, key: str) -> Fleet:
+        """The same fleet, ready to open the vehicle that a camera sits in.
+
+        Args:
+            key: One of `keys`.
+        """
+        body = self.body(key)
+        cowl = body.seat.cowl / body.scale
+        opened = cutaway(body.prototype, cowl=float(cowl[0]), belt=float(cowl[2]))
+        return replace(
+            self,
+            prototypes={**self.prototypes, opened.name: opened},
+            cockpits={**self.cockpits, key: opened.name},
+        )
+
+    def _sampled(self, piece: int, time: float) -> Motion:
+        """Motion of one piece at one time."""
+        begin, end = self.lives[piece]
+        return self.pieces[piece].sample(np.array([min(max(time, begin), end)]))
+
+    def _mover(self, k: int, matrix: Floats, *, opened: str | None) -> Mover:
+        """One road user at its place."""
+        key, name = self.trajectories[k].key, self.bodies[k].prototype.name
+        if key == opened:
+            name = self.cockpits.get(key, name)
+        return Mover(key, name, Transform(matrix), self.colours[k])
+
+
+def build_fleet(
+    trajectories: Sequence[Trajectory],
+    vehicle_types: Mapping[str, VehicleType],
+    settings: VehicleSettings,
+    *,
+    seed: int,
+) -> Fleet:
+    """Give every road user its body and colour.
+
+    Args:
+        trajectories: With unique keys.
+        vehicle_types: By id; unknown types get SUMO's class defaults.
+        settings: Models, colours and user models.
+        seed: The job's; a road user's choice depends on it and on its id only.
+
+    Raises:
+        ConfigError: If a model, colour or user's file is wrong.
+    """
+    cars = car_models(settings.passenger)
+    if not isinstance(settings.colours, str):
+        own_palette(settings.colours)
+    kinds = [vehicle_types.get(t.type_id, _UNKNOWN_TYPES[t.kind]) for t in trajectories]
+    choices = [
+        _choice(t, k, cars, settings, seed) for t, k in zip(trajectories, kinds, strict=True)
+    ]
+    shelf: Shelf = {}
+    made = {choice: build_body(choice, shelf) for choice in dict.fromkeys(choices)}
+    _announce(choices)
+    paints = [
+        paint_of(drawn_class(k), k, key=t.id, colours=settings.colours, seed=seed)
+        for t, k in zip(trajectories, kinds, strict=True)
+    ]
+    materials = {name: bsdf for body in made.values() for name, bsdf in body.materials.items()}
+    bodies = tuple(made[choice] for choice in choices)
+    return Fleet(tuple(trajectories), bodies, tuple(paints), shelf, materials)
+
+
+def find_rider(fleet: Fleet, name: str) -> Trajectory:
+    """The trajectory of a vehicle, person or container by SUMO's id, or by its key.
+
+    Raises:
+        ConfigError: If the log has none of that name; the message names some it has.
+    """
+    known = {trajectory.key: trajectory for trajectory in fleet.trajectories}
+    for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
+        if key in known:
+            return known[key]
+    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, fleet)}")
+
+
+def _suggested(name: str, fleet: Fleet) -> str:
+    """End of a sentence that names near ids and some that exist."""
+    import difflib
+
+    ids = list(dict.fromkeys(trajectory.id for trajectory in fleet.trajectories))
+    if not ids:
+        return "; there is nobody in this time window"
+    near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)
+    some = [each for each in ids if each not in near][:3]
+    meant = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
+    return f"{meant}; for example {', '.join(map(repr, some))} exist" if some else meant
+
+
+def _choice(
+    trajectory: Trajectory,
+    kind: VehicleType,
+    cars: Sequence[CarModel],
+    settings: VehicleSettings,
+    seed: int,
+) -> Choice:
+    """The body of one road user."""
+    own = settings.user_models if trajectory.kind == "vehicle" else {}
+    return choose(kind, name=trajectory.id, cars=cars, own=own, seed=seed)
+
+
+def _announce(choices: Sequence[Choice]) -> None:
+    """Say once which classes have no detailed models."""
+    plain = sorted({choice.vclass for choice in choices if isinstance(choice, PlainChoice)})
+    if plain:
+        _LOG.warning("plain bodies stand for %s: there are no models yet", ", ".join(plain))
+
+
+def _placements(motions: Sequence[Motion], *, scales: Floats) -> Floats:
+    """Matrices from body to world, (n, 4, 4): scale, then pitch, then yaw.
+
+    Args:
+        motions: Each at one time.
+        scales: (n, 3).
+    """
+    yaws = np.concatenate([motion.yaws for motion in motions])
+    pitches = np.concatenate([motion.pitches for motion in motions])
+    cy, sy, cp, sp = np.cos(yaws), np.sin(yaws), np.cos(pitches), np.sin(pitches)
+    zero = np.zeros(len(motions))
+    matrices = np.zeros((len(motions), 4, 4))
+    matrices[:, :3, 0] = np.stack([cy * cp, sy * cp, sp], axis=1)
+    matrices[:, :3, 1] = np.stack([-sy, cy, zero], axis=1)
+    matrices[:, :3, 2] = np.stack([-cy * sp, -sy * sp, cp], axis=1)
+    matrices[:, :3, :3] *= scales[:, None, :]
+    matrices[:, :3, 3] = np.concatenate([motion.positions for motion in motions])
+    matrices[:, 3, 3] = 1.0
+    return matrices

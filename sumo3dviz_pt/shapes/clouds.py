@@ -1,0 +1,265 @@
+"""Cloud layers over the upper hemisphere, marched through a field of billows.
+
+Cumulus is a slab of density: a map of where clouds are, a height profile with flat
+bases, and Worley billows that eat the edges. Along each direction the density is
+integrated; at every step the sun's way through the cloud and the open sky above
+give its light, with Wrenninge's octaves for multiple scattering. Cirrus is a thin
+sheet far above.
+
+References:
+    A. Schneider, "The real-time volumetric cloudscapes of Horizon Zero Dawn",
+    SIGGRAPH 2015 (billows, erosion, height profile).
+    M. Wrenninge et al., "Oz: the great and volumetric", SIGGRAPH 2013 talks,
+    doi:10.1145/2504459.2504518 (octaves of scattering).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.scene import CloudLayer
+from sumo3dviz_pt.shapes.noise import Band, fractal, smoothstep, soft
+
+_SPAN, _BILLOW_SPAN, _DETAIL_SPAN = 48_000.0, 5_200.0, 1_300.0
+_SUN_TAPS = np.array([40.0, 110.0, 240.0, 450.0, 800.0])
+_TAP_LENGTHS = np.array([75.0, 100.0, 170.0, 280.0, 400.0])
+
+
+@dataclass(frozen=True, slots=True)
+class CloudRecipe:
+    """How a cloud layer is made.
+
+    Attributes:
+        rows: Rows of the map; it has four times as many columns.
+        seed: Of everything random in it.
+        sun: Azimuth clockwise from north and elevation of the sun it is lit by [rad].
+        cover: Share of the ground plane under cumulus, [0, 1].
+        base: Height of the cloud bases [m].
+        depth: Height from bases to the highest tops [m].
+        extinction: Of the densest cloud [1/m].
+        cell: Typical distance from cloud to cloud [m].
+        cirrus: Opacity of the densest cirrus, [0, 1].
+        gap: Angular radius around the sun that clouds keep clear of [rad].
+        clearing: How completely they do, [0, 1].
+        steps: Of the march through the slab.
+    """
+
+    rows: int
+    seed: int
+    sun: tuple[float, float]
+    cover: float
+    base: float = 1100.0
+    depth: float = 1300.0
+    extinction: float = 0.028
+    cell: float = 4500.0
+    cirrus: float = 0.0
+    gap: float = 0.16
+    clearing: float = 1.0
+    steps: int = 72
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Field:
+    """Noises that densities are read from; all periodic."""
+
+    where: NDArray[np.float32]
+    billows: NDArray[np.float32]
+    detail: NDArray[np.float32]
+    recipe: CloudRecipe
+    sun: Floats
+
+
+def direction_of(azimuth: float, elevation: float) -> Floats:
+    """Unit vector (east, north, up) of an azimuth clockwise from north [rad]."""
+    level = np.cos(elevation)
+    return np.array([level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation)])
+
+
+def _worley(size: int, across: int, *, rng: np.random.Generator) -> Floats:
+    """Puffy periodic noise: 1 at random points, about 0 between them, (n, n, n)."""
+    points = rng.uniform(0.0, across, (across**3, 3))
+    axis = (np.arange(size) + 0.5) * across / size
+    asked = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
+    distance, _ = cKDTree(points, boxsize=float(across)).query(asked)
+    return np.clip(1.0 - np.asarray(distance).reshape(size, size, size), 0.0, 1.0)
+
+
+def _billows(size: int, *, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Three octaves of puffs, (n, n, n) in [0, 1]."""
+    octaves = [_worley(size, across, rng=rng) for across in (4, 8, 16)]
+    return (0.55 * octaves[0] + 0.29 * octaves[1] + 0.16 * octaves[2]).astype(np.float32)
+
+
+def _field(recipe: CloudRecipe) -> _Field:
+    """Make the noises of a recipe."""
+    rng = np.random.default_rng(recipe.seed)
+    waves = _SPAN / recipe.cell
+    wide = fractal((1024, 1024), Band(1.0, 0.35 * waves, 1.6 * waves), seed=recipe.seed + 1)
+    broad = fractal((1024, 1024), Band(1.2, 1.0, 0.5 * waves), seed=recipe.seed + 2)
+    where = wide + 0.55 * broad
+    where = (where - np.quantile(where, 1.0 - recipe.cover)) / where.std()
+    return _Field(
+        where.astype(np.float32),
+        _billows(128, rng=rng),
+        _billows(64, rng=rng),
+        recipe,
+        direction_of(*recipe.sun),
+    )
+
+
+def _look_up(noise: NDArray[np.float32], points: Floats, span: float) -> NDArray[np.float32]:
+    """Values of periodic noise at points, (n, 2 or 3) [m]."""
+    places = (points * (np.array(noise.shape) / span)).T
+    return np.asarray(map_coordinates(noise, places, order=1, mode="grid-wrap"))
+
+
+def _density(clouds: _Field, points: Floats, *, fine: bool) -> Floats:
+    """Share of the densest cloud at points, (n,) in [0, 1].
+
+    Args:
+        clouds: The noises.
+        points: East, north and height above the ground, (n, 3) [m].
+        fine: Whether to carve the small wisps, too.
+    """
+    recipe = clouds.recipe
+    height = (points[:, 2] - recipe.base) / recipe.depth
+    where = _look_up(clouds.where, points[:, :2], _SPAN) - _clearing(clouds, points)
+    result = np.zeros(len(points))
+    inside = np.flatnonzero((where > -0.35) & (height > 0.0) & (height < 1.0))
+    if not inside.size:
+        return result
+    points, height, where = points[inside], height[inside], where[inside]
+    strength = smoothstep(-0.35, 1.3, where)
+    top = 0.18 + 0.82 * strength
+    profile = smoothstep(0.0, 0.07, height) * (1.0 - smoothstep(0.25, 1.0, height / top))
+    billows = _look_up(clouds.billows, points, _BILLOW_SPAN)
+    shape = (0.62 * strength + 0.30) * profile + 0.95 * (billows - 0.55)
+    if fine:
+        wisps = _look_up(clouds.detail, points, _DETAIL_SPAN)
+        shape = shape - 0.22 * (1.0 - wisps) * (1.0 - 0.5 * smoothstep(0.2, 0.6, shape))
+    result[inside] = smoothstep(0.10, 0.42, shape)
+    return result
+
+
+def _clearing(clouds: _Field, points: Floats) -> Floats:
+    """How much less cloud there is near the line to the sun, (n,)."""
+    recipe = clouds.recipe
+    if recipe.clearing <= 0:
+        return np.zeros(len(points))
+    cosine = points @ clouds.sun / np.maximum(np.linalg.norm(points, axis=1), 1.0)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return 2.6 * recipe.clearing * (1.0 - smoothstep(0.5 * recipe.gap, 1.6 * recipe.gap, angle))
+
+
+def _phase(cosine: Floats, sharpness: float) -> Floats:
+    """Forward and backward lobes of droplets, (n,); 1 on average."""
+
+    def lobe(g: float) -> Floats:
+        return np.asarray((1 - g * g) / (1 + g * g - 2 * g * cosine) ** 1.5)
+
+    return 0.7 * lobe(0.75 * sharpness) + 0.3 * lobe(-0.25 * sharpness)
+
+
+def _sunlight(clouds: _Field, points: Floats, cosine: Floats) -> Floats:
+    """Source radiance x pi per sun irradiance inside the cloud, (n,)."""
+    depth = np.zeros(len(points))
+    for tap, length in zip(_SUN_TAPS, _TAP_LENGTHS, strict=True):
+        ahead = points + tap * clouds.sun
+        depth += _density(clouds, ahead, fine=tap < 100.0) * length
+    depth *= clouds.recipe.extinction
+    light = np.zeros(len(points))
+    for octave in range(4):
+        fade, share = 0.32**octave, 0.62**octave
+        light += share * np.exp(-fade * depth) * _phase(cosine, 0.55**octave)
+    return 0.40 * light
+
+
+def _skylight(clouds: _Field, points: Floats, density: Floats) -> Floats:
+    """Source radiance x pi per sky irradiance inside the cloud, (n,)."""
+    height = np.clip((points[:, 2] - clouds.recipe.base) / clouds.recipe.depth, 0.0, 1.0)
+    return (0.45 + 0.5 * np.sqrt(height)) * (1.0 - 0.35 * density)
+
+
+def _cumulus(clouds: _Field, towards: Floats) -> Floats:
+    """Opacity, sunlit and skylit share in directions, (n, 3)."""
+    recipe = clouds.recipe
+    count = len(towards)
+    clear, light = np.ones(count), np.zeros((count, 2))
+    start, length = recipe.base / towards[:, 2], recipe.depth / towards[:, 2] / recipe.steps
+    jitter = np.random.default_rng(recipe.seed + 9).uniform(size=count)
+    cosine = towards @ clouds.sun
+    for step in range(recipe.steps):
+        alive = np.flatnonzero(clear > 0.01)
+        points = towards[alive] * (start + (step + jitter) * length)[alive, None]
+        density = _density(clouds, points, fine=True)
+        hit = density > 0.0
+        alive, points, density = alive[hit], points[hit], density[hit]
+        passed = np.exp(-density * recipe.extinction * np.minimum(length[alive], 120.0))
+        seen = clear[alive] * (1.0 - passed)
+        light[alive, 0] += seen * _sunlight(clouds, points, cosine[alive])
+        light[alive, 1] += seen * _skylight(clouds, points, density)
+        clear[alive] *= passed
+    cover = 1.0 - clear
+    return np.column_stack([cover, light / np.maximum(cover, 1e-3)[:, None]])
+
+
+def _cirrus(recipe: CloudRecipe, towards: Floats) -> Floats:
+    """Opacity, sunlit and skylit share of the high sheet in directions, (n, 3)."""
+    shape = (1024, 1024)
+    streaks = fractal(shape, Band(1.35, 3.0, stretch=5.0), seed=recipe.seed + 20)
+    veil = fractal(shape, Band(1.8, 2.0, stretch=2.0), seed=recipe.seed + 21)
+    sheet = smoothstep(-0.1, 2.4, soft(streaks, 2.5) + 0.9 * soft(veil, 2.0) - 0.5)
+    places = towards[:, :2] / (towards[:, 2:] + 0.06)
+    turn = 0.7
+    turned = places @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    cover = recipe.cirrus * _look_up(sheet.astype(np.float32), turned, 7.0)
+    cosine = towards @ direction_of(*recipe.sun)
+    sunlit = 0.42 + 0.10 * _phase(cosine, 0.9)
+    return np.column_stack([cover, np.minimum(sunlit, 1.4), np.full(len(towards), 0.8)])
+
+
+def make_clouds(recipe: CloudRecipe) -> CloudLayer:
+    """March a cloud layer.
+
+    Args:
+        recipe: How it is made.
+
+    Returns:
+        Maps of (rows, 4 x rows), axes as in `CloudLayer`.
+    """
+    rows, columns = recipe.rows, 4 * recipe.rows
+    elevation = (1.0 - (np.arange(rows) + 0.5) / rows) * np.pi / 2
+    azimuth = (np.arange(columns) + 0.5) / columns * 2 * np.pi
+    high, around = np.meshgrid(elevation, azimuth, indexing="ij")
+    towards = np.moveaxis(np.array(_directions(around, high)), 0, -1).reshape(-1, 3)
+    far = _cirrus(recipe, towards)
+    near = _cumulus(_field(recipe), towards)
+    # Air hides what is low over the horizon.
+    fade = smoothstep(np.radians(0.8), np.radians(7.0), high.reshape(-1))
+    near[:, 0] *= fade
+    far[:, 0] *= fade
+    return _over(near, far, (rows, columns))
+
+
+def _directions(azimuth: Floats, elevation: Floats) -> tuple[Floats, Floats, Floats]:
+    """East, north and up of angles of any shape."""
+    level = np.cos(elevation)
+    return level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation)
+
+
+def _over(near: Floats, far: Floats, shape: tuple[int, int]) -> CloudLayer:
+    """Lay one sheet over another, both (n, 3), straight colours."""
+    shown = far[:, :1] * (1.0 - near[:, :1])
+    cover = near[:, :1] + shown
+    light = (near[:, :1] * near[:, 1:] + shown * far[:, 1:]) / np.maximum(cover, 1e-4)
+
+    def image(values: Floats) -> Image:
+        return np.asarray(values.reshape(shape), dtype=np.float32)
+
+    return CloudLayer(image(cover[:, 0]), image(light[:, 0]), image(light[:, 1]))

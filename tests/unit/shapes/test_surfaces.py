@@ -1,0 +1,114 @@
+import numpy as np
+import pytest
+import yaml
+from PIL import Image as Pillow
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.image.png import write_png
+from sumo3dviz_pt.shapes.surface_bake import bake_surface, srgb_bytes, surface_recipe
+from sumo3dviz_pt.shapes.surface_maps import BRIGHTEST, Recipe
+from sumo3dviz_pt.shapes.surfaces import MAKERS, make_surface
+
+NAMES = catalog.names("surfaces")
+FAMILY_LIMIT, FILE_LIMIT = 25_000_000, 6_000_000
+
+
+def linear(path):
+    with Pillow.open(path) as picture:
+        codes = np.asarray(picture.convert("RGB")) / 255
+    return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+
+
+def small(name, pixels=128):
+    """An asset's recipe at fewer pixels."""
+    maker, recipe = surface_recipe(catalog.find("surfaces", name).meta)
+    tile = recipe.tile * pixels / recipe.pixels if maker != "chess" else recipe.tile
+    if maker in ("brick", "paving", "roof_tiles"):
+        tile = recipe.tile
+    return maker, Recipe(pixels, tile, recipe.albedo, recipe.seed, recipe.params)
+
+
+def test_all_promised_surfaces_exist():
+    wanted = "asphalt asphalt_old concrete paving bicycle plaster brick roof_tiles".split()
+    grounds = [f"ground_{kind}" for kind in ("grass", "stone", "sand", "chess", "chesslarge")]
+    assert set(wanted + grounds) <= set(NAMES)
+
+
+def test_files_are_small():
+    files = [f for name in NAMES for f in catalog.find("surfaces", name).folder.glob("*.png")]
+    assert max(file.stat().st_size for file in files) <= FILE_LIMIT
+    assert sum(file.stat().st_size for file in files) <= FAMILY_LIMIT
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_baked_map_is_what_its_asset_says(name):
+    entry = catalog.find("surfaces", name)
+    assert entry.meta["kind"] == "surface" and entry.meta["licence"] == "BSD-3-Clause"
+    albedo = linear(entry.folder / "albedo.png")
+    assert albedo.mean(axis=(0, 1)) == pytest.approx(entry.meta["albedo"], rel=0.02)
+    assert albedo.max() <= BRIGHTEST + 0.01
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_baked_map_tiles(name):
+    albedo = linear(catalog.find("surfaces", name).folder / "albedo.png").mean(axis=2)
+    for axis in (0, 1):
+        inside = np.abs(np.diff(albedo, axis=axis)).mean(axis=1 - axis)
+        seam = np.abs(albedo.take(0, axis) - albedo.take(-1, axis)).mean()
+        assert seam <= 1.1 * inside.max() + 1e-9
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_makers_are_deterministic_and_keep_the_mean(name):
+    maker, recipe = small(name)
+    first, second = make_surface(maker, recipe), make_surface(maker, recipe)
+    assert np.array_equal(first.albedo, second.albedo)
+    assert first.albedo.mean(axis=(0, 1)) == pytest.approx(recipe.albedo, rel=0.01)
+    assert 0 < first.albedo.min() and first.albedo.max() <= BRIGHTEST
+    if first.roughness is not None:
+        assert 0.2 < first.roughness.min() and first.roughness.max() <= 1
+
+
+def test_every_maker_is_used():
+    assert {surface_recipe(catalog.find("surfaces", name).meta)[0] for name in NAMES} == set(MAKERS)
+
+
+@pytest.mark.parametrize("name", ["ground_chess", "plaster"])
+def test_rebuilding_gives_the_baked_map(tmp_path, name):
+    source = catalog.find("surfaces", name).folder
+    folder = tmp_path / name
+    folder.mkdir()
+    text = (source / "asset.yaml").read_text(encoding="utf-8")
+    (folder / "asset.yaml").write_text(text, encoding="utf-8")
+    (written,) = bake_surface(folder, encode=write_png)
+    with Pillow.open(written) as new, Pillow.open(source / "albedo.png") as old:
+        difference = np.asarray(new).astype(int) - np.asarray(old)
+    # Another machine's FFT may round a few texels differently.
+    assert np.abs(difference).max() <= 1 and (difference != 0).mean() < 1e-3
+
+
+def test_roughness_is_baked_where_the_bsdf_asks(tmp_path):
+    maker, recipe = small("asphalt")
+    meta = {
+        "scale": recipe.tile,
+        "albedo": list(recipe.albedo),
+        "bsdf": {"base_color": {"filename": "albedo.png"}, "roughness": {"filename": "roughness.png"}},
+        "recipe": {"maker": maker, "pixels": 64, "seed": 1},
+    }
+    (tmp_path / "asset.yaml").write_text(yaml.safe_dump(meta), encoding="utf-8")
+    assert {file.name for file in bake_surface(tmp_path, encode=write_png)} == {
+        "albedo.png",
+        "roughness.png",
+    }
+
+
+def test_bad_recipes_are_named():
+    with pytest.raises(ConfigError, match="lacks 'recipe'"):
+        surface_recipe({})
+    with pytest.raises(ConfigError, match="no surface maker is called 'moss'"):
+        make_surface("moss", Recipe(8, 1.0, (0.1, 0.1, 0.1)))
+
+
+def test_srgb_bytes_are_the_standards():
+    assert srgb_bytes(np.array([-1, 0, 0.18, 1, 2])).tolist() == [0, 0, 118, 255, 255]

@@ -1,0 +1,174 @@
+"""Finding a scenario's files."""
+
+import pytest
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.sumo import find_scenario
+
+NET = '<net><edge id="a"><lane id="a_0" shape="0,0 9,0"/></edge></net>'
+CARS = (
+    '<fcd-export><timestep time="0"><vehicle id="v" x="0" y="0" angle="0"/></timestep></fcd-export>'
+)
+WALKERS = CARS.replace("vehicle", "person")
+POIS = '<additional><poi id="p" x="0" y="0"/></additional>'
+TYPES = '<additional><vType id="t"/></additional>'
+
+
+def states(times, lights="ab"):
+    rows = "".join(f'<tlsState time="{t}" id="{i}" state="G"/>' for t in times for i in lights)
+    return f"<tlsStates>{rows}</tlsStates>"
+
+
+def lay(folder, **files):
+    """Write files; `__` in a name stands for a slash and `_` before the end for a dot."""
+    for name, text in files.items():
+        path = folder / name.replace("__", "/").replace("_", ".")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def config(**options):
+    rows = "".join(f'<{key.replace("_", "-")} value="{value}"/>' for key, value in options.items())
+    return f"<configuration><input>{rows}</input></configuration>"
+
+
+def names(paths):
+    return [path.name for path in paths]
+
+
+def test_folder_by_content(tmp_path):
+    lay(
+        tmp_path,
+        n=NET,
+        log_txt=CARS,
+        people=WALKERS,
+        full=states(range(50)),
+        switches=states([0, 30]),
+        viz__trees_add_xml=POIS,
+        types_add_xml=TYPES,
+        demand_xml="<routes/>",
+        stops_xml='<additional><busStop id="b"/></additional>',
+        notes_md="# no XML",
+        broken_xml="<net",
+    )
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n")
+    files = find_scenario(tmp_path)
+    assert files.network.name == "n"
+    assert names(files.trajectories) == ["log.txt", "people"]
+    assert names(files.signals) == ["full"]
+    assert names(files.additional) == ["trees.add.xml"]
+    assert sorted(names(files.vehicle_types)) == ["demand.xml", "types.add.xml"]
+    assert files.missing == ()
+
+
+def test_subfolder_with_its_own_network_is_another_scenario(tmp_path):
+    lay(tmp_path, n=NET, log=CARS, other__n=NET, other__log=CARS, other__tls=states([0]))
+    files = find_scenario(tmp_path)
+    assert files.network == tmp_path / "n"
+    assert files.trajectories == (tmp_path / "log",)
+    assert files.signals == ()
+
+
+def test_files_may_all_lie_in_subfolders(tmp_path):
+    lay(tmp_path, nets__n=NET, logs__log=CARS)
+    assert find_scenario(tmp_path).network == tmp_path / "nets" / "n"
+
+
+def test_configuration_names_the_files(tmp_path):
+    lay(
+        tmp_path,
+        city_sumocfg=config(
+            net_file="net/n",
+            route_files="demand.rou, more.rou",
+            additional_files="extra,tls",
+            fcd_output="out\\\\log".replace("\\\\", "\\"),
+        ),
+        net__n=NET,
+        other_n=NET,
+        demand_rou="<routes><vType id='r'/></routes>",
+        extra=POIS.replace("<poi", "<vType id='x'/><poi"),
+        tls='<additional><timedEvent type="SaveTLSStates" dest="out/states"/></additional>',
+        out__log=CARS,
+        out__states=states([0, 1]),
+        out__unrelated=CARS,
+    )
+    files = find_scenario(tmp_path / "city.sumocfg")
+    assert files.network == tmp_path / "net" / "n"
+    assert files.trajectories == (tmp_path / "out" / "log",)
+    assert files.signals == (tmp_path / "out" / "states",)
+    assert names(files.additional) == ["extra"]
+    assert names(files.vehicle_types) == ["demand.rou", "extra"]
+    assert names(files.missing) == ["more.rou"]
+    assert find_scenario(tmp_path) == files
+
+
+def test_what_a_configuration_names_but_is_missing_is_looked_for(tmp_path):
+    lay(
+        tmp_path,
+        c_sumocfg=config(net_file="gone.net", fcd_output="logs/cars.xml", route_files="demand"),
+        n=NET,
+        viz__objects=POIS,
+        cars_ci_xml=CARS,
+        another=CARS,
+        tls=states([0]),
+    )
+    files = find_scenario(tmp_path / "c.sumocfg")
+    assert files.network.name == "n"
+    assert names(files.trajectories) == ["cars.ci.xml"]
+    assert names(files.signals) == ["tls"]
+    assert names(files.additional) == ["objects"]
+    assert names(files.missing) == ["gone.net", "demand", "cars.xml"]
+
+
+def test_configuration_may_point_outside_its_folder(tmp_path):
+    lay(tmp_path, n=NET, log=CARS, cfg__c_sumocfg=config(net_file="../n", fcd_output="../log"))
+    files = find_scenario(tmp_path / "cfg" / "c.sumocfg")
+    assert files.network.resolve() == (tmp_path / "n").resolve()
+    assert names(files.trajectories) == ["log"]
+
+
+def test_configurations_of_other_tools_are_no_scenarios(tmp_path):
+    lay(tmp_path, n=NET, log=CARS, router_duarcfg=config(net_file="gone"))
+    assert find_scenario(tmp_path).missing == ()
+
+
+def test_choices_can_be_made_by_name(tmp_path):
+    lay(tmp_path, n1=NET, n2=NET, log1=CARS, log2=CARS)
+    with pytest.raises(InputError, match="n1, n2 are networks; name one by --network"):
+        find_scenario(tmp_path, trajectories=[tmp_path / "log1"])
+    with pytest.raises(InputError, match="log1, log2 are vehicle logs"):
+        find_scenario(tmp_path, network=tmp_path / "n1")
+    files = find_scenario(tmp_path, network=tmp_path / "n2", trajectories=[tmp_path / "log1"])
+    assert (files.network.name, names(files.trajectories)) == ("n2", ["log1"])
+
+
+def test_signal_logs_complement_each_other(tmp_path):
+    lay(
+        tmp_path,
+        n=NET,
+        log=CARS,
+        sparse=states([0, 50], "abc"),
+        dense=states(range(50), "ab"),
+        once=states([0], "ab"),
+        odd=states(["x", "y"], "ab"),
+    )
+    assert names(find_scenario(tmp_path).signals) == ["dense", "sparse"]
+
+
+def test_clear_errors(tmp_path):
+    with pytest.raises(InputError, match="does not exist"):
+        find_scenario(tmp_path / "none")
+    with pytest.raises(InputError, match="no network"):
+        find_scenario(tmp_path)
+    lay(tmp_path, n=NET, broken="<configuration")
+    with pytest.raises(InputError, match="no vehicle log was found"):
+        find_scenario(tmp_path)
+    with pytest.raises(InputError, match="not a configuration"):
+        find_scenario(tmp_path / "n")
+    with pytest.raises(InputError, match="ends in the middle"):
+        find_scenario(tmp_path / "broken")
+
+
+def test_damaged_additional_files_are_found_all_the_same(tmp_path):
+    lay(tmp_path, n=NET, log=CARS, trees_xml=POIS.replace("</additional>", "<po"))
+    assert names(find_scenario(tmp_path).additional) == ["trees.xml"]
