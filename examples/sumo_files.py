@@ -20,6 +20,7 @@ import shapely
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Words = dict[str, object]  # an element's attributes
 
 # Ground that a building takes as a radius [m], and how far its middle keeps from every lane [m].
 FOOTPRINT = {"home": 9.0, "shop": 12.0, "block": 17.0}
@@ -79,7 +80,7 @@ def vehicle_types(late: float = 0.0) -> list[str]:
     return [element("vTypeDistribution", {"id": "traffic"}, types)]
 
 
-def stream(name: str, *, rate: float, end: int) -> dict[str, object]:
+def stream(name: str, *, rate: float, end: int) -> Words:
     """Attributes of a flow of `rate` road users per hour that appear at random until `end` [s]."""
     return {"id": name, "begin": 0, "end": end, "period": f"exp({rate / 3600.0:.5f})"}
 
@@ -98,7 +99,7 @@ def offset(line: Floats, distance: float) -> Floats:
 
 def run_tool(tool: str, *options: str, folder: Path) -> None:
     """Run one of SUMO's programs of this Python's installation in a folder."""
-    import sumo
+    import sumo  # type: ignore[import-untyped]
 
     place = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     program = shutil.which(tool, path=place)
@@ -229,7 +230,7 @@ def write_configuration(
     objects = [name for name in objects if (folder / name).exists()]
     additional = ",".join(["signal_log.add.xml", *more, *objects])
     name = folder.name
-    sections = {
+    sections: dict[str, Words] = {
         "input": {
             "net-file": f"{name}.net.xml.gz",
             "route-files": f"{name}.rou.xml",

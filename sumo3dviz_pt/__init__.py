@@ -1,0 +1,16 @@
+"""Physically based, path-traced stills and films of SUMO traffic simulations.
+
+    import sumo3dviz_pt as sv
+
+    scene = sv.load("scene.yaml")
+    scene.still(time=12.0, camera="driver", quality="preview").save("still.png")
+"""
+
+from __future__ import annotations
+
+from sumo3dviz_pt.api import Scene, load
+from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, Sumo3dvizError
+
+__all__ = ["ConfigError", "InputError", "RenderError", "Scene", "Sumo3dvizError", "load"]
+
+__version__ = "0.1.0"

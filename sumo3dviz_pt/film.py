@@ -320,7 +320,7 @@ def write_account(production: Production, path: Path, *, fps: float) -> None:
     for number, at in enumerate(production.times):
         frame = production.shot.frame_at(float(at))
         frames.append(_frame_account(number, frame))
-        now = production.shot.signals.states_at(float(at))
+        now = production.shot.states_at(float(at))
         changes += [
             {"frame": number, "time": float(at), "tls": tls, "state": state}
             for tls, state in sorted(now.items())

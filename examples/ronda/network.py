@@ -89,7 +89,7 @@ KINDS = {
 
 def node_elements(way: str) -> list[str]:
     """The nodes of a way: every place where an edge begins or ends, once."""
-    ends = {}
+    ends: dict[str, sf.Floats] = {}
     for _, a, b, line, _ in edges(way):
         ends.setdefault(a, line[0])
         ends.setdefault(b, line[-1])
@@ -105,8 +105,14 @@ def edge_elements(way: str) -> list[str]:
     found = []
     for name, a, b, line, lanes in edges(way):
         kind, speed = KINDS[name[0]]
-        words = {"id": f"{way}_{name}", "from": f"{way}_{a}", "to": f"{way}_{b}", "type": kind}
-        words |= {"numLanes": lanes, "width": LANE, "speed": speed, "spreadType": "right"}
+        words: sf.Words = {"id": f"{way}_{name}", "from": f"{way}_{a}", "to": f"{way}_{b}"}
+        words |= {
+            "type": kind,
+            "numLanes": lanes,
+            "width": LANE,
+            "speed": speed,
+            "spreadType": "right",
+        }
         words |= {"disallow": "pedestrian bicycle tram rail", "shape": sf.points(line)}
         found.append(sf.element("edge", words))
     return found
@@ -128,9 +134,14 @@ def meter_elements(way: str) -> list[str]:
     found = []
     for number, ramp in enumerate(("on1", "on2")):
         name = f"{way}_{RAMPS[ramp][0][1]}"
-        light = {"id": name, "type": "static", "programID": "meter"}
+        light: sf.Words = {"id": name, "type": "static", "programID": "meter"}
         light |= {"offset": 25 + 13 * (number + 2 * (way == "w"))}
-        ends = {"from": f"{way}_{ramp}a", "to": f"{way}_{ramp}b", "fromLane": 0, "toLane": 0}
+        ends: sf.Words = {
+            "from": f"{way}_{ramp}a",
+            "to": f"{way}_{ramp}b",
+            "fromLane": 0,
+            "toLane": 0,
+        }
         found.append(sf.element("tlLogic", light, phases))
         found.append(sf.element("connection", ends | {"tl": name, "linkIndex": 0}))
     return found

@@ -1,8 +1,8 @@
 """Samples to continuous motion.
 
 Gaps and teleports split a trajectory and are never interpolated across; a piece of
-one sample exists for exactly that time; persons who ride in a vehicle are left out.
-A new smoother is one new module of this folder that registers itself.
+one sample exists for exactly that time. (The reader already left out persons who ride
+in a vehicle.) A new smoother is one new module of this folder that registers itself.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Piece, Trajectory
 from sumo3dviz_pt.motion.pieces import split
 from sumo3dviz_pt.motion.registry import SMOOTHERS, Smoother
-from sumo3dviz_pt.motion.riders import without_riders
 from sumo3dviz_pt.motion.samples import Samples, StandingPiece
 
 __all__ = ["MARGIN", "smooth", "smooth_log", "smoother_names"]
@@ -59,7 +58,7 @@ def smooth_log(log: TrafficLog, *, smoother: str) -> tuple[Trajectory, ...]:
     """Make continuous motion of all traces of a log.
 
     Returns:
-        One trajectory for each trace, in the log's order, without riders. Keys are
+        One trajectory for each trace, in the log's order. Keys are
         unique: where an id comes back with another type, `#2` (and so on) is appended
         to the later one's id.
 
@@ -67,8 +66,7 @@ def smooth_log(log: TrafficLog, *, smoother: str) -> tuple[Trajectory, ...]:
         ConfigError: If there is no such smoother; the message suggests one.
     """
     _find(smoother)
-    walking = without_riders(log.traces)
-    return tuple(_unique(smooth(each, smoother=smoother, step=log.step) for each in walking))
+    return tuple(_unique(smooth(each, smoother=smoother, step=log.step) for each in log.traces))
 
 
 def _unique(trajectories: Iterator[Trajectory]) -> Iterator[Trajectory]:

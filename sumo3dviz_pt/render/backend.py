@@ -130,3 +130,10 @@ def _linux_command() -> str:
     if "arch" in likeness:
         return "sudo pacman -S llvm-libs"
     return "sudo apt-get install libllvm19 (or another version from 16 up)"
+
+
+def llvm_description() -> str:
+    """Which libLLVM the active variant uses."""
+    if not mi.variant().startswith("llvm"):
+        return f"not in use; {llvm_advice()}"
+    return ".".join(map(str, dr.detail.llvm_version()))

@@ -135,11 +135,16 @@ def car_models(wanted: Sequence[str]) -> tuple[CarModel, ...]:
 
 
 def drawn_class(kind: VehicleType) -> str:
-    """What a vType is drawn as: `passenger`, or a class of plain bodies."""
+    """What a vType is drawn as: `passenger`, or a class of plain bodies.
+
+    Scenarios often leave everything in a class of cars and tell trucks by their
+    guiShape or size only.
+    """
+    if kind.vclass not in CAR_CLASSES:
+        return kind.vclass
     shape = kind.gui_shape.split("/")[0]
-    vclass = shape if shape in CAR_CLASSES | PLAIN_CLASSES else kind.vclass
-    if vclass not in CAR_CLASSES:
-        return vclass
+    if shape in PLAIN_CLASSES:
+        return shape
     if kind.length > _CAR_LENGTHS[1] or kind.width > _CAR_WIDTHS[1]:
         return "truck"
     if kind.length < _CAR_LENGTHS[0] or kind.width < _CAR_WIDTHS[0]:

@@ -45,7 +45,8 @@ class Curve:
         if len(self.times) == 1:
             return np.asarray(self.values[0])
         inside = min(max(time, float(self.times[0])), float(self.times[-1]))
-        value = PchipInterpolator(self.times, self.values, axis=0)(inside)
+        with np.errstate(over="ignore"):  # slopes so small that their inverse is infinite
+            value = PchipInterpolator(self.times, self.values, axis=0)(inside)
         # Between two key frames lies nothing outside them, not even by rounding.
         k = min(int(np.searchsorted(self.times, inside, side="right")), len(self.times) - 1)
         low, high = self.values[k - 1], self.values[k]

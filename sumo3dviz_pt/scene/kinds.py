@@ -44,23 +44,19 @@ class Kind:
     body: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-def _kind(name: str, words: str, form: str = "point", **more: object) -> Kind:
-    return Kind(name, frozenset(words.split()), form, **more)  # type: ignore[arg-type]
-
-
 KINDS: tuple[Kind, ...] = (
-    _kind("trees", "tree trees", models=tuple(SPECIES), levels=(50.0, 170.0),
-          cost=(9800, 1800, 190), body=(2.8, 2.0, 9.0)),
-    _kind("fences", "fence fences guardrail guard_rail", "line", models=(),
-          levels=(70.0, 300.0), cost=(470, 180, 24)),
-    _kind("homes", "home homes house houses", models=tuple(HOMES), levels=(110.0, 350.0),
-          cost=(900, 260, 90), body=(6.0, 0.0, 9.0)),
-    _kind("shops", "shop shops store", models=tuple(SHOPS), levels=(110.0, 350.0),
-          cost=(540, 190, 60), body=(8.5, 0.0, 6.0)),
-    _kind("blocks", "block blocks apartments", models=tuple(BLOCKS), levels=(110.0, 350.0),
-          cost=(4400, 1450, 260), body=(9.5, 0.0, 30.0)),
-    _kind("buildings", "building buildings", "area", models=(), levels=(90.0, 300.0),
-          cost=(900, 300, 90)),
+    Kind("trees", frozenset({"tree", "trees"}), "point", tuple(SPECIES), (50.0, 170.0),
+         (9800, 1800, 190), (2.8, 2.0, 9.0)),
+    Kind("fences", frozenset({"fence", "fences", "guardrail", "guard_rail"}), "line", (),
+         (70.0, 300.0), (470, 180, 24)),
+    Kind("homes", frozenset({"home", "homes", "house", "houses"}), "point", tuple(HOMES),
+         (110.0, 350.0), (900, 260, 90), (6.0, 0.0, 9.0)),
+    Kind("shops", frozenset({"shop", "shops", "store"}), "point", tuple(SHOPS),
+         (110.0, 350.0), (540, 190, 60), (8.5, 0.0, 6.0)),
+    Kind("blocks", frozenset({"block", "blocks", "apartments"}), "point", tuple(BLOCKS),
+         (110.0, 350.0), (4400, 1450, 260), (9.5, 0.0, 30.0)),
+    Kind("buildings", frozenset({"building", "buildings"}), "area", (),
+         (90.0, 300.0), (900, 300, 90)),
 )
 """Every kind of static object."""
 
@@ -74,7 +70,7 @@ def kind_of(type_: str, source: str) -> str | None:
     """
     word = type_.lower().split(".")[0].strip()
     by_type = next((kind.name for kind in KINDS if word in kind.words), None)
-    if by_type or word:
+    if by_type or word not in ("", "unknown"):
         return by_type
     stem = source.replace("\\", "/").rsplit("/", maxsplit=1)[-1].lower().split(".")[0]
     # `buildings_homes` means homes, so the last word that fits counts.

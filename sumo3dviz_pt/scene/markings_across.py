@@ -81,7 +81,9 @@ def _gives_way(
         return False
     ways = [c for lane in edge.lanes for c in leaving.get(lane.id, []) if c.direction != "t"]
     ways = [c for c in ways if network.edges[network.lanes[c.to_lane].edge_id].function == "normal"]
-    return bool(ways) and all(c.state == "m" for c in ways)
+    # Ramps only go straight on: they merge without stopping.
+    turns = any(c.direction != "s" for c in ways)
+    return turns and all(c.state == "m" for c in ways)
 
 
 def _ends_band(strip: Strip) -> Band:

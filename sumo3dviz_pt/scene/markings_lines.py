@@ -116,7 +116,7 @@ def centre_paint(
             continue
         shared |= {one, other}
         edge = network.edges[one]
-        count = sum(s.look.lines for key in (one, other) for s in strips[key])
+        count = sum(_is_driven(s) for key in (one, other) for s in strips[key])
         quads = _centre_quads(middle, line_style(edge, settings), lanes=count, settings=settings)
         material = YELLOW if settings.marking_style == "american" else WHITE
         if not is_quiet(edge):
@@ -127,6 +127,11 @@ def centre_paint(
 def _touch(before: Strip, after: Strip) -> bool:
     """Whether two strips share their border."""
     return before.left.shape == after.right.shape and bool(np.array_equal(before.left, after.right))
+
+
+def _is_driven(strip: Strip) -> bool:
+    """Whether cars drive on a strip."""
+    return strip.look.lines and "passenger" in strip.lane.allowed
 
 
 def _divider(before: Strip, after: Strip, *, style: LineStyle, reference: Floats) -> Floats:

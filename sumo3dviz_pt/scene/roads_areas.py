@@ -62,9 +62,10 @@ def junction_insides(
     }
 
 
-def walking_cells(insides: Mapping[str, JunctionInside]) -> Cells:
-    """Raised paving of walking areas, where no vehicle passes."""
+def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
+    """Raised paving of walking areas, where no vehicle passes, grown to meet footways."""
     polygons, knots, owners = [], [], []
+    tree = shapely.STRtree(footways.polygons)
     for inside in insides.values():
         cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
         kept_free = shapely.union_all(cores)
@@ -73,6 +74,8 @@ def walking_cells(insides: Mapping[str, JunctionInside]) -> Cells:
             if len(outline) < 3:
                 continue
             area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
+            near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
+            area = _closed(area, footways.polygons[near]) if len(near) else area
             polygons.append(shapely.difference(area, kept_free))
             knots.append(outline)
             owners.append(edge.id)

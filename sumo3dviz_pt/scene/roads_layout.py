@@ -48,7 +48,7 @@ def layout_roads(
     carriageways = _lane_cells(strips, raised=False)
     footways = _lane_cells(strips, raised=True)
     lanes = join_cells([carriageways, footways])
-    walks = walking_cells(insides)
+    walks = walking_cells(insides, footways=footways)
     slivers = sliver_cells(network, settings, strips)
     junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
     cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))

@@ -16,7 +16,7 @@ from sumo3dviz_pt.shapes.polyline import offset, without_repeats
 BoundsXY = tuple[float, float, float, float]
 """x0, y0, x1, y1 [m]."""
 
-_SHARED = 0.35
+_SHARED = 1.0
 """Neighbouring lanes whose borders lie closer than this share one [m]."""
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
     Bsdf,
@@ -22,13 +23,15 @@ from sumo3dviz_pt.model.scene import (
     StaticPart,
     View,
 )
-from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.model.traffic import Poi, Polygon, SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
 from sumo3dviz_pt.scene.ground import build_ground
+from sumo3dviz_pt.scene.lane_index import build_lane_index
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.roads import RoadParts, build_roads
+from sumo3dviz_pt.scene.roads_strips import BoundsXY
 from sumo3dviz_pt.scene.scenery import build_scenery
 from sumo3dviz_pt.scene.signals import Signals, build_signals
 from sumo3dviz_pt.scene.sky import build_sky
@@ -55,6 +58,7 @@ class Shot:
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
+        phases: The signal log.
     """
 
     data: SceneData
@@ -64,6 +68,12 @@ class Shot:
     footway: Callable[[Floats], Floats]
     aspect: float
     limit: int
+    phases: Mapping[str, SignalPhases]
+
+    def states_at(self, time: float) -> dict[str, str]:
+        """State string of every logged traffic light at a time [s], by tls id."""
+        states = {tls: phases.state_at(time) for tls, phases in self.phases.items()}
+        return {tls: state for tls, state in states.items() if state is not None}
 
     def frame_at(self, time: float) -> FrameState:
         """The state of the frame at a time [s].
@@ -149,6 +159,7 @@ def build_shot(
         surroundings.roads.surface_height_at,
         aspect,
         crowd.limit,
+        scenario.signals,
     )
 
 
@@ -175,6 +186,7 @@ def _surroundings(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Surroundin
     network = scenario.network
     roads = build_roads(network, job.roads, textured=job.textured, region=region)
     ground = build_ground(job.ground, network, roads=roads.layout, textured=job.textured)
+    index = build_lane_index(network)
     pois, unseen = _seen(scenario.pois, gaze)
     scenery = build_scenery(
         pois,
@@ -183,8 +195,10 @@ def _surroundings(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Surroundin
         network=network,
         seed=job.seed,
         viewpoints=gaze.positions,
+        index=index,
     )
-    signals = build_signals(network, scenario.signals, job.signals, region=region)
+    near = replace(network, connections=_connections_in(network, region))
+    signals = build_signals(near, scenario.signals, job.signals, index=index)
     parts = (*roads.static, *ground.static, *scenery.static, *signals.static)
     return _Surroundings(
         tuple(part for part in parts if len(part.part.mesh.faces)),
@@ -193,6 +207,17 @@ def _surroundings(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Surroundin
         signals,
         (*unseen, *scenery.left_out, *signals.left_out),
     )
+
+
+def _connections_in(network: Network, region: BoundsXY) -> tuple[Connection, ...]:
+    """Connections that begin within a box."""
+    x0, y0, x1, y1 = region
+
+    def inside(connection: Connection) -> bool:
+        x, y = network.lanes[connection.from_lane].shape[-1][:2]
+        return bool(x0 <= x <= x1 and y0 <= y <= y1)
+
+    return tuple(connection for connection in network.connections if inside(connection))
 
 
 def _seen(pois: Sequence[Poi], gaze: needs.Gaze) -> tuple[tuple[Poi, ...], tuple[LeftOut, ...]]:

@@ -90,10 +90,12 @@ def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[tuple[str, Mesh]
     """Lips around the holes for the wheels, and dark shells behind."""
     hole = surface.faces[surface.tags == HOLE]
     yield "trim", _forward(_walls(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))
-    radius, half = shape.recipe.arch_radius + 0.006, shape.half
-    for d in shape.recipe.axles:
-        shell = well_shell(radius, half - WELL_DEPTH - 0.01, half - 0.03)
-        yield "trim", moved(shell, -d, 0.0, shape.recipe.wheel.radius)
+    recipe = shape.recipe
+    span = (shape.half - WELL_DEPTH - 0.01, shape.half - 0.03)
+    lowest = recipe.clearance + 0.10 - recipe.wheel.radius
+    shell = well_shell(recipe.arch_radius + 0.006, span, lowest=lowest)
+    for d in recipe.axles:
+        yield "trim", moved(shell, -d, 0.0, recipe.wheel.radius)
 
 
 def _half(surface: Surface, owner: np.ndarray, normals: Floats, finish: Finish) -> Iterator[Mesh]:

@@ -22,6 +22,7 @@ HOLE = -1
 _GAP = 0.004
 _TOLERANCE = 0.0025
 _FAR = 1.0
+_LEAN = 0.06
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +147,7 @@ def _cut_side_windows(surface: Surface, shape: CarShape) -> Surface:
     def pane(d: Floats, y: Floats, z: Floats) -> Floats:
         inside = frame(d, y, z, inset=0.022)
         for middle, half in recipe.pillars:
-            inside = np.maximum(inside, half - np.abs(d - 0.10 * (z - 1.1) - middle))
+            inside = np.maximum(inside, half - np.abs(d - _LEAN * (z - 0.9) - middle))
         return inside
 
     def on_side(centroids: Floats, normals: Floats) -> Bools:
@@ -270,7 +271,8 @@ def _door(shape: CarShape, first: float, last: float) -> Field:
     recipe = shape.recipe
 
     def field(d: Floats, y: Floats, z: Floats) -> Floats:
-        along = intersect(first + 0.05 * (z - 0.6) - d, d - last + 0.10 * (z - 1.1), 0.04)
+        upright = d - _LEAN * (z - 0.9)
+        along = intersect(first - upright, upright - last, 0.04)
         # Above the belt the window's frame is the door's edge.
         high = np.maximum(recipe.clearance + 0.125 - z, z - shape.roof(d) + 0.09)
         door = intersect(along, high, 0.05)

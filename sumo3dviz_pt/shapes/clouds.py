@@ -15,7 +15,7 @@ References:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +24,11 @@ from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import CloudLayer
-from sumo3dviz_pt.shapes.noise import Band, fractal, smoothstep, soft
+from sumo3dviz_pt.shapes.noise import Band, blurred, fractal, smoothstep, soft
 
-_SPAN, _BILLOW_SPAN, _DETAIL_SPAN = 48_000.0, 5_200.0, 1_300.0
-_SUN_TAPS = np.array([40.0, 110.0, 240.0, 450.0, 800.0])
-_TAP_LENGTHS = np.array([75.0, 100.0, 170.0, 280.0, 400.0])
+_SPAN, _BILLOW_SPAN, _DETAIL_SPAN = 40_000.0, 3_400.0, 760.0
+_SUN_TAPS = np.array([25.0, 80.0, 170.0, 330.0, 600.0])
+_TAP_LENGTHS = np.array([50.0, 70.0, 125.0, 215.0, 300.0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +45,8 @@ class CloudRecipe:
         extinction: Of the densest cloud [1/m].
         cell: Typical distance from cloud to cloud [m].
         cirrus: Opacity of the densest cirrus, [0, 1].
-        gap: Angular radius around the sun that clouds keep clear of [rad].
-        clearing: How completely they do, [0, 1].
+        at_sun: How cloudy it is where the sun stands, from the clearest place of the
+            field, 0, to its thickest, 1.
         steps: Of the march through the slab.
     """
 
@@ -55,12 +55,11 @@ class CloudRecipe:
     sun: tuple[float, float]
     cover: float
     base: float = 1100.0
-    depth: float = 1300.0
-    extinction: float = 0.028
-    cell: float = 4500.0
+    depth: float = 950.0
+    extinction: float = 0.030
+    cell: float = 2900.0
     cirrus: float = 0.0
-    gap: float = 0.16
-    clearing: float = 1.0
+    at_sun: float = 0.0
     steps: int = 72
 
 
@@ -73,12 +72,6 @@ class _Field:
     detail: NDArray[np.float32]
     recipe: CloudRecipe
     sun: Floats
-
-
-def direction_of(azimuth: float, elevation: float) -> Floats:
-    """Unit vector (east, north, up) of an azimuth clockwise from north [rad]."""
-    level = np.cos(elevation)
-    return np.array([level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation)])
 
 
 def _worley(size: int, across: int, *, rng: np.random.Generator) -> Floats:
@@ -104,13 +97,23 @@ def _field(recipe: CloudRecipe) -> _Field:
     broad = fractal((1024, 1024), Band(1.2, 1.0, 0.5 * waves), seed=recipe.seed + 2)
     where = wide + 0.55 * broad
     where = (where - np.quantile(where, 1.0 - recipe.cover)) / where.std()
+    sun = np.array(_directions(*recipe.sun))
+    where = _drifted(where, recipe, sun)
     return _Field(
-        where.astype(np.float32),
-        _billows(128, rng=rng),
-        _billows(64, rng=rng),
-        recipe,
-        direction_of(*recipe.sun),
+        where.astype(np.float32), _billows(128, rng=rng), _billows(64, rng=rng), recipe, sun
     )
+
+
+def _drifted(where: Floats, recipe: CloudRecipe, sun: Floats) -> Floats:
+    """Let the wind shift the map until the sun stands where `at_sun` says."""
+    texel = _SPAN / len(where)
+    # The sun needs room of its own: a few hundred metres and the slab seen aslant.
+    around = blurred(where, 500.0 / texel)
+    order = np.argsort(around, axis=None)
+    found = np.unravel_index(order[round(recipe.at_sun * (order.size - 1))], where.shape)
+    seen = sun[:2] / sun[2] * (recipe.base + 0.3 * recipe.depth) / texel
+    shift = np.round(seen).astype(int) - np.array(found)
+    return np.roll(where, tuple(shift), axis=(0, 1))
 
 
 def _look_up(noise: NDArray[np.float32], points: Floats, span: float) -> NDArray[np.float32]:
@@ -129,7 +132,7 @@ def _density(clouds: _Field, points: Floats, *, fine: bool) -> Floats:
     """
     recipe = clouds.recipe
     height = (points[:, 2] - recipe.base) / recipe.depth
-    where = _look_up(clouds.where, points[:, :2], _SPAN) - _clearing(clouds, points)
+    where = _look_up(clouds.where, points[:, :2], _SPAN)
     result = np.zeros(len(points))
     inside = np.flatnonzero((where > -0.35) & (height > 0.0) & (height < 1.0))
     if not inside.size:
@@ -139,22 +142,12 @@ def _density(clouds: _Field, points: Floats, *, fine: bool) -> Floats:
     top = 0.18 + 0.82 * strength
     profile = smoothstep(0.0, 0.07, height) * (1.0 - smoothstep(0.25, 1.0, height / top))
     billows = _look_up(clouds.billows, points, _BILLOW_SPAN)
-    shape = (0.62 * strength + 0.30) * profile + 0.95 * (billows - 0.55)
+    shape = (0.62 * strength + 0.30) * profile + 1.25 * (billows - 0.52)
     if fine:
         wisps = _look_up(clouds.detail, points, _DETAIL_SPAN)
-        shape = shape - 0.22 * (1.0 - wisps) * (1.0 - 0.5 * smoothstep(0.2, 0.6, shape))
-    result[inside] = smoothstep(0.10, 0.42, shape)
+        shape = shape - 0.34 * (1.0 - wisps) * (1.0 - 0.6 * smoothstep(0.25, 0.7, shape))
+    result[inside] = smoothstep(0.06, 0.5, shape)
     return result
-
-
-def _clearing(clouds: _Field, points: Floats) -> Floats:
-    """How much less cloud there is near the line to the sun, (n,)."""
-    recipe = clouds.recipe
-    if recipe.clearing <= 0:
-        return np.zeros(len(points))
-    cosine = points @ clouds.sun / np.maximum(np.linalg.norm(points, axis=1), 1.0)
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-    return 2.6 * recipe.clearing * (1.0 - smoothstep(0.5 * recipe.gap, 1.6 * recipe.gap, angle))
 
 
 def _phase(cosine: Floats, sharpness: float) -> Floats:
@@ -175,9 +168,9 @@ def _sunlight(clouds: _Field, points: Floats, cosine: Floats) -> Floats:
     depth *= clouds.recipe.extinction
     light = np.zeros(len(points))
     for octave in range(4):
-        fade, share = 0.32**octave, 0.62**octave
+        fade, share = 0.30**octave, 0.72**octave
         light += share * np.exp(-fade * depth) * _phase(cosine, 0.55**octave)
-    return 0.40 * light
+    return 0.07 + 0.44 * light
 
 
 def _skylight(clouds: _Field, points: Floats, density: Floats) -> Floats:
@@ -219,7 +212,7 @@ def _cirrus(recipe: CloudRecipe, towards: Floats) -> Floats:
     turn = 0.7
     turned = places @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     cover = recipe.cirrus * _look_up(sheet.astype(np.float32), turned, 7.0)
-    cosine = towards @ direction_of(*recipe.sun)
+    cosine = towards @ np.array(_directions(*recipe.sun))
     sunlit = 0.42 + 0.10 * _phase(cosine, 0.9)
     return np.column_stack([cover, np.minimum(sunlit, 1.4), np.full(len(towards), 0.8)])
 
@@ -237,7 +230,7 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
     elevation = (1.0 - (np.arange(rows) + 0.5) / rows) * np.pi / 2
     azimuth = (np.arange(columns) + 0.5) / columns * 2 * np.pi
     high, around = np.meshgrid(elevation, azimuth, indexing="ij")
-    towards = np.moveaxis(np.array(_directions(around, high)), 0, -1).reshape(-1, 3)
+    towards = np.stack(_directions(around, high), axis=-1).reshape(-1, 3)
     far = _cirrus(recipe, towards)
     near = _cumulus(_field(recipe), towards)
     # Air hides what is low over the horizon.
@@ -247,10 +240,13 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
     return _over(near, far, (rows, columns))
 
 
-def _directions(azimuth: Floats, elevation: Floats) -> tuple[Floats, Floats, Floats]:
+def _directions(
+    azimuth: Floats | float, elevation: Floats | float
+) -> tuple[Floats, Floats, Floats]:
     """East, north and up of angles of any shape."""
     level = np.cos(elevation)
-    return level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation)
+    east, north = level * np.sin(azimuth), level * np.cos(azimuth)
+    return np.asarray(east), np.asarray(north), np.asarray(np.sin(elevation))
 
 
 def _over(near: Floats, far: Floats, shape: tuple[int, int]) -> CloudLayer:

@@ -74,7 +74,10 @@ def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
         ]
     )
     source = np.concatenate([whole, tips, stumps, stumps])
-    return _compact(_with_cuts(mesh, lone, others, share), faces), source
+    cut = _with_cuts(mesh, lone, others, share)
+    # A cut through a corner leaves triangles without area.
+    solid = _areas(cut.vertices, faces) > 1e-12
+    return _compact(cut, faces[solid]), source[solid]
 
 
 def _opened(parts: tuple[Part, ...], *, cowl: float, low: float) -> list[Part]:
@@ -115,6 +118,12 @@ def _with_cuts(mesh: Mesh, lone: Ints, others: Ints, share: Floats) -> Mesh:
     assert vertices is not None
     none = np.zeros((0, 3), np.int64)
     return Mesh(vertices, none, extended(mesh.normals), extended(mesh.uvs))
+
+
+def _areas(vertices: Floats, faces: Ints) -> Floats:
+    """Areas of faces, (m,) [m2]."""
+    first, second, third = (vertices[faces[:, k]] for k in range(3))
+    return np.asarray(np.linalg.norm(np.cross(second - first, third - first), axis=1) / 2.0)
 
 
 def _compact(mesh: Mesh, faces: Ints) -> Mesh:

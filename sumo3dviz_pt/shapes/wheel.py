@@ -22,17 +22,18 @@ def build_wheel(recipe: WheelRecipe) -> Mapping[str, Mesh]:
     return {"rubber": _tyre(recipe), "rim": _rim(recipe), "trim": _inside(recipe)}
 
 
-def well_shell(radius: float, inner: float, outer: float) -> Mesh:
+def well_shell(radius: float, span: tuple[float, float], *, lowest: float) -> Mesh:
     """The inside of a wheel well above the axle: an arch and a wall behind it.
 
     Args:
         radius: Of the arch [m].
-        inner: y of the wall [m].
-        outer: y of the open end [m].
+        span: y of the wall and of the open end [m].
+        lowest: Where the arch ends, above the axle [m].
     """
-    turn = np.linspace(np.radians(-25.0), np.radians(205.0), 17)
+    begin = float(np.arcsin(lowest / radius))
+    turn = np.linspace(begin, np.pi - begin, 17)
     x, z = radius * np.cos(turn), radius * np.sin(turn)
-    arch = [np.stack([x, np.full_like(x, y), z], axis=1) for y in (inner, outer)]
+    arch = [np.stack([x, np.full_like(x, y), z], axis=1) for y in span]
     vertices = np.concatenate(arch)
     a = np.arange(16)
     quads = [(a, a + 1, a + 18), (a, a + 18, a + 17)]

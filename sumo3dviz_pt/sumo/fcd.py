@@ -45,8 +45,9 @@ def read_trajectories(
     Steps out of order are sorted; of repeated ones the first counts. Persons and
     containers that coincide with a vehicle ride in it and are left out while they do.
     An id that comes back with another type makes another trace with the same key.
-    With a `begin`, steps before it are not checked. With an `end`, a log is read up to its first step past it, so steps written out of
-    order behind that one are not seen, and `TrafficLog.end` is the last step seen.
+    With a `begin`, steps before it are not checked. With an `end`, a log is read up to
+    its first step past it, so steps written out of order behind that one are not seen,
+    and `TrafficLog.end` is the last step seen.
 
     Args:
         paths: Logs that belong together, such as vehicles and persons apart.
@@ -97,7 +98,7 @@ def _check_steps(times: Floats, window: tuple[float, float], files: list[Path]) 
         raise InputError("the log holds no time step; run the simulation again", file=file)
     if not ((times >= window[0]) & (times <= window[1])).any():
         raise InputError(
-            f"no time step lies between {window[0]:g} s and {window[1]:g} s; "
+            f"no time step lies from {window[0]:g} s to {window[1]:g} s; "
             f"the log goes from {times[0]:g} s to {times[-1]:g} s",
             file=file,
         )
@@ -179,7 +180,10 @@ class _Reader:
             key = (tag, attributes["id"], get("type", ""))
         except (KeyError, ValueError):
             self._refuse(tag, attributes)
-        if not (-_FAR < x < _FAR and -_FAR < y < _FAR and -_FAR < z + angle + slope < _FAR):
+        # Written so that NaN fails too.
+        if not (-_FAR < x < _FAR and -_FAR < y < _FAR and -_FAR < z < _FAR):
+            self._refuse(tag, attributes)
+        if not (-_FAR < angle < _FAR and -_FAR < slope < _FAR):
             self._refuse(tag, attributes)
         if tag != "vehicle" and get("vehicle") and get("stage", "driving") == "driving":
             return

@@ -86,30 +86,35 @@ def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[st
 
 
 def _check_place(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
-    """Refuse a log of which nothing lies near the network, or whose positions are degrees."""
+    """Refuse a log that does not lie on the network, or whose positions are degrees.
+
+    SUMO shifts vehicles only for `--fcd-output.utm`, so each kind is judged by itself.
+    """
     corners = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
-    near = any(
-        ((trace.positions[:, :2] >= low) & (trace.positions[:, :2] <= high)).all(axis=1).any()
-        for trace in log.traces
-    )
-    if log.traces and (not near or _in_degrees(log)):
-        x, y = log.traces[0].positions[0, :2]
-        raise InputError(
-            f"the log does not lie on the network ({files.network.name}): the first position "
-            f"is ({x:g}, {y:g}); use the log of this network, written without "
-            "--fcd-output.geo and --fcd-output.utm",
-            file=files.trajectories[0],
+    for kind in TYPE_OF_KIND:
+        traces = [trace for trace in log.traces if trace.kind == kind]
+        near = any(
+            ((t.positions[:, :2] >= low) & (t.positions[:, :2] <= high)).all(axis=1).any()
+            for t in traces
         )
+        if traces and (not near or _in_degrees(traces)):
+            x, y = traces[0].positions[0, :2]
+            raise InputError(
+                f"the log does not lie on the network ({files.network.name}): the first {kind} "
+                f"is at ({x:g}, {y:g}); use the log of this network, written without "
+                "--fcd-output.geo and --fcd-output.utm",
+                file=files.trajectories[0],
+            )
 
 
-def _in_degrees(log: TrafficLog) -> bool:
+def _in_degrees(traces: list[Trace]) -> bool:
     """Whether road users cover far less ground than their speeds say.
 
     A degree is about 1e5 m, so in longitudes and latitudes a way shrinks that much.
     """
     way = ground = 0.0
-    for trace in log.traces:
+    for trace in traces:
         way += float(np.nansum(trace.speeds[1:] * np.diff(trace.times)))
         ground += float(np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1).sum())
     return way > 50.0 and ground < 1e-3 * way

@@ -175,7 +175,10 @@ def _steps(
     parser: expat.XMLParserType, file: Path, forward: FastForward | None = None
 ) -> Iterator[None]:
     """Feed a file, pausing after each chunk."""
-    lines = (lambda: forward.lines) if forward else (lambda: 0)
+
+    def lines() -> int:
+        return forward.lines if forward else 0
+
     try:
         with _opened(file) as stream:
             while chunk := _chunk(stream):

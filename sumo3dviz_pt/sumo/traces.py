@@ -79,7 +79,7 @@ def _trace(key: Key, table: Floats) -> Trace:
         times=frozen(table[:, 0]),
         positions=frozen(table[:, 1:4]),
         yaws=frozen(np.arctan2(np.sin(yaws), np.cos(yaws))),
-        speeds=frozen(table[:, 5]),
+        speeds=frozen(np.where(np.isfinite(table[:, 5]), table[:, 5], np.nan)),
         slopes=frozen(np.clip(np.radians(table[:, 6]), -STEEPEST, STEEPEST)),
         lanes=frozen(table[:, 7], np.int64),
         signals=frozen(table[:, 8], np.int64),

@@ -1,5 +1,7 @@
 """Laws of cameras that fly."""
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -32,7 +34,7 @@ def flights(draw):
 def test_views_are_rigid_and_within_their_key_frames(flight, share):
     camera = build_flight(flight)
     keys = flight.keyframes
-    for first, last in zip(keys, keys[1:], strict=False):
+    for first, last in pairwise(keys):
         view = camera.view_at(first.time + share * (last.time - first.time))
         rotation = view.world_from_camera.matrix[:3, :3]
         np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)

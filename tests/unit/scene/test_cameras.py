@@ -190,7 +190,7 @@ def test_outside_its_life_the_message_says_when(time):
 def test_unknown_rider_and_view_get_suggestions():
     settings = LagrangianCamera(mode="lagrangian", vehicle="egg", view="driver")
     fleet = fleet_of(EAST, trajectory_of([[0, 0]], 0.0, name="other"))
-    with pytest.raises(ConfigError, match="did you mean 'ego'.*'other'"):
+    with pytest.raises(ConfigError, match=r"did you mean 'ego'.*'other'"):
         build_camera(settings, fleet=fleet)
     with pytest.raises(ConfigError, match="for example 'ego'"):
         build_camera(settings.model_copy(update={"vehicle": "zzzzz"}), fleet=fleet)

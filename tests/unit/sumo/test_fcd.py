@@ -174,6 +174,12 @@ def test_large_coordinates_stay_exact(tmp_path):
     assert trace.positions[0, 0] == 5_000_000.01
 
 
+@pytest.mark.parametrize("speed", ["inf", "nan"])
+def test_impossible_speeds_count_as_none(tmp_path, speed):
+    row = f'<vehicle id="v" x="1" y="2" angle="0" speed="{speed}"/>'
+    assert np.isnan(read(tmp_path, log((0, row))).traces[0].speeds[0])
+
+
 def test_foreign_elements_are_passed_over(tmp_path):
     text = log((0, car() + '<something x="no"/>'), (1, '<param key="a" value="b"/>' + car()))
     assert len(read(tmp_path, text).traces[0].times) == 2
@@ -192,6 +198,7 @@ def test_foreign_elements_are_passed_over(tmp_path):
         ('<vehicle id="bad" x="1" y="1" angle="0" slope="nan"/>', "slope=.nan. must be"),
         ('<vehicle id="bad" x="1" y="1" angle="0" speed="fast"/>', "speed=.fast. must be"),
         ('<vehicle id="bad" x="1" y="1" angle="0" signals="1.5"/>', "signals=.1.5. cannot be"),
+        ('<vehicle id="bad" x="1" y="1" z="6e9" angle="-6e9"/>', "z=.6e9. cannot be"),
         ('<vehicle id="bad" x="1e12" y="1" angle="0"/>', "x=.1e12. cannot be"),
     ],
 )

@@ -68,8 +68,7 @@ def test_truncated_gzip_delivers_what_it_had(tmp_path):
     seen = []
     with pytest.raises(TruncatedError):
         seen.extend(e.tag for e in read_elements(path, root="r", what="a thing"))
-    reader = read_elements(path, root="r", what="a thing")
-    assert next(reader).tag == "r"
+    assert len(seen) > 2000
 
 
 def test_missing_file_and_folder(tmp_path):

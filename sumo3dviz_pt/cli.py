@@ -1,0 +1,390 @@
+"""The command line: arguments in, one clear sentence or a picture out.
+
+Exit codes: 0 done; 2 wrong input or configuration; 1 failed while working, finished
+frames are kept; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from sumo3dviz_pt.film import FilmOrder, FilmReport
+    from sumo3dviz_pt.pipeline import Request
+
+PROGRAM = "sumo3dviz-pt"
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Leave with exit code 2."""
+        raise ConfigError(f"{message} (see {self.prog} --help)")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; the exit code."""
+    _log_to_stderr()
+    try:
+        options = _parser().parse_args(arguments)
+        run: Callable[[argparse.Namespace], int] = options.run
+        return run(options)
+    except (InputError, ConfigError) as error:
+        return _complain(error, 2)
+    except (Sumo3dvizError, OSError, MemoryError) as error:
+        return _complain(error, 1, _hint(locals().get("options")))
+    except KeyboardInterrupt:
+        return _complain("interrupted", 130, _hint(locals().get("options")))
+
+
+def _complain(error: object, code: int, hint: str = "") -> int:
+    """Print an error as one sentence; the exit code."""
+    print(f"{PROGRAM}: {error}{hint}", file=sys.stderr)
+    return code
+
+
+def _hint(options: argparse.Namespace | None) -> str:
+    """How to go on after a film broke off."""
+    if options is not None and getattr(options, "command", "") == "render":
+        return "; finished frames are kept: the same command with --resume goes on"
+    return ""
+
+
+def _log_to_stderr() -> None:
+    """Show warnings as plain sentences."""
+    logging.basicConfig(level=logging.WARNING, format=f"{PROGRAM}: note: %(message)s", force=True)
+
+
+# Arguments --------------------------------------------------------------------------------
+
+
+def _parser() -> argparse.ArgumentParser:
+    """All commands and their options."""
+    from sumo3dviz_pt import __version__
+
+    parser = _Parser(
+        prog=PROGRAM, description="Path-traced stills and films of SUMO traffic simulations."
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for add in (_add_demo, _add_init, _add_check, _add_still, _add_render, _add_develop, _add_doctor):
+        add(commands)
+    return parser
+
+
+def _add_demo(commands: Any) -> None:
+    sub = commands.add_parser("demo", help="render the bundled example: demo.mp4 and demo.png")
+    sub.add_argument("-o", "--output", type=Path, default=Path(), help="folder [.]")
+    sub.add_argument("--quality", default="preview", help="quality preset [preview]")
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    sub.add_argument("--size", type=_size, default=(640, 360), help="WxH [640x360]")
+    sub.set_defaults(run=_demo)
+
+
+def _add_init(commands: Any) -> None:
+    sub = commands.add_parser("init", help="write a commented, running scene file")
+    sub.add_argument("scenario", type=Path, help=".sumocfg, or a folder searched by content")
+    sub.add_argument("--network", type=Path, help="this network instead of the one found")
+    sub.add_argument("--trajectories", type=Path, action="append", default=[], help="this FCD log")
+    sub.add_argument("--signals", type=Path, action="append", default=[], help="this signal log")
+    sub.add_argument("--additional", type=Path, action="append", default=[], help="more POIs")
+    sub.add_argument("-o", "--output", type=Path, default=Path("scene.yaml"), help="scene file")
+    sub.add_argument("--template", default="highway_day", help="scene template [highway_day]")
+    sub.set_defaults(run=_init)
+
+
+def _add_check(commands: Any) -> None:
+    sub = commands.add_parser("check", help="validate a scene; say what it holds and leaves out")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--json", action="store_true", help="as JSON")
+    _add_overrides(sub)
+    sub.set_defaults(run=_check)
+
+
+def _add_still(commands: Any) -> None:
+    sub = commands.add_parser("still", help="render one image")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="out.png or out.exr")
+    _add_request(sub)
+    sub.set_defaults(run=_still)
+
+
+def _add_render(commands: Any) -> None:
+    sub = commands.add_parser("render", help="render films; several scenes make a batch")
+    sub.add_argument("scene", type=Path, nargs="+")
+    sub.add_argument("--from", dest="start", type=float, help="first frame's time [s]")
+    sub.add_argument("--to", dest="end", type=float, help="time after the last frame [s]")
+    sub.add_argument("--fps", type=float, help="frames per second")
+    sub.add_argument("--resume", action="store_true", help="keep frames that match")
+    sub.add_argument("--frames", type=_range, help="A:B renders only these frames, no film")
+    sub.add_argument("--discard-frames", action="store_true", help="delete frames afterwards")
+    sub.add_argument(
+        "-o", "--output", type=Path, required=True, help="film.mp4; {scene} and {shot} are filled in"
+    )
+    _add_request(sub)
+    sub.set_defaults(run=_render)
+
+
+def _add_develop(commands: Any) -> None:
+    sub = commands.add_parser("develop", help="pictures from EXR frames, without rendering again")
+    sub.add_argument("frames", type=Path, help="folder of frames, or one .exr")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="film.mp4 or out.png")
+    sub.add_argument("--exposure", type=float, help="EV instead of the stored one")
+    sub.add_argument("--tone", help="tone curve instead of the stored one")
+    sub.add_argument("--fps", type=float, default=25.0, help="frames per second [25]")
+    sub.add_argument("--codec", default="h264", help="video codec [h264]")
+    sub.set_defaults(run=_develop)
+
+
+def _add_doctor(commands: Any) -> None:
+    sub = commands.add_parser("doctor", help="versions, variant, libLLVM, threads, memory, ffmpeg")
+    sub.set_defaults(run=_doctor)
+
+
+def _add_request(sub: argparse.ArgumentParser) -> None:
+    """Choices that still and render share."""
+    sub.add_argument("--camera", help="a name from the scene's cameras")
+    sub.add_argument("--quality", help="quality preset")
+    sub.add_argument("--size", type=_size, help="WxH [px]")
+    sub.add_argument("--spp", type=int, help="samples per pixel")
+    sub.add_argument("--seed", type=int, help="seed")
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    _add_overrides(sub)
+
+
+def _add_overrides(sub: argparse.ArgumentParser) -> None:
+    sub.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="any scene file value"
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Read WxH."""
+    width, _, height = text.lower().partition("x")
+    if not (width.isdigit() and height.isdigit() and int(width) and int(height)):
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; write it like 1280x720")
+    return int(width), int(height)
+
+
+def _range(text: str) -> tuple[int, int]:
+    """Read A:B."""
+    first, _, after = text.partition(":")
+    if not (first.isdigit() and after.isdigit()):
+        raise argparse.ArgumentTypeError(f"{text!r} is no range; write it like 10:20")
+    return int(first), int(after)
+
+
+def _overrides(options: argparse.Namespace) -> dict[str, str]:
+    """What --set says."""
+    pairs = [item.partition("=") for item in options.set]
+    for key, sign, _ in pairs:
+        if not sign:
+            raise ConfigError(f"{key!r} has no value; write it like quality=draft", key="--set")
+    return {key.strip(): value for key, _, value in pairs}
+
+
+def _request(options: argparse.Namespace) -> Request:
+    """What still and render ask for."""
+    from sumo3dviz_pt.pipeline import Request
+
+    return Request(
+        options.camera, options.quality, options.size, options.spp, options.seed, options.variant
+    )
+
+
+# Commands ---------------------------------------------------------------------------------
+
+
+def _demo(options: argparse.Namespace) -> int:
+    """Render the bundled example."""
+    from sumo3dviz_pt.film import FilmOrder
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import Request, example, render_still
+
+    job = load_job(example("ronda"))
+    folder = options.output
+    request = Request(quality=options.quality, size=options.size, variant=options.variant)
+    shot = job.shots[0]
+    order = FilmOrder(
+        folder / "demo.mp4", start=shot.start, end=min(shot.end, shot.start + 2), discard_frames=True
+    )
+    _print_film(_film(job, replace(request, camera=shot.camera), order))
+    picture = replace(request, camera="overview")
+    with _progress() as show:
+        still = render_still(
+            job, picture, shot.start, after_pass=lambda done, total: show("demo.png", done, total, 0.0)
+        )
+    still.save(folder / "demo.png")
+    print(f"wrote {folder / 'demo.png'}")
+    return 0
+
+
+def _init(options: argparse.Namespace) -> int:
+    """Write a scene file."""
+    from sumo3dviz_pt.initfile import propose
+
+    text, notes = propose(
+        options.scenario,
+        output=options.output,
+        template=options.template,
+        network=options.network,
+        trajectories=tuple(options.trajectories),
+        signals=tuple(options.signals),
+        additional=tuple(options.additional),
+    )
+    options.output.write_text(text, encoding="utf-8")
+    for note in notes:
+        print(note)
+    print(f"wrote {options.output}; next: {PROGRAM} check {options.output}")
+    return 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Validate a scene."""
+    import json
+
+    from sumo3dviz_pt.checks import check_scene, in_words
+    from sumo3dviz_pt.jobfile import load_job
+
+    report = check_scene(load_job(options.scene, _overrides(options)))
+    print(json.dumps(report, indent=1) if options.json else in_words(report))
+    return 0
+
+
+def _still(options: argparse.Namespace) -> int:
+    """Render one image."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import check_target, render_still
+
+    check_target(options.output, suffixes=(".png", ".exr"))
+    job = load_job(options.scene, _overrides(options))
+    with _progress() as show:
+        still = render_still(
+            job,
+            _request(options),
+            options.time,
+            after_pass=lambda done, total: show(options.output.name, done, total, 0.0),
+        )
+    still.save(options.output)
+    print(f"wrote {options.output} ({_seconds(still.rendered.cpu)})")
+    return 0
+
+
+def _render(options: argparse.Namespace) -> int:
+    """Render films; in a batch one failure does not stop the rest."""
+    from sumo3dviz_pt.film import FilmOrder
+    from sumo3dviz_pt.jobfile import load_job
+
+    if len(options.scene) > 1 and "{scene}" not in options.output.name:
+        raise ConfigError("several scenes need {scene} in the name of the output", key="output")
+    worst = 0
+    for scene in options.scene:
+        name = options.output.name.replace("{scene}", scene.stem)
+        order = FilmOrder(
+            options.output.with_name(name),
+            options.start,
+            options.end,
+            options.fps,
+            options.frames,
+            options.resume,
+            options.discard_frames,
+        )
+        try:
+            _print_film(_film(load_job(scene, _overrides(options)), _request(options), order))
+        except Sumo3dvizError as error:
+            if len(options.scene) == 1:
+                raise
+            code = 2 if isinstance(error, InputError | ConfigError) else 1
+            worst = max(worst, _complain(f"{scene}: {error}", code))
+    return worst
+
+
+def _film(job: Any, request: Request, order: FilmOrder) -> list[FilmReport]:
+    """Render films and show how far they are."""
+    from sumo3dviz_pt.film import render_film
+
+    with _progress() as show:
+        return render_film(
+            job,
+            request,
+            order,
+            on_frame=lambda news: show(order.path.name, news.done, news.total, news.seconds_left),
+        )
+
+
+def _print_film(reports: list[FilmReport]) -> None:
+    """Say what came out."""
+    for report in reports:
+        place = report.film or report.folder
+        print(f"wrote {place}: {report.frames} frames ({_seconds(report.cpu)})")
+
+
+def _seconds(cpu: dict[str, float]) -> str:
+    """CPU-seconds in words."""
+    return f"{sum(cpu.values()):.1f} CPU-seconds"
+
+
+def _develop(options: argparse.Namespace) -> int:
+    """Develop stored frames."""
+    from sumo3dviz_pt.develop import develop_frames
+
+    develop_frames(
+        options.frames,
+        options.output,
+        exposure=options.exposure,
+        tone=options.tone,
+        fps=options.fps,
+        codec=options.codec,
+    )
+    print(f"wrote {options.output}")
+    return 0
+
+
+def _doctor(_: argparse.Namespace) -> int:
+    """Look at the installation."""
+    from sumo3dviz_pt.doctor import examine
+
+    healthy, lines = examine()
+    print("\n".join(lines))
+    return 0 if healthy else 1
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, int, int, float], None]]:
+    """A line that says how far the work is and how long it will take."""
+    import time
+
+    live = sys.stderr.isatty()
+    last = [0.0]
+
+    def show(name: str, done: int, total: int, left: float) -> None:
+        now = time.monotonic()
+        if not live and done < total and now - last[0] < 10:
+            return
+        last[0] = now
+        minutes, seconds = divmod(round(left), 60)
+        text = f"{name}: {done} of {total}, {minutes}:{seconds:02d} left"
+        print(f"\r{text:<60}" if live else text, end="" if live else "\n", file=sys.stderr, flush=True)
+
+    try:
+        yield show
+    finally:
+        if live and last[0]:
+            print(file=sys.stderr)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
