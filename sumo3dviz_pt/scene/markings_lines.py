@@ -17,7 +17,7 @@ from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.scene.roads_areas import opposite_edges
-from sumo3dviz_pt.scene.roads_strips import Strip
+from sumo3dviz_pt.scene.roads_strips import Strip, lane_line
 from sumo3dviz_pt.scene.roads_style import is_quiet
 from sumo3dviz_pt.shapes.bands import Band, band_along
 
@@ -83,7 +83,7 @@ def edge_paint(
         open_side: `right`, `left`, `both` or empty: outer borders that get no line.
     """
     style = line_style(edge, settings)
-    reference = strips[len(strips) // 2].lane.shape
+    reference = lane_line(strips[len(strips) // 2].lane)
     quads = []
     for before, after in zip((None, *strips), (*strips, None), strict=True):
         if before is not None and after is not None and _touch(before, after):

@@ -7,11 +7,10 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.scene.markings_lines import Paint
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
-from sumo3dviz_pt.scene.roads_strips import Strip
+from sumo3dviz_pt.scene.roads_strips import Strip, lane_line
 from sumo3dviz_pt.scene.roads_style import BALLAST
 from sumo3dviz_pt.scene.surfaces import KERB
 from sumo3dviz_pt.shapes.bands import band_along
-from sumo3dviz_pt.shapes.polyline import without_repeats
 
 STEEL = "steel"
 
@@ -40,7 +39,7 @@ def rail_paint(layout: RoadLayout) -> list[Paint]:
     inner, outer = 0.5 * GAUGE, 0.5 * GAUGE + _HEAD
     paint = []
     for strip in rail_strips(layout):
-        line = without_repeats(strip.lane.shape)
+        line = lane_line(strip.lane)
         sides = [(-outer, -inner), (inner, outer)]
         quads: list[Floats] = [band_along(line, right=r, left=g).whole() for r, g in sides]
         paint.append(Paint(strip.lane.edge_id, STEEL, np.concatenate(quads)))
@@ -55,7 +54,7 @@ def sleeper_paint(layout: RoadLayout) -> list[Paint]:
         Paint(
             strip.lane.edge_id,
             KERB,
-            band_along(without_repeats(strip.lane.shape), right=-half, left=half).dashes(
+            band_along(lane_line(strip.lane), right=-half, left=half).dashes(
                 dash=width, gap=gap
             ),
         )

@@ -11,7 +11,7 @@ from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Lane, Network
 from sumo3dviz_pt.scene.roads_style import LaneLook, is_skipped, look_of, style_of
-from sumo3dviz_pt.shapes.polyline import offset, without_repeats
+from sumo3dviz_pt.shapes.polyline import offset, with_split_bends, without_repeats
 
 BoundsXY = tuple[float, float, float, float]
 """x0, y0, x1, y1 [m]."""
@@ -59,6 +59,11 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
     )
 
 
+def lane_line(lane: Lane) -> Floats:
+    """A lane's centre line with sharp bends split, (n, 3) [m]."""
+    return with_split_bends(without_repeats(lane.shape))
+
+
 def edge_strips(
     edge: Edge, settings: RoadSettings, *, left_hand: bool = False
 ) -> tuple[Strip, ...]:
@@ -69,7 +74,7 @@ def edge_strips(
     style = style_of(edge.id, settings)
     strips: list[Strip] = []
     for lane in reversed(edge.lanes) if left_hand else edge.lanes:
-        line = without_repeats(lane.shape)
+        line = lane_line(lane)
         if is_skipped(lane) or len(line) < 2 or np.hypot(*np.ptp(line[:, :2], axis=0)) < 0.05:
             continue
         look = look_of(lane, style)
@@ -92,7 +97,7 @@ def _shared_border(before: Strip, line: Floats, lane: Lane) -> Floats | None:
     if abs(before.lane.index - lane.index) != 1 or len(before.right) != len(line):
         return None
     sides = [
-        offset(without_repeats(before.lane.shape), 0.5 * before.lane.width),
+        offset(lane_line(before.lane), 0.5 * before.lane.width),
         offset(line, -0.5 * lane.width),
     ]
     if np.abs(sides[0][:, :2] - sides[1][:, :2]).max() > _SHARED:

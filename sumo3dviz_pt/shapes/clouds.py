@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.model.geometry import Floats, Image
@@ -145,7 +145,7 @@ def _density(clouds: _Field, points: Floats, *, fine: bool) -> Floats:
     shape = (0.62 * strength + 0.30) * profile + 1.25 * (billows - 0.52)
     if fine:
         wisps = _look_up(clouds.detail, points, _DETAIL_SPAN)
-        shape = shape - 0.34 * (1.0 - wisps) * (1.0 - 0.6 * smoothstep(0.25, 0.7, shape))
+        shape = shape - 0.40 * (1.0 - wisps) * (1.0 - 0.6 * smoothstep(0.25, 0.7, shape))
     result[inside] = smoothstep(0.06, 0.5, shape)
     return result
 
@@ -237,7 +237,7 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
     fade = smoothstep(np.radians(0.8), np.radians(7.0), high.reshape(-1))
     near[:, 0] *= fade
     far[:, 0] *= fade
-    return _over(near, far, (rows, columns))
+    return _over(_smoothed(near, (rows, columns)), far, (rows, columns))
 
 
 def _directions(
@@ -247,6 +247,14 @@ def _directions(
     level = np.cos(elevation)
     east, north = level * np.sin(azimuth), level * np.cos(azimuth)
     return np.asarray(east), np.asarray(north), np.asarray(np.sin(elevation))
+
+
+def _smoothed(sheet: Floats, shape: tuple[int, int]) -> Floats:
+    """Take the march's jitter out of a sheet, (n, 3), at the scale of a texel."""
+    weighted = np.column_stack([sheet[:, :1], sheet[:, :1] * sheet[:, 1:]]).reshape(*shape, 3)
+    calm = gaussian_filter(weighted, (0.7, 0.7, 0.0), mode=("nearest", "wrap", "nearest"))
+    calm = calm.reshape(-1, 3)
+    return np.column_stack([calm[:, :1], calm[:, 1:] / np.maximum(calm[:, :1], 1e-4)])
 
 
 def _over(near: Floats, far: Floats, shape: tuple[int, int]) -> CloudLayer:

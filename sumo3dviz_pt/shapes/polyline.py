@@ -14,6 +14,9 @@ from sumo3dviz_pt.model.geometry import Floats
 MITRE_LIMIT = 2.0
 """Longest mitre per unit of offset; sharper bends are cut there."""
 
+_SHARP = 0.35
+"""Cosine of the turn from which on a bend is sharp; 70 degrees."""
+
 
 def arc_length(points: Floats) -> Floats:
     """Distance along a polyline from its first point, seen from above.
@@ -50,12 +53,30 @@ def without_repeats(points: Floats, *, tolerance: float = 0.01) -> Floats:
     return points[kept]
 
 
+def with_split_bends(points: Floats) -> Floats:
+    """Double the vertices of sharp bends.
+
+    A mitre there would be long, or, cut off, would pinch the strip along both its
+    neighbours. `mitres` gives the two copies the normals of their own segments.
+
+    Args:
+        points: Vertices without repeats, (n, 3) [m], n >= 2.
+
+    Returns:
+        Vertices, (k, 3) [m], k >= n.
+    """
+    steps = np.diff(points[:, :2], axis=0)
+    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
+    sharp = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < _SHARP) + 1
+    return np.insert(points, sharp, points[sharp], axis=0)
+
+
 def mitres(points: Floats, *, closed: bool = False) -> Floats:
     """Vectors that carry each vertex one metre to the left, mitred at bends.
 
     Args:
-        points: Vertices without repeats, (n, 2) or (n, 3) [m], n >= 2; a closed
-            polyline does not repeat its first vertex.
+        points: Vertices, (n, 2) or (n, 3) [m], n >= 2; a closed polyline does not
+            repeat its first vertex. Doubled vertices are not mitred.
         closed: Whether the last vertex leads back to the first.
 
     Returns:
@@ -63,10 +84,15 @@ def mitres(points: Floats, *, closed: bool = False) -> Floats:
     """
     flat = points[:, :2]
     ahead = np.roll(flat, -1, axis=0) - flat
-    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    length = np.linalg.norm(ahead, axis=1, keepdims=True)
+    ahead /= np.maximum(length, 1e-12)
     behind = np.roll(ahead, 1, axis=0)
     if not closed:
         ahead[-1], behind[0] = ahead[-2], ahead[0]
+    doubled = length[:, 0] < 1e-9
+    ahead[doubled] = behind[doubled]
+    after = np.roll(doubled, 1)
+    behind[after] = ahead[after]
     total = ahead + behind
     total = np.stack([-total[:, 1], total[:, 0]], axis=1)
     length = np.linalg.norm(total, axis=1, keepdims=True)
@@ -80,7 +106,7 @@ def offset(points: Floats, distance: float) -> Floats:
     """Move a polyline sideways.
 
     Args:
-        points: Vertices without repeats, (n, 3) [m], n >= 2.
+        points: Vertices, (n, 3) [m], n >= 2.
         distance: To the left [m]; negative is to the right.
 
     Returns:
@@ -89,48 +115,3 @@ def offset(points: Floats, distance: float) -> Floats:
     moved = np.array(points, dtype=np.float64)
     moved[:, :2] += distance * mitres(points)
     return moved
-
-
-def points_at(points: Floats, at: Floats) -> Floats:
-    """Points at distances along a polyline.
-
-    Args:
-        points: Vertices, (n, k) [m], n >= 2.
-        at: Distances, (m,) [m]; clamped to the polyline.
-
-    Returns:
-        Points, (m, k) [m].
-    """
-    along = arc_length(points)
-    return np.stack([np.interp(at, along, column) for column in points.T], axis=1)
-
-
-def section(points: Floats, start: float, end: float) -> Floats:
-    """The part of a polyline between two distances.
-
-    Args:
-        points: Vertices, (n, k) [m], n >= 2.
-        start: [m], clamped.
-        end: [m], clamped, > start.
-
-    Returns:
-        Vertices, (m, k) [m], m >= 2, with all vertices in between.
-    """
-    along = arc_length(points)
-    inner = along[(along > start + 1e-6) & (along < end - 1e-6)]
-    return points_at(points, np.concatenate([[start], inner, [end]]))
-
-
-def ribbon(right: Floats, left: Floats) -> tuple[Floats, Floats]:
-    """Corners of the quads between two polylines with as many vertices.
-
-    Args:
-        right: (n, 3) [m].
-        left: (n, 3) [m].
-
-    Returns:
-        Corners, (n - 1, 4, 3) [m], counter-clockwise: right start, right end,
-        left end, left start; and the mean line between both, (n, 3) [m].
-    """
-    quads = np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
-    return quads, 0.5 * (right + left)

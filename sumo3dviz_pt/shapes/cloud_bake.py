@@ -1,0 +1,64 @@
+"""Bakes a sky asset's cloud layer from the recipe in its `asset.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import CloudLayer
+from sumo3dviz_pt.shapes.clouds import CloudRecipe, make_clouds
+
+Encode = Callable[[Path, Image], None]
+"""Writes an image, (h, w, 3), in half precision; the shapes know no file formats."""
+
+_COVER_STEPS, _LIGHT_STEPS = 255.0, 128.0
+
+
+def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
+    """Recipe of a sky asset.
+
+    Args:
+        meta: Content of `asset.yaml`; angles there are degrees.
+
+    Raises:
+        ConfigError: If a key is missing or unknown.
+    """
+    try:
+        sun = np.radians([float(meta["sun"]["azimuth"]), float(meta["sun"]["elevation"])])
+        return CloudRecipe(sun=(float(sun[0]), float(sun[1])), **meta["recipe"])
+    except (KeyError, TypeError) as error:
+        raise ConfigError(f"a sky's asset.yaml is incomplete or wrong: {error}") from error
+
+
+def cloud_image(layer: CloudLayer) -> Image:
+    """Cover, sunlit and skylit as channels, (h, w, 3), in steps that compress well."""
+    light = np.stack([layer.sunlit, layer.skylit], axis=-1)
+    # Where there is no cloud its light does not matter; a constant packs best.
+    light[layer.cover < 0.5 / _COVER_STEPS] = 0.5
+    cover = np.round(layer.cover * _COVER_STEPS) / _COVER_STEPS
+    return np.dstack([cover, np.round(light * _LIGHT_STEPS) / _LIGHT_STEPS]).astype(np.float32)
+
+
+def bake_clouds(folder: Path, *, encode: Encode) -> Path:
+    """Rebuild a sky's cloud map from its `asset.yaml`, the same pixels every time.
+
+    Args:
+        folder: The asset's folder.
+        encode: Writes the image.
+
+    Returns:
+        The file written.
+
+    Raises:
+        ConfigError: If `asset.yaml` is incomplete.
+    """
+    meta = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
+    path = folder / str(meta["map"])
+    encode(path, cloud_image(make_clouds(cloud_recipe(meta))))
+    return path
