@@ -46,7 +46,7 @@ def develop_frames(
     from sumo3dviz_pt.video import check_film, encode
 
     height, width = read_exr(files[0])[0].shape[:2]
-    check_film(size=(width, height), fps=fps, codec=codec)
+    check_film(target, size=(width, height), fps=fps, codec=codec)
     encode(pictures, target, size=(width, height), fps=fps, codec=codec)
 
 

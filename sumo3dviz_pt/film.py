@@ -146,16 +146,20 @@ def render_film(
     shots = shots_of(job, request, order)
     for _, path in shots:
         check_target(path, suffixes=FILM_SUFFIXES)
-    check_tone(job.output.tone)
-    _check_film(request.applied(job), fps)
+        check_output(request.applied(job), path, fps=fps)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 
 
-def _check_film(job: Job, fps: float) -> None:
-    """Refuse what the encoder cannot take, before any work is done."""
+def check_output(job: Job, path: Path, *, fps: float) -> None:
+    """Refuse what cannot be developed or encoded, before any work is done.
+
+    Raises:
+        ConfigError: If tone curve, codec, size or frame rate are wrong.
+    """
     from sumo3dviz_pt.video import check_film
 
-    check_film(size=job.output.size, fps=fps, codec=job.output.codec)
+    check_tone(job.output.tone)
+    check_film(path, size=job.output.size, fps=fps, codec=job.output.codec)
 
 
 def _render_shot(

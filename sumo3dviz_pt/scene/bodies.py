@@ -1,8 +1,7 @@
-"""Which body a road user shows, and how it is scaled to its vType.
+"""The bodies that road users show, scaled to their vTypes.
 
-Cars draw from the catalogue's models, seeded by their id, so that a vehicle keeps its
-body for its whole life; other classes get plain bodies of their size; users can name
-own files by pattern.
+Cars show the catalogue's models, other classes plain bodies of their size, and users
+can bring their own files.
 """
 
 from __future__ import annotations
@@ -10,42 +9,26 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from functools import singledispatch
-from pathlib import Path
 
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Prototype
-from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.scene.chance import pick, share_of
+from sumo3dviz_pt.scene.body_choice import (
+    DEFAULT_CAR,
+    TALLEST_CAR,
+    CarChoice,
+    Choice,
+    PlainChoice,
+    Size,
+    UserChoice,
+)
 from sumo3dviz_pt.scene.materials import principled
-from sumo3dviz_pt.scene.seats import PLAIN_CLASSES, Seat, car_seat, class_seat
+from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
 from sumo3dviz_pt.shapes.ply import read_ply
 from sumo3dviz_pt.shapes.user_mesh import read_user_mesh
-
-Size = tuple[float, float, float]
-"""Length, width, height [m]."""
-
-CAR_CLASSES = frozenset(
-    [
-        *("passenger", "taxi", "evehicle", "hov", "private", "authority", "army", "vip", "police"),
-        *("custom1", "custom2", "ignoring"),
-    ]
-)
-"""vClasses that cars show, if they have a car's size."""
-
-DEFAULT_CAR: Size = (5.0, 1.8, 1.5)
-"""SUMO's size of the class passenger: says nothing about the real car."""
-
-_CAR_LENGTHS = (2.2, 6.6)
-_CAR_WIDTHS = (1.2, 2.5)
-
-_LENGTH_SPREAD = 0.08
-"""Relative difference in length at which a model becomes 1/e as likely."""
 
 _LARGEST_STRETCH = 1.25
 """Width and height of a car are scaled by no more than this factor."""
@@ -70,118 +53,8 @@ class Body:
     materials: Mapping[str, Bsdf] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class CarModel:
-    """A car of the catalogue.
-
-    Attributes:
-        name: In `assets/vehicles`.
-        size: Of the unscaled model [m].
-    """
-
-    name: str
-    size: Size
-
-
-@dataclass(frozen=True, slots=True)
-class CarChoice:
-    """A car of the catalogue, for a vType of this size [m]."""
-
-    model: CarModel
-    size: Size
-
-
-@dataclass(frozen=True, slots=True)
-class PlainChoice:
-    """A plain body of a class and size [m]."""
-
-    vclass: str
-    size: Size
-
-
-@dataclass(frozen=True, slots=True)
-class UserChoice:
-    """A user's own file, in its own size."""
-
-    path: Path
-    vclass: str
-
-
-Choice = CarChoice | PlainChoice | UserChoice
 Shelf = dict[str, Prototype]
 """Prototypes by name; each is made once."""
-
-
-def car_models(wanted: Sequence[str]) -> tuple[CarModel, ...]:
-    """Cars to draw from.
-
-    Args:
-        wanted: Names; none stands for all.
-
-    Raises:
-        ConfigError: If a name is unknown; the message suggests one.
-    """
-    found = [catalog.find("vehicles", name).meta for name in catalog.names("vehicles")]
-    known = {
-        name: CarModel(name, (float(meta["length"]), float(meta["width"]), float(meta["height"])))
-        for name, meta in zip(catalog.names("vehicles"), found, strict=True)
-        if meta.get("vclass", "passenger") in CAR_CLASSES
-    }
-    for name in wanted:
-        if name not in known:
-            message = f"no car is called {name!r}{catalog.did_you_mean(name, known)}"
-            raise ConfigError(message, key="vehicles.passenger")
-    return tuple(known[name] for name in (wanted or sorted(known)))
-
-
-def drawn_class(kind: VehicleType) -> str:
-    """What a vType is drawn as: `passenger`, or a class of plain bodies.
-
-    Scenarios often leave everything in a class of cars and tell trucks by their
-    guiShape or size only.
-    """
-    if kind.vclass not in CAR_CLASSES:
-        return kind.vclass
-    shape = kind.gui_shape.split("/")[0]
-    if shape in PLAIN_CLASSES:
-        return shape
-    if kind.length > _CAR_LENGTHS[1] or kind.width > _CAR_WIDTHS[1]:
-        return "truck"
-    if kind.length < _CAR_LENGTHS[0] or kind.width < _CAR_WIDTHS[0]:
-        return "motorcycle"
-    return "passenger"
-
-
-def choose(
-    kind: VehicleType, *, name: str, cars: Sequence[CarModel], own: Mapping[str, Path], seed: int
-) -> Choice:
-    """Choose a body.
-
-    Args:
-        kind: The vType.
-        name: SUMO's id of the road user.
-        cars: Models to draw from; none gives cars plain bodies.
-        own: Users' files by pattern of an id or a vType's id; the first that fits wins.
-        seed: The job's.
-    """
-    vclass = drawn_class(kind)
-    for pattern, path in own.items():
-        if fnmatchcase(name, pattern) or fnmatchcase(kind.id, pattern):
-            return UserChoice(path, vclass)
-    size = (kind.length, kind.width, kind.height)
-    if vclass != "passenger" or not cars:
-        return PlainChoice(vclass, size)
-    shape = kind.gui_shape.removeprefix("passenger/")
-    cars = [car for car in cars if car.name == shape] or cars
-    weights = [_likelihood(car.size[0], wanted=kind.length) for car in cars]
-    return CarChoice(cars[pick(weights, share_of(seed, name, "body"))], size)
-
-
-def _likelihood(length: float, *, wanted: float) -> float:
-    """How likely a model is drawn for a vType of a length [m]."""
-    if wanted == DEFAULT_CAR[0]:
-        return 1.0
-    return float(np.exp(-(((length / wanted - 1.0) / _LENGTH_SPREAD) ** 2))) + 1e-6
 
 
 @singledispatch
@@ -247,13 +120,13 @@ def car_scale(model: Size, *, wanted: Size) -> Floats:
 
     SUMO's default size is that of no car: the model keeps its proportions and is as
     wide as the default, or as long. Otherwise the length is exact, and so are width and
-    height as long as that stretches the model by no more than a quarter; a height of
-    1.5 m is SUMO's default too and leaves the height to follow the others.
+    height as long as that stretches the model by no more than a quarter. A height of
+    1.5 m, SUMO's default, or one that no car has lets the height follow the others.
     """
     if wanted == DEFAULT_CAR:
         return np.full(3, min(wanted[0] / model[0], wanted[1] / model[1]))
     factors = np.array(wanted) / model
-    if wanted[2] == DEFAULT_CAR[2]:
+    if wanted[2] == DEFAULT_CAR[2] or wanted[2] > TALLEST_CAR:
         factors[2] = np.sqrt(factors[0] * factors[1])
     factors[1:] = np.clip(factors[1:], 1.0 / _LARGEST_STRETCH, _LARGEST_STRETCH)
     return factors

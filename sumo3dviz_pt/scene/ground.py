@@ -12,7 +12,6 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.surfaces import (
-    material_name,
     metres_per_tile,
     planar_uvs,
     surface_material,
@@ -66,7 +65,9 @@ def build_ground(
     else:
         mesh, height_at = terrain(network, roads)
         walls = retaining_walls(roads, height_at)
-    mesh = Mesh(mesh.vertices, mesh.faces, mesh.normals, planar_uvs(mesh.vertices, tile=tile, near=near))
+    mesh = Mesh(
+        mesh.vertices, mesh.faces, mesh.normals, planar_uvs(mesh.vertices, tile=tile, near=near)
+    )
     static = [StaticPart("ground", "ground", Part(mesh, name))]
     if walls is not None and len(walls.faces):
         materials["kerb"] = MATERIALS["kerb"]
@@ -79,7 +80,9 @@ def level_ground(network: Network, roads: RoadLayout) -> Mesh:
     x0, y0, x1, y1 = network.location.boundary
     centre = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), road_level(roads) - DROP])
     reach = 0.5 * float(np.hypot(x1 - x0, y1 - y0))
-    radii = np.concatenate([np.linspace(0.0, reach + 200.0, 12)[1:], np.geomspace(reach + 400.0, reach + RADIUS, 12)])
+    radii = np.concatenate(
+        [np.linspace(0.0, reach + 200.0, 12)[1:], np.geomspace(reach + 400.0, reach + RADIUS, 12)]
+    )
     grid = polar_grid(radii, segments=48)
     return Mesh(grid.vertices + centre, grid.faces)
 

@@ -13,6 +13,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.scene import Colour, Part
 from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.scene.surfaces import colour_of
 from sumo3dviz_pt.shapes.buildings import BLOCKS, HOMES, SHOPS, Style, palette
 from sumo3dviz_pt.shapes.shell import Shell, paint
 from sumo3dviz_pt.shapes.trees import SPECIES, tree
@@ -30,8 +31,8 @@ class Kind:
         words: Values of `type` that mean it, in lower case.
         form: `point`, `line` or `area`: what places it.
         models: What users can choose from.
-        levels: Distances up to which it is drawn near, and at middle detail [m].
-        cost: Usual triangles of the three levels (of 40 m of a line).
+        levels: Distances at which the next coarser level of detail begins [m].
+        cost: Usual triangles of each level (of 40 m of a line).
         body: Radius and lowest and highest height that a camera must not be in [m].
     """
 
@@ -39,14 +40,14 @@ class Kind:
     words: frozenset[str]
     form: str
     models: tuple[str, ...]
-    levels: tuple[float, float]
-    cost: tuple[int, int, int]
+    levels: tuple[float, ...]
+    cost: tuple[int, ...]
     body: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 KINDS: tuple[Kind, ...] = (
-    Kind("trees", frozenset({"tree", "trees"}), "point", tuple(SPECIES), (50.0, 170.0),
-         (9800, 1800, 190), (2.8, 2.0, 9.0)),
+    Kind("trees", frozenset({"tree", "trees"}), "point", tuple(SPECIES), (22.0, 55.0, 170.0),
+         (27_000, 9800, 1800, 190), (2.8, 2.0, 9.0)),
     Kind("fences", frozenset({"fence", "fences", "guardrail", "guard_rail"}), "line", (),
          (70.0, 300.0), (470, 180, 24)),
     Kind("homes", frozenset({"home", "homes", "house", "houses"}), "point", tuple(HOMES),
@@ -86,39 +87,42 @@ def body_of(
 ) -> tuple[Part, ...]:
     """The parts of one object in its own frame, chosen by its name.
 
-    Raises:
-        ConfigError: If the settings name an unknown model.
+    Args:
+        kind: Of point objects.
+        settings: Checked ones.
+        seed: Of all chance.
+        name: Unique among all objects.
+        level: Of detail.
     """
     return _BODIES[kind.name](kind, settings, seed, name, level)
 
 
-def checked_models(kind: Kind, settings: ObjectSettings) -> tuple[str, ...]:
-    """The models to draw from.
+def check_settings(kind: Kind, settings: ObjectSettings) -> None:
+    """Check names and colours before anything is built.
 
     Raises:
-        ConfigError: If the settings name an unknown one.
+        ConfigError: If the settings name an unknown model, or a colour is not #rrggbb.
     """
+    key = f"objects.{kind.name}"
     for model in settings.model:
         if model not in kind.models:
             hint = did_you_mean(model, kind.models)
-            raise ConfigError(f"there is no model {model!r}{hint}", key=f"objects.{kind.name}.model")
-    return settings.model or kind.models
+            raise ConfigError(f"there is no model {model!r}{hint}", key=f"{key}.model")
+    try:
+        colour_in(settings)
+    except ConfigError as error:
+        raise ConfigError(str(error), key=f"{key}.colour") from None
 
 
-def colour_from_hex(text: str | None) -> Colour | None:
-    """Linear reflectance of #rrggbb, at most 0.8; None stays None.
+def colour_in(settings: ObjectSettings) -> Colour | None:
+    """The settings' colour as linear reflectance, or None."""
+    return None if settings.colour is None else colour_of(settings.colour)
 
-    References:
-        IEC 61966-2-1 (sRGB).
-    """
-    if text is None:
-        return None
-    digits = text.removeprefix("#")
-    if len(digits) != 6 or any(c not in "0123456789abcdefABCDEF" for c in digits):
-        raise ConfigError(f"{text!r} is not a colour such as #c8b090")
-    values = [int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4)]
-    r, g, b = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in values)
-    return min(r, 0.8), min(g, 0.8), min(b, 0.8)
+
+def _drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> str:
+    """The model that an object's name falls on."""
+    models = settings.model or kind.models
+    return models[int(share_of(seed, name, "model") * len(models))]
 
 
 def building_palette(
@@ -126,16 +130,15 @@ def building_palette(
 ) -> Mapping[str, tuple[str, Colour | None]]:
     """Colours of one building, chosen by its name."""
     rng = np.random.default_rng(int(share_of(seed, name, "colour") * 2**48))
-    return palette(styles[model], rng, colour_from_hex(settings.colour))
+    return palette(styles[model], rng, colour_in(settings))
 
 
 def _tree_body(
     kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
 ) -> tuple[Part, ...]:
-    models = checked_models(kind, settings)
-    species = models[int(share_of(seed, name, "model") * len(models))]
+    species = _drawn_model(kind, settings, seed, name)
     variant = int(share_of(seed, name, "variant") * TREE_VARIANTS)
-    colour = colour_from_hex(settings.colour)
+    colour = colour_in(settings)
     # Neighbours of one species still differ a little in hue and lightness.
     factor = 0.85 + 0.3 * np.array([share_of(seed, name, c) for c in ("red", "green", "blue")])
     parts = []
@@ -154,8 +157,7 @@ def _building_body(styles: Mapping[str, Style]) -> Callable[..., tuple[Part, ...
     def body(
         kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
     ) -> tuple[Part, ...]:
-        models = checked_models(kind, settings)
-        model = models[int(share_of(seed, name, "model") * len(models))]
+        model = _drawn_model(kind, settings, seed, name)
         variant = int(share_of(seed, name, "variant") * styles[model].variants)
         colours = building_palette(styles, model, settings, seed=seed, name=name)
         return paint(_shell(styles[model], variant, level), colours)

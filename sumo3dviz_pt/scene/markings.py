@@ -19,7 +19,8 @@ from sumo3dviz_pt.scene.roads_heights import draped
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import smooth_normals
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
-from sumo3dviz_pt.shapes.triangulate import polygon_parts, triangulate_many
+from sumo3dviz_pt.shapes.planar import polygon_parts, subtract
+from sumo3dviz_pt.shapes.triangulate import triangulate_many
 
 
 def road_paint(
@@ -111,6 +112,5 @@ def _on_carriageway(paint: Cells, roads: Cells) -> Cells:
     )
     polygons = paint.polygons.copy()
     for m in np.unique(mark[wrong]):
-        area = shapely.union_all(roads.polygons[cell[wrong & (mark == m)]])
-        polygons[m] = shapely.difference(polygons[m], area)
+        polygons[m] = subtract(polygons[m], roads.polygons[cell[wrong & (mark == m)]])
     return replace(paint, polygons=polygons)

@@ -67,9 +67,7 @@ def _stops(connections: list[Connection]) -> bool:
     return any(c.tls or c.state in {"s", "w"} for c in connections)
 
 
-def _gives_way(
-    network: Network, edge: Edge, leaving: Mapping[str, list[Connection]]
-) -> bool:
+def _gives_way(network: Network, edge: Edge, leaving: Mapping[str, list[Connection]]) -> bool:
     """Whether a whole edge is minor, so that it ends in a give-way line.
 
     One minor connection does not make it so: turning left is minor on main roads too.
@@ -110,9 +108,7 @@ def _dashed_across(strip: Strip) -> Floats:
     used = count * (_GIVE_WAY_DASH + _GIVE_WAY_GAP) - _GIVE_WAY_GAP
     starts = 0.5 * (width - used) + np.arange(count) * (_GIVE_WAY_DASH + _GIVE_WAY_GAP)
     near, far = starts / width, (starts + _GIVE_WAY_DASH) / width
-    corners = [
-        right + share[:, None, None] * (left - right)[None] for share in (near, far)
-    ]
+    corners = [right + share[:, None, None] * (left - right)[None] for share in (near, far)]
     return np.stack(
         [corners[0][:, 0], corners[0][:, 1], corners[1][:, 1], corners[1][:, 0]], axis=1
     )

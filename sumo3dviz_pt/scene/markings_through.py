@@ -12,6 +12,7 @@ from sumo3dviz_pt.scene.markings_lines import Paint, edge_paint
 from sumo3dviz_pt.scene.roads_areas import JunctionInside
 from sumo3dviz_pt.scene.roads_strips import Strip
 from sumo3dviz_pt.scene.roads_style import style_of
+from sumo3dviz_pt.shapes.planar import union
 
 _CLEAR = 0.8
 """Outer borders with another way this near get no line [m]."""
@@ -75,7 +76,7 @@ def _is_through(network: Network, key: str, connections: list[Connection]) -> bo
 
 def _open_side(strips: tuple[Strip, ...], others: list[Strip]) -> str:
     """Which outer borders run beside or into another way."""
-    area = shapely.union_all([strip.polygon for strip in others])
+    area = union([strip.polygon for strip in others])
     sides = [
         name
         for name, line in (("right", strips[0].right), ("left", strips[-1].left))

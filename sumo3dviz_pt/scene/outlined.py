@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 import shapely
@@ -13,8 +12,9 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.kinds import Kind, building_palette
+from sumo3dviz_pt.scene.kinds import Kind, building_palette, colour_in
 from sumo3dviz_pt.scene.lane_index import LaneIndex
+from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes import fence
 from sumo3dviz_pt.shapes.buildings import HOMES, Style
 from sumo3dviz_pt.shapes.footprint import cleaned, extruded
@@ -26,38 +26,13 @@ _STYLES: Mapping[str, Style] = HOMES
 _NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
 
 
-class Around(Protocol):
-    """What outlined objects need to know of their surroundings."""
-
-    @property
-    def index(self) -> LaneIndex:
-        """The network's lanes."""
-
-    @property
-    def seed(self) -> int:
-        """Of all chance."""
-
-    @property
-    def viewpoints(self) -> Floats:
-        """Where cameras are, (n, 3) [m]."""
-
-    @property
-    def keep_clear(self) -> float:
-        """Distance that objects keep from cameras [m]."""
-
-    def distances(self, places: Floats) -> Floats:
-        """Distance of places, (n, 2) [m], to the nearest camera."""
-
-    def height_at(self, places: Floats, /) -> Floats:
-        """Height of the ground at places, (n, 2) [m]."""
-
-
 def line_parts(
-    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Around, float]
+    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
 ) -> list[Part]:
-    """Guard rails along polylines; `scale` enlarges their height and profile."""
+    """Guard rails along polylines, always of their real size; a colour paints them."""
     around, shrink = how
-    parts = []
+    colour = colour_in(settings)
+    parts: list[Part] = []
     for item in items:
         shape = item.shape[:, :2]
         if np.ptp(shape, axis=0).max() < 1.0:
@@ -70,7 +45,10 @@ def line_parts(
             nearest = around.distances(flat[piece]).min()
             level = int(np.searchsorted(np.array(kind.levels) * shrink, nearest, side="right"))
             mesh = fence.fence(line[piece], drop[piece], sides=sides, level=level)
-            parts.append(Part(mesh, "steel"))
+            if colour is None:
+                parts.append(Part(mesh, "steel"))
+            else:
+                parts.append(Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1))))
     return parts
 
 
@@ -89,11 +67,11 @@ def guarded_sides(line: Floats, index: LaneIndex) -> tuple[int, ...]:
 
 
 def area_parts(
-    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Around, float]
+    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
 ) -> list[Part]:
     """Buildings over polygons, with their own or plausible heights."""
     around, shrink = how
-    parts = []
+    parts: list[Part] = []
     for item in items:
         name = f"{kind.name}:{item.id}"
         centre = item.shape[:, :2].mean(axis=0)
@@ -129,7 +107,7 @@ def height_of(item: Polygon, area: float, seed: int) -> float:
     return low + (high - low) * share_of(seed, item.id, "height")
 
 
-def _holds_camera(plan: Floats, around: Around) -> bool:
+def _holds_camera(plan: Floats, around: Surroundings) -> bool:
     """Whether a camera stands in a footprint."""
     if not len(around.viewpoints):
         return False

@@ -54,9 +54,7 @@ def sleeper_paint(layout: RoadLayout) -> list[Paint]:
         Paint(
             strip.lane.edge_id,
             KERB,
-            band_along(lane_line(strip.lane), right=-half, left=half).dashes(
-                dash=width, gap=gap
-            ),
+            band_along(lane_line(strip.lane), right=-half, left=half).dashes(dash=width, gap=gap),
         )
         for strip in rail_strips(layout)
         if strip.look.surface == BALLAST and not strip.lane.id.startswith(":")

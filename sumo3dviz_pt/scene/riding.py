@@ -30,7 +30,7 @@ class RidingView:
     """A preset of `scene_templates/camera`.
 
     Attributes:
-        anchor: Where on the body: `eye`, `bonnet` (its middle, at the windscreen's
+        anchor: Where on the body: `eye`, `bonnet` (towards the windscreen, at its
             foot's height), `rear` or `middle` (at the roof's height).
         fov: Horizontal opening angle [deg].
         offset: From the anchor: ahead, left, up [m].
@@ -190,7 +190,7 @@ def _anchor(preset: RidingView, body: Body, *, left_hand: bool) -> Floats:
     on_left = (preset.side == "driver") != left_hand
     anchors: Mapping[str, Floats] = {
         "eye": eye * (1.0, 1.0 if on_left else -1.0, 1.0),
-        "bonnet": cowl * (0.5, 1.0, 1.0),
+        "bonnet": cowl * (0.8, 1.0, 1.0),
         "rear": np.array([-length, 0.0, height]),
         "middle": np.array([-length / 2.0, 0.0, height]),
     }

@@ -12,14 +12,13 @@ from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
-from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.markings import decal_meshes, road_paint
+from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.rails import rail_paint, sleeper_paint
 from sumo3dviz_pt.scene.roads_layout import RoadLayout, layout_roads
 from sumo3dviz_pt.scene.roads_mesh import (
     SIDEWALK_HEIGHT,
     kerb_faces,
-    raised_area,
     surface_meshes,
     verges,
 )
@@ -69,12 +68,13 @@ def build_roads(
     """
     layout = layout_roads(network, settings, region=region)
     near = network.location.boundary[:2]
-    surfaces = surface_meshes(layout.cells, near=near)
+    surfaces = surface_meshes(layout.cells, raised=layout.raised, near=near)
     below = [mesh for key, mesh in surfaces.items() if key not in {KERB, PAVING}]
     verge = settings.colour or settings.surface
     found = [("road", _material(key), mesh) for key, mesh in surfaces.items()]
-    found.append(("road/faces", KERB, kerb_faces(layout.cells)))
-    found.append(("road/verge", _material(verge), verges(layout.cells, surface=verge, near=near)))
+    found.append(("road/faces", KERB, kerb_faces(layout.cells, layout.raised)))
+    sides = verges(layout.cells, layout.outline, surface=verge, near=near)
+    found.append(("road/verge", _material(verge), sides))
     layers = [
         ("markings", road_paint(network, settings, layout, region=region), 0.005),
         ("rails/sleepers", sleeper_paint(layout), 0.005),
@@ -114,7 +114,7 @@ def walking_height(layout: RoadLayout) -> Callable[[Floats], Floats]:
 
     It climbs smoothly across the kerb, so that walkers do not jump.
     """
-    areas = raised_area(layout.cells)
+    areas = layout.raised
     tree = shapely.STRtree(areas)
     edges = shapely.boundary(areas)
     edge_tree = shapely.STRtree(edges)

@@ -14,6 +14,7 @@ from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.scene.roads_cells import Cells, area_cells
 from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, edge_strips, in_region, junction_of
 from sumo3dviz_pt.scene.roads_style import PAVING, is_footway, junction_surface, look_of, style_of
+from sumo3dviz_pt.shapes.planar import closing, union
 
 _REACH = 0.25
 """Gaps up to twice this width [m] between a junction and its lanes are closed."""
@@ -68,7 +69,7 @@ def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> 
     tree = shapely.STRtree(footways.polygons)
     for inside in insides.values():
         cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
-        kept_free = shapely.union_all(cores)
+        kept_free = union(cores)
         for edge in inside.walks:
             outline = edge.lanes[0].shape
             if len(outline) < 3:
@@ -116,7 +117,7 @@ def sliver_cells(
         shapes = [strip.polygon for strip in sides]
         if not shapes or shapes[0].distance(shapes[-1]) > 2 * _REACH:
             continue
-        gaps = _grown(shapely.union_all(shapes)).difference(shapely.union_all(shapes))
+        gaps = closing(union(shapes), _REACH).difference(union(shapes))
         if gaps.area < 1e-3:
             continue
         style = style_of(edge_id, settings)
@@ -137,7 +138,9 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
     return [
         (key, other)
         for key in ids
-        for other in by_ends.get((network.edges[key].to_junction, network.edges[key].from_junction), [])
+        for other in by_ends.get(
+            (network.edges[key].to_junction, network.edges[key].from_junction), []
+        )
         if key < other
     ]
 
@@ -152,20 +155,14 @@ def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
     shapes = [strip.polygon for strip in ways]
     if len(outline) >= 3:
         shapes.append(shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3))))
-    return shapely.union_all(shapes)
+    return union(shapes)
 
 
 def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
     """A junction's shape and the narrow gaps between it and the lanes around it."""
     nearby = [shapely.intersection(cell, shape.buffer(3.0, quad_segs=2)) for cell in around]
-    filled = _grown(shapely.union_all([shape, *nearby]))
-    return shapely.union_all([shape, filled.intersection(shape.buffer(2 * _REACH, quad_segs=2))])
-
-
-def _grown(shape: shapely.Geometry) -> shapely.Geometry:
-    """Morphological closing, which fills narrow gaps and keeps outer corners."""
-    grown = shape.buffer(_REACH, join_style="mitre", mitre_limit=2.0)
-    return grown.buffer(-_REACH, join_style="mitre", mitre_limit=2.0)
+    filled = closing(union([shape, *nearby]), _REACH)
+    return union([shape, filled.intersection(shape.buffer(2 * _REACH, quad_segs=2))])
 
 
 def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
@@ -174,7 +171,9 @@ def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Fl
     if len(quads):
         corners = quads.reshape(-1, 3)
         middle = outline[:, :2].mean(axis=0) if len(outline) else corners[:, :2].mean(axis=0)
-        reach = 2.0 + max((np.linalg.norm(outline[:, :2] - middle, axis=1).max() if len(outline) else 5.0), 5.0)
+        reach = 2.0 + max(
+            (np.linalg.norm(outline[:, :2] - middle, axis=1).max() if len(outline) else 5.0), 5.0
+        )
         knots.append(corners[np.linalg.norm(corners[:, :2] - middle, axis=1) < reach])
     known = np.concatenate(knots) if knots else np.zeros((0, 3))
     return known if len(known) else outline

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.scene.roads_strips import Strip
+from sumo3dviz_pt.shapes.planar import subtract
 
 STOREY = 2.5
 """Surfaces further apart than this [m] are on different levels."""
@@ -154,8 +155,7 @@ def without_overlaps(cells: Cells) -> Cells:
     loser, starts = np.unique(second[order], return_index=True)
     for index, winners in zip(loser, np.split(first[order], starts[1:]), strict=True):
         cutters[int(index)] = winners
-        cut = shapely.union_all(cells.polygons[winners])
-        polygons[index] = shapely.difference(cells.polygons[index], cut)
+        polygons[index] = subtract(cells.polygons[index], cells.polygons[winners])
     return replace(cells, polygons=polygons, cutters=cutters)
 
 

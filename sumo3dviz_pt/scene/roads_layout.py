@@ -14,7 +14,14 @@ from sumo3dviz_pt.scene.roads_areas import (
     sliver_cells,
     walking_cells,
 )
-from sumo3dviz_pt.scene.roads_cells import Cells, join_cells, lane_cells, without_overlaps
+from sumo3dviz_pt.scene.roads_cells import (
+    Cells,
+    Polygons,
+    join_cells,
+    lane_cells,
+    without_overlaps,
+)
+from sumo3dviz_pt.scene.roads_mesh import outer_area, raised_area
 from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, network_strips
 
 
@@ -26,11 +33,15 @@ class RoadLayout:
         cells: Pieces without overlaps.
         strips: Lanes of normal edges, from right to left, by edge id.
         insides: Contents of junctions, by junction id.
+        raised: Connected footways from above, (n,) polygons.
+        outline: Connected pieces of everything that is paved, (n,) polygons.
     """
 
     cells: Cells
     strips: Mapping[str, tuple[Strip, ...]]
     insides: Mapping[str, JunctionInside]
+    raised: Polygons
+    outline: Polygons
 
 
 def layout_roads(
@@ -52,12 +63,15 @@ def layout_roads(
     slivers = sliver_cells(network, settings, strips)
     junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
     cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
-    return RoadLayout(cells, strips, insides)
+    return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells))
 
 
 def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:
     """Cells of all lanes that are raised, or all that are not."""
     chosen = [
-        (strip, key) for key, group in strips.items() for strip in group if strip.look.raised == raised
+        (strip, key)
+        for key, group in strips.items()
+        for strip in group
+        if strip.look.raised == raised
     ]
     return lane_cells([strip for strip, _ in chosen], [key for _, key in chosen])

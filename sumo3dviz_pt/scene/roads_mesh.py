@@ -11,8 +11,9 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.scene.roads_cells import Cells, Polygons
 from sumo3dviz_pt.scene.roads_heights import heights_near, surface_heights
 from sumo3dviz_pt.scene.surfaces import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.shapes.planar import polygon_parts, union
 from sumo3dviz_pt.shapes.polyline import mitres
-from sumo3dviz_pt.shapes.triangulate import polygon_parts, triangulate_many
+from sumo3dviz_pt.shapes.triangulate import triangulate_many
 from sumo3dviz_pt.shapes.walls import between, walls
 
 SIDEWALK_HEIGHT = 0.12
@@ -28,14 +29,15 @@ _KERB_FOOT = 0.06
 """How far kerb faces reach below the carriageway [m]."""
 
 
-def surface_meshes(cells: Cells, *, near: tuple[float, float]) -> dict[str, Mesh]:
+def surface_meshes(cells: Cells, *, raised: Polygons, near: tuple[float, float]) -> dict[str, Mesh]:
     """Triangles of all cells, by surface key.
 
     Args:
         cells: Without overlaps.
+        raised: What `raised_area` gave.
         near: A point of the network [m] near which texture coordinates are small.
     """
-    cells = with_kerb_tops(cells)
+    cells = with_kerb_tops(cells, raised)
     meshes = {}
     for surface in sorted(set(cells.surfaces)):
         index = np.flatnonzero(np.array(cells.surfaces) == surface)
@@ -47,15 +49,19 @@ def surface_meshes(cells: Cells, *, near: tuple[float, float]) -> dict[str, Mesh
 
 def raised_area(cells: Cells) -> Polygons:
     """Connected footways from above, (n,) polygons with holes; levels kept apart."""
-    shape = shapely.union_all(cells.polygons[cells.raised])
+    shape = union(cells.polygons[cells.raised])
     # Closing by a centimetre joins neighbours that rounding has parted.
     closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
     return np.array(polygon_parts(closed), dtype=object)
 
 
-def with_kerb_tops(cells: Cells) -> Cells:
+def outer_area(cells: Cells) -> Polygons:
+    """Everything that is paved, as connected polygons with holes, (n,)."""
+    return np.array(polygon_parts(union(cells.polygons)), dtype=object)
+
+
+def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
     """Split raised cells into kerb stones along their outer edge and paving inside."""
-    areas = raised_area(cells)
     if not len(areas):
         return cells
     inner = shapely.buffer(areas, -KERB_WIDTH, join_style="mitre", mitre_limit=2.0)
@@ -66,7 +72,8 @@ def with_kerb_tops(cells: Cells) -> Cells:
     paving = cells.polygons.copy()
     paving[index] = shapely.Polygon()
     for k in np.unique(cell):
-        core = shapely.union_all(inner[part[cell == k]])
+        cores = inner[part[cell == k]]
+        core = cores[0] if len(cores) == 1 else union(cores)
         paving[index[k]] = shapely.intersection(polygons[k], core)
     stones = shapely.difference(polygons, paving[index])
     return Cells(
@@ -87,15 +94,14 @@ def with_kerb_tops(cells: Cells) -> Cells:
     )
 
 
-def kerb_faces(cells: Cells) -> Mesh:
+def kerb_faces(cells: Cells, raised: Polygons) -> Mesh:
     """Vertical faces around all raised areas, facing outwards."""
-    tops = area_rings(raised_area(cells), cells, above=SIDEWALK_HEIGHT)
+    tops = area_rings(raised, cells, above=SIDEWALK_HEIGHT)
     return walls(tops, [ring - [0.0, 0.0, SIDEWALK_HEIGHT + _KERB_FOOT] for ring in tops])
 
 
-def verges(cells: Cells, *, surface: str, near: tuple[float, float]) -> Mesh:
+def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, float]) -> Mesh:
     """Short slopes around the whole surface, so that roads do not look like floating cards."""
-    outline = np.array(polygon_parts(shapely.union_all(cells.polygons)), dtype=object)
     pieces = []
     for ring in area_rings(outline, cells):
         foot = ring - [0.0, 0.0, _VERGE_DROP]

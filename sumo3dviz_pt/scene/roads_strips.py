@@ -55,7 +55,10 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
         return region is None
     low, high = points[:, :2].min(axis=0) - margin, points[:, :2].max(axis=0) + margin
     return bool(
-        low[0] <= region[2] and high[0] >= region[0] and low[1] <= region[3] and high[1] >= region[1]
+        low[0] <= region[2]
+        and high[0] >= region[0]
+        and low[1] <= region[3]
+        and high[1] >= region[1]
     )
 
 

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import logging
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import shapely
 
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, merge_meshes
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.kinds import KINDS, Kind, body_of, checked_models
-from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
+from sumo3dviz_pt.scene.kinds import KINDS, Kind, body_of, check_settings
+from sumo3dviz_pt.scene.lane_index import LaneIndex
 from sumo3dviz_pt.scene.outlined import area_parts, line_parts
 from sumo3dviz_pt.scene.scenery_choice import chosen
+from sumo3dviz_pt.scene.surroundings import Surroundings
 
 _LOG = logging.getLogger(__name__)
 
@@ -29,9 +28,11 @@ FARTHEST = 4000.0
 BUDGET = 700_000
 """Triangles of all static objects of a shot, at most (about)."""
 
-_SINK = 0.05  # how far objects stand below the nearest road [m]
+_SHADOW = 40.0  # radius within which an object and its shadow lie [m]
+_LEVELS = {"they stand on a carriageway": logging.WARNING}
 
-HeightAt = Callable[[Floats], Floats]
+Item = Poi | Polygon
+Group = tuple[Kind, ObjectSettings, list[Item]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,43 +48,12 @@ class Scenery:
     left_out: tuple[LeftOut, ...]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
-    """What objects are placed by.
-
-    Attributes:
-        index: The network's lanes.
-        height_at: Height of the ground at points, (n, 2) [m].
-        viewpoints: Where cameras are during the shot, (n, 3) [m]; n may be 0.
-        seed: Of all chance.
-        keep_clear: Distance that objects keep from cameras [m].
-    """
-
-    index: LaneIndex
-    height_at: HeightAt
-    viewpoints: Floats
-    seed: int
-    keep_clear: float
-
-    def distances(self, places: Floats) -> Floats:
-        """Horizontal distance of places, (n, 2) [m], to the nearest camera; 100 m without any."""
-        if not len(self.viewpoints):
-            return np.full(len(places), 100.0)
-        found: Floats = cKDTree(self.viewpoints[:, :2]).query(places[:, :2])[0]
-        return found
-
-
 def build_scenery(
     pois: Sequence[Poi],
     polygons: Sequence[Polygon],
     settings: ObjectsSettings,
     *,
-    network: Network,
-    seed: int,
-    viewpoints: Floats | None = None,
-    keep_clear: float = 1.0,
-    height_at: HeightAt | None = None,
-    index: LaneIndex | None = None,
+    around: Surroundings,
     budget: int = BUDGET,
 ) -> Scenery:
     """Build trees, fences, homes, shops, blocks and buildings.
@@ -92,40 +62,30 @@ def build_scenery(
         pois: Points of interest of the scenario.
         polygons: Polygons and lines of the scenario.
         settings: Which kinds, from which files, how large and which colour.
-        network: Gives heights and the roads that houses face.
-        seed: Of sizes, models and colours; stable per id.
-        viewpoints: Cameras of the shot, (n, 3) [m]; None means 100 m from everything.
-        keep_clear: Objects that a camera would be in, or closer to than this [m], go.
-        height_at: Height of the ground at points, (n, 2) [m]; default the nearest road's.
-        index: The network's lanes, if somebody indexed them already.
+        around: Roads, ground, cameras and the seed.
         budget: Triangles, about; levels of detail come closer until they keep it.
 
     Raises:
         ConfigError: If a model or colour of the settings does not exist.
     """
-    lanes = index or build_lane_index(network)
-    cameras = np.zeros((0, 3)) if viewpoints is None else np.asarray(viewpoints).reshape(-1, 3)
-    around = Surroundings(
-        lanes, height_at or (lambda places: lanes.heights(places) - _SINK), cameras, seed, keep_clear
-    )
     left_out: list[LeftOut] = []
-    groups = []
+    groups: list[Group] = []
+    taken = _building_areas(polygons, settings)
     for kind in KINDS:
         own: ObjectSettings | None = getattr(settings, kind.name)
         items = chosen(kind, own, pois, polygons)
         if own is None or not items:
-            why = "switched off" if own is None and items else "the scenario has none"
+            why = "switched off in the scene file" if items else "the scenario has none"
             left_out.append(LeftOut(kind.name, why))
             continue
-        checked_models(kind, own)
-        kept, gone = _sorted_out(kind, items, around)
+        check_settings(kind, own)
+        kept, gone = _sorted_out(kind, items, (around, taken))
         left_out += gone
         groups.append((kind, own, kept))
-    shrink = _shrunk_levels([(kind, items) for kind, _, items in groups], around, budget)
-    static = []
-    for kind, own, items in groups:
-        parts = _BUILDERS[kind.form](kind, own, items, (around, shrink))
-        static += merged(kind.name, parts)
+    shrink = _shrunk_levels(groups, around, budget)
+    static: list[StaticPart] = []
+    for kind, own, kept in groups:
+        static += merged(kind.name, _BUILDERS[kind.form](kind, own, kept, (around, shrink)))
     return Scenery(tuple(static), tuple(left_out))
 
 
@@ -148,34 +108,55 @@ def levels_of(kind: Kind, distances: Floats, shrink: float) -> Ints:
     return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
 
 
-def _places(items: Sequence[Poi] | Sequence[Polygon]) -> Floats:
+def _places(items: Sequence[Item]) -> Floats:
     """One place per object, (n, 2) [m]."""
-    return np.array([
-        item.position if isinstance(item, Poi) else item.shape[:, :2].mean(axis=0) for item in items
-    ]).reshape(-1, 2)
+    places = [
+        np.array(item.position) if isinstance(item, Poi) else item.shape[:, :2].mean(axis=0)
+        for item in items
+    ]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _building_areas(polygons: Sequence[Polygon], settings: ObjectsSettings) -> shapely.STRtree:
+    """Footprints of drawn building polygons; single houses are not drawn again in them."""
+    kind = next(kind for kind in KINDS if kind.name == "buildings")
+    if settings.buildings is None:
+        return shapely.STRtree([])
+    items = chosen(kind, settings.buildings, (), polygons)
+    rings = [item.shape[:, :2] for item in items if isinstance(item, Polygon)]
+    return shapely.STRtree([shapely.make_valid(shapely.Polygon(ring)) for ring in rings])
 
 
 def _sorted_out(
-    kind: Kind, items: Sequence[Poi] | Sequence[Polygon], around: Surroundings
-) -> tuple[list[Poi | Polygon], list[LeftOut]]:
-    """Objects without those that stand on a road, around a camera or out of sight."""
+    kind: Kind, items: Sequence[Item], how: tuple[Surroundings, shapely.STRtree]
+) -> tuple[list[Item], list[LeftOut]]:
+    """Objects without those that stand on a road, in a camera's way or out of sight."""
+    if kind.form == "line":
+        return list(items), []
+    around, taken = how
     places = _places(items)
-    reasons: Counter[str] = Counter()
-    keep: list[Poi | Polygon] = []
-    on_road = around.index.covers(places)
-    distances = around.distances(places)
-    for item, place, road, distance in zip(items, places, on_road, distances, strict=True):
-        if road and kind.form != "line":
-            reasons["they stand on a carriageway"] += 1
-        elif distance > FARTHEST and kind.form != "line":
-            reasons[f"they are farther than {FARTHEST:.0f} m from every camera"] += 1
-        elif _blocks_camera(kind, place, around):
-            reasons["a camera would be inside them"] += 1
-        else:
-            keep.append(item)
-    for why, count in reasons.items():
-        _LOG.warning("left out %d %s: %s", count, kind.name, why)
-    return keep, [LeftOut(f"{count} {kind.name}", why) for why, count in reasons.items()]
+    inside = np.zeros(len(items), dtype=np.bool_)
+    if kind.form == "point":
+        inside[taken.query(shapely.points(places), predicate="intersects")[0]] = True
+    reasons = (
+        ("they stand on a carriageway", around.index.covers(places)),
+        ("a building polygon covers them", inside),
+        (f"they are farther than {FARTHEST:.0f} m from every camera",
+         around.distances(places) > FARTHEST),
+        ("no camera of the shot sees them", ~around.seen(places, radius=_SHADOW)),
+        ("a camera would be inside them",
+         np.array([_blocks_camera(kind, place, around) for place in places])),
+    )
+    keep = np.ones(len(items), dtype=np.bool_)
+    left_out: list[LeftOut] = []
+    for why, gone in reasons:
+        count = int((keep & gone).sum())
+        keep &= ~gone
+        if count:
+            left_out.append(LeftOut(f"{count} {kind.name}", why))
+    for item in left_out:
+        _LOG.log(_LEVELS.get(item.why, logging.INFO), "left out %s: %s", item.what, item.why)
+    return [item for item, kept in zip(items, keep, strict=True) if kept], left_out
 
 
 def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
@@ -190,12 +171,10 @@ def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     return bool(((above > low) & (above < high + around.keep_clear)).any())
 
 
-def _shrunk_levels(
-    groups: Sequence[tuple[Kind, Sequence[Poi | Polygon]]], around: Surroundings, budget: int
-) -> float:
+def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -> float:
     """How far level limits must be drawn in to keep the triangle budget, (0, 1]."""
     measured = []
-    for kind, items in groups:
+    for kind, _, items in groups:
         pieces = np.ones(len(items))
         if kind.form == "line":
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
@@ -267,12 +246,3 @@ def facing_roads(places: Floats, index: LaneIndex) -> Floats:
 _BUILDERS: dict[str, Callable[..., list[Part]]] = {
     "point": _point_parts, "line": line_parts, "area": area_parts,
 }
-
-
-def triangles(static: Sequence[StaticPart]) -> int:
-    """Triangles of parts together."""
-    return sum(len(_mesh(part).faces) for part in static)
-
-
-def _mesh(part: StaticPart) -> Mesh:
-    return part.part.mesh

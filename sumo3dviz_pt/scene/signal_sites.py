@@ -22,6 +22,7 @@ POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.35, 4.7, 2.1
 """Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
 _BESIDE, _BEHIND, _SPACING = 0.7, 0.5, 0.56
 _WIDE = 3  # signalled lanes from which an arm reaches over the road
+_UP = np.array([0.0, 0.0, 1.0])
 _WALKS = ("crossing", "walkingarea")
 
 
@@ -141,7 +142,7 @@ def _approach(
     outward = _left(along) if network.left_hand else -_left(along)
     foot = _foot(edge.lanes[0], along, outward, len(groups))
     foot = _off_carriageway(foot, outward, index)
-    heads = _row(groups, foot + [0, 0, POLE_BOTTOM], (-outward, along, yaw), lamps)
+    heads = _row(groups, foot + POLE_BOTTOM * _UP, (-outward, along, yaw), lamps)
     bar = (len(groups) - 1) * _SPACING
     lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
     if len(lanes) < _WIDE:
@@ -150,7 +151,7 @@ def _approach(
     for lane in lanes:
         own = _groups([k for k in links if k.from_lane == lane.id], course_of, lamps)
         across = float((lane.shape[-1] - foot) @ -outward)
-        bottom = foot - across * outward + [0, 0, ARM_BOTTOM + 0.3 * (3 - lamps)]
+        bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * _UP
         heads += _row(own, bottom, (-outward, along, yaw), lamps)
     reach = max(float((lane.shape[-1] - foot) @ -outward) for lane in lanes) + 0.5
     left = float(np.sign(_left(along) @ -outward))
@@ -183,7 +184,7 @@ def _crossing(
         along, yaw = _direction(shape)
         beside = -_left(along) * (lane.width / 2 + 0.35)
         foot = _off_carriageway(shape[-1] + 0.4 * along + beside, along, index)
-        heads += _row(groups, foot + [0, 0, WALK_BOTTOM], (_left(along), along, yaw), 2)
+        heads += _row(groups, foot + WALK_BOTTOM * _UP, (_left(along), along, yaw), 2)
         bar = (len(groups) - 1) * _SPACING
         supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
     return heads, supports

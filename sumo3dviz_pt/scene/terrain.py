@@ -16,11 +16,11 @@ from scipy.interpolate import RegularGridInterpolator
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_heights import surface_heights
+from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import area_rings
 from sumo3dviz_pt.shapes.grids import height_field
-from sumo3dviz_pt.shapes.triangulate import polygon_parts
+from sumo3dviz_pt.shapes.planar import polygon_parts
 from sumo3dviz_pt.shapes.walls import walls
 
 _MARGIN = 0.10
@@ -29,7 +29,7 @@ _MARGIN = 0.10
 _CELL = 10.0
 """Grid spacing near roads [m]; doubled until the grid has at most `_MOST` vertices."""
 
-_MOST = 160_000
+_MOST = 100_000
 
 _FAR = 20_000.0
 """Where the terrain ends [m]."""
@@ -63,8 +63,7 @@ def road_samples(roads: RoadLayout, *, spacing: float = 2.5) -> Floats:
 
 def retaining_walls(roads: RoadLayout, height_at: HeightAt) -> Mesh:
     """Walls from the outer edges of the roads down into the terrain."""
-    outline = np.array(polygon_parts(shapely.union_all(roads.cells.polygons)), dtype=object)
-    rings = area_rings(outline, roads.cells)
+    rings = area_rings(roads.outline, roads.cells)
     bottoms = []
     for ring in rings:
         ground = np.minimum(height_at(ring[:, :2]), ring[:, 2]) - 0.5
@@ -80,7 +79,9 @@ def _axes(samples: Floats) -> tuple[Floats, Floats]:
         spacing *= 1.25
     beyond = np.geomspace(spacing, _FAR, 24)
     lines = [
-        np.concatenate([a - beyond[::-1], np.linspace(a, b, max(int((b - a) / spacing), 2)), b + beyond])
+        np.concatenate(
+            [a - beyond[::-1], np.linspace(a, b, max(int((b - a) / spacing), 2)), b + beyond]
+        )
         for a, b in zip(low, high, strict=True)
     ]
     return lines[0], lines[1]

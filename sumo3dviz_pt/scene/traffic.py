@@ -14,13 +14,11 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Colour, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
-from sumo3dviz_pt.scene.bodies import (
-    Body,
+from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body
+from sumo3dviz_pt.scene.body_choice import (
     CarModel,
     Choice,
     PlainChoice,
-    Shelf,
-    build_body,
     car_models,
     choose,
     drawn_class,

@@ -62,9 +62,7 @@ class Band:
         return self.quads(self.stations[0], self.stations[-1])
 
 
-def band_along(
-    line: Floats, *, right: float, left: float, reference: Floats | None = None
-) -> Band:
+def band_along(line: Floats, *, right: float, left: float, reference: Floats | None = None) -> Band:
     """A band beside a line.
 
     Args:

@@ -92,10 +92,10 @@ def _home_wall(
 def _door(opening: Floats, level: int) -> Shell:
     """A door leaf set back, a step and a canopy, in wall coordinates."""
     u0, u1, z0, z1 = opening
-    leaf = {"door": rectangles(u0, u1, z0, z1, 0.1 if level == NEAR else 0.0)}
+    leaf = {"door": rectangles(u0, u1, z0, z1, inward=0.1 if level == NEAR else 0.0)}
     if level != NEAR:
         return leaf
-    sides = rectangles(np.array([u0, u1]), np.array([u0, u1]), z0, z1)
+    sides = rectangles([u0, u1], [u0, u1], z0, z1)
     sides[:, 1:3, 1] = 0.1
     sides[1] = sides[1, ::-1]
     step = box((u0 - 0.3, -1.1, FOUNDATION), (u1 + 0.3, 0.0, z0), skip="bY")
@@ -138,7 +138,7 @@ def _shop_front(width: float, height: float, level: int, rng: np.random.Generato
         u0, u1 = openings[0, 0], openings[-1, 1]
         one = np.array([[u0, u1, 0.35, height - 1.5]])
         return joined([{"wall": storey(width, 0.0, height, one)}, band,
-                       {"band": rectangles(*one.T)}])
+                       {"band": rectangles(u0, u1, 0.35, height - 1.5)}])
     shade = rectangles(0.4, width - 0.4, height - 1.75, height - 1.35)
     shade[:, :2, 1], shade[:, 2:, 1] = -1.3, -0.14
     panes = windows(openings, glazing, level=level, rng=rng)
@@ -150,9 +150,9 @@ def _letters(width: float, height: float, rng: np.random.Generator) -> Shell:
     """Pale blocks on the sign band that read as a name from the road."""
     count = int(rng.integers(5, 10))
     u0 = width / 2 + (np.arange(count) - count / 2) * 0.5
-    tall = rng.choice([0.34, 0.5], count)
+    tall, wide = rng.choice([0.34, 0.5], count), rng.uniform(0.24, 0.38, count)
     z0 = np.full(count, height - 1.0)
-    return {"letter": rectangles(u0, u0 + rng.uniform(0.24, 0.38, count), z0, z0 + tall, -0.15)}
+    return {"letter": rectangles(u0, u0 + wide, z0, z0 + tall, inward=-0.15)}
 
 
 def block(seed: int, level: int, facade: Facade | None = None) -> Shell:
@@ -163,7 +163,7 @@ def block(seed: int, level: int, facade: Facade | None = None) -> Shell:
     facade = facade or Facade(bay=rng.uniform(3.0, 3.5), width=1.35, height=1.55)
     plan = rectangle(depth, width)
     ground = 3.6
-    floors = ground + tall * np.arange(storeys)
+    floors: Floats = ground + tall * np.arange(float(storeys))
     low = replace(facade, sill=1.0, height=1.9, width=1.7, blinds=0.1)
     parts: list[Shell] = [_plinth(plan, 0.0)]
     for i in range(4):
@@ -209,7 +209,7 @@ def _balconies(
 def _bars(u0: float, u1: float, z: float) -> Floats:
     """Flat upright bars of a balcony's front, (n, 4, 3)."""
     u = np.linspace(u0, u1, 9)
-    return rectangles(u - 0.02, u + 0.02, np.array(z + 0.1), np.array(z + 0.95), -1.13)
+    return rectangles(u - 0.02, u + 0.02, z + 0.1, z + 0.95, inward=-1.13)
 
 
 def _cornice(plan: Floats, height: float, level: int) -> Shell:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape, body_surface, car_shape
 from sumo3dviz_pt.shapes.car_details import attached, details
 from sumo3dviz_pt.shapes.car_far import far_pieces
@@ -16,7 +15,7 @@ from sumo3dviz_pt.shapes.car_panels import HOLE, Finish, cut_panels, finishes
 from sumo3dviz_pt.shapes.car_recipe import CarRecipe
 from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.shapes.simplify import simplify
-from sumo3dviz_pt.shapes.solids import mirrored, moved
+from sumo3dviz_pt.shapes.solids import by_material, mirrored, moved
 from sumo3dviz_pt.shapes.wheel import build_wheel, well_shell
 
 _SPACING = 0.055
@@ -49,15 +48,7 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
     fit = _fit(recipe, hull)
     wheels = ("rubber", "rim")
     far = [(name, mesh if name in wheels else fit.mesh(mesh)) for name, mesh in pieces]
-    return BakedVehicle(_merged([*near, *_wheels(shape, track)]), _merged(far))
-
-
-def _merged(pieces: Iterable[tuple[str, Mesh]]) -> dict[str, Mesh]:
-    """Join pieces of one material."""
-    groups: dict[str, list[Mesh]] = defaultdict(list)
-    for material, mesh in pieces:
-        groups[material].append(mesh)
-    return {material: merge_meshes(meshes) for material, meshes in sorted(groups.items())}
+    return BakedVehicle(by_material([*near, *_wheels(shape, track)]), by_material(far))
 
 
 def _fit(recipe: CarRecipe, points: Floats) -> Transform:

@@ -122,15 +122,14 @@ def _cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
     surface = _cut(surface, shape, _Cut(dark, _tag("trim")))
     if not recipe.bed:
         return surface
-    first, last, _ = recipe.bed
-    wide = shape.half * 0.93 - 0.09 + 0.012
+    first, last, floor = recipe.bed
+    wide = shape.half * 0.93 - 0.09
 
     def bed(d: Floats, y: Floats, z: Floats) -> Floats:
-        inside = np.maximum(np.maximum(first - d, d - last), y - wide)
-        return np.where(z > recipe.bed[2] - 0.1, inside, _FAR)
+        inside = np.maximum(np.maximum(first - d, d - last), y - wide) - 0.012
+        return np.where(z > floor - 0.1, inside, _FAR)
 
-    low = recipe.bed[2] - 0.02
-    return _cut(surface, shape, _Cut(bed, _tag("trim"), lambda c, n: c[:, 2] > low))
+    return _cut(surface, shape, _Cut(bed, _tag("trim"), lambda c, n: c[:, 2] > floor - 0.02))
 
 
 def _cut_side_windows(surface: Surface, shape: CarShape) -> Surface:

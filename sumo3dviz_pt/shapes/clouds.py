@@ -176,7 +176,7 @@ def _sunlight(clouds: _Field, points: Floats, cosine: Floats) -> Floats:
 def _skylight(clouds: _Field, points: Floats, density: Floats) -> Floats:
     """Source radiance x pi per sky irradiance inside the cloud, (n,)."""
     height = np.clip((points[:, 2] - clouds.recipe.base) / clouds.recipe.depth, 0.0, 1.0)
-    return (0.45 + 0.5 * np.sqrt(height)) * (1.0 - 0.35 * density)
+    return np.asarray((0.70 + 0.45 * np.sqrt(height)) * (1.0 - 0.30 * density))
 
 
 def _cumulus(clouds: _Field, towards: Floats) -> Floats:
@@ -205,7 +205,7 @@ def _cumulus(clouds: _Field, towards: Floats) -> Floats:
 def _cirrus(recipe: CloudRecipe, towards: Floats) -> Floats:
     """Opacity, sunlit and skylit share of the high sheet in directions, (n, 3)."""
     shape = (1024, 1024)
-    streaks = fractal(shape, Band(1.35, 3.0, stretch=5.0), seed=recipe.seed + 20)
+    streaks = fractal(shape, Band(1.55, 3.0, 220.0, stretch=4.0), seed=recipe.seed + 20)
     veil = fractal(shape, Band(1.8, 2.0, stretch=2.0), seed=recipe.seed + 21)
     sheet = smoothstep(-0.1, 2.4, soft(streaks, 2.5) + 0.9 * soft(veil, 2.0) - 0.5)
     places = towards[:, :2] / (towards[:, 2:] + 0.06)

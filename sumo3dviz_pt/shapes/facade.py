@@ -7,6 +7,7 @@ Window sizes, the 0.2 m inset and the tilted panes are those of the look study
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -63,9 +64,9 @@ def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
         openings: Within the storey, sorted along the wall, (k, 4) as u0, u1, z0, z1 [m].
     """
     u0, u1, z0, z1 = openings.T
-    piers = rectangles(np.append(0.0, u1), np.append(u0, length), np.array(low), np.array(high))
-    below = rectangles(u0, u1, np.array(low), z0)[z0 > low + 1e-6]
-    above = rectangles(u0, u1, z1, np.array(high))[z1 < high - 1e-6]
+    piers = rectangles(np.append(0.0, u1), np.append(u0, length), low, high)
+    below = rectangles(u0, u1, low, z0)[z0 > low + 1e-6]
+    above = rectangles(u0, u1, z1, high)[z1 < high - 1e-6]
     return np.concatenate([piers, below, above])
 
 
@@ -83,24 +84,24 @@ def windows(
     if not len(openings):
         return {}
     if level != NEAR:
-        return {"window": rectangles(*openings.T)}
+        return {"window": _upright(openings)}
     u0, u1, z0, z1 = openings.T
     inset, bar = facade.inset, _FRAME
-    panes = rectangles(u0 + bar, u1 - bar, z0 + bar, z1 - bar, inset)
+    panes = rectangles(u0 + bar, u1 - bar, z0 + bar, z1 - bar, inward=inset)
     # A pane stays plane: two of its edges tilt, the fourth corner follows.
     tilt = rng.normal(0.0, _TILT, (len(panes), 2))
     panes[:, 1:3, 1] += tilt[:, :1]
     panes[:, 2:, 1] += tilt[:, 1:]
     drop = rng.choice([0.25, 0.5, 0.9], len(panes)) * (z1 - z0)
-    blind = rectangles(u0 + bar, u1 - bar, np.maximum(z1 - drop, z0 + bar), z1 - bar, inset - 0.015)
-    found = {
+    low = np.maximum(z1 - drop, z0 + bar)
+    blind = rectangles(u0 + bar, u1 - bar, low, z1 - bar, inward=inset - 0.015)
+    return {
         "window": panes,
         "reveal": _reveals(openings, inset),
         "frame": _frames(openings, inset - 0.02, facade.divided),
         "blind": blind[rng.random(len(blind)) < facade.blinds],
         "sill": _sills(openings),
     }
-    return found
 
 
 def wall(
@@ -123,7 +124,7 @@ def wall(
     if level == FAR:
         return _bands(length, floors, facade)
     parts: list[Shell] = []
-    for low, high in zip(floors[:-1], floors[1:], strict=True):
+    for low, high in pairwise(floors.tolist()):
         openings = facade.openings(length, low)
         parts.append({"wall": storey(length, low, high, openings)})
         parts.append(windows(openings, facade, level=level, rng=rng))
@@ -134,7 +135,7 @@ def _bands(length: float, floors: Floats, facade: Facade) -> dict[str, Floats]:
     """A wall seen from afar: a darker band per storey instead of windows."""
     openings = facade.openings(length, 0.0)
     if not len(openings):
-        every = rectangles(*map(np.array, (0.0, length, floors[0], floors[-1])))
+        every = rectangles(0.0, length, floors[0], floors[-1])
         return {"wall": every}
     low, high = floors[:-1] + facade.sill, floors[:-1] + facade.sill + facade.height
     ends = np.append(low, floors[-1])
@@ -142,18 +143,24 @@ def _bands(length: float, floors: Floats, facade: Facade) -> dict[str, Floats]:
     u0, u1 = openings[0, 0], openings[-1, 1]
     return {
         "wall": np.concatenate([
-            rectangles(np.array(0.0), np.array(length), starts, ends),
-            rectangles(np.array(0.0), np.array(u0), low, high),
-            rectangles(np.array(u1), np.array(length), low, high),
+            rectangles(0.0, length, starts, ends),
+            rectangles(0.0, u0, low, high),
+            rectangles(u1, length, low, high),
         ]),
-        "band": rectangles(np.array(u0), np.array(u1), low, high),
+        "band": rectangles(u0, u1, low, high),
     }
+
+
+def _upright(openings: Floats, inward: float = 0.0) -> Floats:
+    """Rectangles of openings, (k, 4, 3), behind the wall's face [m]."""
+    u0, u1, z0, z1 = openings.T
+    return rectangles(u0, u1, z0, z1, inward=inward)
 
 
 def _reveals(openings: Floats, inset: float) -> Floats:
     """The four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
-    front = rectangles(*openings.T, 0.0)
-    back = rectangles(*openings.T, inset)
+    front = _upright(openings)
+    back = _upright(openings, inset)
     rolled = [
         np.stack([front[:, i], front[:, j], back[:, j], back[:, i]], axis=1)
         for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -167,11 +174,11 @@ def _frames(openings: Floats, inward: float, divided: bool) -> Floats:
     bar = _FRAME
     middle = (u0 + u1) / 2
     bars = [
-        rectangles(u0, u1, z0, z0 + bar, inward),
-        rectangles(u0, u1, z1 - bar, z1, inward),
-        rectangles(u0, u0 + bar, z0 + bar, z1 - bar, inward),
-        rectangles(u1 - bar, u1, z0 + bar, z1 - bar, inward),
-        rectangles(middle - bar / 2, middle + bar / 2, z0 + bar, z1 - bar, inward),
+        rectangles(u0, u1, z0, z0 + bar, inward=inward),
+        rectangles(u0, u1, z1 - bar, z1, inward=inward),
+        rectangles(u0, u0 + bar, z0 + bar, z1 - bar, inward=inward),
+        rectangles(u1 - bar, u1, z0 + bar, z1 - bar, inward=inward),
+        rectangles(middle - bar / 2, middle + bar / 2, z0 + bar, z1 - bar, inward=inward),
     ]
     return np.concatenate(bars if divided else bars[:-1])
 
@@ -179,7 +186,7 @@ def _frames(openings: Floats, inward: float, divided: bool) -> Floats:
 def _sills(openings: Floats) -> Floats:
     """Boards in front of each opening: front and top, (2 k, 4, 3)."""
     u0, u1, z0, _ = openings.T
-    front = rectangles(u0 - 0.08, u1 + 0.08, z0 - 0.06, z0, -0.07)
+    front = rectangles(u0 - 0.08, u1 + 0.08, z0 - 0.06, z0, inward=-0.07)
     top = front[:, [3, 2, 2, 3]].copy()
     top[:, 2:, 1] = 0.0
     return np.concatenate([front, top])

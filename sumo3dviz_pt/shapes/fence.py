@@ -134,5 +134,5 @@ def _posts(line: Floats, across: Floats, sink: Floats) -> Mesh:
     normals = np.cross(placed[:, 1] - placed[:, 0], placed[:, 2] - placed[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     index = 4 * np.arange(len(placed))[:, None]
-    corners = np.concatenate([index + [0, 1, 2], index + [0, 2, 3]])
+    corners = (index + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3)
     return Mesh(placed.reshape(-1, 3), corners, np.repeat(normals, 4, axis=0))

@@ -8,6 +8,8 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.shapes.facade import FAR, NEAR
 from sumo3dviz_pt.shapes.shell import Shell
 
+_SLAB = np.array([0.0, 0.0, 0.16])  # thickness of a roof [m]
+
 
 def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> Shell:
     """A deck behind a parapet.
@@ -62,15 +64,14 @@ def gable_roof(
     ])
     if level != NEAR:
         return {"roof": slopes, "wall": gables}
-    return {"roof": slopes + [0.0, 0.0, 0.16], "wall": gables, "trim": _eaves(slopes)}
+    return {"roof": slopes + _SLAB, "wall": gables, "trim": _eaves(slopes)}
 
 
 def _eaves(slopes: Floats) -> Floats:
     """Underside and edges of a roof slab 0.16 m thick, (n, 4, 3)."""
     under = slopes[:, ::-1]
-    lift = np.array([0.0, 0.0, 0.16])
     edges = [
-        np.stack([slopes[:, i], slopes[:, j], slopes[:, j] + lift, slopes[:, i] + lift], axis=1)
+        np.stack([slopes[:, i], slopes[:, j], slopes[:, j] + _SLAB, slopes[:, i] + _SLAB], axis=1)
         for i, j in ((0, 1), (1, 2), (3, 0))
     ]
     return np.concatenate([under, *edges])
@@ -99,7 +100,7 @@ def _cap(plan: Floats, height: float) -> Floats:
     """The plan as triangles (quads whose last corners coincide), (n, 4, 3)."""
     if len(plan) == 4:
         return _at(plan, height)[None]
-    import mapbox_earcut  # noqa: PLC0415 - lazy: only odd plans need it
+    import mapbox_earcut
 
     ends = np.array([len(plan)], dtype=np.uint32)
     corners = mapbox_earcut.triangulate_float64(plan, ends).reshape(-1, 3).astype(np.int64)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Colour, Part
@@ -49,9 +50,12 @@ def stood_up(shell: Shell, start: Floats, end: Floats) -> dict[str, Floats]:
     return placed
 
 
-def rectangles(u0: Floats, u1: Floats, z0: Floats, z1: Floats, inward: float = 0.0) -> Floats:
+def rectangles(
+    u0: ArrayLike, u1: ArrayLike, z0: ArrayLike, z1: ArrayLike, *, inward: float = 0.0
+) -> Floats:
     """Upright rectangles in wall coordinates, (n, 4, 3) [m]; arguments broadcast."""
-    u0, u1, z0, z1 = np.broadcast_arrays(*np.atleast_1d(u0, u1, z0, z1))
+    sides = np.broadcast_arrays(*np.atleast_1d(*map(np.asarray, (u0, u1, z0, z1))))
+    u0, u1, z0, z1 = (side.astype(np.float64) for side in sides)
     depth = np.full(u0.shape, inward)
     corners = [(u0, depth, z0), (u1, depth, z0), (u1, depth, z1), (u0, depth, z1)]
     return np.stack([np.stack(corner, axis=-1) for corner in corners], axis=-2)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.shapes.cutting import share_normals, weld
 
 
@@ -118,22 +120,56 @@ def superellipsoid(
     return shaded(vertices, numbers[_grid_faces(rings + 1, segments, closed=True)], crease=1.2)
 
 
-def tube(path: Floats, *, radius: float, sides: int = 6) -> Mesh:
-    """A closed tube along a polyline, (n, 3) [m]."""
-    path = np.asarray(path, dtype=np.float64)
-    along = np.gradient(path, axis=0)
+def tube(path: ArrayLike, *, radius: ArrayLike, sides: int = 6) -> Mesh:
+    """A closed tube along a polyline.
+
+    Args:
+        path: (n, 3) [m], n >= 2.
+        radius: One for all or one for each point, (n,) [m].
+        sides: Facets around.
+    """
+    points = np.asarray(path, dtype=np.float64)
+    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(points))
+    along = np.gradient(points, axis=0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     helper = np.array([0.0, 1.0, 0.0]) if abs(along[0, 1]) < 0.9 else np.array([0.0, 0.0, 1.0])
     across = np.cross(along, helper)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     upwards = np.cross(along, across)
-    turn = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)[None, :, None]
+    turn = (np.arange(sides) + 0.5)[None, :, None] * 2.0 * np.pi / sides
     ring = np.cos(turn) * across[:, None] + np.sin(turn) * upwards[:, None]
-    vertices = (path[:, None] + radius * ring).reshape(-1, 3)
+    vertices = (points[:, None] + radii[:, None, None] * ring).reshape(-1, 3)
     count = len(vertices)
     caps = [list(range(sides))[::-1], list(range(count - sides, count))]
-    faces = np.concatenate([_grid_faces(len(path), sides, closed=True), _fan(caps)])
+    faces = np.concatenate([_grid_faces(len(points), sides, closed=True), _fan(caps)])
     return shaded(vertices, faces, crease=0.9)
+
+
+def fitted(
+    pieces: Sequence[tuple[str, Mesh]], *, length: float, width: float, height: float
+) -> list[tuple[str, Mesh]]:
+    """Stretch pieces to a size, on the ground, behind x = 0 and centred on y = 0.
+
+    Args:
+        pieces: Material and mesh.
+        length: Along x [m].
+        width: Along y [m].
+        height: Along z [m].
+    """
+    bounds = np.stack([mesh.bounds for _, mesh in pieces])
+    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    scale = np.array([length, width, height]) / (high - low)
+    anchor = np.array([high[0], 0.5 * (low[1] + high[1]), low[2]])
+    fit = Transform.from_pose(-anchor * scale, scale=scale)
+    return [(material, fit.mesh(mesh)) for material, mesh in pieces]
+
+
+def by_material(pieces: Iterable[tuple[str, Mesh]]) -> dict[str, Mesh]:
+    """Join pieces of one material, materials in alphabetical order."""
+    groups: dict[str, list[Mesh]] = defaultdict(list)
+    for material, mesh in pieces:
+        groups[material].append(mesh)
+    return {material: merge_meshes(meshes) for material, meshes in sorted(groups.items())}
 
 
 def moved(mesh: Mesh, *offset: float) -> Mesh:

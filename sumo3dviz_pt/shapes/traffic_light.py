@@ -44,10 +44,11 @@ def lens(index: int, *, segments: int = 12) -> Mesh:
     turn = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
     rim = np.column_stack([np.full(segments, -0.105), -np.sin(turn), np.cos(turn)])
     rim[:, 1:] *= RADIUS
-    vertices = np.vstack([[(-0.125, 0.0, 0.0)], rim]) + [0.0, 0.0, HOUSING * (index + 0.5)]
+    middle = np.array([0.0, 0.0, HOUSING * (index + 0.5)])
+    vertices = np.vstack([np.array([-0.125, 0.0, 0.0]), rim]) + middle
     ring = np.arange(segments) + 1
     faces = np.column_stack([np.zeros(segments, int), ring, np.roll(ring, -1)])
-    normals = vertices - [0.15, 0.0, HOUSING * (index + 0.5)]
+    normals = vertices - middle - np.array([0.15, 0.0, 0.0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Mesh(vertices, faces, normals)
 
@@ -81,7 +82,7 @@ def _visor(z: float) -> Mesh:
     edge = np.column_stack([front, y, z + up])
     normals = np.column_stack([np.zeros(9), np.cos(turn), np.sin(turn)])
     i = np.arange(8)
-    faces = np.concatenate([np.column_stack([i, i + 9, i + 10]), np.column_stack([i, i + 10, i + 1])])
+    faces = np.column_stack([i, i + 9, i + 10, i, i + 10, i + 1]).reshape(-1, 3)
     return Mesh(np.vstack([back, edge]), faces, np.vstack([normals, normals]))
 
 

@@ -82,20 +82,25 @@ class _Detail:
     folded: bool
 
 
+_UP = np.array([0.0, 0.0, 1.0])
 _DETAILS = (
+    _Detail(12_000, (10, 6, 3), (8, 6, 4), True),
     _Detail(3500, (8, 5, 3), (7, 4, 3), True),
     _Detail(620, (5, 3), (5, 3), True),
     _Detail(170, (3,), (3,), False),
 )
 
 
-def tree(species: str, *, seed: int, level: int = 0, height: float | None = None) -> tuple[Part, ...]:
+def tree(
+    species: str, *, seed: int, level: int = 0, height: float | None = None
+) -> tuple[Part, ...]:
     """Grow a tree; the same seed gives the same crown at every level of detail.
 
     Args:
         species: A key of `SPECIES`.
         seed: Of its shape.
-        level: 0 near (about 9,000 triangles), 1 middle (1,500), 2 far (200).
+        level: 0 within reach (about 27,000 triangles), 1 near (9,000), 2 middle (1,500),
+            3 far (200).
         height: [m]; default the species' usual one.
 
     Returns:
@@ -147,8 +152,8 @@ def _foliage(
         0, 0.14 * kind.scatter * kind.reach * kind.height, (count, 3)
     ) * [1, 1, 0.7]
     centres[:, 2] = np.maximum(centres[:, 2], 0.04 * kind.height)
-    axis = _unit(along + kind.scatter * (rng.normal(0, 1.0, (count, 3)) + [0, 0, -0.35]))
-    facing = rng.normal(0, 0.8, (count, 3)) + [0, 0, 0.9]
+    axis = _unit(along + kind.scatter * (rng.normal(0, 1.0, (count, 3)) - 0.35 * _UP))
+    facing = rng.normal(0, 0.8, (count, 3)) + 0.9 * _UP
     across = _unit(np.cross(axis, facing))
     mesh = _leaves(centres, axis * length[:, None], across * width[:, None], detail.folded)
     mesh = Mesh(mesh.vertices, mesh.faces, _soft_normals(mesh, kind))
@@ -164,12 +169,12 @@ def _leaves(centres: Floats, along: Floats, across: Floats, folded: bool) -> Mes
     if not folded:
         corners = np.stack([centres - along / 2 - across / 2, centres - along / 2 + across / 2,
                             centres + along / 2], axis=1)
-        return Mesh(corners.reshape(-1, 3), 3 * first + np.arange(3))
+        return Mesh(corners.reshape(-1, 3), np.arange(3 * len(centres)).reshape(-1, 3))
     fold = 0.12 * _unit(np.cross(along, across)) * np.linalg.norm(across, axis=1)[:, None]
     middle = centres - 0.05 * along
     corners = np.stack([centres - along / 2, middle + across / 2 + fold,
                         centres + along / 2, middle - across / 2 + fold], axis=1)
-    faces = np.stack([4 * first + [0, 2, 1], 4 * first + [0, 3, 2]], axis=1)
+    faces = 4 * first + np.array([0, 2, 1, 0, 3, 2])
     return Mesh(corners.reshape(-1, 3), faces.reshape(-1, 3))
 
 
@@ -190,14 +195,16 @@ def _soft_normals(mesh: Mesh, kind: Species) -> Floats:
 def _core(points: Floats, kind: Species) -> Floats:
     """Points on the trunk's axis that the crown grows around, (n, 3)."""
     low, high = kind.clear * kind.height, 0.8 * kind.height
-    height = np.clip(points[:, 2] - 0.12 * kind.height, low, high)
-    return np.column_stack([np.zeros((len(points), 2)), height])
+    core = np.zeros_like(points)
+    core[:, 2] = np.clip(points[:, 2] - 0.12 * kind.height, low, high)
+    return core
 
 
 def _depth(points: Floats, kind: Species) -> Floats:
     """0 at the trunk, 1 at the crown's outside; inner leaves see less sky and are darker."""
-    distance = np.linalg.norm(points[:, :2], axis=1) / (kind.reach * kind.height)
-    return np.clip(distance + np.maximum(points[:, 2] / kind.height - 0.6, 0.0), 0.0, 1.0)
+    distance = np.hypot(points[:, 0], points[:, 1]) / (kind.reach * kind.height)
+    depth: Floats = np.clip(distance + np.maximum(points[:, 2] / kind.height - 0.6, 0.0), 0.0, 1.0)
+    return depth
 
 
 def _scaled(mesh: Mesh, scale: float) -> Mesh:

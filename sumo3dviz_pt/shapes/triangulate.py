@@ -10,19 +10,6 @@ from shapely.geometry import Polygon
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
-SMALLEST_AREA = 1e-5
-"""Triangles and polygons below this area [m2] are dropped; nobody can see them."""
-
-
-def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:
-    """The polygons in any geometry, without lines, points and crumbs."""
-    return [
-        part
-        for part in shapely.get_parts(shapely.make_valid(shape)).tolist()
-        for part in (shapely.get_parts(part).tolist() if part.geom_type[:5] == "Multi" else [part])
-        if part.geom_type == "Polygon" and part.area > SMALLEST_AREA
-    ]
-
 
 def triangulate(polygon: Polygon) -> tuple[Floats, Ints]:
     """Cut a polygon, which may have holes, into triangles.

@@ -66,15 +66,11 @@ def codec_named(name: str, *, path: Path) -> Codec:
 
 
 def frame_rate(fps: float) -> Fraction:
-    """Exact frame rate: 29.97 means 30000/1001, and so on.
+    """The frame rate as written: 29.97 is 2997/100, so that frame n lies at n / fps.
 
     Raises:
         ConfigError: If it is not positive and finite.
     """
     if not (math.isfinite(fps) and fps > 0):
         raise ConfigError(f"the frame rate must be positive, not {fps}", key="output.fps")
-    nominal = round(fps * 1.001)
-    is_whole = abs(fps - round(fps)) < 1e-6
-    if nominal >= 10 and not is_whole and abs(fps - nominal * 1000 / 1001) < 0.005:
-        return Fraction(nominal * 1000, 1001)
-    return Fraction(fps).limit_denominator(1001)
+    return Fraction(repr(float(fps)))

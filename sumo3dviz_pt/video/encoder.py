@@ -54,14 +54,7 @@ def encode(
         ConfigError: If codec, ending, size, rate or folder do not fit.
         RenderError: If a frame is of the wrong size, there is none, or ffmpeg fails.
     """
-    kind = codec_named(codec, path=path)
-    if any(side <= 0 or side % 2 for side in size):
-        raise ConfigError(
-            f"a film's width and height must be even, not {size[0]} x {size[1]}", key="output.size"
-        )
-    if not path.parent.is_dir():
-        raise ConfigError(f"the folder {str(path.parent)!r} does not exist")
-    rate = fps if isinstance(fps, Fraction) else frame_rate(fps)
+    kind, rate = check_film(path, size=size, fps=fps, codec=codec)
     part = path.with_name(f"{path.stem}.part{path.suffix}")
     count = 0
     try:
@@ -75,6 +68,27 @@ def encode(
     finally:
         part.unlink(missing_ok=True)
     return count
+
+
+def check_film(
+    path: Path, *, size: tuple[int, int], fps: float | Fraction, codec: str
+) -> tuple[Codec, Fraction]:
+    """Refuse what cannot become a film, before any frame is rendered.
+
+    Returns:
+        The codec and the exact frame rate.
+
+    Raises:
+        ConfigError: If codec, ending, size, rate or folder do not fit.
+    """
+    kind = codec_named(codec, path=path)
+    if any(side <= 0 or side % 2 for side in size):
+        raise ConfigError(
+            f"a film's width and height must be even, not {size[0]} x {size[1]}", key="output.size"
+        )
+    if not path.parent.is_dir():
+        raise ConfigError(f"the folder {str(path.parent)!r} does not exist")
+    return kind, fps if isinstance(fps, Fraction) else frame_rate(fps)
 
 
 def _planes(

@@ -13,13 +13,12 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.scene.bodies import (
+from sumo3dviz_pt.scene.bodies import build_body, car_scale
+from sumo3dviz_pt.scene.body_choice import (
     CarChoice,
     CarModel,
     PlainChoice,
-    build_body,
     car_models,
-    car_scale,
     choose,
     drawn_class,
 )
@@ -33,7 +32,7 @@ WALKER = VehicleType("ped", "pedestrian", 0.215, 0.478, 1.719)
 TYPES = {kind.id: kind for kind in (CAR, BUS, WALKER)}
 MODELS = (
     CarModel("micro", (3.2, 1.6, 1.5)),
-    CarModel("hatch", (4.2, 1.8, 1.5)),
+    CarModel("hatch", (4.2, 1.8, 1.5), gui_shapes=("passenger/hatch",)),
     CarModel("limousine", (5.2, 1.9, 1.5)),
 )
 
@@ -89,6 +88,12 @@ def test_three_quarters_of_cars_have_no_colour():
         (VehicleType("x", "passenger", 7.1, 2.4, 2.4, "truck/semitrailer"), "truck"),
         (VehicleType("x", "passenger", 5.0, 1.8, 1.5, "passenger/van"), "passenger"),
         (VehicleType("x", "passenger", 5.0, 1.8, 1.5, "unheard-of"), "passenger"),
+        # Bologna: cars that may use bus lanes, and a delivery van of a car's size.
+        (VehicleType("x", "bus", 4.5, 1.8, 3.4, "passenger/hatchback"), "passenger"),
+        (VehicleType("x", "passenger", 5.0, 1.8, 1.5, "delivery"), "passenger"),
+        (VehicleType("x", "delivery", 6.5, 2.16, 2.86, "delivery"), "delivery"),
+        (VehicleType("x", "emergency", 6.5, 2.16, 2.86, "delivery"), "emergency"),
+        (VehicleType("x", "tram", 22.0, 2.4, 3.2, "rail/railcar"), "tram"),
     ],
 )
 def test_drawn_class(kind, drawn):
@@ -124,7 +129,8 @@ def test_car_takes_the_size_of_its_type():
     np.testing.assert_allclose(car_scale((4.0, 2.0, 1.5), wanted=(4.4, 1.8, 1.65)), [1.1, 0.9, 1.1])
     scale = car_scale((4.0, 2.0, 1.5), wanted=(4.4, 1.8, 1.5))
     assert scale[2] == pytest.approx(np.sqrt(1.1 * 0.9))
-    assert car_scale((4.0, 1.0, 1.0), wanted=(4.0, 2.0, 3.0)).max() == 1.25
+    assert car_scale((4.0, 1.0, 1.0), wanted=(4.0, 2.0, 2.2)).max() == 1.25
+    np.testing.assert_allclose(car_scale((4.5, 1.8, 1.5), wanted=(4.5, 1.8, 3.4)), 1.0)
 
 
 def test_unknown_model_is_suggested():

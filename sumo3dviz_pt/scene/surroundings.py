@@ -1,0 +1,82 @@
+"""What static objects are placed by: ground, lanes, cameras, chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
+from sumo3dviz_pt.scene.needs import Gaze, in_view
+
+_SINK = 0.05  # how far the ground lies below the nearest road [m]
+_USUAL = 100.0  # distance that counts where no camera is known [m]
+
+HeightAt = Callable[[Floats], Floats]
+"""Height of the ground at places, (n, 2) [m], as (n,) [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What objects are placed by.
+
+    Attributes:
+        index: The network's lanes.
+        height_at: Height of the ground.
+        viewpoints: Where cameras are during the shot, (n, 3) [m]; n may be 0.
+        seed: Of all chance.
+        keep_clear: Distance that objects keep from cameras [m].
+        gaze: Where cameras look, or None: then everything counts as seen.
+    """
+
+    index: LaneIndex
+    height_at: HeightAt
+    viewpoints: Floats
+    seed: int
+    keep_clear: float = 1.0
+    gaze: Gaze | None = None
+
+    def distances(self, places: Floats) -> Floats:
+        """Horizontal distance of places, (n, 2) [m], to the nearest camera; 100 m without any."""
+        if not len(self.viewpoints):
+            return np.full(len(places), _USUAL)
+        away, _ = cKDTree(self.viewpoints[:, :2]).query(places[:, :2])
+        return np.asarray(away, dtype=np.float64)
+
+    def seen(self, places: Floats, *, radius: float) -> Bools:
+        """Which balls around places, (n, 2) [m], some camera may see, shadows included."""
+        if self.gaze is None or not len(places):
+            return np.ones(len(places), dtype=np.bool_)
+        centres = np.column_stack([places, self.height_at(places)])
+        return np.asarray(in_view(self.gaze, centres, radius=radius).any(axis=1))
+
+
+def surroundings(
+    network: Network,
+    *,
+    seed: int,
+    viewpoints: Floats | None = None,
+    gaze: Gaze | None = None,
+    height_at: HeightAt | None = None,
+    keep_clear: float = 1.0,
+) -> Surroundings:
+    """Index a network for placing objects.
+
+    Args:
+        network: Gives the roads that houses face, and heights unless they are given.
+        seed: Of sizes, models and colours.
+        viewpoints: Cameras of the shot, (n, 3) [m]; default the gaze's, else none.
+        gaze: Where the cameras look; what they never see is left out.
+        height_at: Height of the ground; default a little below the nearest road.
+        keep_clear: Objects that a camera would be in, or closer to than this [m], go.
+    """
+    index = build_lane_index(network)
+    if viewpoints is None:
+        viewpoints = np.zeros((0, 3)) if gaze is None else gaze.positions
+    ground = height_at or (lambda places: index.heights(places) - _SINK)
+    points = np.asarray(viewpoints, dtype=np.float64).reshape(-1, 3)
+    return Surroundings(index, ground, points, seed, keep_clear, gaze)

@@ -1,0 +1,78 @@
+"""Cheap wheels and arches for plain bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.shapes.solids import lathe, mirrored, moved, prism
+
+Piece = tuple[str, Mesh]
+"""Material and mesh."""
+
+
+def road_wheels(
+    axles: Sequence[float], *, radius: float, half: float, fine: bool
+) -> Iterator[Piece]:
+    """Pairs of wheels whose outer faces lie at |y| = half.
+
+    Args:
+        axles: x of the axles [m].
+        radius: Of the tyres [m].
+        half: Half width of the vehicle [m].
+        fine: Whether to model rims and arches.
+    """
+    w = 0.32 * radius
+    for material, mesh in _wheel(radius, w, fine=fine):
+        for x in axles:
+            placed = moved(mesh, x, half - w, radius)
+            yield material, placed
+            yield material, mirrored(placed)
+    if fine:
+        turn = np.linspace(np.radians(-15.0), np.radians(195.0), 10)
+        outline = 1.14 * radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        arch = prism(outline.tolist(), half_width=0.06)
+        for x in axles:
+            placed = moved(arch, x, half - 0.066, radius)
+            yield "trim", placed
+            yield "trim", mirrored(placed)
+
+
+def _wheel(radius: float, w: float, *, fine: bool) -> Iterator[Piece]:
+    """A wheel around the y axis, outer face towards +y at y = w."""
+    rim = 0.62 * radius
+    if not fine:
+        yield "rubber", lathe([(radius, -w), (radius, w), (0.0, w)], segments=6)
+        return
+    tyre = [(radius, -w), (radius, 0.7 * w), (0.92 * radius, w), (rim, 0.96 * w), (rim, 0.5 * w)]
+    yield "rubber", lathe(tyre, segments=14, crease=0.8)
+    yield "rim", lathe([(rim, 0.5 * w), (0.45 * rim, 0.9 * w), (0.0, 0.9 * w)], segments=12,
+                       crease=0.5)
+
+
+def thin_wheel(x: float, *, radius: float, tyre: float, fine: bool) -> Iterator[Piece]:
+    """A bicycle's or motorcycle's wheel in the plane y = 0.
+
+    Args:
+        x: Of the axle [m].
+        radius: Outer radius [m].
+        tyre: Radius of the tyre's cross section [m].
+        fine: Whether to round the tyre and to add a hub.
+    """
+    inner = radius - 2.0 * tyre
+    if not fine:
+        flat = [(inner, -tyre), (radius, -tyre / 2), (radius, tyre / 2), (inner, tyre)]
+        yield "rubber", moved(lathe(flat, segments=8), x, 0.0, radius)
+        return
+    turn = np.radians([-150.0, -75.0, -25.0, 25.0, 75.0, 150.0])
+    ring = [(radius - tyre + tyre * float(np.cos(t)), tyre * float(np.sin(t))) for t in turn]
+    yield "rubber", moved(lathe(ring, segments=22, crease=1.2), x, 0.0, radius)
+    rim = [(inner, -0.5 * tyre), (inner, 0.5 * tyre)]
+    yield "rim", moved(_inside(rim), x, 0.0, radius)
+
+
+def _inside(profile: Sequence[tuple[float, float]]) -> Mesh:
+    """A lathed band that is seen from the axis."""
+    return lathe(profile[::-1], segments=22)

@@ -1,0 +1,47 @@
+"""Plane geometry on top of shapely: safe unions, closing, polygons out of anything."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import reduce
+
+import shapely
+from numpy.typing import NDArray
+from shapely.geometry import Polygon
+
+SMALLEST_AREA = 1e-5
+"""Polygons below this area [m2] are dropped; nobody can see them."""
+
+_GRID = 1e-4
+"""Unions are computed on this grid [m].
+
+Without a grid GEOS 3.14.1 was seen to drop an 85 m2 polygon from a union of 1,150.
+"""
+
+
+def union(shapes: Sequence[shapely.Geometry] | NDArray[shapely.Geometry]) -> shapely.Geometry:
+    """The union of any number of shapes [m]; empty for none."""
+    return shapely.union_all(list(shapes), grid_size=_GRID)
+
+
+def closing(shape: shapely.Geometry, reach: float) -> shapely.Geometry:
+    """Morphological closing: fills gaps up to twice the reach [m], keeps outer corners."""
+    grown = shape.buffer(reach, join_style="mitre", mitre_limit=2.0)
+    return grown.buffer(-reach, join_style="mitre", mitre_limit=2.0)
+
+
+def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:
+    """The polygons in any geometry, without lines, points and crumbs."""
+    if shape.geom_type == "Polygon" and shape.is_valid:
+        return [shape] if shape.area > SMALLEST_AREA else []
+    return [
+        part
+        for piece in shapely.get_parts(shapely.make_valid(shape)).tolist()
+        for part in shapely.get_parts(piece).tolist()
+        if part.geom_type == "Polygon" and part.area > SMALLEST_AREA
+    ]
+
+
+def subtract(shape: shapely.Geometry, others: Iterable[shapely.Geometry]) -> shapely.Geometry:
+    """A shape without others, taken off one by one so that shared edges stay exact."""
+    return reduce(shapely.difference, others, shape)
