@@ -54,7 +54,8 @@ def neutral(linear: Image) -> Image:
     new_peak = np.where(peak < start, peak, 1.0 - room * room / (above + room - start))
     colour = colour * (new_peak / peak)
     white = 1.0 - 1.0 / (desaturation * (peak - new_peak) + 1.0)
-    return np.clip(colour + (new_peak - colour) * white, 0.0, 1.0).astype(np.float32, copy=False)
+    light = np.clip(colour + (new_peak - colour) * white, 0.0, 1.0)
+    return np.asarray(light, dtype=np.float32)
 
 
 _REC2020_FROM_SRGB = _matrix(

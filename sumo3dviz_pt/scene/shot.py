@@ -23,25 +23,22 @@ from sumo3dviz_pt.model.scene import (
     StaticPart,
     View,
 )
-from sumo3dviz_pt.model.traffic import Poi, Polygon, SignalPhases
+from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
 from sumo3dviz_pt.scene.ground import build_ground
-from sumo3dviz_pt.scene.lane_index import build_lane_index
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.roads import RoadParts, build_roads
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
 from sumo3dviz_pt.scene.scenery import build_scenery
 from sumo3dviz_pt.scene.signals import Signals, build_signals
 from sumo3dviz_pt.scene.sky import build_sky
+from sumo3dviz_pt.scene.surroundings import surroundings
 from sumo3dviz_pt.scene.traffic import Fleet, build_fleet, find_rider
 
 ROAD_REACH = 2500.0
 """Roads farther from every eye than this vanish in the haze [m]."""
-
-_OBJECT_RADIUS = 30.0
-"""Of a tree or building with its shadow at most hours of the day [m]."""
 
 _MOST_VIEWS = 120
 
@@ -137,26 +134,26 @@ def build_shot(
     every = max(1, -(-len(times) // _MOST_VIEWS))
     sparse = [built.view_at(float(time)) for time in times[::every]]
     gaze = needs.Gaze.of(sparse, aspect=aspect)
-    surroundings = _surroundings(scenario, job, gaze)
+    place = _place(scenario, job, gaze)
     crowd = _crowd(fleet, built, times, aspect)
     opened = {name: fleet.prototypes[name] for name in crowd.slots.near | crowd.slots.far}
-    sky = build_sky(job.sky, scenario.network.location)
+    sky = build_sky(job.sky, location=scenario.network.location)
     data = SceneData(
-        materials=_materials(surroundings, opened.values(), fleet.materials),
-        static=surroundings.static,
+        materials=_materials(place, opened.values(), fleet.materials),
+        static=place.static,
         prototypes=opened,
-        lamps=surroundings.signals.lamps,
+        lamps=place.signals.lamps,
         sky=sky,
         slots=crowd.slots,
         haze=Haze(),
-        left_out=surroundings.left_out + _nobody(scenario, fleet, crowd),
+        left_out=place.left_out + _nobody(scenario, fleet, crowd),
     )
     return Shot(
         data,
         fleet,
         built,
-        surroundings.signals,
-        surroundings.roads.surface_height_at,
+        place.signals,
+        place.roads.surface_height_at,
         aspect,
         crowd.limit,
         scenario.signals,
@@ -164,7 +161,7 @@ def build_shot(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Surroundings:
+class _Place:
     """Everything that does not move."""
 
     static: tuple[StaticPart, ...]
@@ -174,7 +171,7 @@ class _Surroundings:
     left_out: tuple[LeftOut, ...]
 
 
-def _surroundings(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Surroundings:
+def _place(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Place:
     """Build roads, ground, scenery and signals around the camera's path."""
     low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
     region = (
@@ -186,26 +183,17 @@ def _surroundings(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Surroundin
     network = scenario.network
     roads = build_roads(network, job.roads, textured=job.textured, region=region)
     ground = build_ground(job.ground, network, roads=roads.layout, textured=job.textured)
-    index = build_lane_index(network)
-    pois, unseen = _seen(scenario.pois, gaze)
-    scenery = build_scenery(
-        pois,
-        _seen_polygons(scenario.polygons, gaze),
-        job.objects,
-        network=network,
-        seed=job.seed,
-        viewpoints=gaze.positions,
-        index=index,
-    )
+    around = surroundings(network, seed=job.seed, gaze=gaze)
+    scenery = build_scenery(scenario.pois, scenario.polygons, job.objects, around=around)
     near = replace(network, connections=_connections_in(network, region))
-    signals = build_signals(near, scenario.signals, job.signals, index=index)
+    signals = build_signals(near, scenario.signals, job.signals, index=around.index)
     parts = (*roads.static, *ground.static, *scenery.static, *signals.static)
-    return _Surroundings(
+    return _Place(
         tuple(part for part in parts if len(part.part.mesh.faces)),
         {**MATERIALS, **roads.materials, **ground.materials},
         roads,
         signals,
-        (*unseen, *scenery.left_out, *signals.left_out),
+        (*scenery.left_out, *signals.left_out),
     )
 
 
@@ -218,33 +206,6 @@ def _connections_in(network: Network, region: BoundsXY) -> tuple[Connection, ...
         return bool(x0 <= x <= x1 and y0 <= y <= y1)
 
     return tuple(connection for connection in network.connections if inside(connection))
-
-
-def _seen(pois: Sequence[Poi], gaze: needs.Gaze) -> tuple[tuple[Poi, ...], tuple[LeftOut, ...]]:
-    """POIs that some view can see, and what that leaves out."""
-    if not pois:
-        return (), ()
-    points = np.array([(*poi.position, 0.0) for poi in pois])
-    # Heights do not matter here: a tree on a hill is seen from the same directions.
-    level = replace(gaze, positions=gaze.positions * [1.0, 1.0, 0.0])
-    seen = needs.in_view(level, points, radius=_OBJECT_RADIUS).any(axis=1)
-    kept = tuple(poi for poi, visible in zip(pois, seen, strict=True) if visible)
-    missing = len(pois) - len(kept)
-    why = "no camera of the shot sees them or their shadows"
-    return kept, (LeftOut(f"{missing} of {len(pois)} POIs", why),) if missing else ()
-
-
-def _seen_polygons(polygons: Sequence[Polygon], gaze: needs.Gaze) -> tuple[Polygon, ...]:
-    """Polygons that some view can see; lines count by all their points."""
-    level = replace(gaze, positions=gaze.positions * [1.0, 1.0, 0.0])
-
-    def visible(polygon: Polygon) -> bool:
-        points = np.column_stack([polygon.shape, np.zeros(len(polygon.shape))])
-        centre = points.mean(axis=0)
-        reach = float(np.linalg.norm(points - centre, axis=1).max())
-        return bool(needs.in_view(level, centre[None], radius=reach + _OBJECT_RADIUS).any())
-
-    return tuple(polygon for polygon in polygons if len(polygon.shape) and visible(polygon))
 
 
 def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> needs.CrowdPlan:
@@ -266,15 +227,15 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> needs.
 
 
 def _materials(
-    surroundings: _Surroundings, prototypes: Iterable[Prototype], own: Mapping[str, Bsdf]
+    place: _Place, prototypes: Iterable[Prototype], own: Mapping[str, Bsdf]
 ) -> dict[str, Bsdf]:
     """Only the materials in use."""
-    used = {part.part.material for part in surroundings.static}
+    used = {part.part.material for part in place.static}
     for prototype in prototypes:
         used |= {part.material for part in (*prototype.parts, *prototype.far)}
-    if surroundings.signals.lamps:
+    if place.signals.lamps:
         used.add("signal_lens")
-    known = {**surroundings.materials, **own}
+    known = {**place.materials, **own}
     return {name: known[name] for name in sorted(used)}
 
 

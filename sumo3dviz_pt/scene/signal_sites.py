@@ -141,7 +141,7 @@ def _approach(
     along, yaw = _direction(edge.lanes[0].shape)
     outward = _left(along) if network.left_hand else -_left(along)
     foot = _foot(edge.lanes[0], along, outward, len(groups))
-    foot = _off_carriageway(foot, outward, index)
+    foot = _off_carriageway(foot, outward, index, behind=-2.0 * along)
     heads = _row(groups, foot + POLE_BOTTOM * _UP, (-outward, along, yaw), lamps)
     bar = (len(groups) - 1) * _SPACING
     lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
@@ -197,11 +197,23 @@ def _foot(outer: Lane, along: Floats, outward: Floats, heads: int) -> Floats:
     return foot
 
 
-def _off_carriageway(foot: Floats, outward: Floats, index: LaneIndex) -> Floats:
-    """Move a pole outwards until it stands on no carriageway; keep it if there is no room."""
+def _off_carriageway(
+    foot: Floats, outward: Floats, index: LaneIndex, *, behind: Floats | None = None
+) -> Floats:
+    """Move a pole outwards until it stands on no carriageway; keep it if there is no room.
+
+    Args:
+        foot: Where it would stand, (3,) [m].
+        outward: Unit direction.
+        index: The network's lanes.
+        behind: From the foot to a second place that must be free: lanes that end beside
+            the pole do not cover its own place, which lies behind their ends.
+    """
     steps = np.arange(0.0, 8.0, 0.5)
     places = foot + steps[:, None] * outward
     free = ~index.covers(places[:, :2], margin=0.3)
+    if behind is not None:
+        free &= ~index.covers((places + behind)[:, :2], margin=0.3)
     return places[int(np.argmax(free))] if free.any() else foot
 
 

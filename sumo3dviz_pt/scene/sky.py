@@ -215,7 +215,7 @@ def file_sky(settings: SkySettings, location: Location | None) -> Sky:
 
 def _irradiance(image: Image) -> float:
     """Luminance-weighted light on the ground under a map, in the map's units."""
-    rows, columns = image.shape[:2]
+    rows = len(image)
     theta = (np.arange(rows) + 0.5) / rows * np.pi
     weight = np.sin(theta) * np.maximum(np.cos(theta), 0.0) * (np.pi / rows)
     luminance = image.mean(axis=1, dtype=np.float64) @ np.array([0.2126, 0.7152, 0.0722])

@@ -48,6 +48,7 @@ class CloudRecipe:
         at_sun: How cloudy it is where the sun stands, from the clearest place of the
             field, 0, to its thickest, 1.
         steps: Of the march through the slab.
+        texels: Of the billows along each side; details have half as many.
     """
 
     rows: int
@@ -61,6 +62,7 @@ class CloudRecipe:
     cirrus: float = 0.0
     at_sun: float = 0.0
     steps: int = 72
+    texels: int = 128
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +81,7 @@ def _worley(size: int, across: int, *, rng: np.random.Generator) -> Floats:
     points = rng.uniform(0.0, across, (across**3, 3))
     axis = (np.arange(size) + 0.5) * across / size
     asked = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
-    distance, _ = cKDTree(points, boxsize=float(across)).query(asked)
+    distance, _ = cKDTree(points, boxsize=np.full(3, float(across))).query(asked)
     return np.clip(1.0 - np.asarray(distance).reshape(size, size, size), 0.0, 1.0)
 
 
@@ -99,9 +101,8 @@ def _field(recipe: CloudRecipe) -> _Field:
     where = (where - np.quantile(where, 1.0 - recipe.cover)) / where.std()
     sun = np.array(_directions(*recipe.sun))
     where = _drifted(where, recipe, sun)
-    return _Field(
-        where.astype(np.float32), _billows(128, rng=rng), _billows(64, rng=rng), recipe, sun
-    )
+    coarse, fine = _billows(recipe.texels, rng=rng), _billows(recipe.texels // 2, rng=rng)
+    return _Field(where.astype(np.float32), coarse, fine, recipe, sun)
 
 
 def _drifted(where: Floats, recipe: CloudRecipe, sun: Floats) -> Floats:
@@ -138,7 +139,7 @@ def _density(clouds: _Field, points: Floats, *, fine: bool) -> Floats:
     if not inside.size:
         return result
     points, height, where = points[inside], height[inside], where[inside]
-    strength = smoothstep(-0.35, 1.3, where)
+    strength = smoothstep(-0.35, 1.3, where.astype(np.float64))
     top = 0.18 + 0.82 * strength
     profile = smoothstep(0.0, 0.07, height) * (1.0 - smoothstep(0.25, 1.0, height / top))
     billows = _look_up(clouds.billows, points, _BILLOW_SPAN)
@@ -252,8 +253,8 @@ def _directions(
 def _smoothed(sheet: Floats, shape: tuple[int, int]) -> Floats:
     """Take the march's jitter out of a sheet, (n, 3), at the scale of a texel."""
     weighted = np.column_stack([sheet[:, :1], sheet[:, :1] * sheet[:, 1:]]).reshape(*shape, 3)
-    calm = gaussian_filter(weighted, (0.7, 0.7, 0.0), mode=("nearest", "wrap", "nearest"))
-    calm = calm.reshape(-1, 3)
+    modes = ("nearest", "wrap", "nearest")
+    calm = np.asarray(gaussian_filter(weighted, (0.7, 0.7, 0.0), mode=modes)).reshape(-1, 3)
     return np.column_stack([calm[:, :1], calm[:, 1:] / np.maximum(calm[:, :1], 1e-4)])
 
 

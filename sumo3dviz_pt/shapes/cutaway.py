@@ -37,7 +37,8 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float) -> Prototype:
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
     parts = tuple(_opened(prototype.parts, cowl=cowl, low=low))
     if width > _NARROWEST_DASHBOARD:
-        parts = (*parts, Part(_dashboard(width, cowl=cowl, belt=belt), "interior"))
+        edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
+        parts = (*parts, Part(_dashboard(width, cowl=cowl, belt=belt, edge=edge), "interior"))
     far = tuple(_opened(prototype.far, cowl=cowl, low=low))
     return Prototype(f"{prototype.name}~cockpit", parts, far)
 
@@ -133,15 +134,24 @@ def _compact(mesh: Mesh, faces: Ints) -> Mesh:
     return Mesh(mesh.vertices[used], places.reshape(-1, 3), *chosen)
 
 
-def _dashboard(width: float, *, cowl: float, belt: float) -> Mesh:
-    """A padded shelf under the windscreen, across the cabin."""
-    shelf = np.array([(0.06, -0.04), (-0.30, -0.015), (-0.42, -0.06), (-0.45, -0.5)])
-    profile = shelf + np.array([min(cowl, -0.08), belt])
-    half = width / 2.0 - 0.12
-    strips = [
-        [(x, y, max(z, 0.25)) for x, z in pair for y in (half, -half)]
-        for pair in pairwise(profile.tolist())
+def _edge(mesh: Mesh, *, cowl: float) -> float:
+    """Height of the bonnet's rear edge [m]; 0 where the mesh has none."""
+    near = np.abs(mesh.vertices[:, 0] - cowl) < 0.05
+    return float(mesh.vertices[near, 2].max(initial=0.0))
+
+
+def _dashboard(width: float, *, cowl: float, belt: float, edge: float) -> Mesh:
+    """A padded shelf from the bonnet's edge back across the cabin."""
+    front = min(cowl, -0.08)
+    profile = [
+        (front + 0.03, edge - 0.012),
+        (front - 0.10, (edge + belt) / 2.0 - 0.02),
+        (front - 0.30, belt - 0.015),
+        (front - 0.42, belt - 0.06),
+        (front - 0.45, max(belt - 0.5, 0.25)),
     ]
+    half = width / 2.0 - 0.12
+    strips = [[(x, y, z) for x, z in pair for y in (half, -half)] for pair in pairwise(profile)]
     quad = np.array([(0, 2, 1), (1, 2, 3)])
     faces = np.concatenate([quad + 4 * k for k in range(len(strips))])
     return Mesh(np.array(strips).reshape(-1, 3), faces)

@@ -115,7 +115,7 @@ def cells(size: int, across: int, *, jitter: float, seed: int) -> Cells:
     points = (grid + jitter * rng.uniform(-0.5, 0.5, grid.shape)) % across
     pixel = (np.arange(size) + 0.5) * across / size
     asked = np.stack(np.meshgrid(pixel, pixel, indexing="ij"), -1).reshape(-1, 2)
-    found = cKDTree(points, boxsize=[float(across)] * 2).query(asked, k=2)
+    found = cKDTree(points, boxsize=np.full(2, float(across))).query(asked, k=2)
     distance, index = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)
     first, second = points[index[:, 0]], points[index[:, 1]]
     apart = (second - first + across / 2) % across - across / 2

@@ -47,7 +47,7 @@ def lens(index: int, *, segments: int = 12) -> Mesh:
     middle = np.array([0.0, 0.0, HOUSING * (index + 0.5)])
     vertices = np.vstack([np.array([-0.125, 0.0, 0.0]), rim]) + middle
     ring = np.arange(segments) + 1
-    faces = np.column_stack([np.zeros(segments, int), ring, np.roll(ring, -1)])
+    faces = np.column_stack([np.zeros(segments, int), np.roll(ring, -1), ring])
     normals = vertices - middle - np.array([0.15, 0.0, 0.0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Mesh(vertices, faces, normals)

@@ -23,7 +23,7 @@ def rgbe(image):
 
 def packed(codes, *, runs):
     """Run-length coded rows, as Radiance writes them."""
-    height, width = codes.shape[:2]
+    width = codes.shape[1]
     out = b""
     for row in codes:
         out += struct.pack(">BBH", 2, 2, width)
@@ -57,7 +57,6 @@ def test_hdr_files_are_read(tmp_path, image, kind):
     (tmp_path / "a.hdr").write_bytes(hdr(codes, body))
     again = read_radiance_map(tmp_path / "a.hdr")
     assert again.shape == image.shape
-    assert np.abs(again - image).max(axis=-1) == pytest.approx(0, abs=image.max() / 128)
     assert (np.abs(again - image) <= image.max(axis=-1, keepdims=True) / 127 + 1e-9).all()
     assert (again[3] == 0).all() and (again[5] == 0.75).all()
 

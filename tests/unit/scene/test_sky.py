@@ -32,13 +32,15 @@ def test_presets_build(name):
     assert SkyPreset(**catalog.template("sky", name)).purpose
 
 
-@pytest.mark.parametrize(("number", "low", "high"), [(1, 0.1, 0.35), (2, 0.25, 0.6), (3, 0.7, 0.95)])
+@pytest.mark.parametrize(
+    ("number", "low", "high"), [(1, 0.1, 0.35), (2, 0.25, 0.6), (3, 0.7, 0.95)]
+)
 def test_cloud_layers_have_their_characters(number, low, high):
     layer, sun = read_clouds(f"sky_daycloud{number}")
     rows, columns = layer.cover.shape
     assert columns == 4 * rows and layer.sunlit.shape == layer.skylit.shape == (rows, columns)
-    assert 0 <= layer.cover.min() and layer.cover.max() <= 1
-    assert 0 <= layer.sunlit.min() and layer.sunlit.max() < 12
+    assert layer.cover.min() >= 0 and layer.cover.max() <= 1
+    assert layer.sunlit.min() >= 0 and layer.sunlit.max() < 12
     weight = np.sin((np.arange(rows) + 0.5) / rows * np.pi / 2)[:, None]
     assert low < float((layer.cover * weight).sum() / (weight.sum() * columns)) < high
     row = int((1 - sun.elevation / (np.pi / 2)) * rows)

@@ -10,7 +10,7 @@ from sumo3dviz_pt.image.exr import read_exr, write_exr
 from sumo3dviz_pt.shapes.cloud_bake import bake_clouds, cloud_image, cloud_recipe
 from sumo3dviz_pt.shapes.clouds import CloudRecipe, make_clouds
 
-SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24)
+SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24, texels=32)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_no_clouds_at_all():
 
 
 def test_thin_edges_towards_the_sun_are_brightest():
-    bare = replace(SMALL, cirrus=0.0, cover=0.5)
+    bare = replace(SMALL, cirrus=0.0, cover=0.5, at_sun=0.8)
     made = make_clouds(bare)
     row = int((1 - bare.sun[1] / (np.pi / 2)) * 24)
     column = int(bare.sun[0] / (2 * np.pi) * 96)
@@ -59,7 +59,7 @@ def test_baking_stores_what_was_made(tmp_path):
     meta = {
         "map": "clouds.exr",
         "sun": {"azimuth": 45, "elevation": 50},
-        "recipe": {"rows": 12, "seed": 1, "cover": 0.4, "steps": 8},
+        "recipe": {"rows": 12, "seed": 1, "cover": 0.4, "steps": 8, "texels": 16},
     }
     (tmp_path / "asset.yaml").write_text(yaml.safe_dump(meta), encoding="utf-8")
     image, _ = read_exr(bake_clouds(tmp_path, encode=write_exr))

@@ -1,0 +1,238 @@
+"""Where signal heads stand and what they show."""
+
+import numpy as np
+import pytest
+import shapely
+
+from sumo3dviz_pt.job import SignalSettings
+from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
+from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.scene.lane_index import build_lane_index
+from sumo3dviz_pt.scene.signals import RADIANCE, Signals, build_signals
+
+CAR, FOOT = frozenset({"passenger", "bus"}), frozenset({"pedestrian"})
+
+
+def edge(name, y, *, lanes=1, x=(0.0, 100.0), left=False, function="normal", walk=False, z=0.0):
+    """An edge to the east whose lane 0 lies at y; further lanes are inwards."""
+    made = []
+    for i in range(lanes):
+        at = y + (-3.2 if left else 3.2) * i
+        shape = np.array([(x[0], at, z), (x[1], at, z)])
+        allowed = FOOT if walk or function == "walkingarea" or i < 0 else CAR
+        made.append(Lane(f"{name}_{i}", name, i, shape, 3.2, 13.9, 100.0, allowed))
+    return Edge(name, function, "A", "B", tuple(made))
+
+
+def network(edges, connections, *, left=False):
+    by_id = {e.id: e for e in edges}
+    junction = Junction("B", "traffic_light", np.zeros(3), np.zeros((0, 3)))
+    return Network(by_id, {"B": junction}, tuple(connections), Location(), left)
+
+
+def link(index, lane="in_0", to="out_0", tls="J"):
+    return Connection(lane, to, "", tls, index)
+
+
+def phases(*states, step=10.0, tls="J"):
+    return {tls: SignalPhases(tls, tuple(step * i for i in range(len(states))), states)}
+
+
+def out():
+    return edge("out", 0.0, x=(120.0, 200.0))
+
+
+def lit(signals, head, time):
+    """Colours of the lamps of a head that shine."""
+    rows = signals.radiance_at(time)["signals"]
+    first = sum(h.lamps for h in signals.heads[:head])
+    names = signals.lamps[0].lamps
+    return {names[i].split("/")[-1]
+            for i in range(first, first + signals.heads[head].lamps) if rows[i].any()}
+
+
+def build(edges, links, log, *, left=False, **settings):
+    return build_signals(network(edges, links, left=left), log, SignalSettings(**settings))
+
+
+def test_ramp_meter_is_one_head_beside_the_stop_line_facing_traffic():
+    signals = build([edge("in", 0.0), out()], [link(0)], phases("G", "r"))
+    (head,) = signals.heads
+    assert head.position[1] == pytest.approx(-1.6 - 0.7)
+    assert 99.5 < head.position[0] < 101.5
+    assert 2.2 <= head.position[2] <= 2.6
+    assert head.yaw == 0.0
+    lens = signals.lamps[0].mesh
+    assert (lens.normals[:, 0] < -0.8).all(), "lenses look at the traffic that arrives"
+    assert signals.lamps[0].lamps == ("J/0/0/green", "J/0/0/yellow", "J/0/0/red")
+    assert {part.family for part in signals.static} == {"signals"}
+
+
+def test_lenses_face_outwards_by_their_winding_too():
+    mesh = build([edge("in", 0.0), out()], [link(0)], phases("G")).lamps[0].mesh
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 0] < 0).all()
+
+
+def test_left_hand_traffic_has_its_pole_on_the_left():
+    signals = build([edge("in", 0.0, left=True), out()], [link(0)], phases("G"), left=True)
+    assert signals.heads[0].position[1] == pytest.approx(1.6 + 0.7)
+
+
+def test_links_that_show_the_same_share_a_head_and_others_stand_in_lane_order():
+    edges = [edge("in", 0.0, lanes=2), out()]
+    links = [link(0), link(1, "in_0"), link(2, "in_1"), link(3, "in_1")]
+    signals = build(edges, links, phases("GgGr", "rrrG"))
+    assert [head.links for head in signals.heads] == [(0, 1, 2), (3,)]
+    right, left = (head.position[1] for head in signals.heads)
+    assert left - right == pytest.approx(0.56)
+    assert signals.aspect_at("J", 3, 1.0) == {"red"}
+    assert signals.aspect_at("J", 2, 1.0) == {"green"}
+    assert lit(signals, 0, 1.0) == {"green"}
+    assert lit(signals, 1, 1.0) == {"red"}
+
+
+def test_left_turn_stands_on_the_left_in_left_hand_traffic_reversed():
+    edges = [edge("in", 0.0, lanes=2, left=True), out()]
+    signals = build(edges, [link(0), link(1, "in_1")], phases("Gr"), left=True)
+    outer, inner = (head.position[1] for head in signals.heads)
+    assert outer > inner
+
+
+def test_wide_edges_get_an_arm_with_heads_over_their_lanes():
+    edges = [edge("in", 0.0, lanes=3), out()]
+    links = [link(i, f"in_{i}") for i in range(3)]
+    signals = build(edges, links, phases("GGr"))
+    over = [head for head in signals.heads if head.position[2] > 4.0]
+    assert [round(float(head.position[1]), 2) for head in over] == [0.0, 3.2, 6.4]
+    assert all(head.position[2] >= 4.6 for head in over)
+    pole = next(part.part.mesh for part in signals.static if "pole" in part.id)
+    assert pole.vertices[:, 1].max() > 6.4
+    assert len(set(signals.lamps[0].lamps)) == len(signals.lamps[0].lamps)
+
+
+def test_poles_keep_off_the_carriageway_beside_them():
+    edges = [edge("in", 0.0), edge("next", -3.4), out()]
+    made = network(edges, [link(0)])
+    signals = build_signals(made, phases("G"), SignalSettings())
+    foot = signals.heads[0].position[:2]
+    assert not build_lane_index(made).covers(foot[None], margin=0.25)[0]
+    assert foot[1] < -3.4 - 1.6
+
+
+def test_pole_stands_beyond_the_sidewalk():
+    walk = Lane("in_0", "in", 0, np.array([(0, 0, 0), (100, 0, 0.0)]), 2.0, 5, 100, FOOT)
+    road = Lane("in_1", "in", 1, np.array([(0, 2.6, 0), (100, 2.6, 0.0)]), 3.2, 14, 100, CAR)
+    edges = [Edge("in", "normal", "A", "B", (walk, road)), out()]
+    signals = build(edges, [link(0, "in_1")], phases("G"))
+    assert signals.heads[0].position[1] == pytest.approx(-1.0 - 0.7)
+
+
+def crossing_network():
+    shape = np.array([(105.0, -8.0, 0.0), (105.0, 8.0, 0.0)])
+    lane = Lane(":B_c0_0", ":B_c0", 0, shape, 4.0, 1, 16, FOOT)
+    area = edge(":B_w0", -10.0, x=(100.0, 110.0), function="walkingarea")
+    edges = [edge("in", 0.0), out(), area, Edge(":B_c0", "crossing", "", "", (lane,))]
+    return network(edges, [link(0), link(1, ":B_w0_0", ":B_c0_0")])
+
+
+def test_crossings_have_two_lamp_heads_at_both_ends_that_face_each_other():
+    signals = build_signals(crossing_network(), phases("rG", "Gr", "ry"), SignalSettings())
+    walk = [head for head in signals.heads if head.links == (1,)]
+    assert [head.lamps for head in walk] == [2, 2]
+    ends = [head.position[1] for head in walk]
+    assert max(ends) > 8.0
+    assert min(ends) < -8.0
+    for head in walk:
+        # People who come from the other end look along the head's yaw.
+        assert np.sin(head.yaw) * head.position[1] > 0
+    index = signals.heads.index(walk[0])
+    assert [lit(signals, index, t) for t in (5, 15, 25)] == [{"green"}, {"red"}, {"red"}]
+
+
+def test_people_never_see_interpolated_yellow_or_early_red():
+    signals = build_signals(crossing_network(), phases("rG", "Gr", "rG"), SignalSettings())
+    assert signals.aspect_at("J", 1, 9.9) == {"green"}
+    assert signals.aspect_at("J", 0, 19.9) == {"yellow"}
+
+
+@pytest.mark.parametrize(
+    ("settings", "shown"),
+    [({}, {"yellow"}), ({"yellow": "log"}, {"green"}), ({"design": "two_heads"}, {"green"}),
+     ({"yellow_time": 0.5}, {"green"})],
+)
+def test_yellow_as_the_settings_say(settings, shown):
+    signals = build([edge("in", 0.0), out()], [link(0)], phases("G", "r"), **settings)
+    assert signals.aspect_at("J", 0, 9.0) == shown
+    assert lit(signals, 0, 9.0) == shown
+    assert lit(signals, 0, 10.0) == {"red"}
+
+
+def test_radiance_is_that_of_the_table_and_zero_elsewhere():
+    signals = build([edge("in", 0.0), out()], [link(0)], phases("u"))
+    rows = signals.radiance_at(3.0)["signals"]
+    assert np.array_equal(rows, [(0, 0, 0), RADIANCE["yellow"], RADIANCE["red"]])
+    assert not signals.radiance_at(-1.0)["signals"].any()
+
+
+def test_every_log_that_breaks_the_founding_software_works():
+    edges = [edge("in", 0.0, lanes=2), out()]
+    links = [link(i, f"in_{i // 2}") for i in range(4)]
+    log = phases("GgyY", "rrus", "oOrr")
+    signals = build(edges, links, log, yellow="log")
+    seen = [[signals.aspect_at("J", i, t) for i in range(4)] for t in (0.0, 10.0, 20.0, 1e6)]
+    assert seen[0] == [{"green"}, {"green"}, {"yellow"}, {"yellow"}]
+    assert seen[1] == [{"red"}, {"red"}, {"red", "yellow"}, {"red"}]
+    assert seen[2] == [{"yellow"}, set(), {"red"}, {"red"}]
+    assert seen[3] == seen[2]
+
+
+@pytest.mark.parametrize(
+    ("links", "log", "settings", "why"),
+    [
+        ([link(0)], phases("G"), {"show": False}, "signals.show"),
+        ([Connection("in_0", "out_0")], phases("G"), {}, "the network has none"),
+        ([Connection("in_0", "out_0", "", "J", -1)], phases("G"), {}, "the network has none"),
+        ([link(0)], {}, {}, "no signal log"),
+        ([link(0)], {"J": SignalPhases("J", (), ())}, {}, "no signal log"),
+        ([link(0)], phases("G", tls="other"), {}, "does not know them: J"),
+        ([link(5)], phases("G"), {}, "too short"),
+    ],
+)
+def test_without_signals_nothing_is_built_and_it_says_why(links, log, settings, why):
+    signals = build([edge("in", 0.0), out()], links, log, **settings)
+    assert (signals.static, signals.lamps, signals.heads) == ((), (), ())
+    assert signals.radiance_at(0.0) == {}
+    assert signals.aspect_at("J", 0, 0.0) == set()
+    assert why in signals.left_out[0].why
+
+
+def test_a_light_without_states_is_left_out_and_the_others_stay(caplog):
+    edges = [edge("in", 0.0), edge("other", 50.0), out()]
+    signals = build(edges, [link(0), link(0, "other_0", tls="K")], phases("G"))
+    assert {head.tls for head in signals.heads} == {"J"}
+    assert "1 traffic light" in signals.left_out[0].what
+    assert len(caplog.records) == 1
+
+
+def test_poles_reach_into_the_ground_and_heads_follow_the_road_up():
+    signals = build([edge("in", 0.0, z=30.0), out()], [link(0)], phases("G"))
+    pole = next(part.part.mesh for part in signals.static if "pole" in part.id)
+    assert pole.vertices[:, 2].min() == pytest.approx(29.5)
+    assert signals.heads[0].position[2] == pytest.approx(32.35)
+
+
+def test_housings_stand_off_the_lanes():
+    made = network([edge("in", 0.0), out()], [link(0)])
+    signals = build_signals(made, phases("G"), SignalSettings())
+    road = shapely.box(0, -1.6, 100, 1.6)
+    for part in signals.static:
+        spots = shapely.points(part.part.mesh.vertices[:, :2])
+        assert not shapely.contains(road, spots).any()
+
+
+def test_links_of_internal_lanes_and_empty_values():
+    inner = edge(":B_0", 0.0, x=(100.0, 110.0), function="internal")
+    signals = build([edge("in", 0.0), inner, out()], [link(0, ":B_0_0")], phases("G"))
+    assert signals.heads == ()
+    assert Signals().radiance_at(0.0) == {}
