@@ -1,9 +1,9 @@
 """Physically based, path-traced stills and films of SUMO traffic simulations.
 
-    import sumo3dviz_pt as sv
+import sumo3dviz_pt as sv
 
-    scene = sv.load("scene.yaml")
-    scene.still(time=12.0, camera="driver", quality="preview").save("still.png")
+scene = sv.load("scene.yaml")
+scene.still(time=12.0, camera="driver", quality="preview").save("still.png")
 """
 
 from __future__ import annotations

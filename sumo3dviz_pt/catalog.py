@@ -68,7 +68,9 @@ def find(family: str, name: str) -> Entry:
         ConfigError: If the family has no such asset; the message suggests one.
     """
     if name not in names(family):
-        raise ConfigError(f"no {family} asset is called {name!r}{did_you_mean(name, names(family))}")
+        raise ConfigError(
+            f"no {family} asset is called {name!r}{did_you_mean(name, names(family))}"
+        )
     folder = data_root("assets") / family / name
     return Entry(family, name, folder, _load_yaml(folder / "asset.yaml"))
 

@@ -129,8 +129,10 @@ def in_words(report: dict[str, Any]) -> str:
     log, network = report["log"], report["network"]
     users = ", ".join(f"{count} {kind}s" for kind, count in sorted(log["road_users"].items()))
     lines = [
-        f"network  {network['file']}: {network['lanes']} lanes, {network['signals']} traffic lights",
-        f"log      {log['begin']:g} to {log['end']:g} s every {log['step']:g} s: {users or 'empty'}",
+        f"network  {network['file']}: {network['lanes']} lanes,"
+        f" {network['signals']} traffic lights",
+        f"log      {log['begin']:g} to {log['end']:g} s every {log['step']:g} s:"
+        f" {users or 'empty'}",
     ]
     lines += [f"missing  {path}" for path in report["missing_files"]]
     for shot in report["shots"]:

@@ -79,7 +79,15 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (_add_demo, _add_init, _add_check, _add_still, _add_render, _add_develop, _add_doctor):
+    for add in (
+        _add_demo,
+        _add_init,
+        _add_check,
+        _add_still,
+        _add_render,
+        _add_develop,
+        _add_doctor,
+    ):
         add(commands)
     return parser
 
@@ -132,7 +140,11 @@ def _add_render(commands: Any) -> None:
     sub.add_argument("--frames", type=_range, help="A:B renders only these frames, no film")
     sub.add_argument("--discard-frames", action="store_true", help="delete frames afterwards")
     sub.add_argument(
-        "-o", "--output", type=Path, required=True, help="film.mp4; {scene} and {shot} are filled in"
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="film.mp4; {scene} and {shot} are filled in",
     )
     _add_request(sub)
     sub.set_defaults(run=_render)
@@ -219,13 +231,19 @@ def _demo(options: argparse.Namespace) -> int:
     request = Request(quality=options.quality, size=options.size, variant=options.variant)
     shot = job.shots[0]
     order = FilmOrder(
-        folder / "demo.mp4", start=shot.start, end=min(shot.end, shot.start + 2), discard_frames=True
+        folder / "demo.mp4",
+        start=shot.start,
+        end=min(shot.end, shot.start + 2),
+        discard_frames=True,
     )
     _print_film(_film(job, replace(request, camera=shot.camera), order))
     picture = replace(request, camera="overview")
     with _progress() as show:
         still = render_still(
-            job, picture, shot.start, after_pass=lambda done, total: show("demo.png", done, total, 0.0)
+            job,
+            picture,
+            shot.start,
+            after_pass=lambda done, total: show("demo.png", done, total, 0.0),
         )
     still.save(folder / "demo.png")
     print(f"wrote {folder / 'demo.png'}")
@@ -235,15 +253,18 @@ def _demo(options: argparse.Namespace) -> int:
 def _init(options: argparse.Namespace) -> int:
     """Write a scene file."""
     from sumo3dviz_pt.initfile import propose
+    from sumo3dviz_pt.job import ScenarioSettings
 
     text, notes = propose(
         options.scenario,
         output=options.output,
         template=options.template,
-        network=options.network,
-        trajectories=tuple(options.trajectories),
-        signals=tuple(options.signals),
-        additional=tuple(options.additional),
+        own=ScenarioSettings(
+            network=options.network,
+            trajectories=tuple(options.trajectories),
+            signals=tuple(options.signals),
+            additional=tuple(options.additional),
+        ),
     )
     options.output.write_text(text, encoding="utf-8")
     for note in notes:
@@ -377,7 +398,9 @@ def _progress() -> Iterator[Callable[[str, int, int, float], None]]:
         last[0] = now
         minutes, seconds = divmod(round(left), 60)
         text = f"{name}: {done} of {total}, {minutes}:{seconds:02d} left"
-        print(f"\r{text:<60}" if live else text, end="" if live else "\n", file=sys.stderr, flush=True)
+        print(
+            f"\r{text:<60}" if live else text, end="" if live else "\n", file=sys.stderr, flush=True
+        )
 
     try:
         yield show

@@ -100,7 +100,9 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSet
     if request.camera is not None or order.start is not None:
         return [(_asked_shot(job, request, order), order.path)]
     if not job.shots:
-        raise ConfigError("the scene has no shots; add one or give --camera, --from and --to", key="shots")
+        raise ConfigError(
+            "the scene has no shots; add one or give --camera, --from and --to", key="shots"
+        )
     if len(job.shots) > 1 and "{shot}" not in order.path.name:
         raise ConfigError(
             f"the scene has {len(job.shots)} shots; put {{shot}} into the name of the output",
@@ -247,9 +249,7 @@ def _render_frames(
             if on_frame is not None:
                 pace = (time.monotonic() - started) / count
                 left = pace * (len(missing) - count)
-                on_frame(
-                    FrameDone(kept + count, len(wanted), left, kept=False, cpu=rendered.cpu)
-                )
+                on_frame(FrameDone(kept + count, len(wanted), left, kept=False, cpu=rendered.cpu))
     return total
 
 
@@ -344,7 +344,9 @@ def write_account(production: Production, path: Path, *, fps: float) -> None:
         "tone": job.output.tone,
         "inputs": input_hashes(production.files),
         "versions": versions(),
-        "left_out": [{"what": item.what, "why": item.why} for item in production.shot.data.left_out],
+        "left_out": [
+            {"what": item.what, "why": item.why} for item in production.shot.data.left_out
+        ],
         "signal_changes": changes,
         "frames": frames,
     }

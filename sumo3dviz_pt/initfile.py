@@ -11,6 +11,7 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.job import ScenarioSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import Trace
@@ -38,10 +39,7 @@ def propose(
     *,
     output: Path,
     template: str,
-    network: Path | None = None,
-    trajectories: Sequence[Path] = (),
-    signals: Sequence[Path] = (),
-    additional: Sequence[Path] = (),
+    own: ScenarioSettings | None = None,
 ) -> tuple[str, list[str]]:
     """Write a commented scene file for a simulation.
 
@@ -49,10 +47,8 @@ def propose(
         scenario: A .sumocfg or a folder.
         output: Where the scene file will lie; paths in it are relative to that.
         template: A scene template's name.
-        network: Instead of the one found.
-        trajectories: Instead of those found.
-        signals: Instead of those found.
-        additional: Beside those found.
+        own: Network, trajectories and signals instead of those found, and additional
+            files beside them.
 
     Returns:
         The text, and notes for the user.
@@ -68,11 +64,12 @@ def propose(
         raise ConfigError(f"there is no folder {output.parent}; create it first", key="output")
     if not os.access(output.parent, os.W_OK):
         raise ConfigError(f"{output} cannot be written to", key="output")
-    files = find_scenario(scenario, network=network, trajectories=tuple(trajectories))
+    own = own or ScenarioSettings()
+    files = find_scenario(scenario, network=own.network, trajectories=own.trajectories)
     files = replace(
         files,
-        signals=tuple(signals) or files.signals,
-        additional=files.additional + tuple(additional),
+        signals=own.signals or files.signals,
+        additional=files.additional + own.additional,
     )
     content = read_scenario(files)
     proposal = _proposal(content)
@@ -145,13 +142,14 @@ def _text(
     traffic = scenario.traffic
     lines = [
         "# A scene for sumo3dviz-pt. Every key but `scenario` and `cameras` may go.",
-        f"# The log runs from {traffic.begin:g} to {traffic.end:g} s, a step every {traffic.step:g} s.",
+        f"# The log runs from {traffic.begin:g} to {traffic.end:g} s,"
+        f" a step every {traffic.step:g} s.",
         "scenario:",
         *_scenario_lines(files, output.parent),
         f"template: {template}           # one of {', '.join(catalog.template_names('scene'))}",
         "seed: 1                         # everything random comes from it",
         f"quality: standard               # one of {', '.join(catalog.template_names('quality'))}",
-        "# sky: {preset: sky_blue}       # or {sun: {date: 2026-06-21, time: \"17:30\"}}",
+        '# sky: {preset: sky_blue}       # or {sun: {date: 2026-06-21, time: "17:30"}}',
         "# ground: {texture: ground_grass}",
         "cameras:",
         "  overview:",
@@ -210,14 +208,19 @@ def _flight_lines(proposal: _Proposal) -> list[str]:
     away = proposal.eye - proposal.target
     far = proposal.target + away * [1.8, 1.8, 2.6]
     middle = 0.5 * (proposal.start + proposal.end)
-    keys = ((proposal.start, far), (middle, proposal.eye), (proposal.end, proposal.eye + [0, 0, 6]))
+    keys = (
+        (proposal.start, far),
+        (middle, proposal.eye),
+        (proposal.end, proposal.eye + 6.0 * np.eye(3)[2]),
+    )
     return [
         "  flight:",
         "    mode: cinematic",
         "    lens: {fov: 60}",
         "    keyframes:",
         *(
-            f"      - {{time: {time:g}, position: {_point(eye)}, look_at: {_point(proposal.target)}}}"
+            f"      - {{time: {time:g}, position: {_point(eye)},"
+            f" look_at: {_point(proposal.target)}}}"
             for time, eye in keys
         ),
     ]

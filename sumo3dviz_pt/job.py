@@ -7,6 +7,7 @@ table are made from these models. Angles are degrees here and radians inside.
 from __future__ import annotations
 
 import datetime as dt
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -244,7 +245,7 @@ class CinematicCamera(Settings):
     def _in_order(self) -> CinematicCamera:
         """Key frames must go forward in time."""
         times = [key.time for key in self.keyframes]
-        if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+        if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError("the times of keyframes must increase")
         return self
 

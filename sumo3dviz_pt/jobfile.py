@@ -162,7 +162,9 @@ def _explained(error: ValidationError, source: _Source) -> ConfigError:
     path = tuple(part for part in first["loc"] if not _is_branch(part))
     message = _reason(first)
     if first["type"] == "extra_forbidden":
-        message = "this key is unknown" + catalog.did_you_mean(str(path[-1]), _siblings(first["loc"]))
+        message = "this key is unknown" + catalog.did_you_mean(
+            str(path[-1]), _siblings(first["loc"])
+        )
     if others:
         message += f" (and {len(others)} more)"
     return _located(message, path, source)
@@ -179,7 +181,9 @@ def _reason(problem: Mapping[str, Any]) -> str:
     """Pydantic's message in our words."""
     text = str(problem["msg"])
     text = text.removeprefix("Value error, ")
-    text = text.replace("Input should be", "this should be").replace("Field required", "this key is missing")
+    text = text.replace("Input should be", "this should be").replace(
+        "Field required", "this key is missing"
+    )
     value = problem.get("input")
     if isinstance(value, str | int | float | bool) and problem["type"] != "value_error":
         text += f", not {value!r}"

@@ -1,6 +1,6 @@
 """From a job to pictures: the place that knows every stage.
 
-    files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
+files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ class Request:
             changes["quality"] = self.quality
         if self.size is not None:
             if not all(1 <= side <= 16384 for side in self.size):
-                raise ConfigError(f"must lie in 1..16384, not {self.size[0]}x{self.size[1]}", key="size")
+                raise ConfigError(
+                    f"must lie in 1..16384, not {self.size[0]}x{self.size[1]}", key="size"
+                )
             changes["output"] = job.output.model_copy(update={"size": self.size})
         return job.model_copy(update=changes)
 
@@ -283,7 +285,11 @@ class Still:
         else:
             from sumo3dviz_pt.image.png import write_png
 
-            write_png(path, self.develop(), text={"provenance": json.dumps(self.provenance, sort_keys=True)})
+            write_png(
+                path,
+                self.develop(),
+                text={"provenance": json.dumps(self.provenance, sort_keys=True)},
+            )
 
 
 def provenance(production: Production, *, frame: int, time: float) -> dict[str, Any]:

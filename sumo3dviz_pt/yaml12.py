@@ -55,7 +55,9 @@ def _core_int(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
 
 def _core_float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
     """Read a real number."""
-    return float(re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", str(loader.construct_scalar(node)).lower()))
+    return float(
+        re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", str(loader.construct_scalar(node)).lower())
+    )
 
 
 _Loader.add_constructor("tag:yaml.org,2002:int", _core_int)
@@ -91,9 +93,7 @@ def parse_yaml(text: str, *, file: str | Path | None = None) -> tuple[Any, Place
         loader.dispose()
 
 
-def _walk(
-    node: yaml.Node | None, path: KeyPath, places: Places, file: str | Path | None
-) -> None:
+def _walk(node: yaml.Node | None, path: KeyPath, places: Places, file: str | Path | None) -> None:
     """Note where every key stands and refuse duplicates."""
     if isinstance(node, yaml.SequenceNode):
         for index, item in enumerate(node.value):

@@ -1,0 +1,1 @@
+"""Values that cross stages: numpy and the standard library only."""

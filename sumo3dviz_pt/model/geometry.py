@@ -21,7 +21,7 @@ Image = NDArray[np.float32]
 
 def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
     """Return the values as a read-only array of the given type."""
-    array = np.array(values, dtype=dtype)
+    array: NDArray[Any] = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
 

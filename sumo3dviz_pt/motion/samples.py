@@ -10,9 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Motion
+
+Places = NDArray[np.intp]
+"""Indices into an array."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,23 +118,23 @@ class PiecewiseLinear:
         # Within one stretch the average is the middle, without dividing by a vanishing width.
         straight = ((low == high) | (half < 1e-9))[:, None]
         width = np.where(straight, 1.0, 2.0 * half[:, None])
-        middle = (value_low + value_high) / 2.0
-        averages = np.where(straight, middle, (area_high - area_low) / width)
+        averages = np.where(
+            straight, (value_low + value_high) / 2.0, (area_high - area_low) / width
+        )
         rates = (value_high - value_low) / width
-        # Where the window grows or shrinks with time, its far end moves twice as fast.
-        rates = np.where((before < half_width)[:, None], 2 * (value_high - averages) / width, rates)
-        closing = (after < half_width) & (after <= before)
-        rates = np.where(closing[:, None], 2 * (averages - value_low) / width, rates)
+        if (half < half_width).any():
+            # Where the window grows or shrinks with time, its far end moves twice as fast.
+            opening = ((before < half_width) & (before < after))[:, None]
+            rates = np.where(opening, 2.0 * (value_high - averages) / width, rates)
+            closing = ((after < half_width) & (after <= before))[:, None]
+            rates = np.where(closing, 2.0 * (averages - value_low) / width, rates)
         return averages, np.where(straight, self.rates[low], rates)
 
-    def _stretch(self, times: Floats) -> np.ndarray[tuple[int, ...], np.dtype[np.intp]]:
+    def _stretch(self, times: Floats) -> Places:
         """Number of the stretch in which each time lies, (m,)."""
-        found = np.searchsorted(self.knots, times, side="right") - 1
-        return np.clip(found, 0, len(self.knots) - 2)
+        return np.searchsorted(self.knots[1:-1], times, side="right")
 
-    def _value_and_area(
-        self, times: Floats, stretch: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
-    ) -> tuple[Floats, Floats]:
+    def _value_and_area(self, times: Floats, stretch: Places) -> tuple[Floats, Floats]:
         """Value and integral from the first knot, (m, k) each."""
         since = (times - self.knots[stretch])[:, None]
         start, rate = self.values[stretch], self.rates[stretch]

@@ -63,7 +63,9 @@ def choose_backend(name: str = "llvm") -> Backend:
         RenderError: If a variant that was asked for by name cannot work here.
     """
     if name not in VARIANTS:
-        raise ConfigError(f"no variant is called {name!r}{did_you_mean(name, VARIANTS)}", key="variant")
+        raise ConfigError(
+            f"no variant is called {name!r}{did_you_mean(name, VARIANTS)}", key="variant"
+        )
     problem = _try_variant(VARIANTS[name])
     if problem is None:
         return Backend(name, VARIANTS[name], jit=name != "scalar")

@@ -124,7 +124,9 @@ def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
     """1 for faces that take their mover's colour, else 0, (m,)."""
     return np.concatenate(
         [
-            np.full(len(part.mesh.faces), float(part.tint is None and tinted(materials[part.material])))
+            np.full(
+                len(part.mesh.faces), float(part.tint is None and tinted(materials[part.material]))
+            )
             for part in parts
         ]
         or [np.zeros(0)]

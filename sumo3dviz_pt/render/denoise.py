@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
@@ -34,7 +36,7 @@ def denoise(
     }
     device = oidn.Device(oidn.DeviceType.CPU)
     clean = albedo is not None and normal is not None
-    if clean:
+    if albedo is not None and normal is not None:
         albedo = _prefiltered(oidn, device, "albedo", np.clip(albedo, 0.0, 1.0))
         normal = _prefiltered(oidn, device, "normal", normal)
     result = oidn.denoise(
@@ -49,13 +51,13 @@ def denoise(
     return np.maximum(np.array(result, dtype=np.float32), 0.0)
 
 
-def _prefiltered(oidn: object, device: object, name: str, guide: Image) -> Image:
+def _prefiltered(oidn: Any, device: Any, name: str, guide: Image) -> Image:
     """A guide without its own noise, as `clean_aux` asks for."""
     source = np.ascontiguousarray(guide, np.float32)
     result = np.empty_like(source)
-    kernel = device.new_filter("RT")  # type: ignore[attr-defined]
+    kernel = device.new_filter("RT")
     kernel.set_image(name, source)
     kernel.set_image("output", result)
-    kernel.quality = oidn.Quality.High  # type: ignore[attr-defined]
+    kernel.quality = oidn.Quality.High
     kernel.execute()
     return result

@@ -31,9 +31,7 @@ def pixel_directions(view: View, size: tuple[int, int]) -> Floats:
     return rays @ view.world_from_camera.matrix[:3, :3].T
 
 
-def apply_haze(
-    radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind: Floats
-) -> Image:
+def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind: Floats) -> Image:
     """Lay haze between the camera and what it sees.
 
     Args:

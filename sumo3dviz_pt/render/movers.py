@@ -155,7 +155,10 @@ class FarTraffic:
         ]
         attributes = {
             name: np.concatenate(
-                [np.tile(body.attributes[name], (body.capacity, 1)) for body in self._bodies.values()]
+                [
+                    np.tile(body.attributes[name], (body.capacity, 1))
+                    for body in self._bodies.values()
+                ]
             )
             for name in (convert.TINT_ATTRIBUTE, ROUGHNESS_ATTRIBUTE, METALLIC_ATTRIBUTE)
         }
@@ -173,7 +176,9 @@ class FarTraffic:
             if body is None or len(movers) > body.capacity:
                 raise RenderError(f"no far slot is free for {movers[-1].id} ({name})")
             places, colours = _stacked(movers, frame.origin)
-            points = body.mesh.vertices @ places[:, :3, :3].transpose(0, 2, 1) + places[:, None, :3, 3]
+            points = (
+                body.mesh.vertices @ places[:, :3, :3].transpose(0, 2, 1) + places[:, None, :3, 3]
+            )
             first, count = body.first_vertex, points.shape[0] * points.shape[1]
             vertices[first : first + count] = points.reshape(-1, 3)
             own = body.attributes[convert.TINT_ATTRIBUTE] * (1 - body.mask[:, None])
@@ -236,4 +241,3 @@ def lowest(meshes: Sequence[Mesh]) -> float:
     """Height where free slots wait: below everything [m]."""
     heights = [float(mesh.vertices[:, 2].min()) for mesh in meshes if len(mesh.vertices)]
     return min(heights, default=0.0) - 10.0
-

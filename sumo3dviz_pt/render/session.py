@@ -135,7 +135,9 @@ class Session:
             RenderError: If the frame cannot be rendered or holds too many NaNs.
         """
         clock = self.clock
-        clock.seconds = {"load": clock.seconds.pop("load", 0.0)}
+        # Loading is charged to the first frame only.
+        loading = clock.seconds.get("load", 0.0) if self._scene is None else 0.0
+        clock.seconds = {"load": loading}
         try:
             with clock.phase("update"):
                 self._show(frame)
@@ -266,7 +268,7 @@ class Session:
         ending = f".{convert.RADIANCE_ATTRIBUTE}"
         start = f"lamps_{lamps.id}."
         names = [name for name in self._parameters.keys() if name.startswith(start)]  # noqa: SIM118
-        return next(name for name in names if name.endswith(ending))
+        return next(str(name) for name in names if name.endswith(ending))
 
     def _recentre(self, origin: Floats) -> None:
         """Move everything static; nothing compiles, and the trees are rebuilt anyway."""

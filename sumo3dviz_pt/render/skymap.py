@@ -81,11 +81,17 @@ def bake_sky(sky: Sky, size: tuple[int, int] = SIZE) -> SkyMap:
     radiance = np.maximum(radiance, 0.0) + np.asarray(sky.night)
     horizon = _horizon(radiance, towards)
     if sky.image is None:
-        below = towards[..., 2] < 0
-        radiance[below] = np.broadcast_to(horizon[None] * 0.3, radiance.shape)[below]
+        radiance = _with_ground(radiance, horizon, towards)
     return SkyMap(
         radiance.astype(np.float32), horizon.astype(np.float32), _illuminance(radiance, towards)
     )
+
+
+def _with_ground(radiance: Floats, horizon: Floats, towards: Floats) -> Floats:
+    """Fill the lower half: as the horizon at its edge, so that no dark line shows, then darker."""
+    down = -towards[..., 2:]
+    share = np.clip(1.0 - 10.0 * down, 0.3, 1.0)
+    return np.where(down > 0, horizon[None] * share, radiance)
 
 
 def _weights(towards: Floats) -> Floats:
@@ -238,8 +244,7 @@ def _resample(image: Floats | Image, size: tuple[int, int], rotation: float) -> 
     bottom = np.minimum(top + 1, height - 1)
     upper = image[top][:, left % width] * (1 - right) + image[top][:, (left + 1) % width] * right
     lower = (
-        image[bottom][:, left % width] * (1 - right)
-        + image[bottom][:, (left + 1) % width] * right
+        image[bottom][:, left % width] * (1 - right) + image[bottom][:, (left + 1) % width] * right
     )
     return np.asarray(upper * (1 - down) + lower * down, dtype=np.float64)
 

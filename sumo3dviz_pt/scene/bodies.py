@@ -27,6 +27,7 @@ from sumo3dviz_pt.scene.body_choice import (
 )
 from sumo3dviz_pt.scene.materials import principled
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
+from sumo3dviz_pt.shapes.plain_bodies import plain_body
 from sumo3dviz_pt.shapes.ply import read_ply
 from sumo3dviz_pt.shapes.user_mesh import read_user_mesh
 
@@ -92,8 +93,6 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
     name = f"{choice.vclass} {length:g}x{width:g}x{height:g}"
 
     def make() -> Prototype:
-        from sumo3dviz_pt.shapes.plain_bodies import plain_body
-
         made = plain_body(choice.vclass, length=length, width=width, height=height)
         return Prototype(name, made.parts, made.far)
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.job import GroundSettings
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.surfaces import (
     metres_per_tile,
@@ -53,25 +54,21 @@ def build_ground(
     Raises:
         ConfigError: If the surface is unknown.
     """
-    from sumo3dviz_pt.scene.materials import MATERIALS
-
     tile = metres_per_tile(settings.texture) * settings.scale
     name = f"ground:{settings.texture}"
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
     near = network.location.boundary[:2]
+    walls = merge_meshes([])
     if roads.cells.is_flat:
         mesh = level_ground(network, roads)
-        walls = None
     else:
-        mesh, height_at = terrain(network, roads)
+        mesh, height_at = terrain(roads)
         walls = retaining_walls(roads, height_at)
-    mesh = Mesh(
-        mesh.vertices, mesh.faces, mesh.normals, planar_uvs(mesh.vertices, tile=tile, near=near)
-    )
+    mesh = replace(mesh, uvs=planar_uvs(mesh.vertices, tile=tile, near=near))
     static = [StaticPart("ground", "ground", Part(mesh, name))]
-    if walls is not None and len(walls.faces):
-        materials["kerb"] = MATERIALS["kerb"]
-        static.append(StaticPart("ground/walls", "ground", Part(walls, "kerb")))
+    if len(walls.faces):
+        materials[KERB] = MATERIALS[KERB]
+        static.append(StaticPart("ground/walls", "ground", Part(walls, KERB)))
     return GroundParts(tuple(static), materials)
 
 
@@ -80,10 +77,9 @@ def level_ground(network: Network, roads: RoadLayout) -> Mesh:
     x0, y0, x1, y1 = network.location.boundary
     centre = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), road_level(roads) - DROP])
     reach = 0.5 * float(np.hypot(x1 - x0, y1 - y0))
-    radii = np.concatenate(
-        [np.linspace(0.0, reach + 200.0, 12)[1:], np.geomspace(reach + 400.0, reach + RADIUS, 12)]
-    )
-    grid = polar_grid(radii, segments=48)
+    near = np.linspace(0.0, reach + 200.0, 12)[1:]
+    far = np.geomspace(reach + 400.0, reach + RADIUS, 12)
+    grid = polar_grid(np.concatenate([near, far]), segments=48)
     return Mesh(grid.vertices + centre, grid.faces)
 
 

@@ -46,18 +46,53 @@ class Kind:
 
 
 KINDS: tuple[Kind, ...] = (
-    Kind("trees", frozenset({"tree", "trees"}), "point", tuple(SPECIES), (22.0, 55.0, 170.0),
-         (27_000, 9800, 1800, 190), (2.8, 2.0, 9.0)),
-    Kind("fences", frozenset({"fence", "fences", "guardrail", "guard_rail"}), "line", (),
-         (70.0, 300.0), (470, 180, 24)),
-    Kind("homes", frozenset({"home", "homes", "house", "houses"}), "point", tuple(HOMES),
-         (110.0, 350.0), (900, 260, 90), (6.0, 0.0, 9.0)),
-    Kind("shops", frozenset({"shop", "shops", "store"}), "point", tuple(SHOPS),
-         (110.0, 350.0), (540, 190, 60), (8.5, 0.0, 6.0)),
-    Kind("blocks", frozenset({"block", "blocks", "apartments"}), "point", tuple(BLOCKS),
-         (110.0, 350.0), (4400, 1450, 260), (9.5, 0.0, 30.0)),
-    Kind("buildings", frozenset({"building", "buildings"}), "area", (),
-         (90.0, 300.0), (900, 300, 90)),
+    Kind(
+        "trees",
+        frozenset({"tree", "trees"}),
+        "point",
+        tuple(SPECIES),
+        (22.0, 55.0, 170.0),
+        (27_000, 9800, 2100, 260),
+        (2.8, 2.0, 9.0),
+    ),
+    Kind(
+        "fences",
+        frozenset({"fence", "fences", "guardrail", "guard_rail"}),
+        "line",
+        (),
+        (70.0, 300.0),
+        (470, 180, 24),
+    ),
+    Kind(
+        "homes",
+        frozenset({"home", "homes", "house", "houses"}),
+        "point",
+        tuple(HOMES),
+        (110.0, 350.0),
+        (900, 260, 90),
+        (6.0, 0.0, 9.0),
+    ),
+    Kind(
+        "shops",
+        frozenset({"shop", "shops", "store"}),
+        "point",
+        tuple(SHOPS),
+        (110.0, 350.0),
+        (540, 190, 60),
+        (8.5, 0.0, 6.0),
+    ),
+    Kind(
+        "blocks",
+        frozenset({"block", "blocks", "apartments"}),
+        "point",
+        tuple(BLOCKS),
+        (110.0, 350.0),
+        (4400, 1450, 260),
+        (9.5, 0.0, 30.0),
+    ),
+    Kind(
+        "buildings", frozenset({"building", "buildings"}), "area", (), (90.0, 300.0), (900, 300, 90)
+    ),
 )
 """Every kind of static object."""
 

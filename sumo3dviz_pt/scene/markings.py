@@ -76,8 +76,8 @@ def _lifted(
 ) -> Mesh:
     """Decals above the surface that they lie on."""
     if layout.cells.is_flat:
-        return Mesh(vertices + [0.0, 0.0, lift], faces)
-    vertices = draped(vertices, surface) + [0.0, 0.0, 3.0 * lift]
+        return Mesh(vertices + np.array([0.0, 0.0, lift]), faces)
+    vertices = draped(vertices, surface) + np.array([0.0, 0.0, 3.0 * lift])
     return Mesh(vertices, faces, smooth_normals(vertices, faces))
 
 

@@ -1,4 +1,4 @@
-"""Lines through junctions that are none for drivers: where a road only goes on, widens or splits."""
+"""Lines through junctions where a road only goes on, widens, merges or splits."""
 
 from __future__ import annotations
 

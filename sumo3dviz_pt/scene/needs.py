@@ -79,7 +79,7 @@ def in_view(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
         cosine = np.einsum("knc,nc->kn", towards, gaze.forwards) / np.maximum(distance, 1e-9)
         angle = np.arccos(np.clip(cosine, -1.0, 1.0))
         ball = np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0.0, 1.0))
-        return (distance < AROUND + radius) | (angle < gaze.half_angles + ball)
+        return np.asarray((distance < AROUND + radius) | (angle < gaze.half_angles + ball))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,9 +129,7 @@ class CrowdPlan:
     limit: int
 
 
-def plan_crowd(
-    bodies: Sequence[str], frames: Sequence[tuple[Gaze, Bools, Floats]]
-) -> CrowdPlan:
+def plan_crowd(bodies: Sequence[str], frames: Sequence[tuple[Gaze, Bools, Floats]]) -> CrowdPlan:
     """Find how many bodies of each kind a shot shows at once.
 
     Args:

@@ -161,7 +161,15 @@ def read_view(name: str) -> RidingView:
     Raises:
         ConfigError: If there is no such preset, or a key in it is wrong.
     """
-    content = template("camera", name)
+    return parse_view(template("camera", name), name=name)
+
+
+def parse_view(content: Mapping[str, Any], *, name: str) -> RidingView:
+    """Take a preset's content as a view.
+
+    Raises:
+        ConfigError: If a key is unknown or missing; the message suggests one.
+    """
     known = {item.name: item for item in fields(RidingView)}
     for key in content:
         if key not in known:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy import spatial
 
 from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import Floats
@@ -130,17 +131,15 @@ def sliver_cells(
 
 def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str, str]]:
     """Pairs of edges that join the same junctions in opposite directions."""
-    ids = list(edge_ids)
     by_ends: dict[tuple[str, str], list[str]] = {}
-    for key in ids:
+    for key in edge_ids:
         edge = network.edges[key]
         by_ends.setdefault((edge.from_junction, edge.to_junction), []).append(key)
     return [
         (key, other)
-        for key in ids
-        for other in by_ends.get(
-            (network.edges[key].to_junction, network.edges[key].from_junction), []
-        )
+        for (start, end), group in by_ends.items()
+        for key in group
+        for other in by_ends.get((end, start), [])
         if key < other
     ]
 
@@ -168,12 +167,9 @@ def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shap
 def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
     """Known heights: of vehicles' ways and the lanes around, or else of the outline."""
     knots = [strip.lane.shape for strip in ways]
-    if len(quads):
-        corners = quads.reshape(-1, 3)
-        middle = outline[:, :2].mean(axis=0) if len(outline) else corners[:, :2].mean(axis=0)
-        reach = 2.0 + max(
-            (np.linalg.norm(outline[:, :2] - middle, axis=1).max() if len(outline) else 5.0), 5.0
-        )
-        knots.append(corners[np.linalg.norm(corners[:, :2] - middle, axis=1) < reach])
-    known = np.concatenate(knots) if knots else np.zeros((0, 3))
+    corners = quads[np.isfinite(quads).all(axis=(1, 2))].reshape(-1, 3)
+    if len(outline) and len(corners):
+        away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
+        corners = corners[np.asarray(away) < 2.0]
+    known = np.concatenate([*knots, corners])
     return known if len(known) else outline

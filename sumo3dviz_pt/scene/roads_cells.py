@@ -92,13 +92,13 @@ def lane_cells(strips: Sequence[Strip], owners: Sequence[str]) -> Cells:
     quads = [strip.quads for strip in strips]
     counts = [len(quad) for quad in quads]
     corners = np.concatenate(quads) if quads else np.zeros((0, 4, 3))
-    index = np.repeat(np.arange(len(strips)), counts)
+    index = np.repeat(np.arange(len(strips)), counts).tolist()
     return Cells(
         quad_polygons(corners),
         corners,
         {},
         tuple(strips[i].look.surface for i in index),
-        np.array([strips[i].look.raised for i in index], dtype=bool),
+        np.array([strips[i].look.raised for i in index], dtype=np.bool_),
         tuple(owners[i] for i in index),
         {},
     )

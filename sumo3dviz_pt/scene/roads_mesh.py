@@ -132,10 +132,32 @@ def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Flo
     ]
     if not flat:
         return []
+    if not cells.is_flat:
+        flat = _with_corners(flat, cells)
     heights = heights_near(cells, np.concatenate(flat)) + above
     ends = np.cumsum([len(ring) for ring in flat])[:-1]
     pairs = zip(flat, np.split(heights, ends), strict=True)
     return [np.column_stack([ring, height]) for ring, height in pairs]
+
+
+def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
+    """Rings with all corners of cells that lie on them.
+
+    Unions drop vertices on straight lines, but there the slope may change.
+    """
+    corners = shapely.points(np.unique(shapely.get_coordinates(cells.polygons), axis=0))
+    tree = shapely.STRtree(corners)
+    lines = np.array([shapely.LinearRing(ring) for ring in rings], dtype=object)
+    ring, corner = tree.query(lines, predicate="dwithin", distance=0.02)
+    dense = []
+    for number, line in enumerate(lines):
+        own = shapely.points(rings[number])
+        points = np.concatenate([own, corners[corner[ring == number]]])
+        along = np.concatenate([[0.0], shapely.line_locate_point(line, points[1:])])
+        along = np.sort(along)
+        kept = np.concatenate([[True], np.diff(along) > 0.005])
+        dense.append(shapely.get_coordinates(shapely.line_interpolate_point(line, along[kept])))
+    return dense
 
 
 def smooth_normals(vertices: Floats, faces: Ints) -> Floats:

@@ -54,12 +54,7 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
     if region is None or not len(points):
         return region is None
     low, high = points[:, :2].min(axis=0) - margin, points[:, :2].max(axis=0) + margin
-    return bool(
-        low[0] <= region[2]
-        and high[0] >= region[0]
-        and low[1] <= region[3]
-        and high[1] >= region[1]
-    )
+    return bool((low <= region[2:]).all() and (high >= region[:2]).all())
 
 
 def lane_line(lane: Lane) -> Floats:

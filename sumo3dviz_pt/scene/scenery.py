@@ -28,6 +28,7 @@ FARTHEST = 4000.0
 BUDGET = 700_000
 """Triangles of all static objects of a shot, at most (about)."""
 
+_MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
 _SHADOW = 40.0  # radius within which an object and its shadow lie [m]
 _LEVELS = {"they stand on a carriageway": logging.WARNING}
 
@@ -104,7 +105,7 @@ def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
 
 
 def levels_of(kind: Kind, distances: Floats, shrink: float) -> Ints:
-    """Level of detail at distances [m]; `shrink` in (0, 1] draws the limits in."""
+    """Level of detail at distances [m]; `shrink` scales the limits."""
     return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
 
 
@@ -141,11 +142,15 @@ def _sorted_out(
     reasons = (
         ("they stand on a carriageway", around.index.covers(places)),
         ("a building polygon covers them", inside),
-        (f"they are farther than {FARTHEST:.0f} m from every camera",
-         around.distances(places) > FARTHEST),
+        (
+            f"they are farther than {FARTHEST:.0f} m from every camera",
+            around.distances(places) > FARTHEST,
+        ),
         ("no camera of the shot sees them", ~around.seen(places, radius=_SHADOW)),
-        ("a camera would be inside them",
-         np.array([_blocks_camera(kind, place, around) for place in places])),
+        (
+            "a camera would be inside them",
+            np.array([_blocks_camera(kind, place, around) for place in places]),
+        ),
     )
     keep = np.ones(len(items), dtype=np.bool_)
     left_out: list[LeftOut] = []
@@ -172,7 +177,7 @@ def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
 
 
 def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -> float:
-    """How far level limits must be drawn in to keep the triangle budget, (0, 1]."""
+    """By how much level limits move: out where the triangle budget leaves room, else in."""
     measured = []
     for kind, _, items in groups:
         pieces = np.ones(len(items))
@@ -180,7 +185,7 @@ def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
             pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
         measured.append((kind, around.distances(_places(items)), pieces))
-    shrink = 1.0
+    shrink = _MOST_STRETCH
     while shrink > 0.05:
         total = sum(
             float((np.array(kind.cost)[levels_of(kind, distances, shrink)] * pieces).sum())
@@ -244,5 +249,7 @@ def facing_roads(places: Floats, index: LaneIndex) -> Floats:
 
 
 _BUILDERS: dict[str, Callable[..., list[Part]]] = {
-    "point": _point_parts, "line": line_parts, "area": area_parts,
+    "point": _point_parts,
+    "line": line_parts,
+    "area": area_parts,
 }

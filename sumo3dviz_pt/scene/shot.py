@@ -136,7 +136,8 @@ def build_shot(
     gaze = needs.Gaze.of(sparse, aspect=aspect)
     place = _place(scenario, job, gaze)
     crowd = _crowd(fleet, built, times, aspect)
-    opened = {name: fleet.prototypes[name] for name in crowd.slots.near | crowd.slots.far}
+    shown = sorted({*crowd.slots.near, *crowd.slots.far})
+    opened = {name: fleet.prototypes[name] for name in shown}
     sky = build_sky(job.sky, location=scenario.network.location)
     data = SceneData(
         materials=_materials(place, opened.values(), fleet.materials),

@@ -22,6 +22,7 @@ POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.35, 4.7, 2.1
 """Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
 _BESIDE, _BEHIND, _SPACING = 0.7, 0.5, 0.56
 _WIDE = 3  # signalled lanes from which an arm reaches over the road
+_STEPS = np.arange(0.0, 8.0, 0.5)  # how far a pole may move outwards [m]
 _UP = np.array([0.0, 0.0, 1.0])
 _WALKS = ("crossing", "walkingarea")
 
@@ -107,8 +108,9 @@ def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list
     """Links by the edge whose end they guard, or by the crossing they let people onto."""
     found: dict[str, list[Connection]] = {}
     for link in links:
-        start, end = (network.edges[network.lanes[lane].edge_id]
-                      for lane in (link.from_lane, link.to_lane))
+        start, end = (
+            network.edges[network.lanes[lane].edge_id] for lane in (link.from_lane, link.to_lane)
+        )
         if start.function in _WALKS:
             crossing = end if end.function == "crossing" else start
             found.setdefault(crossing.id, []).append(link)
@@ -140,10 +142,15 @@ def _approach(
     groups = _groups(links, course_of, lamps)
     along, yaw = _direction(edge.lanes[0].shape)
     outward = _left(along) if network.left_hand else -_left(along)
-    foot = _foot(edge.lanes[0], along, outward, len(groups))
-    foot = _off_carriageway(foot, outward, index, behind=-2.0 * along)
-    heads = _row(groups, foot + POLE_BOTTOM * _UP, (-outward, along, yaw), lamps)
     bar = (len(groups) - 1) * _SPACING
+    foot = _foot(edge.lanes[0], along, outward, bar)
+    # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
+    probes = (0.0 * along, -2.0 * along, -bar / 2 * outward)
+    inner = edge.lanes[-1]
+    opposite = inner.shape[-1] + _BEHIND * along - (inner.width / 2 + _BESIDE) * outward
+    places = np.vstack([foot + _STEPS[:, None] * outward, opposite])
+    foot = _freest(places, probes, index)
+    heads = _row(groups, foot + POLE_BOTTOM * _UP, (-outward, along, yaw), lamps)
     lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
     if len(lanes) < _WIDE:
         height = POLE_BOTTOM + 0.3 * lamps + 0.12
@@ -153,9 +160,9 @@ def _approach(
         across = float((lane.shape[-1] - foot) @ -outward)
         bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * _UP
         heads += _row(own, bottom, (-outward, along, yaw), lamps)
-    reach = max(float((lane.shape[-1] - foot) @ -outward) for lane in lanes) + 0.5
-    left = float(np.sign(_left(along) @ -outward))
-    return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, left * reach, bar)]
+    reach = max((float((lane.shape[-1] - foot) @ _left(along)) for lane in lanes), key=abs)
+    reach += 0.5 * float(np.sign(reach))
+    return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar)]
 
 
 def _row(
@@ -183,38 +190,35 @@ def _crossing(
     for shape in (lane.shape, lane.shape[::-1]):
         along, yaw = _direction(shape)
         beside = -_left(along) * (lane.width / 2 + 0.35)
-        foot = _off_carriageway(shape[-1] + 0.4 * along + beside, along, index)
+        places = [
+            shape[-1] + out * along + side * beside
+            for side in (1.0, -1.0, 1.5, -1.5)
+            for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
+        ]
+        foot = _freest(np.array(places), (0.0 * along,), index)
         heads += _row(groups, foot + WALK_BOTTOM * _UP, (_left(along), along, yaw), 2)
         bar = (len(groups) - 1) * _SPACING
         supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
     return heads, supports
 
 
-def _foot(outer: Lane, along: Floats, outward: Floats, heads: int) -> Floats:
-    """Where a pole would stand if nothing were in its way."""
-    beside = outer.width / 2 + _BESIDE + _SPACING / 2 * (heads - 1)
+def _foot(outer: Lane, along: Floats, outward: Floats, bar: float) -> Floats:
+    """Where a pole with a crossbar would stand if nothing were in its way."""
+    beside = outer.width / 2 + _BESIDE + bar / 2
     foot: Floats = outer.shape[-1] + _BEHIND * along + beside * outward
     return foot
 
 
-def _off_carriageway(
-    foot: Floats, outward: Floats, index: LaneIndex, *, behind: Floats | None = None
-) -> Floats:
-    """Move a pole outwards until it stands on no carriageway; keep it if there is no room.
+def _freest(candidates: Floats, probes: Sequence[Floats], index: LaneIndex) -> Floats:
+    """The first place that is most clear of carriageways.
 
     Args:
-        foot: Where it would stand, (3,) [m].
-        outward: Unit direction.
+        candidates: Places for a pole, best first, (n, 3) [m].
+        probes: Vectors from the pole to what must not be over a carriageway, (3,) each.
         index: The network's lanes.
-        behind: From the foot to a second place that must be free: lanes that end beside
-            the pole do not cover its own place, which lies behind their ends.
     """
-    steps = np.arange(0.0, 8.0, 0.5)
-    places = foot + steps[:, None] * outward
-    free = ~index.covers(places[:, :2], margin=0.3)
-    if behind is not None:
-        free &= ~index.covers((places + behind)[:, :2], margin=0.3)
-    return places[int(np.argmax(free))] if free.any() else foot
+    blocked = [index.covers((candidates + probe)[:, :2], margin=0.3) for probe in probes]
+    return candidates[int(np.argmin(np.sum(blocked, axis=0)))]
 
 
 def _direction(shape: Floats) -> tuple[Floats, float]:

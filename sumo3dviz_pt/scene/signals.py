@@ -64,8 +64,9 @@ class Signals:
             key = (id(head.course), head.lamps)
             if key not in known:
                 known[key] = head.course.lit_at(time, lamps=head.lamps)
-            rows += [RADIANCE[c] if c in known[key] else (0.0, 0.0, 0.0)
-                     for c in _STACK[head.lamps]]
+            rows += [
+                RADIANCE[c] if c in known[key] else (0.0, 0.0, 0.0) for c in _STACK[head.lamps]
+            ]
         return {LAMP_SET: frozen(np.array(rows))}
 
     def heads_of(self, tls: str, link: int) -> tuple[int, ...]:
@@ -139,15 +140,26 @@ def _signalled(
         return [], (LeftOut("signals", "there is no signal log"),)
     silent = {link.tls for link in links if not (link.tls in phases and phases[link.tls].states)}
     known = [link for link in links if link.tls not in silent]
-    right = [link for link in known
-             if any(link.link_index < len(state) for state in phases[link.tls].states)]
+    right = [
+        link
+        for link in known
+        if any(link.link_index < len(state) for state in phases[link.tls].states)
+    ]
     left_out = []
     if silent:
-        left_out.append(LeftOut(f"signals of {len(silent)} traffic lights",
-                                f"the signal log does not know them: {_some(silent)}"))
+        left_out.append(
+            LeftOut(
+                f"signals of {len(silent)} traffic lights",
+                f"the signal log does not know them: {_some(silent)}",
+            )
+        )
     if len(right) < len(known):
-        left_out.append(LeftOut(f"signals of {len(known) - len(right)} links",
-                                "the log's state strings are too short for them"))
+        left_out.append(
+            LeftOut(
+                f"signals of {len(known) - len(right)} links",
+                "the log's state strings are too short for them",
+            )
+        )
     for item in left_out:
         _LOG.warning("left out %s: %s", item.what, item.why)
     return right, tuple(left_out)
@@ -162,9 +174,7 @@ def _some(names: set[str]) -> str:
 def _static(heads: Sequence[Head], supports: Sequence[Support]) -> tuple[StaticPart, ...]:
     """Housings and poles, merged by material."""
     bodies = {lamps: traffic_light.housing(lamps) for lamps in _STACK}
-    housings = [
-        traffic_light.placed(bodies[head.lamps], head.position, head.yaw) for head in heads
-    ]
+    housings = [traffic_light.placed(bodies[head.lamps], head.position, head.yaw) for head in heads]
     poles = [_support(support) for support in supports]
     return tuple(
         StaticPart(f"signals/{material}", "signals", Part(merge_meshes(meshes), material))

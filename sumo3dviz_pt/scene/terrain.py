@@ -15,7 +15,6 @@ from scipy import ndimage, spatial
 from scipy.interpolate import RegularGridInterpolator
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.roads_heights import surface_heights
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import area_rings
@@ -34,10 +33,16 @@ _MOST = 100_000
 _FAR = 20_000.0
 """Where the terrain ends [m]."""
 
+_HIGHEST_WALL = 9.0
+"""Roads this far above the terrain [m] are bridges."""
+
+_BRIDGE_SIDE = 1.2
+"""Height of a bridge's side [m]."""
+
 HeightAt = Callable[[Floats], Floats]
 
 
-def terrain(network: Network, roads: RoadLayout) -> tuple[Mesh, HeightAt]:
+def terrain(roads: RoadLayout) -> tuple[Mesh, HeightAt]:
     """The terrain's mesh, and a function that gives its height at points (n, 2) [m]."""
     samples = road_samples(roads)
     x, y = _axes(samples)
@@ -66,8 +71,10 @@ def retaining_walls(roads: RoadLayout, height_at: HeightAt) -> Mesh:
     rings = area_rings(roads.outline, roads.cells)
     bottoms = []
     for ring in rings:
-        ground = np.minimum(height_at(ring[:, :2]), ring[:, 2]) - 0.5
-        bottoms.append(np.column_stack([ring[:, :2], ground]))
+        depth = ring[:, 2] - height_at(ring[:, :2])
+        # Higher up it is a bridge, which shows only its own side.
+        depth = np.where(depth > _HIGHEST_WALL, _BRIDGE_SIDE, np.maximum(depth, 0.0) + 0.5)
+        bottoms.append(ring - depth[:, None] * np.array([0.0, 0.0, 1.0]))
     return walls(rings, bottoms)
 
 
@@ -79,9 +86,7 @@ def _axes(samples: Floats) -> tuple[Floats, Floats]:
         spacing *= 1.25
     beyond = np.geomspace(spacing, _FAR, 24)
     lines = [
-        np.concatenate(
-            [a - beyond[::-1], np.linspace(a, b, max(int((b - a) / spacing), 2)), b + beyond]
-        )
+        np.concatenate([a - beyond[::-1], np.arange(a, b, spacing), b + beyond])
         for a, b in zip(low, high, strict=True)
     ]
     return lines[0], lines[1]
@@ -92,7 +97,7 @@ def _blended(samples: Floats, x: Floats, y: Floats) -> Floats:
     xx, yy = np.meshgrid(x, y)
     grid = np.column_stack([xx.ravel(), yy.ravel()])
     thin = samples[:: max(len(samples) // 40_000, 1)]
-    away, near = spatial.cKDTree(thin[:, :2]).query(grid, k=12)
+    away, near = (np.asarray(v) for v in spatial.cKDTree(thin[:, :2]).query(grid, k=12))
     weights = 1.0 / (away**2 + 4.0)
     z = (weights * thin[near, 2]).sum(axis=1) / weights.sum(axis=1)
     smooth = ndimage.gaussian_filter(z.reshape(xx.shape), 2.0, mode="nearest")

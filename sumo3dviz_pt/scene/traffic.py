@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -202,8 +203,6 @@ def find_rider(fleet: Fleet, name: str) -> Trajectory:
 
 def _suggested(name: str, fleet: Fleet) -> str:
     """End of a sentence that names near ids and some that exist."""
-    import difflib
-
     ids = list(dict.fromkeys(trajectory.id for trajectory in fleet.trajectories))
     if not ids:
         return "; there is nobody in this time window"

@@ -57,8 +57,9 @@ def home(seed: int, level: int, facade: Facade | None = None) -> Shell:
     for i in range(4):
         parts.append(_home_wall(plan[i], plan[(i + 1) % 4], floors, facade, (level, i == 0, rng)))
     along_front = bool(rng.random() < 0.65)
-    parts.append(gable_roof(plan, floors[-1], pitch=pitch, ridge_along_first=along_front,
-                            level=level))
+    parts.append(
+        gable_roof(plan, floors[-1], pitch=pitch, ridge_along_first=along_front, level=level)
+    )
     if level != FAR:
         ridge = floors[-1] + np.tan(pitch) * (depth if along_front else width) / 2
         x, y = (0.5, width * 0.28) if along_front else (-depth * 0.2, 0.6)
@@ -137,8 +138,13 @@ def _shop_front(width: float, height: float, level: int, rng: np.random.Generato
     if level == FAR:
         u0, u1 = openings[0, 0], openings[-1, 1]
         one = np.array([[u0, u1, 0.35, height - 1.5]])
-        return joined([{"wall": storey(width, 0.0, height, one)}, band,
-                       {"band": rectangles(u0, u1, 0.35, height - 1.5)}])
+        return joined(
+            [
+                {"wall": storey(width, 0.0, height, one)},
+                band,
+                {"band": rectangles(u0, u1, 0.35, height - 1.5)},
+            ]
+        )
     shade = rectangles(0.4, width - 0.4, height - 1.75, height - 1.35)
     shade[:, :2, 1], shade[:, 2:, 1] = -1.3, -0.14
     panes = windows(openings, glazing, level=level, rng=rng)
@@ -195,12 +201,20 @@ def _balconies(
     parts: list[Shell] = []
     for u0, u1, *_ in openings[int(rng.integers(0, 2)) :: 3]:
         for z in floors[1:-1]:
-            parts.append({"trim": box((u0 - 0.55, -1.15, z - 0.08), (u1 + 0.55, 0, z + 0.1),
-                                      skip="Y")})
+            parts.append(
+                {"trim": box((u0 - 0.55, -1.15, z - 0.08), (u1 + 0.55, 0, z + 0.1), skip="Y")}
+            )
             rail = "blind" if solid else "rail"
             z0 = z + (0.1 if solid else 0.95)
-            parts.append({rail: box((u0 - 0.55, -1.15, z0), (u1 + 0.55, 0, z + 1.02), skip="Ybt"
-                                    if solid else "Y")})
+            parts.append(
+                {
+                    rail: box(
+                        (u0 - 0.55, -1.15, z0),
+                        (u1 + 0.55, 0, z + 1.02),
+                        skip="Ybt" if solid else "Y",
+                    )
+                }
+            )
             if not solid and level == NEAR:
                 parts.append({"rail": _bars(u0 - 0.53, u1 + 0.53, z)})
     return joined(parts)
@@ -247,29 +261,59 @@ def palette(style: Style, rng: np.random.Generator, wall_colour: Colour | None =
 
     base = mixed(0.45, (0.3, 0.29, 0.27))
     return {
-        "wall": ("wall", main), "base": ("wall", base), "plinth": ("wall", (0.26, 0.25, 0.24)),
-        "reveal": ("wall", mixed(0.9, pale)), "trim": ("wall", mixed(0.3, pale)),
-        "chimney": ("wall", (0.3, 0.14, 0.1)), "roof": ("roof", roof), "deck": ("roof", (0.2,) * 3),
-        "band": ("sign", mixed(0.3, (0.03, 0.035, 0.04))), "window": ("window", None),
-        "frame": ("frame", None), "sill": ("frame", None), "metal": ("metal_sheet", None),
-        "rail": ("signal_housing", None), "blind": ("wall", mixed(0.2, (0.5, 0.48, 0.44))),
-        "door": ("sign", accent), "sign": ("sign", accent), "awning": ("sign", accent),
+        "wall": ("wall", main),
+        "base": ("wall", base),
+        "plinth": ("wall", (0.26, 0.25, 0.24)),
+        "reveal": ("wall", mixed(0.9, pale)),
+        "trim": ("wall", mixed(0.3, pale)),
+        "chimney": ("wall", (0.3, 0.14, 0.1)),
+        "roof": ("roof", roof),
+        "deck": ("roof", (0.2,) * 3),
+        "band": ("sign", mixed(0.3, (0.03, 0.035, 0.04))),
+        "window": ("window", None),
+        "frame": ("frame", None),
+        "sill": ("frame", None),
+        "metal": ("metal_sheet", None),
+        "rail": ("signal_housing", None),
+        "blind": ("wall", mixed(0.2, (0.5, 0.48, 0.44))),
+        "door": ("sign", accent),
+        "sign": ("sign", accent),
+        "awning": ("sign", accent),
         "letter": ("sign", (0.72, 0.72, 0.7)),
     }
 
 
 _BRICK: tuple[Colour, ...] = ((0.30, 0.13, 0.085), (0.36, 0.18, 0.12), (0.27, 0.17, 0.12))
 _PLASTER: tuple[Colour, ...] = (
-    (0.62, 0.6, 0.55), (0.66, 0.65, 0.62), (0.58, 0.47, 0.28), (0.56, 0.52, 0.44),
-    (0.55, 0.4, 0.3), (0.48, 0.52, 0.5),
+    (0.62, 0.6, 0.55),
+    (0.66, 0.65, 0.62),
+    (0.58, 0.47, 0.28),
+    (0.56, 0.52, 0.44),
+    (0.55, 0.4, 0.3),
+    (0.48, 0.52, 0.5),
 )
-_TILES: tuple[Colour, ...] = ((0.3, 0.1, 0.055), (0.24, 0.085, 0.05), (0.07, 0.072, 0.078),
-                              (0.13, 0.085, 0.065))
+_TILES: tuple[Colour, ...] = (
+    (0.3, 0.1, 0.055),
+    (0.24, 0.085, 0.05),
+    (0.07, 0.072, 0.078),
+    (0.13, 0.085, 0.065),
+)
 _DECK: tuple[Colour, ...] = ((0.22, 0.215, 0.21), (0.16, 0.16, 0.165))
-_DOORS: tuple[Colour, ...] = ((0.06, 0.09, 0.07), (0.16, 0.075, 0.035), (0.1, 0.02, 0.02),
-                              (0.04, 0.06, 0.11), (0.5, 0.5, 0.48))
-_SIGNS: tuple[Colour, ...] = ((0.42, 0.03, 0.03), (0.03, 0.12, 0.34), (0.03, 0.24, 0.09),
-                              (0.55, 0.32, 0.03), (0.05, 0.05, 0.055), (0.3, 0.04, 0.16))
+_DOORS: tuple[Colour, ...] = (
+    (0.06, 0.09, 0.07),
+    (0.16, 0.075, 0.035),
+    (0.1, 0.02, 0.02),
+    (0.04, 0.06, 0.11),
+    (0.5, 0.5, 0.48),
+)
+_SIGNS: tuple[Colour, ...] = (
+    (0.42, 0.03, 0.03),
+    (0.03, 0.12, 0.34),
+    (0.03, 0.24, 0.09),
+    (0.55, 0.32, 0.03),
+    (0.05, 0.05, 0.055),
+    (0.3, 0.04, 0.16),
+)
 
 HOMES: Mapping[str, Style] = {
     "plaster": Style(home, _PLASTER[:4], _TILES, _DOORS),

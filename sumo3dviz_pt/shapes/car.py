@@ -9,10 +9,13 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape, body_surface, car_shape
+from sumo3dviz_pt.shapes.car_cuts import HOLE, Finish, finishes
 from sumo3dviz_pt.shapes.car_details import attached, details
 from sumo3dviz_pt.shapes.car_far import far_pieces
-from sumo3dviz_pt.shapes.car_panels import HOLE, Finish, cut_panels, finishes
+from sumo3dviz_pt.shapes.car_gaps import cut_gaps
+from sumo3dviz_pt.shapes.car_panels import cut_dark_parts, cut_panels
 from sumo3dviz_pt.shapes.car_recipe import CarRecipe
+from sumo3dviz_pt.shapes.car_windows import cut_windows
 from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.shapes.simplify import simplify
 from sumo3dviz_pt.shapes.solids import by_material, mirrored, moved
@@ -61,14 +64,17 @@ def _fit(recipe: CarRecipe, points: Floats) -> Transform:
 
 def _body_pieces(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
     """The cut body, both halves."""
-    surface = cut_panels(body_surface(shape, spacing=_SPACING), shape)
+    surface = body_surface(shape, spacing=_SPACING)
+    for cut in (cut_dark_parts, cut_windows, cut_panels, cut_gaps):
+        surface = cut(surface, shape)
     surface = simplify(surface, faces=_HALF_FACES)
     owner, normals = corner_normals(shape.field, surface)
     known = finishes(shape.recipe.panels)
     for tag in np.unique(surface.tags[surface.tags != HOLE]):
         chosen = surface.tags == tag
-        half = _half(surface, owner.reshape(-1, 3)[chosen], normals.reshape(-1, 3, 3)[chosen],
-                     known[tag])
+        half = _half(
+            surface, owner.reshape(-1, 3)[chosen], normals.reshape(-1, 3, 3)[chosen], known[tag]
+        )
         for mesh in half:
             yield known[tag].material, mesh
             yield known[tag].material, mirrored(mesh)
@@ -93,8 +99,9 @@ def _half(surface: Surface, owner: np.ndarray, normals: Floats, finish: Finish) 
     """The faces of one finish in the body frame, pushed in, with walls around them."""
     positions = surface.vertices[owner]
     shift = np.array([finish.recess, 0.0, 0.0])
-    yield _forward(weld(owner.reshape(-1), (positions + shift).reshape(-1, 3),
-                        normals.reshape(-1, 3)))
+    yield _forward(
+        weld(owner.reshape(-1), (positions + shift).reshape(-1, 3), normals.reshape(-1, 3))
+    )
     if finish.recess != 0.0:
         yield _forward(_walls(surface.vertices, owner, shift))
 
@@ -102,8 +109,12 @@ def _half(surface: Surface, owner: np.ndarray, normals: Floats, finish: Finish) 
 def _forward(mesh: Mesh) -> Mesh:
     """Turn d backwards into x forwards."""
     assert mesh.normals is not None
-    return replace(mesh, vertices=mesh.vertices * _FLIP, faces=mesh.faces[:, ::-1],
-                   normals=mesh.normals * _FLIP)
+    return replace(
+        mesh,
+        vertices=mesh.vertices * _FLIP,
+        faces=mesh.faces[:, ::-1],
+        normals=mesh.normals * _FLIP,
+    )
 
 
 def _walls(vertices: Floats, faces: np.ndarray, shift: Floats) -> Mesh:

@@ -18,6 +18,9 @@ from sumo3dviz_pt.shapes.implicit import Curve, dual_contour, intersect, unite
 WELL_DEPTH = 0.30
 """How far wheel wells reach inwards from the flank [m]."""
 
+PILLAR_LEAN = 0.06
+"""Run of pillars and door edges per height, backwards when going up."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CarShape:
@@ -61,7 +64,7 @@ class CarShape:
         return (self.recipe.header - d) / (float(self.roof(self.recipe.header)) - z)
 
     def windscreen(self, z: Floats) -> Floats:
-        """d of the windscreen in the middle at heights z [m]."""
+        """Distance d of the windscreen in the middle at heights z [m]."""
         d, low = self.recipe.cowl
         return np.asarray(d + (z - low) * self.rake + 0.10 * np.maximum(z - low, 0.0) ** 2)
 
@@ -90,24 +93,46 @@ def car_shape(recipe: CarRecipe) -> CarShape:
     belt = Curve.through(recipe.belt, smooth=0.10)
     middle = float(belt(length / 2.0))
     plan = [
-        (0.0, 0.90), (0.5, 0.965), (1.1, 0.985), (0.45 * length, 0.998), (0.62 * length, 1.0),
-        (length - 0.9, 0.985), (length - 0.3, 0.955), (length, 0.925),
+        (0.0, 0.90),
+        (0.5, 0.965),
+        (1.1, 0.985),
+        (0.45 * length, 0.998),
+        (0.62 * length, 1.0),
+        (length - 0.9, 0.985),
+        (length - 0.3, 0.955),
+        (length, 0.925),
     ]
     section = [
-        (low - 0.10, 0.90), (low + 0.02, 0.945), (low + 0.10, 0.972), (low + 0.22, 0.978),
-        (wide - 0.14, 0.988), (wide, 1.0), (wide + 0.06, 0.998), (middle - 0.06, 0.975),
-        (middle, 0.955), (middle + 0.3, 0.90),
+        (low - 0.10, 0.90),
+        (low + 0.02, 0.945),
+        (low + 0.10, 0.972),
+        (low + 0.22, 0.978),
+        (wide - 0.14, 0.988),
+        (wide, 1.0),
+        (wide + 0.06, 0.998),
+        (middle - 0.06, 0.975),
+        (middle, 0.955),
+        (middle + 0.3, 0.90),
     ]
     crease = [
-        (0.0, wide - 0.02), (0.9, wide), (0.5 * length, wide + 0.035),
-        (length - 0.5, wide + 0.085), (length, wide + 0.09),
+        (0.0, wide - 0.02),
+        (0.9, wide),
+        (0.5 * length, wide + 0.035),
+        (length - 0.5, wide + 0.085),
+        (length, wide + 0.09),
     ]
     fade = [(0.0, 0.0), (0.35, 0.2), (1.3, 1.0), (length - 0.8, 1.0), (length - 0.1, 0.3)]
     return CarShape(
-        recipe, Curve.through(plan, smooth=0.15), Curve.through(section, smooth=0.03), belt,
-        Curve.through(recipe.top, smooth=0.06), Curve.through(recipe.roof, smooth=0.12),
-        Curve.through(recipe.nose, smooth=0.025), Curve.through(recipe.tail, smooth=0.028),
-        Curve.through(recipe.backlight, smooth=0.03), Curve.through(crease, smooth=0.2),
+        recipe,
+        Curve.through(plan, smooth=0.15),
+        Curve.through(section, smooth=0.03),
+        belt,
+        Curve.through(recipe.top, smooth=0.06),
+        Curve.through(recipe.roof, smooth=0.12),
+        Curve.through(recipe.nose, smooth=0.025),
+        Curve.through(recipe.tail, smooth=0.028),
+        Curve.through(recipe.backlight, smooth=0.03),
+        Curve.through(crease, smooth=0.2),
         Curve.through(fade, smooth=0.1),
     )
 
@@ -182,8 +207,12 @@ def body_surface(shape: CarShape, *, spacing: float) -> Surface:
     recipe = shape.recipe
     length, half, height = recipe.length, shape.half, recipe.height
     d = _axis(-0.08, length + 0.08, spacing, ends=0.7)
-    y = np.concatenate([[-0.6 * spacing], 0.6 * spacing + _axis(0.0, half + 0.06, spacing, ends=0.2,
-                                                               only_last=True)])
+    y = np.concatenate(
+        [
+            [-0.6 * spacing],
+            0.6 * spacing + _axis(0.0, half + 0.06, spacing, ends=0.2, only_last=True),
+        ]
+    )
     low = max(recipe.clearance - 0.08, 0.0)
     z = np.arange(low, height + 0.09, 0.85 * spacing)
     vertices, faces = dual_contour(shape.field, (d, y, z))

@@ -30,9 +30,9 @@ def details(shape: CarShape) -> Iterator[Piece]:
 
 
 def surface_d(shape: CarShape, y: float, z: float, *, front: bool) -> float:
-    """d at which a ray along the car meets its front or rear at (y, z) [m]."""
+    """Distance d at which a ray along the car meets its front or rear at (y, z) [m]."""
     length = shape.recipe.length
-    d = np.linspace(-0.1, length / 2, 2000) if front else np.linspace(length + 0.1, length / 2, 2000)
+    d = np.linspace(-0.1 if front else length + 0.1, length / 2, 2000)
     inside = shape.field(d, np.full_like(d, y), np.full_like(d, z)) < 0.0
     return float(d[inside.argmax()])
 
@@ -80,7 +80,10 @@ def _plates(shape: CarShape) -> Iterator[Piece]:
     for front, height in zip((True, False), shape.recipe.plates, strict=True):
         sign = 1.0 if front else -1.0
         outer = max(-sign * surface_d(shape, y, height + z, front=front) for y, z in spots) * sign
-        for material, reach, half_y, half_z in (("trim", 0.002, 0.27, 0.064),
-                                                ("plate", 0.006, 0.26, 0.056)):
+        for material, reach, half_y, half_z in (
+            ("trim", 0.002, 0.27, 0.064),
+            ("plate", 0.006, 0.26, 0.056),
+        ):
             ends = sorted((outer + sign * reach, outer - sign * 0.06))
-            yield material, box((ends[0], -half_y, height - half_z), (ends[1], half_y, height + half_z))
+            low = (ends[0], -half_y, height - half_z)
+            yield material, box(low, (ends[1], half_y, height + half_z))

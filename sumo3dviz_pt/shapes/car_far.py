@@ -36,7 +36,7 @@ def far_pieces(shape: CarShape, *, track: float) -> Iterator[tuple[str, Mesh]]:
 
 
 def _stations(shape: CarShape) -> Floats:
-    """d of the cross sections: bumpers, bonnet, cowl, roof, rear window."""
+    """Distances d of the cross sections: bumpers, bonnet, cowl, roof, rear window."""
     recipe = shape.recipe
     low, high = recipe.rear_window
     roof_d = np.linspace(recipe.header, float(shape.backlight(high)), 100)
@@ -44,15 +44,25 @@ def _stations(shape: CarShape) -> Floats:
     end = float(shape.backlight(high + 0.05))
     first, last = _reach(shape)
     boot = min(float(shape.backlight(low - 0.02)), last - 0.06)
-    stations = [first, first + 0.09, 0.5 * recipe.cowl[0], recipe.cowl[0] + 0.03, recipe.header,
-                crown, end, boot, last - 0.11, last]
+    stations = [
+        first,
+        first + 0.09,
+        0.5 * recipe.cowl[0],
+        recipe.cowl[0] + 0.03,
+        recipe.header,
+        crown,
+        end,
+        boot,
+        last - 0.11,
+        last,
+    ]
     if recipe.bed:
         stations[6:8] = [recipe.bed[0] - 0.12, recipe.bed[0] - 0.02]
     return np.unique(np.round(stations, 3))
 
 
 def _reach(shape: CarShape) -> tuple[float, float]:
-    """d just behind the foremost and just ahead of the rearmost point in the middle [m]."""
+    """Distances d just within the foremost and the rearmost point of the middle [m]."""
     d = np.linspace(-0.1, shape.recipe.length + 0.1, 1200)
     dd, zz = np.meshgrid(d, np.linspace(0.1, shape.recipe.height, 120), indexing="ij")
     within = d[(shape.field(dd, np.zeros_like(dd), zz) < 0.0).any(axis=1)]
@@ -74,8 +84,7 @@ def _ring(shape: CarShape, d: float) -> Floats:
         return float(np.interp(level, z, reach)), level
 
     belt = min(float(shape.belt(d)) + 0.02, high - 0.05)
-    corners = [wide(low + 0.02), wide(recipe.shoulder), wide(belt),
-               wide(high - 0.06), (0.0, high)]
+    corners = [wide(low + 0.02), wide(recipe.shoulder), wide(belt), wide(high - 0.06), (0.0, high)]
     return np.array([(-d, *corner) for corner in corners])
 
 
@@ -140,7 +149,7 @@ def _lamps(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
 
 
 def _bumper(shape: CarShape, y: float, z: float, *, front: bool) -> float:
-    """d of the front or rear at (y, z) [m]."""
+    """Distance d of the front or rear at (y, z) [m]."""
     length = shape.recipe.length
     d = np.linspace(0.0, 1.0, 500) if front else length - np.linspace(0.0, 1.0, 500)
     inside = shape.field(d, np.full_like(d, y), np.full_like(d, z)) < 0.0

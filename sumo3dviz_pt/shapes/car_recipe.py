@@ -17,8 +17,16 @@ Points = tuple[tuple[float, ...], ...]
 _T = TypeVar("_T", bound="WheelRecipe | Panel | CarRecipe")
 
 MATERIALS = (
-    "paint", "glass", "trim", "rubber", "rim", "chrome",
-    "lamp_white", "lamp_red", "lamp_amber", "plate",
+    "paint",
+    "glass",
+    "trim",
+    "rubber",
+    "rim",
+    "chrome",
+    "lamp_white",
+    "lamp_red",
+    "lamp_amber",
+    "plate",
 )
 """Materials of a car's parts; a face's tag is the place in this list."""
 

@@ -253,8 +253,8 @@ def _directions(
 def _smoothed(sheet: Floats, shape: tuple[int, int]) -> Floats:
     """Take the march's jitter out of a sheet, (n, 3), at the scale of a texel."""
     weighted = np.column_stack([sheet[:, :1], sheet[:, :1] * sheet[:, 1:]]).reshape(*shape, 3)
-    modes = ("nearest", "wrap", "nearest")
-    calm = np.asarray(gaussian_filter(weighted, (0.7, 0.7, 0.0), mode=modes)).reshape(-1, 3)
+    across = gaussian_filter(weighted, (0.0, 0.7, 0.0), mode="wrap")
+    calm = np.asarray(gaussian_filter(across, (0.7, 0.0, 0.0), mode="nearest")).reshape(-1, 3)
     return np.column_stack([calm[:, :1], calm[:, 1:] / np.maximum(calm[:, :1], 1e-4)])
 
 

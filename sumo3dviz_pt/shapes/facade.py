@@ -142,11 +142,13 @@ def _bands(length: float, floors: Floats, facade: Facade) -> dict[str, Floats]:
     starts = np.append(floors[0], high)
     u0, u1 = openings[0, 0], openings[-1, 1]
     return {
-        "wall": np.concatenate([
-            rectangles(0.0, length, starts, ends),
-            rectangles(0.0, u0, low, high),
-            rectangles(u1, length, low, high),
-        ]),
+        "wall": np.concatenate(
+            [
+                rectangles(0.0, length, starts, ends),
+                rectangles(0.0, u0, low, high),
+                rectangles(u1, length, low, high),
+            ]
+        ),
         "band": rectangles(u0, u1, low, high),
     }
 

@@ -19,16 +19,24 @@ STEP = 2.0
 """Distance between the points of a fence's line [m]; every other one has a post."""
 
 _RAMP = 8.0  # length over which an end comes down [m]
-_NEAR = np.array([
-    (0.0, -0.155), (0.02, -0.135), (0.08, -0.115), (0.08, -0.06), (0.012, -0.025), (0.012, 0.025),
-    (0.08, 0.06), (0.08, 0.115), (0.02, 0.135), (0.0, 0.155),
-])
+_NEAR = np.array(
+    [
+        (0.0, -0.155),
+        (0.02, -0.135),
+        (0.08, -0.115),
+        (0.08, -0.06),
+        (0.012, -0.025),
+        (0.012, 0.025),
+        (0.08, 0.06),
+        (0.08, 0.115),
+        (0.02, 0.135),
+        (0.0, 0.155),
+    ]
+)
 _FAR = np.array([(0.04, -0.155), (0.04, 0.155)])
 
 
-def fence(
-    line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int = 0
-) -> Mesh:
+def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int = 0) -> Mesh:
     """A piece of guard rail with normals.
 
     Args:
@@ -128,8 +136,10 @@ def _posts(line: Floats, across: Floats, sink: Floats) -> Mesh:
     quads = np.broadcast_to(faces, (len(line), *faces.shape)).copy()
     quads[..., 2] = np.minimum(quads[..., 2], tall[:, None, None])
     placed = (
-        line[:, None, None] + quads[..., :1] * along[:, None, None]
-        + quads[..., 1:2] * across[:, None, None] + quads[..., 2:] * [0.0, 0.0, 1.0]
+        line[:, None, None]
+        + quads[..., :1] * along[:, None, None]
+        + quads[..., 1:2] * across[:, None, None]
+        + quads[..., 2:] * [0.0, 0.0, 1.0]
     ).reshape(-1, 4, 3)
     normals = np.cross(placed[:, 1] - placed[:, 0], placed[:, 2] - placed[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

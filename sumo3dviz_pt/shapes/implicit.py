@@ -66,9 +66,7 @@ class Curve:
 def intersect(a: Floats, b: Floats, radius: float) -> Floats:
     """Field of what lies inside both, with edges rounded by a radius [m]."""
     inner = np.minimum(np.maximum(a, b), -radius)
-    return np.asarray(
-        inner + np.hypot(np.maximum(a + radius, 0.0), np.maximum(b + radius, 0.0))
-    )
+    return np.asarray(inner + np.hypot(np.maximum(a + radius, 0.0), np.maximum(b + radius, 0.0)))
 
 
 def unite(a: Floats, b: Floats, radius: float) -> Floats:
@@ -152,8 +150,12 @@ def dual_contour(field: Field, axes: Sequence[Floats]) -> tuple[Floats, Ints]:
     values = field(*grid)
     cell_of = _active_cells(values < 0.0)
     cells = np.argwhere(cell_of >= 0)
-    sums = _Sums(np.zeros((len(cells), 3, 3)), np.zeros((len(cells), 3)),
-                 np.zeros((len(cells), 3)), np.zeros(len(cells)))
+    sums = _Sums(
+        np.zeros((len(cells), 3, 3)),
+        np.zeros((len(cells), 3)),
+        np.zeros((len(cells), 3)),
+        np.zeros(len(cells)),
+    )
     quads = [_crossings(field, axes, values, cell_of, axis, sums) for axis in range(3)]
     low = np.stack([axes[k][cells[:, k]] for k in range(3)], axis=1)
     size = np.stack([np.diff(axes[k])[cells[:, k]] for k in range(3)], axis=1)

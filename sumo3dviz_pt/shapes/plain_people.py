@@ -8,7 +8,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.shapes.plain_wheels import thin_wheel
-from sumo3dviz_pt.shapes.solids import moved, superellipsoid, tube
+from sumo3dviz_pt.shapes.solids import box, moved, superellipsoid, tube
 
 Piece = tuple[str, Mesh]
 """Material and mesh."""
@@ -47,14 +47,14 @@ def _torso(sides: int, *, fine: bool) -> Mesh:
 
 def _head(at: Point, *, fine: bool, helmet: str = "interior") -> Iterator[Piece]:
     """Head, neck, and hair or a helmet."""
-    segments, rings = (10, 7) if fine else (4, 3)
+    segments, rings = (9, 6) if fine else (4, 3)
     face = superellipsoid((0.095, 0.075, 0.12), squareness=2.1, segments=segments, rings=rings)
     yield "skin", moved(face, *at)
     if not fine:
         return
     neck = [(at[0] - 0.01, 0.0, at[2] - 0.16), (at[0], 0.0, at[2] - 0.05)]
     yield "skin", tube(neck, radius=0.05, sides=7)
-    hair = superellipsoid((0.10, 0.085, 0.085), squareness=2.1, segments=10, rings=6)
+    hair = superellipsoid((0.10, 0.085, 0.085), squareness=2.1, segments=9, rings=5)
     yield helmet, moved(hair, at[0] - 0.018, 0.0, at[2] + 0.045)
 
 
@@ -66,8 +66,12 @@ def bicycle(*, fine: bool) -> Iterator[Piece]:
     crank, seat, head = (-0.95, 0.0, 0.28), (-1.07, 0.0, 0.88), (-0.50, 0.0, 0.84)
     runs: list[Sequence[Point]] = [(crank, seat), (crank, head), (head, (front, 0.0, r))]
     if fine:
-        runs += [(crank, (rear, 0.0, r)), ((-1.05, 0.0, 0.80), head), (seat, (rear, 0.0, r)),
-                 (head, (-0.48, 0.0, 1.02))]
+        runs += [
+            (crank, (rear, 0.0, r)),
+            ((-1.05, 0.0, 0.80), head),
+            (seat, (rear, 0.0, r)),
+            (head, (-0.48, 0.0, 1.02)),
+        ]
     for run in runs:
         yield "paint", tube(run, radius=0.019, sides=6 if fine else 3)
     if fine:
@@ -83,26 +87,31 @@ def motorcycle(*, fine: bool) -> Iterator[Piece]:
     front, rear, r = -0.32, -1.72, 0.32
     for x in (front, rear):
         yield from thin_wheel(x, radius=r, tyre=0.062, fine=fine)
-    segments, rings = (12, 6) if fine else (6, 3)
-
-    def blob(half: Point, at: Point) -> Mesh:
-        body = superellipsoid(half, squareness=2.6, segments=segments, rings=rings)
-        return moved(body, *at)
-
-    yield "trim", blob((0.30, 0.16, 0.20), (-1.02, 0.0, 0.40))
-    yield "paint", blob((0.30, 0.15, 0.13), (-0.88, 0.0, 0.78))
-    yield "trim", blob((0.38, 0.13, 0.07), (-1.38, 0.0, 0.76))
-    yield "paint", blob((0.22, 0.12, 0.09), (-1.66, 0.0, 0.74))
-    sides = 6 if fine else 3
-    yield "rim", tube([(front, 0.0, r), (-0.60, 0.0, 0.92)], radius=0.045, sides=sides)
-    yield "trim", tube([(rear, 0.0, r), (-1.10, 0.0, 0.40)], radius=0.045, sides=sides)
+    yield "trim", _blob((0.30, 0.16, 0.20), (-1.02, 0.0, 0.40), fine=fine)
+    yield "paint", _blob((0.30, 0.15, 0.13), (-0.88, 0.0, 0.78), fine=fine)
     if fine:
-        yield "trim", tube([(-0.72, -0.38, 0.98), (-0.62, 0.0, 0.98), (-0.72, 0.38, 0.98)],
-                           radius=0.018, sides=6)
-        yield "lamp_white", blob((0.06, 0.08, 0.08), (-0.47, 0.0, 0.86))
-        yield "lamp_red", blob((0.03, 0.07, 0.035), (-1.87, 0.0, 0.76))
+        yield "trim", _blob((0.38, 0.13, 0.07), (-1.38, 0.0, 0.76))
+        yield "paint", _blob((0.22, 0.12, 0.09), (-1.66, 0.0, 0.74))
+        yield "rim", tube([(front, 0.0, r), (-0.60, 0.0, 0.92)], radius=0.045, sides=6)
+        yield "trim", tube([(rear, 0.0, r), (-1.10, 0.0, 0.40)], radius=0.045, sides=6)
+        yield (
+            "trim",
+            tube(
+                [(-0.72, -0.38, 0.98), (-0.62, 0.0, 0.98), (-0.72, 0.38, 0.98)],
+                radius=0.018,
+                sides=6,
+            ),
+        )
+        yield "lamp_white", _blob((0.06, 0.08, 0.08), (-0.47, 0.0, 0.86))
+        yield "lamp_red", box((-1.90, -0.06, 0.73), (-1.85, 0.06, 0.79))
         yield "rim", tube([(-1.0, -0.17, 0.33), (-1.75, -0.20, 0.42)], radius=0.05, sides=8)
     yield from _rider(hip=(-1.28, 0.90), grip=(-0.70, 1.0), foot=0.34, fine=fine, helmet="paint")
+
+
+def _blob(half: Point, at: Point, *, fine: bool = True) -> Mesh:
+    """A rounded piece at a place."""
+    segments, rings = (12, 5) if fine else (5, 3)
+    return moved(superellipsoid(half, squareness=2.6, segments=segments, rings=rings), *at)
 
 
 def scooter(*, fine: bool) -> Iterator[Piece]:
@@ -112,7 +121,8 @@ def scooter(*, fine: bool) -> Iterator[Piece]:
     sides = 6 if fine else 3
     yield "trim", tube([(-1.05, 0.0, 0.13), (-0.30, 0.0, 0.13)], radius=0.05, sides=sides)
     yield "paint", tube([(-0.11, 0.0, 0.11), (-0.27, 0.0, 1.05)], radius=0.025, sides=sides)
-    yield "trim", tube([(-0.27, -0.25, 1.05), (-0.27, 0.25, 1.05)], radius=0.017, sides=sides)
+    if fine:
+        yield "trim", tube([(-0.27, -0.25, 1.05), (-0.27, 0.25, 1.05)], radius=0.017, sides=6)
     for material, mesh in pedestrian(fine=fine):
         yield material, moved(mesh, -0.65, 0.0, 0.17)
 
@@ -122,17 +132,20 @@ def wheelchair(*, fine: bool) -> Iterator[Piece]:
     for y in (-0.30, 0.30):
         for material, mesh in thin_wheel(-0.85, radius=0.31, tyre=0.022, fine=fine):
             yield material, moved(mesh, 0.0, y, 0.0)
-        for material, mesh in thin_wheel(-0.30, radius=0.10, tyre=0.02, fine=fine):
-            yield material, moved(mesh, 0.0, y * 0.8, 0.0)
-    seat = superellipsoid((0.24, 0.22, 0.05), squareness=4.0, segments=8, rings=4)
-    yield "trim", moved(seat, -0.72, 0.0, 0.48)
-    back = superellipsoid((0.04, 0.22, 0.24), squareness=4.0, segments=8, rings=4)
-    yield "trim", moved(back, -0.96, 0.0, 0.75)
+        if fine:
+            for material, mesh in thin_wheel(-0.30, radius=0.10, tyre=0.02, fine=False):
+                yield material, moved(mesh, 0.0, 0.8 * y, 0.0)
+    yield "trim", box((-0.96, -0.22, 0.43), (-0.48, 0.22, 0.49))
+    yield "trim", box((-1.0, -0.22, 0.45), (-0.95, 0.22, 0.98))
     yield from _rider(hip=(-0.86, 0.57), grip=(-0.55, 0.62), foot=0.15, fine=fine)
 
 
 def _rider(
-    *, hip: tuple[float, float], grip: tuple[float, float], foot: float, fine: bool,
+    *,
+    hip: tuple[float, float],
+    grip: tuple[float, float],
+    foot: float,
+    fine: bool,
     helmet: str = "interior",
 ) -> Iterator[Piece]:
     """Someone who sits and holds a bar.
@@ -147,14 +160,21 @@ def _rider(
     sides = 7 if fine else 3
     (hx, hz), (gx, gz) = hip, grip
     neck = (hx + 0.22, hz + 0.50)
-    trunk = [(hx, 0.0, hz - 0.08), (hx + 0.06, 0.0, hz + 0.18), (hx + 0.17, 0.0, hz + 0.40),
-             (*neck[:1], 0.0, neck[1])]
-    yield "cloth", tube(trunk, radius=(0.13, 0.15, 0.17, 0.07), sides=sides + 2)
+    trunk: list[Point] = [
+        (hx, 0.0, hz - 0.08),
+        (hx + 0.06, 0.0, hz + 0.18),
+        (hx + 0.17, 0.0, hz + 0.40),
+        (neck[0], 0.0, neck[1]),
+    ]
+    yield "cloth", tube(trunk, radius=(0.13, 0.15, 0.17, 0.07), sides=sides + 2 if fine else 4)
     for s in (-1.0, 1.0):
         knee = (hx + 0.42, 0.13 * s, hz - 0.10)
         leg = [(hx, 0.09 * s, hz), knee, (hx + 0.20, 0.12 * s, foot)]
         yield "interior", tube(leg, radius=(0.095, 0.07, 0.045), sides=sides)
-        arm = [(neck[0] - 0.06, 0.18 * s, neck[1] - 0.08), (0.5 * (neck[0] + gx), 0.26 * s, gz + 0.10),
-               (gx, 0.24 * s, gz)]
-        yield "cloth", tube(arm, radius=(0.055, 0.046, 0.035), sides=sides)
+        shoulder, hand = (neck[0] - 0.06, 0.18 * s, neck[1] - 0.08), (gx, 0.24 * s, gz)
+        elbow = (0.5 * (neck[0] + gx), 0.26 * s, gz + 0.10)
+        if fine:
+            yield "cloth", tube((shoulder, elbow, hand), radius=(0.055, 0.046, 0.035), sides=7)
+        else:
+            yield "cloth", tube((shoulder, hand), radius=0.045, sides=3)
     yield from _head((neck[0] + 0.05, 0.0, neck[1] + 0.14), fine=fine, helmet=helmet)

@@ -29,9 +29,13 @@ def write_ply(path: Path, mesh: Mesh) -> None:
     table = np.concatenate([c for c in columns if c is not None], axis=1).astype("<f4")
     names = [n for c, group in zip(columns, _GROUPS, strict=True) if c is not None for n in group]
     header = [
-        "ply", "format binary_little_endian 1.0", f"element vertex {len(mesh.vertices)}",
-        *(f"property float {name}" for name in names), f"element face {len(mesh.faces)}",
-        "property list uchar int vertex_indices", "end_header",
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(mesh.vertices)}",
+        *(f"property float {name}" for name in names),
+        f"element face {len(mesh.faces)}",
+        "property list uchar int vertex_indices",
+        "end_header",
     ]
     faces = np.empty(len(mesh.faces), dtype=_FACE)
     faces["count"], faces["corners"] = 3, mesh.faces

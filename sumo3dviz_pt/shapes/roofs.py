@@ -26,10 +26,20 @@ def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> She
     if level == FAR or len(plan) > 8:
         return {"deck": _cap(plan, top), "wall": outer}
     inner = _shrunk(plan, 0.3)
-    edge = np.stack([_at(plan, top), _at(np.roll(plan, -1, axis=0), top),
-                     _at(np.roll(inner, -1, axis=0), top), _at(inner, top)], axis=1)
-    return {**deck, "wall": np.concatenate([outer, _sides(inner, height, top)[:, ::-1]]),
-            "trim": edge}
+    edge = np.stack(
+        [
+            _at(plan, top),
+            _at(np.roll(plan, -1, axis=0), top),
+            _at(np.roll(inner, -1, axis=0), top),
+            _at(inner, top),
+        ],
+        axis=1,
+    )
+    return {
+        **deck,
+        "wall": np.concatenate([outer, _sides(inner, height, top)[:, ::-1]]),
+        "trim": edge,
+    }
 
 
 def gable_roof(
@@ -54,14 +64,18 @@ def gable_roof(
     left = [a - over * (across + along), b - over * (across - along)]
     right = [c + over * (across + along), d + over * (across - along)]
     z, low = height + rise, height - drop
-    slopes = np.array([
-        [[*left[0], low], [*left[1], low], [*ridge[1], z], [*ridge[0], z]],
-        [[*right[0], low], [*right[1], low], [*ridge[0], z], [*ridge[1], z]],
-    ])
-    gables = np.array([
-        [[*d, height], [*a, height], [*(a + d) / 2, z], [*(a + d) / 2, z]],
-        [[*b, height], [*c, height], [*(b + c) / 2, z], [*(b + c) / 2, z]],
-    ])
+    slopes = np.array(
+        [
+            [[*left[0], low], [*left[1], low], [*ridge[1], z], [*ridge[0], z]],
+            [[*right[0], low], [*right[1], low], [*ridge[0], z], [*ridge[1], z]],
+        ]
+    )
+    gables = np.array(
+        [
+            [[*d, height], [*a, height], [*(a + d) / 2, z], [*(a + d) / 2, z]],
+            [[*b, height], [*c, height], [*(b + c) / 2, z], [*(b + c) / 2, z]],
+        ]
+    )
     if level != NEAR:
         return {"roof": slopes, "wall": gables}
     return {"roof": slopes + _SLAB, "wall": gables, "trim": _eaves(slopes)}

@@ -113,9 +113,7 @@ class _Work:
             self.faces[number] = [v if w == u else w for w in self.corners(number)]
             self.around[v].add(number)
         self.around[u] = set()
-        self.quadrics[v] = [
-            a + b for a, b in zip(self.quadrics[u], self.quadrics[v], strict=True)
-        ]
+        self.quadrics[v] = [a + b for a, b in zip(self.quadrics[u], self.quadrics[v], strict=True)]
         self.areas[v] += self.areas[u]
         self.stamps[v] += 1 + self.stamps[u]
         for w in sorted(self.neighbours(v)):
@@ -184,10 +182,18 @@ def _add_borders(surface: Surface, normals: Floats, quadrics: Floats) -> None:
 def _error(q: list[float], p: Vector) -> float:
     """Quadric error of a point."""
     x, y, z = p
-    return max(0.0, (
-        q[0] * x * x + 2.0 * (q[1] * x * y + q[2] * x * z + q[3] * x) + q[4] * y * y
-        + 2.0 * (q[5] * y * z + q[6] * y) + q[7] * z * z + 2.0 * q[8] * z + q[9]
-    ))
+    return max(
+        0.0,
+        (
+            q[0] * x * x
+            + 2.0 * (q[1] * x * y + q[2] * x * z + q[3] * x)
+            + q[4] * y * y
+            + 2.0 * (q[5] * y * z + q[6] * y)
+            + q[7] * z * z
+            + 2.0 * q[8] * z
+            + q[9]
+        ),
+    )
 
 
 def _normal(a: Vector, b: Vector, c: Vector) -> Vector:

@@ -53,14 +53,19 @@ def lathe(profile: Sequence[Sequence[float]], *, segments: int, crease: float = 
     points = np.asarray(profile, dtype=np.float64)
     radius, y = points[:, 0, None], points[:, 1, None]
     vertices = np.stack(
-        [radius * np.sin(turns), np.broadcast_to(y, (len(points), segments)),
-         radius * np.cos(turns)], axis=-1
+        [
+            radius * np.sin(turns),
+            np.broadcast_to(y, (len(points), segments)),
+            radius * np.cos(turns),
+        ],
+        axis=-1,
     ).reshape(-1, 3)
     faces = _grid_faces(len(points), segments, closed=True)
     # Poles: all vertices of a ring of radius 0 are one vertex.
     rings = np.arange(len(points)).repeat(segments)
-    first = np.where(radius[:, 0].repeat(segments) < 1e-9, rings * segments,
-                     np.arange(len(vertices)))
+    first = np.where(
+        radius[:, 0].repeat(segments) < 1e-9, rings * segments, np.arange(len(vertices))
+    )
     return shaded(vertices, first[faces], crease=crease)
 
 
@@ -88,6 +93,19 @@ def prism(outline: Sequence[Sequence[float]], *, half_width: float, crease: floa
     return shaded(np.concatenate(sides), faces, crease=crease)
 
 
+def slab(outer: Floats, inner: Floats) -> Mesh:
+    """A thin piece between two quads with equal sense, (4, 3) each [m].
+
+    Args:
+        outer: Counter-clockwise when seen from outside.
+        inner: Its back.
+    """
+    sides = [(k, k + 4, (k + 1) % 4 + 4, (k + 1) % 4) for k in range(4)]
+    return shaded(
+        np.concatenate([outer, inner]), _fan([(0, 1, 2, 3), (7, 6, 5, 4), *sides]), crease=0.3
+    )
+
+
 def _fan(polygons: Sequence[Sequence[int]] | Ints) -> Ints:
     """Triangles of convex polygons given by their vertex numbers."""
     return np.array(
@@ -109,8 +127,12 @@ def superellipsoid(
     turn = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
     lift = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)[:, None]
     directions = np.stack(
-        [np.cos(lift) * np.cos(turn), np.cos(lift) * np.sin(turn),
-         np.broadcast_to(np.sin(lift), (rings + 1, segments))], axis=-1
+        [
+            np.cos(lift) * np.cos(turn),
+            np.cos(lift) * np.sin(turn),
+            np.broadcast_to(np.sin(lift), (rings + 1, segments)),
+        ],
+        axis=-1,
     ).reshape(-1, 3)
     size = (np.abs(directions) ** squareness).sum(axis=1) ** (1.0 / squareness)
     vertices = directions / size[:, None] * np.asarray(half)

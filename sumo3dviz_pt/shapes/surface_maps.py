@@ -44,7 +44,7 @@ class Recipe:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Maps:
-    """A tile of a surface; row 0 is its top.
+    """A tile of a surface; row 0 lies at v = 0, the foot of a wall, as Mitsuba has it.
 
     Attributes:
         albedo: Linear reflectance, (h, w, 3) in [0, 0.85].

@@ -67,7 +67,7 @@ def roof_tiles(recipe: Recipe) -> Maps:
     side = 0.30
     y, x = (np.indices(recipe.shape) + 0.5) * recipe.tile / recipe.pixels
     row, column = np.floor(y / side).astype(np.int64), np.floor(x / side).astype(np.int64)
-    across, down = (x % side) / side, (y % side) / side
+    across, down = (x % side) / side, 1.0 - (y % side) / side
     size = (side, side)
     spread = recipe.params.get("variety", 0.13)
     tone = _per_unit(recipe, size, spread=spread, salt=1)[row, column]
@@ -75,7 +75,7 @@ def roof_tiles(recipe: Recipe) -> Maps:
     wave = (
         0.80 + 0.20 * np.cos(2 * np.pi * (across - 0.30)) - 0.45 * np.exp(-((across / 0.06) ** 2))
     )
-    # Row 0 is the top: each tile's lower edge throws a shadow on the next one's upper end.
+    # Each tile's lower edge throws a shadow on the next one's upper end.
     shade = 1.0 - 0.60 * np.exp(-down / 0.07) + 0.10 * smoothstep(0.85, 1.0, down)
     weather = 1 + 0.09 * soft(fractal(recipe.shape, Band(1.2, 3.0), seed=recipe.seed + 3), 2.0)
     value = tone * wave * shade * weather

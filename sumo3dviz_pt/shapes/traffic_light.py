@@ -60,12 +60,21 @@ def pole(height: float, *, radius: float = 0.055) -> Mesh:
 
 def mast(height: float, reach: float, *, radius: float = 0.09) -> Mesh:
     """A pole with an arm to its left (+y), `reach` long [m]; negative reaches to the right."""
-    bend = np.array([(0, 0, height - 0.6), (0, 0.12 * np.sign(reach), height - 0.15),
-                     (0, 0.6 * np.sign(reach), height), (0, reach, height + 0.15)], float)
-    return merge_meshes([
-        tube(np.array([(0, 0, -0.5), (0, 0, height - 0.6)], float), radius=radius, sides=12),
-        tube(bend, radius=radius * 0.75, sides=10),
-    ])
+    bend = np.array(
+        [
+            (0, 0, height - 0.6),
+            (0, 0.12 * np.sign(reach), height - 0.15),
+            (0, 0.6 * np.sign(reach), height),
+            (0, reach, height + 0.15),
+        ],
+        float,
+    )
+    return merge_meshes(
+        [
+            tube(np.array([(0, 0, -0.5), (0, 0, height - 0.6)], float), radius=radius, sides=12),
+            tube(bend, radius=radius * 0.75, sides=10),
+        ]
+    )
 
 
 def placed(mesh: Mesh, position: Sequence[float] | Floats, yaw: float) -> Mesh:

@@ -60,14 +60,57 @@ class Species:
 
 
 SPECIES: Mapping[str, Species] = {
-    "maple": Species(9.0, 0.019, 0.22, 0.38, (0.65, 1.0, 1.0, 0.8, 0.4), (1.15, 0.55),
-                     14, 0.02, (0.10, 0.19, 0.04), 2.4),
-    "poplar": Species(15.0, 0.012, 0.08, 0.17, (0.7, 1.0, 1.0, 0.85, 0.4), (0.55, 0.25),
-                      30, -0.10, (0.11, 0.19, 0.05), 0.62),
-    "birch": Species(11.0, 0.012, 0.20, 0.27, (0.8, 1.0, 0.9, 0.65, 0.3), (1.0, 0.5),
-                     20, 0.10, (0.13, 0.21, 0.045), 0.95, bark="bark_pale"),
-    "pine": Species(12.0, 0.014, 0.10, 0.27, (1.0, 0.80, 0.57, 0.33, 0.08), (1.6, 1.1),
-                    40, 0.0, (0.06, 0.11, 0.042), 1.5, slender=5.0, scatter=0.25),
+    "maple": Species(
+        9.0,
+        0.019,
+        0.22,
+        0.38,
+        (0.65, 1.0, 1.0, 0.8, 0.4),
+        (1.15, 0.55),
+        14,
+        0.02,
+        (0.10, 0.19, 0.04),
+        2.4,
+    ),
+    "poplar": Species(
+        15.0,
+        0.012,
+        0.08,
+        0.17,
+        (0.7, 1.0, 1.0, 0.85, 0.4),
+        (0.55, 0.25),
+        30,
+        -0.10,
+        (0.11, 0.19, 0.05),
+        0.62,
+    ),
+    "birch": Species(
+        11.0,
+        0.012,
+        0.20,
+        0.27,
+        (0.8, 1.0, 0.9, 0.65, 0.3),
+        (1.0, 0.5),
+        20,
+        0.10,
+        (0.13, 0.21, 0.045),
+        0.95,
+        bark="bark_pale",
+    ),
+    "pine": Species(
+        12.0,
+        0.014,
+        0.10,
+        0.27,
+        (1.0, 0.80, 0.57, 0.33, 0.08),
+        (1.6, 1.1),
+        40,
+        0.0,
+        (0.06, 0.11, 0.042),
+        1.5,
+        slender=5.0,
+        scatter=0.25,
+    ),
 }
 """By name. Heights are those of street trees, not of old forest trees."""
 
@@ -86,8 +129,8 @@ _UP = np.array([0.0, 0.0, 1.0])
 _DETAILS = (
     _Detail(12_000, (10, 6, 3), (8, 6, 4), True),
     _Detail(3500, (8, 5, 3), (7, 4, 3), True),
-    _Detail(620, (5, 3), (5, 3), True),
-    _Detail(170, (3,), (3,), False),
+    _Detail(800, (5, 3), (5, 3), True),
+    _Detail(240, (3,), (3,), False),
 )
 
 
@@ -99,8 +142,8 @@ def tree(
     Args:
         species: A key of `SPECIES`.
         seed: Of its shape.
-        level: 0 within reach (about 27,000 triangles), 1 near (9,000), 2 middle (1,500),
-            3 far (200).
+        level: 0 within reach (about 27,000 triangles), 1 near (9,000), 2 middle (2,000),
+            3 far (260).
         height: [m]; default the species' usual one.
 
     Returns:
@@ -108,7 +151,8 @@ def tree(
     """
     kind, detail = SPECIES[species], _DETAILS[level]
     orders = _skeleton(kind, np.random.default_rng(seed))
-    scale = (height or kind.height) / kind.height
+    # Crowns grow as chance has it; the highest twig decides what one metre is.
+    scale = (height or kind.height) / float(orders[-1].points[..., 2].max())
     wood = bark(orders[: len(detail.sides)], detail.sides, detail.steps)
     foliage, tint = _foliage(kind, orders[-1], detail, np.random.default_rng([seed, 1]))
     return (
@@ -124,16 +168,23 @@ def _skeleton(kind: Species, rng: np.random.Generator) -> tuple[Branches, ...]:
     along = kind.clear + (0.98 - kind.clear) * share
     lengths = kind.reach * kind.height * np.interp(share, np.linspace(0, 1, 5), kind.crown)
     angles = np.interp(share, (0, 1), kind.rise) + rng.normal(0, 0.1, kind.boughs)
-    boughs = children(stem, along[None], lengths[None] * rng.uniform(0.8, 1.15, (1, kind.boughs)),
-                      angles=angles[None], rng=rng, bend=-kind.droop)
+    boughs = children(
+        stem,
+        along[None],
+        lengths[None] * rng.uniform(0.8, 1.15, (1, kind.boughs)),
+        angles=angles[None],
+        rng=rng,
+        bend=-kind.droop,
+    )
     orders = [stem, boughs]
     for count, share_of in ((6, 0.5), (4, 0.5)):
         parent = orders[-1]
         at = np.linspace(0.3, 1.0, count)[None] + rng.normal(0, 0.04, (parent.count, count))
         grown = parent.lengths[:, None] * share_of * (1.2 - 0.55 * at)
         spread = rng.uniform(0.5, 1.05, at.shape)
-        orders.append(children(parent, np.clip(at, 0.1, 1.0), grown, angles=spread, rng=rng,
-                               bend=-kind.droop))
+        orders.append(
+            children(parent, np.clip(at, 0.1, 1.0), grown, angles=spread, rng=rng, bend=-kind.droop)
+        )
     return tuple(orders)
 
 
@@ -146,8 +197,8 @@ def _foliage(
     at = rng.uniform(0.2, 1.0, count)
     centres, along = twigs.points_at(chosen, at)
     size = np.sqrt(kind.area * kind.height**2 / count * 2.0) * rng.uniform(0.75, 1.25, count)
-    width = size / np.sqrt(kind.slender)
-    length = size * np.sqrt(kind.slender)
+    slender = kind.slender if detail.folded else min(kind.slender, 2.0)
+    width, length = size / np.sqrt(slender), size * np.sqrt(slender)
     centres = centres + rng.normal(
         0, 0.14 * kind.scatter * kind.reach * kind.height, (count, 3)
     ) * [1, 1, 0.7]
@@ -167,13 +218,26 @@ def _leaves(centres: Floats, along: Floats, across: Floats, folded: bool) -> Mes
     """Folded diamonds of two triangles, or single triangles of the same area."""
     first = np.arange(len(centres))[:, None]
     if not folded:
-        corners = np.stack([centres - along / 2 - across / 2, centres - along / 2 + across / 2,
-                            centres + along / 2], axis=1)
+        corners = np.stack(
+            [
+                centres - along / 2 - across / 2,
+                centres - along / 2 + across / 2,
+                centres + along / 2,
+            ],
+            axis=1,
+        )
         return Mesh(corners.reshape(-1, 3), np.arange(3 * len(centres)).reshape(-1, 3))
     fold = 0.12 * _unit(np.cross(along, across)) * np.linalg.norm(across, axis=1)[:, None]
     middle = centres - 0.05 * along
-    corners = np.stack([centres - along / 2, middle + across / 2 + fold,
-                        centres + along / 2, middle - across / 2 + fold], axis=1)
+    corners = np.stack(
+        [
+            centres - along / 2,
+            middle + across / 2 + fold,
+            centres + along / 2,
+            middle - across / 2 + fold,
+        ],
+        axis=1,
+    )
     faces = 4 * first + np.array([0, 2, 1, 0, 3, 2])
     return Mesh(corners.reshape(-1, 3), faces.reshape(-1, 3))
 

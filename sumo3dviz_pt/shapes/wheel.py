@@ -47,9 +47,15 @@ def _tyre(recipe: WheelRecipe) -> Mesh:
     r, w, rim = recipe.radius, recipe.width / 2.0, recipe.radius * recipe.rim
     wall = r - rim
     profile = [
-        (rim - 0.03, -0.85 * w), (rim + 0.3 * wall, -w), (r - 0.25 * wall, -0.98 * w),
-        (r, -0.78 * w), (r, 0.78 * w), (r - 0.25 * wall, 0.98 * w), (rim + 0.3 * wall, w),
-        (rim, 0.90 * w), (rim, 0.78 * w),
+        (rim - 0.03, -0.85 * w),
+        (rim + 0.3 * wall, -w),
+        (r - 0.25 * wall, -0.98 * w),
+        (r, -0.78 * w),
+        (r, 0.78 * w),
+        (r - 0.25 * wall, 0.98 * w),
+        (rim + 0.3 * wall, w),
+        (rim, 0.90 * w),
+        (rim, 0.78 * w),
     ]
     return lathe(profile, segments=_SEGMENTS, crease=0.75)
 
@@ -66,16 +72,36 @@ def _rim(recipe: WheelRecipe) -> Mesh:
     """Lip, barrel, hub and spokes, or a disc."""
     rim, w = recipe.radius * recipe.rim, recipe.width / 2.0
     lip = lathe(
-        [(rim + 0.006, 0.88 * w), (rim + 0.004, 0.93 * w), (rim - 0.014, 0.90 * w),
-         (rim - 0.022, 0.70 * w), (rim - 0.030, 0.25 * w)], segments=_SEGMENTS, crease=0.9,
+        [
+            (rim + 0.006, 0.88 * w),
+            (rim + 0.004, 0.93 * w),
+            (rim - 0.014, 0.90 * w),
+            (rim - 0.022, 0.70 * w),
+            (rim - 0.030, 0.25 * w),
+        ],
+        segments=_SEGMENTS,
+        crease=0.9,
     )
     if recipe.spokes == 0:
-        disc = [(rim - 0.012, 0.80 * w), (0.80 * rim, 0.62 * w), (0.62 * rim, 0.74 * w),
-                (0.30 * rim, 0.70 * w), (0.24 * rim, 0.90 * w), (0.0, 0.92 * w)]
+        disc = [
+            (rim - 0.012, 0.80 * w),
+            (0.80 * rim, 0.62 * w),
+            (0.62 * rim, 0.74 * w),
+            (0.30 * rim, 0.70 * w),
+            (0.24 * rim, 0.90 * w),
+            (0.0, 0.92 * w),
+        ]
         return merge_meshes([lip, lathe(disc, segments=_SEGMENTS, crease=0.5)])
     hub = lathe(
-        [(0.075, 0.45 * w), (0.072, 0.66 * w), (0.034, 0.72 * w), (0.030, 0.78 * w),
-         (0.0, 0.80 * w)], segments=14, crease=0.5,
+        [
+            (0.075, 0.45 * w),
+            (0.072, 0.66 * w),
+            (0.034, 0.72 * w),
+            (0.030, 0.78 * w),
+            (0.0, 0.80 * w),
+        ],
+        segments=14,
+        crease=0.5,
     )
     turns = 2.0 * np.pi * np.arange(recipe.spokes) / recipe.spokes
     return merge_meshes([lip, hub, *(_spoke(recipe, turn) for turn in turns)])

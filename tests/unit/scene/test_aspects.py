@@ -16,9 +16,15 @@ def course(letters, *, step=10.0, start=0.0):
 @pytest.mark.parametrize(
     ("letter", "three", "two"),
     [
-        ("r", {RED}, {RED}), ("s", {RED}, {RED}), ("u", {RED, YELLOW}, {RED}),
-        ("y", {YELLOW}, {RED}), ("Y", {YELLOW}, {RED}), ("g", {GREEN}, {GREEN}),
-        ("G", {GREEN}, {GREEN}), ("O", set(), set()), ("?", set(), set()),
+        ("r", {RED}, {RED}),
+        ("s", {RED}, {RED}),
+        ("u", {RED, YELLOW}, {RED}),
+        ("y", {YELLOW}, {RED}),
+        ("Y", {YELLOW}, {RED}),
+        ("g", {GREEN}, {GREEN}),
+        ("G", {GREEN}, {GREEN}),
+        ("O", set(), set()),
+        ("?", set(), set()),
     ],
 )
 def test_every_letter(letter, three, two):

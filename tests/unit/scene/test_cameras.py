@@ -20,7 +20,7 @@ from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
 from sumo3dviz_pt.scene.bodies import Body
 from sumo3dviz_pt.scene.cameras import build_camera
-from sumo3dviz_pt.scene.riding import read_view
+from sumo3dviz_pt.scene.riding import parse_view, read_view
 from sumo3dviz_pt.scene.seats import car_seat, class_seat
 from sumo3dviz_pt.scene.traffic import Fleet, build_fleet
 
@@ -104,6 +104,18 @@ def test_views_are_data():
     assert set(template_names("camera")) >= {"driver", "passenger", "hood", "chase", "top"}
     for name in template_names("camera"):
         read_view(name)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ({"anchor": "eye", "fov": 50, "pich_deg": 3}, "did you mean 'pitch_deg'"),
+        ({"anchor": "eye"}, "'fov' is missing"),
+    ],
+)
+def test_wrong_views_are_said(content, message):
+    with pytest.raises(ConfigError, match=message):
+        parse_view(content, name="mine")
 
 
 @pytest.mark.parametrize(

@@ -47,8 +47,11 @@ def lit(signals, head, time):
     rows = signals.radiance_at(time)["signals"]
     first = sum(h.lamps for h in signals.heads[:head])
     names = signals.lamps[0].lamps
-    return {names[i].split("/")[-1]
-            for i in range(first, first + signals.heads[head].lamps) if rows[i].any()}
+    return {
+        names[i].split("/")[-1]
+        for i in range(first, first + signals.heads[head].lamps)
+        if rows[i].any()
+    }
 
 
 def build(edges, links, log, *, left=False, **settings):
@@ -158,8 +161,12 @@ def test_people_never_see_interpolated_yellow_or_early_red():
 
 @pytest.mark.parametrize(
     ("settings", "shown"),
-    [({}, {"yellow"}), ({"yellow": "log"}, {"green"}), ({"design": "two_heads"}, {"green"}),
-     ({"yellow_time": 0.5}, {"green"})],
+    [
+        ({}, {"yellow"}),
+        ({"yellow": "log"}, {"green"}),
+        ({"design": "two_heads"}, {"green"}),
+        ({"yellow_time": 0.5}, {"green"}),
+    ],
 )
 def test_yellow_as_the_settings_say(settings, shown):
     signals = build([edge("in", 0.0), out()], [link(0)], phases("G", "r"), **settings)

@@ -1,0 +1,294 @@
+"""Writes the manual's reference pages from the code: python docs/make_reference.py
+
+The scene file's keys come from the pydantic models, the commands from the parser, the
+presets and assets from the catalogue. A test says when a page is out of date.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime as dt
+import re
+import sys
+import types
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import yaml
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from sumo3dviz_pt import catalog, cli, job
+
+HERE = Path(__file__).resolve().parent
+MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
+
+SIMPLE = {
+    bool: "true or false",
+    int: "whole number",
+    float: "number",
+    str: "text",
+    Path: "file",
+    dt.date: "date",
+    dt.time: "time of day",
+}
+BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
+UNIT = re.compile(r" *\[(m|s|deg|px)\]")
+
+
+# The scene file ---------------------------------------------------------------------------
+
+
+def scene_file() -> str:
+    """The page about the scene file."""
+    models = list(dict.fromkeys(_models(job.Job)))
+    sections = [_section(model) for model in models if model is not job.Job]
+    return "\n".join(
+        [
+            MADE,
+            "# Scene file",
+            "",
+            "A scene file is YAML with the meaning of YAML 1.2: `12:30` is a time and `on` is a "
+            "word. Unknown and repeated keys are errors. Paths are relative to the scene file. "
+            "What a file leaves out comes from its `template`, then from the defaults below. "
+            "On the command line, `--set key.path=value` wins over the file.",
+            "",
+            "The same as JSON schema: "
+            '`python -c "import json; from sumo3dviz_pt.job import Job; '
+            'print(json.dumps(Job.model_json_schema()))"`.',
+            "",
+            "## The keys",
+            "",
+            *_table(job.Job),
+            "",
+            *sections,
+            "## Quality presets",
+            "",
+            "Files in `scene_templates/quality`, with these keys:",
+            "",
+            *_table(job.Quality),
+            "",
+        ]
+    )
+
+
+def _section(model: type[BaseModel]) -> str:
+    """One model's heading, sentence and table."""
+    words = (model.__doc__ or "").strip().splitlines()[0]
+    return "\n".join([f"## {_title(model)}", "", words, "", *_table(model), ""])
+
+
+def _title(model: type[BaseModel]) -> str:
+    """A model's name in words: `SunSettings` is "Sun"."""
+    name = re.sub(r"Settings$", "", model.__name__)
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).capitalize()
+
+
+def _table(model: type[BaseModel]) -> Iterator[str]:
+    """A table of a model's keys."""
+    yield "| key | type | default | unit, range | meaning |"
+    yield "|---|---|---|---|---|"
+    for name, field in model.model_fields.items():
+        unit = UNIT.findall(field.description or "")
+        limits = ", ".join([*unit[:1], *_limits(field.annotation, field.metadata)])
+        meaning = UNIT.sub("", field.description or "").removeprefix("; ")
+        meaning = meaning or _first_line(field.annotation)
+        cells = [f"`{field.alias or name}`", _type(field.annotation), _default(field), limits]
+        yield "| " + " | ".join([*cells, meaning.replace("|", "\\|")]) + " |"
+
+
+def _first_line(annotation: Any) -> str:
+    """What a nested model says about itself."""
+    models = _inside(annotation)
+    text = (models[0].__doc__ or "").strip().splitlines()[0] if models else ""
+    return text[:1].lower() + text[1:].rstrip(".")
+
+
+def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """A model and all that its keys lead to."""
+    yield model
+    for field in model.model_fields.values():
+        for inner in _inside(field.annotation):
+            yield from _models(inner)
+
+
+def _inside(annotation: Any) -> list[type[BaseModel]]:
+    """The models in an annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in _inside(part)]
+
+
+def _type(annotation: Any) -> str:
+    """An annotation in words."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        title = _title(annotation)
+        return f"[{title}](#{title.lower().replace(' ', '-')})"
+    if annotation in SIMPLE:
+        return SIMPLE[annotation]
+    return COMPOUND[get_origin(annotation)](get_args(annotation))
+
+
+def _list_type(parts: tuple[Any, ...]) -> str:
+    """A tuple's type in words."""
+    if parts[-1] is Ellipsis:
+        return f"list of {_type(parts[0])}"
+    return f"list of {len(parts)} {_type(parts[0])}s"
+
+
+def _any_of(parts: tuple[Any, ...]) -> str:
+    """A union's type in words; null shows as the default."""
+    return " or ".join(_type(part) for part in parts if part is not type(None))
+
+
+COMPOUND: dict[Any, Callable[[tuple[Any, ...]], str]] = {
+    Annotated: lambda parts: _type(parts[0]),
+    Literal: lambda parts: " or ".join(f"`{word}`" for word in parts),
+    Union: _any_of,
+    types.UnionType: _any_of,
+    tuple: _list_type,
+    dict: lambda parts: f"{_type(parts[1])}, by name",
+}
+
+
+def _limits(annotation: Any, metadata: list[Any]) -> list[str]:
+    """What a value must keep to, from both sides."""
+    found = [
+        f"{sign}{getattr(limit, name)}"
+        for name, sign in BOUNDS.items()
+        for limit in metadata
+        if isinstance(getattr(limit, name, None), int | float)
+    ]
+    for part in get_args(annotation):
+        extra = getattr(part, "__metadata__", ())
+        inner = [item for info in extra for item in getattr(info, "metadata", [info])]
+        found += _limits(part, inner)
+    return list(dict.fromkeys(found))
+
+
+def _default(field: FieldInfo) -> str:
+    """A default as it would stand in YAML."""
+    if field.is_required():
+        return "(required)"
+    value = field.get_default(call_default_factory=True)
+    if isinstance(value, BaseModel) or value is PydanticUndefined:
+        return ""
+    if value is None or isinstance(value, bool):
+        return f"`{str(value).lower().replace('none', 'null')}`"
+    if isinstance(value, tuple | list):
+        return f"`[{', '.join(map(str, value))}]`"
+    return f"`{value}`" if value != "" else ""
+
+
+# The command line -------------------------------------------------------------------------
+
+
+def command_line() -> str:
+    """The page about the commands."""
+    parser = cli._parser()  # the manual describes the very parser that runs
+    commands = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
+    helps = {action.dest: action.help for action in commands._choices_actions}
+    lines = [
+        MADE,
+        "# Command line",
+        "",
+        "Exit codes: 0 done; 2 wrong input or configuration, said in one sentence; 1 failed "
+        "while working, finished frames are kept; 130 interrupted.",
+        "",
+    ]
+    for name, sub in commands.choices.items():
+        about = helps.get(name) or ""
+        lines += [f"## {name}", "", f"{about[:1].upper()}{about[1:]}.", ""]
+        rows = [_argument(action) for action in sub._actions if action.dest != "help"]
+        if rows:
+            lines += ["| argument | default | meaning |", "|---|---|---|", *rows, ""]
+    return "\n".join(lines)
+
+
+def _argument(action: argparse.Action) -> str:
+    """One row about an argument."""
+    value = action.metavar or action.dest.upper()
+    takes = "" if action.nargs == 0 or not action.option_strings else f" {value}"
+    name = ", ".join(action.option_strings) or str(value)
+    default = action.default
+    shown = "" if default in (None, False, argparse.SUPPRESS) or default == [] else f"`{default}`"
+    if action.required:
+        shown = "(required)"
+    if isinstance(default, tuple) and default:
+        shown = f"`{'x'.join(map(str, default))}`"
+    meaning = re.sub(r" *\[[^\]]*\]$", "", action.help or "") if shown else action.help or ""
+    return f"| `{name}{takes}` | {shown} | {meaning} |"
+
+
+# The catalogue ----------------------------------------------------------------------------
+
+
+def catalogue() -> str:
+    """The page about everything that can be chosen by name."""
+    lines = [
+        MADE,
+        "# Catalogue",
+        "",
+        "What a scene file can choose by name. A new folder under `assets/` or a new file under "
+        "`scene_templates/` appears here by itself.",
+        "",
+        "## Presets",
+        "",
+    ]
+    root = catalog.data_root("scene_templates")
+    for kind in sorted(path.name for path in root.iterdir() if path.is_dir()):
+        lines += [f"### {kind}", "", "| name | content |", "|---|---|"]
+        for name in catalog.template_names(kind):
+            lines.append(f"| `{name}` | {_content(catalog.template(kind, name))} |")
+        lines.append("")
+    lines += ["## Assets", ""]
+    assets = catalog.data_root("assets")
+    for family in sorted(path.name for path in assets.iterdir() if path.is_dir()):
+        lines += [f"### {family}", "", "| name | about | licence |", "|---|---|---|"]
+        for name in catalog.names(family):
+            meta = catalog.find(family, name).meta
+            lines.append(f"| `{name}` | {_about(meta)} | {meta.get('licence', '')} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _content(values: Any) -> str:
+    """A preset's values in one cell."""
+    text = yaml.safe_dump(values, default_flow_style=True, sort_keys=False, width=1000)
+    return f"`{text.strip()[1:-1]}`"
+
+
+def _about(meta: Any) -> str:
+    """What an asset says about its size."""
+    words = [
+        f"{key} {meta[key]} m" for key in ("length", "width", "height", "scale") if key in meta
+    ]
+    return ", ".join(words)
+
+
+# ------------------------------------------------------------------------------------------
+
+PAGES = {"scene_file.md": scene_file, "command_line.md": command_line, "catalogue.md": catalogue}
+
+
+def out_of_date() -> list[str]:
+    """Pages that are not what the code says."""
+    return [
+        name
+        for name, make in PAGES.items()
+        if not (HERE / name).is_file() or (HERE / name).read_text(encoding="utf-8") != make()
+    ]
+
+
+def main() -> int:
+    """Write the pages that changed."""
+    for name in out_of_date():
+        (HERE / name).write_text(PAGES[name](), encoding="utf-8", newline="\n")
+        print(f"wrote docs/{name}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
