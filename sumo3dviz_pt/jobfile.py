@@ -158,7 +158,8 @@ def _position(word: str, items: list[Any], key: str) -> int:
 
 def _explained(error: ValidationError, source: _Source) -> ConfigError:
     """The first problem as one sentence, with its place and the number of others."""
-    first, *others = error.errors()
+    # A misspelt key that is required is also missing; its spelling explains both.
+    first, *others = sorted(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
     path = tuple(part for part in first["loc"] if not _is_branch(part))
     message = _reason(first)
     if first["type"] == "extra_forbidden":
@@ -209,8 +210,10 @@ def _keys(model: Any) -> list[str]:
 
 def _descend(model: Any, part: str | int) -> Any:
     """The model behind one part of a location."""
-    from typing import get_args
+    from typing import get_args, get_origin
 
+    if isinstance(part, int):
+        return model
     if not (isinstance(model, type) and issubclass(model, BaseModel)):
         options = _models(model)
         named = [m for m in options if isinstance(part, str) and _mode(m) == part]
@@ -219,7 +222,9 @@ def _descend(model: Any, part: str | int) -> Any:
     if field is None:
         return None
     models = _models(field.annotation)
-    return models[0] if len(models) == 1 else (get_args(field.annotation) or None)
+    if len(models) == 1 and get_origin(field.annotation) is not dict:
+        return models[0]
+    return get_args(field.annotation) or None
 
 
 def _models(annotation: Any) -> list[Any]:

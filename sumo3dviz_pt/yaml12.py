@@ -73,7 +73,11 @@ def parse_yaml(text: str, *, file: str | Path | None = None) -> tuple[Any, Place
     Raises:
         ConfigError: If it is no YAML, or a key occurs twice.
     """
-    loader = _Loader(text)
+    try:
+        loader = _Loader(text)
+    except yaml.YAMLError as error:
+        reason = str(error).splitlines()[0]
+        raise ConfigError(f"this is not valid YAML: {reason}", file=file) from error
     try:
         node = loader.get_single_node()
         places: Places = {}
@@ -87,8 +91,8 @@ def parse_yaml(text: str, *, file: str | Path | None = None) -> tuple[Any, Place
             line=mark.line + 1 if mark else None,
             column=mark.column + 1 if mark else None,
         ) from error
-    except yaml.YAMLError as error:
-        raise ConfigError(f"this is not valid YAML: {error}", file=file) from error
+    except RecursionError as error:
+        raise ConfigError("this YAML is nested too deeply, or in itself", file=file) from error
     finally:
         loader.dispose()
 

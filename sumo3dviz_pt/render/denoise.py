@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ def denoise(
         "balanced": oidn.Quality.Balanced,
         "high": oidn.Quality.High,
     }
-    device = oidn.Device(oidn.DeviceType.CPU)
+    device = _device()
     clean = albedo is not None and normal is not None
     if albedo is not None and normal is not None:
         albedo = _prefiltered(oidn, device, "albedo", np.clip(albedo, 0.0, 1.0))
@@ -49,6 +50,14 @@ def denoise(
         device=device,
     )
     return np.maximum(np.array(result, dtype=np.float32), 0.0)
+
+
+@cache
+def _device() -> Any:
+    """The process's device; each one keeps its buffers, half a gigabyte at 1280x720, for ever."""
+    import mitsuba_oidn as oidn
+
+    return oidn.Device(oidn.DeviceType.CPU)
 
 
 def _prefiltered(oidn: Any, device: Any, name: str, guide: Image) -> Image:

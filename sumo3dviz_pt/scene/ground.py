@@ -13,6 +13,7 @@ from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.surfaces import (
+    KERB,
     metres_per_tile,
     planar_uvs,
     surface_material,

@@ -11,10 +11,12 @@ import numpy as np
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Colour, Part
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.surfaces import colour_of
 from sumo3dviz_pt.shapes.buildings import BLOCKS, HOMES, SHOPS, Style, palette
+from sumo3dviz_pt.shapes.facade import FAR
 from sumo3dviz_pt.shapes.shell import Shell, paint
 from sumo3dviz_pt.shapes.trees import SPECIES, tree
 
@@ -132,6 +134,14 @@ def body_of(
     return _BODIES[kind.name](kind, settings, seed, name, level)
 
 
+def plan_of(kind: Kind, settings: ObjectSettings, *, seed: int, name: str) -> Floats:
+    """Lowest and highest corner of a building's walls in its own frame, (2, 2) [m]."""
+    style = STYLES[kind.name][_drawn_model(kind, settings, seed, name)]
+    variant = int(share_of(seed, name, "variant") * style.variants)
+    walls = _shell(style, variant, FAR)["wall"][..., :2].reshape(-1, 2)
+    return np.stack([walls.min(axis=0), walls.max(axis=0)])
+
+
 def check_settings(kind: Kind, settings: ObjectSettings) -> None:
     """Check names and colours before anything is built.
 
@@ -210,9 +220,10 @@ def _shell(style: Style, variant: int, level: int) -> Shell:
     return style.build(variant, level)
 
 
+STYLES: Mapping[str, Mapping[str, Style]] = {"homes": HOMES, "shops": SHOPS, "blocks": BLOCKS}
+"""Models of the kinds that are buildings at points."""
+
 _BODIES: Mapping[str, Callable[..., tuple[Part, ...]]] = {
     "trees": _tree_body,
-    "homes": _building_body(HOMES),
-    "shops": _building_body(SHOPS),
-    "blocks": _building_body(BLOCKS),
+    **{name: _building_body(styles) for name, styles in STYLES.items()},
 }

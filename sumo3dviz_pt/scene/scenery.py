@@ -14,7 +14,8 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.kinds import KINDS, Kind, body_of, check_settings
+from sumo3dviz_pt.scene.fitting import fitted
+from sumo3dviz_pt.scene.kinds import KINDS, STYLES, Kind, body_of, check_settings, plan_of
 from sumo3dviz_pt.scene.lane_index import LaneIndex
 from sumo3dviz_pt.scene.outlined import area_parts, line_parts
 from sumo3dviz_pt.scene.scenery_choice import chosen
@@ -208,20 +209,31 @@ def _point_parts(
     if not items:
         return []
     places = _places(items)
+    names = [f"{kind.name}:{item.id}" for item in items]
     levels = levels_of(kind, around.distances(places), shrink)
     heights = around.height_at(places)
     yaws = _yaws(kind, items, places, around)
-    parts = []
-    for item, place, level, z, yaw in zip(items, places, levels, heights, yaws, strict=True):
-        name = f"{kind.name}:{item.id}"
-        spread = settings.variation * (2.0 * share_of(around.seed, name, "size") - 1.0)
-        size = settings.scale * (1.0 + spread)
-        # Storeys vary less than ground plans; trees keep their shape.
-        tall = size if kind.name == "trees" else settings.scale * np.sqrt(1.0 + spread)
-        world_from_body = Transform.from_pose((*place, z), yaw=yaw, scale=(size, size, tall))
-        body = body_of(kind, settings, seed=around.seed, name=name, level=int(level))
-        parts += [Part(world_from_body.mesh(p.mesh), p.material, p.tint) for p in body]
+    sizes = _sizes(names, settings, around.seed)
+    # Storeys vary less than ground plans; trees keep their shape.
+    tall = sizes if kind.name == "trees" else np.sqrt(settings.scale * sizes)
+    if kind.name in STYLES:
+        plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
+        sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
+    parts: list[Part] = []
+    for i, name in enumerate(names):
+        place = Transform.from_pose(
+            (*places[i], heights[i]), yaw=yaws[i], scale=(sizes[i], sizes[i], tall[i])
+        )
+        body = body_of(kind, settings, seed=around.seed, name=name, level=int(levels[i]))
+        parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
     return parts
+
+
+def _sizes(names: Sequence[str], settings: ObjectSettings, seed: int) -> Floats:
+    """Scale factor of each object, (n,)."""
+    shares = np.array([share_of(seed, name, "size") for name in names])
+    sizes: Floats = settings.scale * (1.0 + settings.variation * (2.0 * shares - 1.0))
+    return sizes
 
 
 def _yaws(kind: Kind, items: Sequence[Poi], places: Floats, around: Surroundings) -> Floats:

@@ -27,7 +27,7 @@ LAMP_SET = "signals"
 RADIANCE: Mapping[str, tuple[float, float, float]] = {
     RED: (3.2, 0.07, 0.04),
     YELLOW: (3.0, 1.35, 0.05),
-    GREEN: (0.06, 2.6, 1.15),
+    GREEN: (0.05, 2.6, 0.95),
 }
 """Of a lit lens, in scene units, where a sunlit white wall has about 1.
 

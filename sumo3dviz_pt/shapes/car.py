@@ -11,10 +11,10 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape, body_surface, car_shape
 from sumo3dviz_pt.shapes.car_cuts import HOLE, Finish, finishes
 from sumo3dviz_pt.shapes.car_details import attached, details
-from sumo3dviz_pt.shapes.car_far import far_pieces
+from sumo3dviz_pt.shapes.car_far import far_surface, far_wheels
 from sumo3dviz_pt.shapes.car_gaps import cut_gaps
 from sumo3dviz_pt.shapes.car_panels import cut_dark_parts, cut_panels
-from sumo3dviz_pt.shapes.car_recipe import CarRecipe
+from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe
 from sumo3dviz_pt.shapes.car_windows import cut_windows
 from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.shapes.simplify import simplify
@@ -46,12 +46,13 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
     body = [*_body_pieces(shape), *attached(shape)]
     fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in body]))
     near = [(name, fit.mesh(mesh)) for name, mesh in (*body, *details(shape))]
-    pieces = list(far_pieces(shape, track=track))
-    hull = np.concatenate([m.vertices for name, m in pieces if name in ("paint", "glass")])
-    fit = _fit(recipe, hull)
-    wheels = ("rubber", "rim")
-    far = [(name, mesh if name in wheels else fit.mesh(mesh)) for name, mesh in pieces]
-    return BakedVehicle(by_material([*near, *_wheels(shape, track)]), by_material(far))
+    hull = list(_far_pieces(shape))
+    fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in hull]))
+    far = [(name, fit.mesh(mesh)) for name, mesh in hull]
+    return BakedVehicle(
+        by_material([*near, *_wheels(shape, track)]),
+        by_material([*far, *far_wheels(shape, track=track)]),
+    )
 
 
 def _fit(recipe: CarRecipe, points: Floats) -> Transform:
@@ -81,6 +82,19 @@ def _body_pieces(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
     for material, mesh in _well_pieces(shape, surface):
         yield material, mesh
         yield material, mirrored(mesh)
+
+
+def _far_pieces(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
+    """The far level's body, both halves."""
+    surface = far_surface(shape)
+    owner, normals = corner_normals(shape.field, surface, crease=0.7)
+    corners, normals = owner.reshape(-1, 3), normals.reshape(-1, 3, 3)
+    for tag in np.unique(surface.tags):
+        chosen = surface.tags == tag
+        finish = Finish(MATERIALS[tag])
+        for mesh in _half(surface, corners[chosen], normals[chosen], finish):
+            yield finish.material, mesh
+            yield finish.material, mirrored(mesh)
 
 
 def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[tuple[str, Mesh]]:

@@ -14,6 +14,9 @@ from typing import Any, TypeVar
 from sumo3dviz_pt.errors import ConfigError
 
 Points = tuple[tuple[float, ...], ...]
+VIEWS = ("front", "rear", "side", "top")
+"""Directions from which a panel's outline is projected."""
+
 _T = TypeVar("_T", bound="WheelRecipe | Panel | CarRecipe")
 
 MATERIALS = (
@@ -72,6 +75,14 @@ class Panel:
     reach: tuple[float, float] = (0.6, 0.0)
     recess: float = 0.0
     over: tuple[str, ...] = ("paint",)
+
+    def __post_init__(self) -> None:
+        """Check names, which no type can."""
+        for name in (self.material, *self.over):
+            if name not in MATERIALS:
+                raise ConfigError(f"no material is called {name!r}", key="recipe.panels")
+        if self.view not in VIEWS:
+            raise ConfigError(f"no view is called {self.view!r}", key="recipe.panels")
 
 
 @dataclass(frozen=True, slots=True)

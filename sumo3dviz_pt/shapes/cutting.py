@@ -7,16 +7,12 @@ field of the body, so a coarse surface still shades smoothly and keeps its creas
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 from sumo3dviz_pt.shapes.implicit import Field, gradient, project
-
-Where = Callable[[Floats, Floats], Bools]
-"""Chooses faces by their centroids, (m, 3) [m], and unit normals, (m, 3)."""
 
 _CLEAR = 2e-4
 _PULL = 0.003
@@ -191,9 +187,9 @@ def corner_normals(body: Field, surface: Surface, *, crease: float = 0.45) -> tu
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
     owner = surface.faces.reshape(-1)
     normals = share_normals(owner, normals, crease=crease)
-    # A shading normal that points into its face would be drawn black.
+    # A shading normal far off its face's would be drawn black.
     flat = np.repeat(surface.face_normals, 3, axis=0)
-    astray = (normals * flat).sum(axis=1) < 0.05
+    astray = (normals * flat).sum(axis=1) < 0.3
     return owner, np.where(astray[:, None], flat, normals)
 
 

@@ -21,7 +21,7 @@ def pedestrian(*, fine: bool) -> Iterator[Piece]:
     sides = 8 if fine else 4
     for s in (-1.0, 1.0):
         leg = [(0.0, 0.09 * s, 0.06), (0.02, 0.09 * s, 0.48), (0.0, 0.085 * s, 0.88)]
-        yield "interior", tube(leg, radius=(0.05, 0.062, 0.085), sides=sides)
+        yield "interior", tube(leg, radius=(0.05, 0.06, 0.065), sides=sides)
         arm = [(0.02, 0.215 * s, 0.80), (-0.01, 0.21 * s, 1.10), (0.0, 0.17 * s, 1.42)]
         yield "cloth", tube(arm, radius=(0.036, 0.046, 0.055), sides=sides)
         if fine:

@@ -52,6 +52,7 @@ class _Work:
         self.points: list[Vector] = [tuple(p) for p in surface.vertices.tolist()]
         self.faces: list[list[int] | None] = surface.faces.tolist()
         self.tags = surface.tags
+        self.border = set(_open_vertices(surface.faces).tolist())
         self.around: list[set[int]] = [set() for _ in self.points]
         for number, face in enumerate(surface.faces.tolist()):
             for vertex in face:
@@ -94,6 +95,9 @@ class _Work:
         shared = self.around[u] & self.around[v]
         if len(self.neighbours(u) & self.neighbours(v)) != len(shared):
             return False
+        # An open border stays in place: its vertices only move along it.
+        if u in self.border and (v not in self.border or len(shared) != 1):
+            return False
         target = self.points[v]
         for number in self.around[u] - shared:
             corners = [self.points[w] for w in self.corners(number)]
@@ -132,6 +136,13 @@ class _Work:
 def _sides(faces: Ints) -> Ints:
     """Directed edges of all faces, (3m, 2), face by face within each third."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
+def _open_vertices(faces: Ints) -> Ints:
+    """Vertices on edges that only one face has."""
+    sides = np.sort(_sides(faces), axis=1)
+    unique, uses = np.unique(sides, axis=0, return_counts=True)
+    return np.asarray(np.unique(unique[uses == 1]))
 
 
 def _quadrics(surface: Surface) -> tuple[Floats, Floats]:

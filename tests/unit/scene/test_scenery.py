@@ -233,7 +233,7 @@ def test_levels_of_detail_fall_with_distance():
     eye = np.array([(0.0, 100.0, 2.0)])
     counts = [triangles(build([poi("tree", x, 100)], viewpoints=eye)) for x in (10, 60, 180, 400)]
     assert counts == sorted(counts, reverse=True)
-    assert counts[0] > 20_000 > 12_000 > counts[1] > 5_000
+    assert counts[0] > 20_000 > 14_000 > counts[1] > 5_000
     assert counts[2] < 2800
     assert counts[3] < 280
 
@@ -325,3 +325,13 @@ def test_heights_are_plausible_without_params(area):
 def test_a_network_without_roads_still_shows_objects():
     scenery = build([poi("home", 50, 20)], network=road(empty=True))
     assert bounds(scenery, "homes")[0][2] == pytest.approx(-1.05, abs=0.1)
+
+
+def test_houses_shrink_until_they_clear_the_road_and_each_other():
+    tight = [poi("shop", 100.0, 7.0), poi("shop", 110.0, 7.0), poi("shop", 200.0, 40.0)]
+    scenery = build(tight, settings=ObjectsSettings(shops={"variation": 0}))
+    walls = [p.part.mesh.vertices for p in of(scenery, "shops") if p.part.material == "wall"][0]
+    at_road = walls[walls[:, 0] < 150]
+    assert at_road[:, 1].min() > 1.6
+    free = walls[walls[:, 0] > 150]
+    assert np.ptp(at_road[at_road[:, 0] < 105.0][:, 0]) < np.ptp(free[:, 0])
