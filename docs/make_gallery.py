@@ -18,9 +18,9 @@ PICTURES = {
     "ronda_overview": "ronda --time 488 --camera overview",
     "ronda_driver": "ronda --time 462 --camera driver",
     "ronda_flight": "ronda --time 458 --camera flight",
-    "crossing_overview": "crossing --time 480 --camera overview",
-    "crossing_sunset": "crossing --time 480 --camera overview"
-    " --set sky={sun:{azimuth:255,elevation:12}}",
+    "crossing_corner": "crossing --time 458 --camera corner",
+    "crossing_evening": "crossing --time 458 --camera corner"
+    " --set sky.sun.azimuth=255 --set sky.sun.elevation=12",
     "ronda_abstract": "ronda --time 488 --camera overview --set template=abstract",
 }
 """Example and options by the picture's name."""
@@ -38,12 +38,11 @@ def page() -> str:
     """The gallery: every picture above the command that made it."""
     lines = [MADE, "", "# Gallery", ""]
     for name in PICTURES:
-        words = " ".join(f"'{word}'" if "{" in word else word for word in command(name))
         lines += [
             f"![{name.replace('_', ', ')}](images/{name}.png)",
             "",
             "```sh",
-            f"sumo3dviz-pt {words} -o {name}.png",
+            f"sumo3dviz-pt {' '.join(command(name))} -o {name}.png",
             "```",
             "",
         ]

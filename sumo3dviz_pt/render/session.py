@@ -32,7 +32,10 @@ from sumo3dviz_pt.render.movers import (
 )
 from sumo3dviz_pt.render.paint import register_paint
 from sumo3dviz_pt.render.passes import Accumulator, Tally, frame_seed
-from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
+from sumo3dviz_pt.render.skymap import SUN_RADIUS, SkyMap, bake_sky
+
+SUN_DISTANCE = 1e6
+"""Of the sun's disc: its direction differs by 0.06 degrees over a kilometre [m]."""
 
 GUIDE_SPP = 4
 """Samples of the pass that finds depth, albedo and normals."""
@@ -167,7 +170,7 @@ class Session:
             # OIDN needs uncorrelated pixels; every filter but the box splats.
             "rfilter": {"type": "box"},
         }
-        sensor = {"type": "perspective", "fov": 50.0, "near_clip": 0.05, "far_clip": 1e5}
+        sensor = {"type": "perspective", "fov": 50.0, "near_clip": 0.05, "far_clip": 1e7}
         sampler = {"type": "multijitter", "sample_count": self._pass_spp}
         self._integrator = mi.load_dict({"type": "path", "max_depth": quality.max_depth})
         self._guide_integrator = mi.load_dict(self._guide_plugin())
@@ -180,6 +183,7 @@ class Session:
                 "sampler": {"type": "multijitter", "sample_count": GUIDE_SPP},
             },
             "sky": self._emitter(),
+            **self._sun(),
         }
 
     @property
@@ -206,6 +210,27 @@ class Session:
                 "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
             }
         )
+
+    def _sun(self) -> dict[str, Any]:
+        """The sun as a disc so far away that its direction is the same everywhere."""
+        if self.sky.sun is None:
+            return {}
+        place = self.sky.sun.direction * SUN_DISTANCE
+        up = [0.0, 0.0, 1.0] if abs(place[2]) < 0.9 * SUN_DISTANCE else [0.0, 1.0, 0.0]
+        towards_us = mi.ScalarTransform4f().look_at(
+            origin=place.tolist(), target=[0.0, 0.0, 0.0], up=up
+        )
+        size = float(SUN_DISTANCE * np.tan(SUN_RADIUS))
+        radiance = {"type": "rgb", "value": self.sky.sun.radiance.tolist()}
+        return {
+            "sun": mi.load_dict(
+                {
+                    "type": "disk",
+                    "to_world": towards_us @ mi.ScalarTransform4f().scale(size),
+                    "emitter": {"type": "area", "radiance": radiance},
+                }
+            )
+        }
 
     def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
         """A static mesh relative to an origin."""
@@ -287,6 +312,12 @@ class Session:
         frozen: Callable[..., Any] = dr.freeze(_trace)
         return frozen
 
+    def _face_values(self) -> Any:
+        """What changes face by face; a recording overlooks it unless it is handed over."""
+        moving = (f"{FAR}.", "lamps_")
+        names = [name for name in self._parameters.keys() if name.startswith(moving)]  # noqa: SIM118
+        return [self._parameters[name] for name in names if ".face_" in name]
+
     def _seed(self, seed: int) -> Any:
         """A seed as the tracer takes it."""
         return mi.UInt32(seed % 2**32) if self.backend.jit else seed % 2**32
@@ -299,9 +330,12 @@ class Session:
             return {}
         spp = max(GUIDE_SPP, quality.guides)
         own = self._seed(seed ^ 0x5BD1E995)
-        image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
+        values = self._face_values()
+        image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own, values)
         image = np.array(image, dtype=np.float32)
         guides = {"hit": np.clip(image[..., 3], 0.0, 1.0), "depth": image[..., 0]}
+        # What sees the sun sees no surface; the sun is a disc only to the renderer.
+        guides["hit"] = np.where(guides["depth"] > 0.01 * SUN_DISTANCE, 0.0, guides["hit"])
         if quality.guides:
             guides |= {"albedo": image[..., 4:7], "normal": image[..., 7:10]}
         return guides
@@ -318,9 +352,10 @@ class Session:
         exempt = guides["hit"] < 1.0 if guides else None
         accumulator = Accumulator(limit, exempt)
         count = -(-quality.spp // self._pass_spp)
+        values = self._face_values()
         for number in range(count):
             part = self._seed(seed + 0x9E3779B9 * number)
-            image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part)
+            image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part, values)
             accumulator.add(np.array(image, dtype=np.float32)[..., :3])
             if after_pass is not None:
                 after_pass(number + 1, count)
@@ -348,11 +383,15 @@ class Session:
         return radiance
 
 
-def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
+def _trace(
+    scene: Any, integrator: Any, sensor: int, spp: int, seed: Any, values: Any
+) -> Any:
     """One pass; frozen, it replays the same kernels with new data."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)
 
 
-def _plain_trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
+def _plain_trace(
+    scene: Any, integrator: Any, sensor: int, spp: int, seed: Any, values: Any
+) -> Any:
     """One pass, recorded anew."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

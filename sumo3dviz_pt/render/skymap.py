@@ -1,8 +1,9 @@
-"""Bakes a sky recipe into one radiance map, the scene's only environment emitter.
+"""Bakes a sky recipe into one radiance map and a sun.
 
 Mitsuba's `sunsky` gives the clear sky (its sun by date is mirrored, so we pass a
-direction); clouds are laid over it, and the sun's disc is painted into the texels
-that it covers, so that importance sampling finds it. Below 2 degrees of elevation
+direction); clouds are laid over it. The sun is an emitter of its own: painted into the
+map it would draw nine of ten light samples, and what lies in the shade would be noisy.
+Below 2 degrees of elevation
 `sunsky` turns negative and black, so lower suns dim the sky of 2 degrees along the
 measured course of twilight.
 
@@ -33,7 +34,9 @@ UNITS_PER_SUNSKY = 2.29
 SIZE = (1024, 2048)
 """Rows and columns of the baked map."""
 
-_SUN_RADIUS = np.radians(0.2666)
+SUN_RADIUS = np.radians(0.2666)
+"""Angular radius of the sun's disc [rad]."""
+
 _LOWEST_SUN = np.radians(2.0)
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
@@ -44,17 +47,38 @@ _TWILIGHT = np.array(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Sun:
+    """The sun's disc.
+
+    Attributes:
+        direction: Unit vector to its centre, (3,).
+        irradiance: On a plane that faces it, (3,) in scene units.
+    """
+
+    direction: Floats
+    irradiance: Floats
+
+    @property
+    def radiance(self) -> Floats:
+        """Of the disc, (3,) in scene units."""
+        return np.asarray(self.irradiance / (np.pi * np.sin(SUN_RADIUS) ** 2))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SkyMap:
     """A baked sky.
 
     Attributes:
-        radiance: Rows from zenith to nadir, columns clockwise from north, (h, w, 3).
+        radiance: Rows from zenith to nadir, columns clockwise from north, (h, w, 3);
+            without the sun.
         horizon: Radiance just above the horizon, columns as above, (w, 3).
-        illuminance: On a horizontal plane [lx].
+        sun: The sun, or None when it is down or hidden.
+        illuminance: On a horizontal plane, sun included [lx].
     """
 
     radiance: Image
     horizon: Image
+    sun: Sun | None
     illuminance: float
 
 
@@ -69,21 +93,27 @@ def directions(size: tuple[int, int] = SIZE) -> Floats:
 
 
 def bake_sky(sky: Sky, size: tuple[int, int] = SIZE) -> SkyMap:
-    """Turn a recipe into a map in scene units."""
+    """Turn a recipe into a map and a sun, in scene units."""
     towards = directions(size)
+    sun = None
     if sky.image is not None:
         radiance = _resample(sky.image, size, sky.rotation) * sky.image_scale
     elif sky.sun_direction is None:
         radiance = np.zeros((*size, 3))
     else:
-        radiance = _clear_sky(sky, towards)
-        radiance = _with_clouds_and_sun(sky, radiance, towards)
+        radiance, sun = _day(sky, towards)
     radiance = np.maximum(radiance, 0.0) + np.asarray(sky.night)
     horizon = _horizon(radiance, towards)
     if sky.image is None:
         radiance = _with_ground(radiance, horizon, towards)
+    light = _irradiance(radiance, towards)
+    if sun is not None:
+        light = light + sun.irradiance * max(float(sun.direction[2]), 0.0)
     return SkyMap(
-        radiance.astype(np.float32), horizon.astype(np.float32), _illuminance(radiance, towards)
+        radiance.astype(np.float32),
+        horizon.astype(np.float32),
+        sun,
+        float(light @ _LUMINANCE) * CANDELAS_PER_UNIT,
     )
 
 
@@ -105,11 +135,6 @@ def _weights(towards: Floats) -> Floats:
 def _irradiance(radiance: Floats, towards: Floats) -> Floats:
     """On a horizontal plane, (3,) in scene units."""
     return np.asarray(np.einsum("hwc,hw->c", radiance, _weights(towards)))
-
-
-def _illuminance(radiance: Floats, towards: Floats) -> float:
-    """On a horizontal plane [lx]."""
-    return float(_irradiance(radiance, towards) @ _LUMINANCE) * CANDELAS_PER_UNIT
 
 
 def _evaluate(plugin: mi.Emitter, towards: Floats) -> Floats:
@@ -174,7 +199,7 @@ def _sun_irradiance(sky: Sky) -> Floats:
     """On a plane facing the sun, before clouds, (3,) in scene units."""
     assert sky.sun_direction is not None
     elevation = float(np.arcsin(sky.sun_direction[2]))
-    risen = np.clip((elevation + _SUN_RADIUS) / (2 * _SUN_RADIUS), 0.0, 1.0)
+    risen = np.clip((elevation + SUN_RADIUS) / (2 * SUN_RADIUS), 0.0, 1.0)
     if risen == 0.0:
         return np.zeros(3)
     centre = _lifted(sky.sun_direction)
@@ -182,47 +207,31 @@ def _sun_irradiance(sky: Sky) -> Floats:
     side /= np.linalg.norm(side)
     grid = (np.arange(24) + 0.5) / 12 - 1
     across, along = np.meshgrid(grid, grid)
-    tilt = np.tan(_SUN_RADIUS) * (
+    tilt = np.tan(SUN_RADIUS) * (
         across[..., None] * side + along[..., None] * np.cross(centre, side)
     )
     rays = centre + tilt
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
     radiance = np.maximum(_evaluate(_sunsky(sky, sun=1.0, air=0.0), rays), 0.0)
-    square = (2 * np.tan(_SUN_RADIUS)) ** 2
+    square = (2 * np.tan(SUN_RADIUS)) ** 2
     scale = UNITS_PER_SUNSKY * risen * twilight_factor(elevation)
     return np.asarray(radiance.mean(axis=(0, 1)) * square * scale)
 
 
-def _with_clouds_and_sun(sky: Sky, radiance: Floats, towards: Floats) -> Floats:
-    """Lay clouds over the clear sky and paint the sun's disc."""
-    sun = _sun_irradiance(sky)
+def _day(sky: Sky, towards: Floats) -> tuple[Floats, Sun | None]:
+    """The clear sky with clouds laid over it, and the sun as far as it shines through."""
     assert sky.sun_direction is not None
-    covered = 0.0
+    radiance = _clear_sky(sky, towards)
+    irradiance = _sun_irradiance(sky)
     if sky.clouds is not None:
         layer = _resample_clouds(sky.clouds, towards, sky.rotation)
         air = _irradiance(radiance, towards)
-        lit = (layer[..., 1:2] * sun + layer[..., 2:3] * air) / np.pi
         cover = layer[..., :1]
+        lit = (layer[..., 1:2] * irradiance + layer[..., 2:3] * air) / np.pi
         radiance = radiance * (1 - cover) + lit * cover
-        covered = _at(cover[..., 0], sky.sun_direction)
-    return radiance + _sun_disc(sky.sun_direction, towards) * sun * (1 - covered)
-
-
-def _sun_disc(direction: Floats, towards: Floats) -> Floats:
-    """Radiance per irradiance of the sun over the map, (h, w, 1) [1/sr]."""
-    rows, columns = towards.shape[:2]
-    disc = np.zeros((rows, columns))
-    near = np.argwhere(towards @ direction > np.cos(_SUN_RADIUS + 3 * np.pi / rows))
-    parts = (np.arange(8) + 0.5) / 8
-    theta = (near[:, 0, None, None] + parts[None, :, None]) / rows * np.pi
-    azimuth = (near[:, 1, None, None] + parts[None, None, :]) / columns * 2 * np.pi
-    cosine = np.sin(theta) * (direction[0] * np.sin(azimuth) + direction[1] * np.cos(azimuth))
-    cosine = cosine + direction[2] * np.cos(theta)
-    disc[near[:, 0], near[:, 1]] = (cosine > np.cos(_SUN_RADIUS)).mean(axis=(1, 2))
-    theta = (np.arange(rows) + 0.5) / rows * np.pi
-    solid_angle = np.sin(theta)[:, None] * (np.pi / rows) * (2 * np.pi / columns)
-    total = float((disc * solid_angle).sum())
-    return np.asarray(disc[..., None] / total if total > 0 else disc[..., None])
+        irradiance = irradiance * (1 - _at(cover[..., 0], sky.sun_direction))
+    shines = irradiance.max() > 1e-6
+    return radiance, Sun(sky.sun_direction, irradiance) if shines else None
 
 
 def _at(values: Floats, direction: Floats) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.job import GroundSettings
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
@@ -63,7 +64,7 @@ def build_ground(
     if roads.cells.is_flat:
         mesh = level_ground(network, roads)
     else:
-        mesh, height_at = terrain(roads)
+        mesh, height_at = terrain(roads, network)
         walls = retaining_walls(roads, height_at)
     mesh = replace(mesh, uvs=planar_uvs(mesh.vertices, tile=tile, near=near))
     static = [StaticPart("ground", "ground", Part(mesh, name))]
@@ -76,7 +77,11 @@ def build_ground(
 def level_ground(network: Network, roads: RoadLayout) -> Mesh:
     """A disc just below level roads."""
     x0, y0, x1, y1 = network.location.boundary
-    centre = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), road_level(roads) - DROP])
+    if len(roads.outline):
+        # Some files carry a boundary that does not hold their roads.
+        extent = np.array([[x0, y0], [x1, y1], *shapely.total_bounds(roads.outline).reshape(2, 2)])
+        (x0, y0), (x1, y1) = extent.min(axis=0), extent.max(axis=0)
+    centre = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), road_level(roads, network) - DROP])
     reach = 0.5 * float(np.hypot(x1 - x0, y1 - y0))
     near = np.linspace(0.0, reach + 200.0, 12)[1:]
     far = np.geomspace(reach + 400.0, reach + RADIUS, 12)
@@ -84,8 +89,10 @@ def level_ground(network: Network, roads: RoadLayout) -> Mesh:
     return Mesh(grid.vertices + centre, grid.faces)
 
 
-def road_level(roads: RoadLayout) -> float:
-    """Height of level roads [m]; 0 without roads."""
+def road_level(roads: RoadLayout, network: Network) -> float:
+    """Height of level roads [m]: of those that are built, or else of all."""
     quads = roads.cells.quads[..., 2]
     known: Floats = quads[np.isfinite(quads)]
+    if not len(known):
+        known = np.array([lane.shape[0, 2] for lane in network.lanes.values()])
     return float(known.mean()) if len(known) else 0.0

@@ -12,12 +12,13 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.scene import Bsdf, Colour, Part
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.surfaces import colour_of
-from sumo3dviz_pt.shapes.buildings import BLOCKS, HOMES, SHOPS, Style, palette
-from sumo3dviz_pt.shapes.facade import FAR
-from sumo3dviz_pt.shapes.shell import Shell, paint
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.surfaces import colour_of, metres_per_tile, surface_material
+from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, SURFACES, Style, palette
+from sumo3dviz_pt.shapes.facade import FAR, NEAR
+from sumo3dviz_pt.shapes.shell import Palette, Shell, paint
 from sumo3dviz_pt.shapes.trees import SPECIES, tree
 
 TREE_VARIANTS = 4
@@ -53,8 +54,8 @@ KINDS: tuple[Kind, ...] = (
         frozenset({"tree", "trees"}),
         "point",
         tuple(SPECIES),
-        (22.0, 55.0, 170.0),
-        (27_000, 9800, 2100, 260),
+        (20.0, 40.0, 75.0, 170.0),
+        (29_500, 10_900, 4050, 2150, 260),
         (2.8, 2.0, 9.0),
     ),
     Kind(
@@ -171,11 +172,24 @@ def _drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> 
 
 
 def building_palette(
-    styles: Mapping[str, Style], model: str, settings: ObjectSettings, *, seed: int, name: str
-) -> Mapping[str, tuple[str, Colour | None]]:
-    """Colours of one building, chosen by its name."""
+    style: Style, settings: ObjectSettings, *, seed: int, name: str, level: int
+) -> Palette:
+    """Colours of one building, chosen by its name; textures only nearby."""
     rng = np.random.default_rng(int(share_of(seed, name, "colour") * 2**48))
-    return palette(styles[model], rng, colour_in(settings))
+    return palette(style, rng, colour_in(settings), textured=level == NEAR)
+
+
+@cache
+def surface_tiles() -> Mapping[str, float]:
+    """Metres per tile of every surface that buildings show."""
+    return {name: metres_per_tile(name.removeprefix("surface:")) for name in SURFACES.values()}
+
+
+def material_of(name: str, *, textured: bool) -> Bsdf:
+    """The material of a static object, from `MATERIALS` or a surface asset."""
+    if name in MATERIALS:
+        return MATERIALS[name]
+    return surface_material(name.removeprefix("surface:"), textured=textured)
 
 
 def _tree_body(
@@ -204,8 +218,8 @@ def _building_body(styles: Mapping[str, Style]) -> Callable[..., tuple[Part, ...
     ) -> tuple[Part, ...]:
         model = _drawn_model(kind, settings, seed, name)
         variant = int(share_of(seed, name, "variant") * styles[model].variants)
-        colours = building_palette(styles, model, settings, seed=seed, name=name)
-        return paint(_shell(styles[model], variant, level), colours)
+        colours = building_palette(styles[model], settings, seed=seed, name=name, level=level)
+        return paint(_shell(styles[model], variant, level), colours, tiles=surface_tiles())
 
     return body
 

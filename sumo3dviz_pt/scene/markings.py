@@ -37,7 +37,7 @@ def road_paint(
         )
     ]
     across = stop_paint(network, layout.strips)
-    zebras = zebra_paint(network, region=region)
+    zebras = zebra_paint(network, region=region) if settings.markings else []
     return [*zebras, *across, *centre, *lines, *through_paint(network, settings, layout.insides)]
 
 

@@ -16,6 +16,9 @@ from sumo3dviz_pt.shapes.polyline import arc_length, without_repeats
 STOP_WIDTH = 0.5
 """Length of a stop line along the lane [m]."""
 
+SETBACK = 0.3
+"""From a stop line to the lane's end [m]; SUMO's vehicles stop 1 m before the end."""
+
 _GIVE_WAY_WIDTH = 0.35
 _GIVE_WAY_DASH = 0.5
 _GIVE_WAY_GAP = 0.25
@@ -29,7 +32,7 @@ _NONE = np.zeros((0, 4, 3))
 
 
 def stop_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
-    """Stop and give-way lines of all edges; their far edge is the lane's end."""
+    """Stop and give-way lines of all edges, just before the lanes' ends."""
     leaving: dict[str, list[Connection]] = {}
     for connection in network.connections:
         leaving.setdefault(connection.from_lane, []).append(connection)
@@ -94,7 +97,9 @@ def _across(strip: Strip, length: float) -> Floats:
     """The last part of a strip, from border to border."""
     band = _ends_band(strip)
     end = band.stations[-1]
-    return band.quads(end - length, end) if end > 2.0 * length else _NONE
+    if end < 2.0 * length + SETBACK:
+        return _NONE
+    return band.quads(end - SETBACK - length, end - SETBACK)
 
 
 def _dashed_across(strip: Strip) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
@@ -12,17 +12,16 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.kinds import Kind, building_palette, colour_in
+from sumo3dviz_pt.scene.kinds import Kind, building_palette, colour_in, surface_tiles
 from sumo3dviz_pt.scene.lane_index import LaneIndex
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes import fence
-from sumo3dviz_pt.shapes.buildings import HOMES, Style
+from sumo3dviz_pt.shapes.building_styles import HOMES
 from sumo3dviz_pt.shapes.footprint import cleaned, extruded
 from sumo3dviz_pt.shapes.shell import paint
 
 _PIECE = 20  # steps of a fence that share a level of detail
 _FACES = 15.0  # how far a fence looks for the lanes it guards [m]
-_STYLES: Mapping[str, Style] = HOMES
 _NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
 
 
@@ -84,11 +83,12 @@ def area_parts(
         seed = int(share_of(around.seed, name, "shell") * 2**32)
         shell = extruded(plan, height * settings.scale, level=level, seed=seed)
         model = "brick" if share_of(around.seed, name, "model") < 0.2 else "plaster"
-        colours = building_palette(_STYLES, model, settings, seed=around.seed, name=name)
+        colours = building_palette(HOMES[model], settings, seed=around.seed, name=name, level=level)
         # Slopes: stand on the lowest corner of the ground.
         z = float(np.min(around.height_at(plan + centre)))
         shift = np.array([*centre, z])
-        parts += paint({role: quads + shift for role, quads in shell.items()}, colours)
+        placed = {role: quads + shift for role, quads in shell.items()}
+        parts += paint(placed, colours, tiles=surface_tiles())
     return parts
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,11 +11,19 @@ import shapely
 
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes
-from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.fitting import fitted
-from sumo3dviz_pt.scene.kinds import KINDS, STYLES, Kind, body_of, check_settings, plan_of
+from sumo3dviz_pt.scene.kinds import (
+    KINDS,
+    STYLES,
+    Kind,
+    body_of,
+    check_settings,
+    material_of,
+    plan_of,
+)
 from sumo3dviz_pt.scene.lane_index import LaneIndex
 from sumo3dviz_pt.scene.outlined import area_parts, line_parts
 from sumo3dviz_pt.scene.scenery_choice import chosen
@@ -43,10 +51,12 @@ class Scenery:
 
     Attributes:
         static: Few parts per kind, in world coordinates.
+        materials: BSDFs of all materials of these parts, by name.
         left_out: What was left out, and why.
     """
 
     static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
     left_out: tuple[LeftOut, ...]
 
 
@@ -57,6 +67,7 @@ def build_scenery(
     *,
     around: Surroundings,
     budget: int = BUDGET,
+    textured: bool = True,
 ) -> Scenery:
     """Build trees, fences, homes, shops, blocks and buildings.
 
@@ -66,6 +77,7 @@ def build_scenery(
         settings: Which kinds, from which files, how large and which colour.
         around: Roads, ground, cameras and the seed.
         budget: Triangles, about; levels of detail come closer until they keep it.
+        textured: False shows plain colours instead of brick, plaster and tiles.
 
     Raises:
         ConfigError: If a model or colour of the settings does not exist.
@@ -88,7 +100,9 @@ def build_scenery(
     static: list[StaticPart] = []
     for kind, own, kept in groups:
         static += merged(kind.name, _BUILDERS[kind.form](kind, own, kept, (around, shrink)))
-    return Scenery(tuple(static), tuple(left_out))
+    names = sorted({part.part.material for part in static})
+    materials = {name: material_of(name, textured=textured) for name in names}
+    return Scenery(tuple(static), materials, tuple(left_out))
 
 
 def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:

@@ -191,7 +191,7 @@ def _place(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Place:
     parts = (*roads.static, *ground.static, *scenery.static, *signals.static)
     return _Place(
         tuple(part for part in parts if len(part.part.mesh.faces)),
-        {**MATERIALS, **roads.materials, **ground.materials},
+        {**MATERIALS, **roads.materials, **ground.materials, **scenery.materials},
         roads,
         signals,
         (*scenery.left_out, *signals.left_out),

@@ -218,7 +218,8 @@ def _freest(candidates: Floats, probes: Sequence[Floats], index: LaneIndex) -> F
         index: The network's lanes.
     """
     blocked = [index.covers((candidates + probe)[:, :2], margin=0.3) for probe in probes]
-    return candidates[int(np.argmin(np.sum(blocked, axis=0)))]
+    best: Floats = candidates[int(np.argmin(np.sum(blocked, axis=0)))]
+    return best
 
 
 def _direction(shape: Floats) -> tuple[Floats, float]:

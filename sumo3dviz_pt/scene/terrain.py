@@ -15,6 +15,7 @@ from scipy import ndimage, spatial
 from scipy.interpolate import RegularGridInterpolator
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.roads_heights import surface_heights
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import area_rings
@@ -26,9 +27,13 @@ _MARGIN = 0.10
 """How far the terrain stays below the roads at least [m]."""
 
 _CELL = 10.0
-"""Grid spacing near roads [m]; doubled until the grid has at most `_MOST` vertices."""
+"""Grid spacing near what is built [m]."""
 
-_MOST = 100_000
+_COARSE = 40.0
+"""Grid spacing in the rest of the network [m]."""
+
+_MOST = 260
+"""Most grid lines near what is built, per axis; larger places get a wider grid."""
 
 _FAR = 20_000.0
 """Where the terrain ends [m]."""
@@ -42,11 +47,21 @@ _BRIDGE_SIDE = 1.2
 HeightAt = Callable[[Floats], Floats]
 
 
-def terrain(roads: RoadLayout) -> tuple[Mesh, HeightAt]:
-    """The terrain's mesh, and a function that gives its height at points (n, 2) [m]."""
+def terrain(roads: RoadLayout, network: Network) -> tuple[Mesh, HeightAt]:
+    """The terrain's mesh, and a function that gives its height at points (n, 2) [m].
+
+    Args:
+        roads: What is built; the grid is fine around it.
+        network: All roads, which give the heights further away.
+    """
     samples = road_samples(roads)
-    x, y = _axes(samples)
-    z = _blended(samples, x, y)
+    lanes = np.concatenate([lane.shape for lane in network.lanes.values()])
+    x, y = (
+        _grid_lines(samples[:, axis], (float(lanes[:, axis].min()), float(lanes[:, axis].max())))
+        for axis in (0, 1)
+    )
+    thin = samples[:: max(len(samples) // 40_000, 1)]
+    z = _blended(thin, lanes, x, y=y)
     z = _pushed_below(samples, x, y, z=z)
     field = RegularGridInterpolator((y, x), z, bounds_error=False, fill_value=None)
 
@@ -78,31 +93,42 @@ def retaining_walls(roads: RoadLayout, height_at: HeightAt) -> Mesh:
     return walls(rings, bottoms)
 
 
-def _axes(samples: Floats) -> tuple[Floats, Floats]:
-    """Grid lines: even near the roads, ever wider out to the horizon."""
-    low, high = samples[:, :2].min(axis=0) - 60.0, samples[:, :2].max(axis=0) + 60.0
-    spacing = _CELL
-    while np.prod((high - low) / spacing) > _MOST:
-        spacing *= 1.25
-    beyond = np.geomspace(spacing, _FAR, 24)
-    lines = [
-        np.concatenate([a - beyond[::-1], np.arange(a, b, spacing), b + beyond])
-        for a, b in zip(low, high, strict=True)
-    ]
-    return lines[0], lines[1]
+def _grid_lines(near: Floats, whole: tuple[float, float]) -> Floats:
+    """Grid lines of one axis.
+
+    Args:
+        near: Coordinates of what is built, (n,) [m]; the lines are densest there.
+        whole: Where the network begins and ends [m]; from there they thin out to the
+            horizon.
+    """
+    low, high = float(near.min()) - 60.0, float(near.max()) + 60.0
+    begin, end = min(whole[0], low), max(whole[1], high)
+    fine = np.linspace(low, high, _count(high - low, _CELL, _MOST))
+    before = np.linspace(begin, low, _count(low - begin, _COARSE, _MOST // 2))[:-1]
+    after = np.linspace(high, end, _count(end - high, _COARSE, _MOST // 2))[1:]
+    beyond = np.geomspace(_COARSE, _FAR, 20)
+    return np.concatenate([begin - beyond[::-1], before, fine, after, end + beyond])
 
 
-def _blended(samples: Floats, x: Floats, y: Floats) -> Floats:
+def _count(length: float, spacing: float, most: int) -> int:
+    """Number of grid lines for a stretch [m]."""
+    return max(2, min(int(np.ceil(length / spacing)) + 1, most)) if length > 0.0 else 1
+
+
+def _blended(built: Floats, lanes: Floats, x: Floats, *, y: Floats) -> Floats:
     """Inverse-distance heights of the nearest roads, smoothed, (m, n) [m]."""
     xx, yy = np.meshgrid(x, y)
     grid = np.column_stack([xx.ravel(), yy.ravel()])
-    thin = samples[:: max(len(samples) // 40_000, 1)]
-    away, near = (np.asarray(v) for v in spatial.cKDTree(thin[:, :2]).query(grid, k=12))
+    samples = np.concatenate([built, lanes])
+    count = min(12, len(samples))
+    away, near = (np.asarray(v) for v in spatial.cKDTree(samples[:, :2]).query(grid, k=count))
     weights = 1.0 / (away**2 + 4.0)
-    z = (weights * thin[near, 2]).sum(axis=1) / weights.sum(axis=1)
+    z = (weights * samples[near, 2]).sum(axis=1) / weights.sum(axis=1)
     smooth = ndimage.gaussian_filter(z.reshape(xx.shape), 2.0, mode="nearest")
-    # Roads carry the truth, so smoothing fades in with distance from them.
-    share = np.clip(away[:, 0] / 60.0, 0.0, 1.0).reshape(xx.shape)
+    # Built roads carry the truth, so smoothing fades in with distance from them; roads
+    # that are not built may be tunnels, whose pits it softens.
+    from_built = np.asarray(spatial.cKDTree(built[:, :2]).query(grid)[0])
+    share = np.clip(from_built / 60.0, 0.0, 1.0).reshape(xx.shape)
     return np.asarray((1 - share) * z.reshape(xx.shape) + share * smooth)
 
 

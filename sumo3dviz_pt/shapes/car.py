@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape, body_surface, car_shape
 from sumo3dviz_pt.shapes.car_cuts import HOLE, Finish, finishes
 from sumo3dviz_pt.shapes.car_details import attached, details
@@ -109,7 +109,7 @@ def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[tuple[str, Mesh]
         yield "trim", moved(shell, -d, 0.0, recipe.wheel.radius)
 
 
-def _half(surface: Surface, owner: np.ndarray, normals: Floats, finish: Finish) -> Iterator[Mesh]:
+def _half(surface: Surface, owner: Ints, normals: Floats, finish: Finish) -> Iterator[Mesh]:
     """The faces of one finish in the body frame, pushed in, with walls around them."""
     positions = surface.vertices[owner]
     shift = np.array([finish.recess, 0.0, 0.0])
@@ -131,7 +131,7 @@ def _forward(mesh: Mesh) -> Mesh:
     )
 
 
-def _walls(vertices: Floats, faces: np.ndarray, shift: Floats) -> Mesh:
+def _walls(vertices: Floats, faces: Ints, shift: Floats) -> Mesh:
     """Quads between the rim of some faces and the same rim pushed in, seen from inside."""
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     count = len(vertices)
@@ -139,10 +139,12 @@ def _walls(vertices: Floats, faces: np.ndarray, shift: Floats) -> Mesh:
     rim = sides[~np.isin(sides[:, 0] * count + sides[:, 1], back)]
     # The seam of the two halves is no rim.
     rim = rim[(np.abs(vertices[rim, 1]) > 1e-9).any(axis=1)]
+    normal = np.cross(vertices[rim[:, 1]] - vertices[rim[:, 0]], shift)
+    length = np.linalg.norm(normal, axis=1)
+    # Where the rim runs along the shift, there is no wall.
+    rim, normal = rim[length > 1e-6], (normal / (length[:, None] + 1e-20))[length > 1e-6]
     a, b = vertices[rim[:, 0]], vertices[rim[:, 1]]
     corners = np.stack([a, b, b + shift, a, b + shift, a + shift], axis=1)
-    normal = np.cross(b - a, np.broadcast_to(shift, a.shape))
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True) + 1e-12
     numbers = np.arange(6 * len(rim)).reshape(-1, 3)
     return Mesh(corners.reshape(-1, 3), numbers, np.repeat(normal, 6, axis=0))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.shapes.car_recipe import CarRecipe
 from sumo3dviz_pt.shapes.cutting import Surface
 from sumo3dviz_pt.shapes.implicit import Curve, dual_contour, intersect, unite
@@ -222,7 +222,7 @@ def body_surface(shape: CarShape, *, spacing: float) -> Surface:
     return Surface(vertices, faces, np.zeros(len(faces), dtype=np.int64))
 
 
-def _border_vertices(faces: Ints, count: int) -> np.ndarray:
+def _border_vertices(faces: Ints, count: int) -> Bools:
     """Whether each vertex lies on an open edge."""
     sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     unique, uses = np.unique(sides, axis=0, return_counts=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.geometry import Ints, Mesh
 from sumo3dviz_pt.shapes.car_body import CarShape, body_surface
 from sumo3dviz_pt.shapes.car_cuts import tag_of
 from sumo3dviz_pt.shapes.car_panels import cut_panels
@@ -46,7 +46,7 @@ def far_surface(shape: CarShape) -> Surface:
     return Surface(surface.vertices, surface.faces, np.where(under, tag_of("trim"), surface.tags))
 
 
-def _retagged(surface: Surface, old: str, new: str) -> np.ndarray:
+def _retagged(surface: Surface, old: str, new: str) -> Ints:
     """Tags with one material replaced by another."""
     return np.where(surface.tags == tag_of(old), tag_of(new), surface.tags)
 

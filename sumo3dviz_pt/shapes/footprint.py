@@ -6,11 +6,11 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.shapes.buildings import FOUNDATION
 from sumo3dviz_pt.shapes.facade import FAR, Facade, wall
-from sumo3dviz_pt.shapes.roofs import flat_roof, gable_roof
+from sumo3dviz_pt.shapes.roofs import flat_roof, gable_roof, upright
 from sumo3dviz_pt.shapes.shell import Shell, joined, stood_up
 
-_FOUNDATION = -1.0
 _STOREY = 3.0
 _SHED = 30.0  # area below which a building has no windows [m2]
 _GABLED = 380.0  # area up to which a rectangle has a gabled roof [m2]
@@ -56,7 +56,7 @@ def extruded(plan: Floats, height: float, *, level: int, seed: int) -> Shell:
     if polygon.area < _SHED:
         facade = Facade(bay=1e9)
     after = np.roll(plan, -1, axis=0)
-    parts: list[Shell] = [_foundation(plan, after)]
+    parts: list[Shell] = [{"plinth": upright(plan, FOUNDATION, 0.0)}]
     for a, b in zip(plan, after, strict=True):
         length = float(np.linalg.norm(b - a))
         parts.append(stood_up(wall(length, floors, facade, level=level, rng=rng), a, b))
@@ -73,10 +73,3 @@ def _roof(polygon: shapely.Polygon, plan: Floats, height: float, level: int) -> 
         pitch = 0.65 if polygon.area > _SHED else 0.35
         return gable_roof(box, height, pitch=pitch, ridge_along_first=bool(first), level=level)
     return flat_roof(plan, height, parapet=0.5, level=level if len(plan) <= 8 else FAR)
-
-
-def _foundation(plan: Floats, after: Floats) -> Shell:
-    """Walls below the ground."""
-    low, high = np.full((len(plan), 1), _FOUNDATION), np.zeros((len(plan), 1))
-    corners = [(plan, low), (after, low), (after, high), (plan, high)]
-    return {"plinth": np.stack([np.hstack(corner) for corner in corners], axis=1)}

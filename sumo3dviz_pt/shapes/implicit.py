@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 
 Field = Callable[[Floats, Floats, Floats], Floats]
 """Signed value at points (x, y, z); negative inside, about metric near the surface."""
@@ -178,7 +178,7 @@ class _Sums:
     count: Floats
 
 
-def _active_cells(inside: np.ndarray) -> Ints:
+def _active_cells(inside: Bools) -> Ints:
     """Number the cells that the surface passes, -1 elsewhere."""
     shape = tuple(n - 1 for n in inside.shape)
     count = np.zeros(shape, dtype=np.int8)

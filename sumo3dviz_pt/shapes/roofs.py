@@ -22,7 +22,7 @@ def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> She
     """
     top = height + parapet
     deck = {"deck": _cap(plan, height if level != FAR else top)}
-    outer = _sides(plan, height, top)
+    outer = upright(plan, height, top)
     if level == FAR or len(plan) > 8:
         return {"deck": _cap(plan, top), "wall": outer}
     inner = _shrunk(plan, 0.3)
@@ -37,7 +37,7 @@ def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> She
     )
     return {
         **deck,
-        "wall": np.concatenate([outer, _sides(inner, height, top)[:, ::-1]]),
+        "wall": np.concatenate([outer, upright(inner, height, top)[:, ::-1]]),
         "trim": edge,
     }
 
@@ -91,7 +91,7 @@ def _eaves(slopes: Floats) -> Floats:
     return np.concatenate([under, *edges])
 
 
-def _sides(plan: Floats, low: float, high: float) -> Floats:
+def upright(plan: Floats, low: float, high: float) -> Floats:
     """Upright faces along a closed plan, outside out, (n, 4, 3)."""
     after = np.roll(plan, -1, axis=0)
     return np.stack([_at(plan, low), _at(after, low), _at(after, high), _at(plan, high)], axis=1)

@@ -25,11 +25,12 @@ _FLAT = np.concatenate([np.arange(3), [0, 2, 3]])
 
 
 def joined(shells: Iterable[Shell]) -> dict[str, Floats]:
-    """One shell of many; roles keep the order of their first appearance."""
+    """One shell of many; roles keep the order of their first appearance, empty ones go."""
     found: dict[str, list[Floats]] = {}
     for shell in shells:
         for role, quads in shell.items():
-            found.setdefault(role, []).append(np.asarray(quads, np.float64).reshape(-1, 4, 3))
+            if len(quads):
+                found.setdefault(role, []).append(np.asarray(quads, np.float64).reshape(-1, 4, 3))
     return {role: np.concatenate(quads) for role, quads in found.items()}
 
 
@@ -81,13 +82,17 @@ def box(low: Sequence[float], high: Sequence[float], *, skip: str = "b") -> Floa
     return np.array([side for name, side in sides.items() if name not in skip], dtype=np.float64)
 
 
-def paint(shell: Shell, palette: Palette) -> tuple[Part, ...]:
+def paint(
+    shell: Shell, palette: Palette, *, tiles: Mapping[str, float] | None = None
+) -> tuple[Part, ...]:
     """Turn a shell into parts, one per material.
 
     Args:
         shell: Quads by role.
         palette: Says for every role of the shell what it is made of.
+        tiles: Metres per tile of materials with a texture; they get texture coordinates.
     """
+    scales = tiles or {}
     quads: dict[str, list[Floats]] = {}
     tints: dict[str, list[Floats]] = {}
     for role, corners in shell.items():
@@ -96,17 +101,37 @@ def paint(shell: Shell, palette: Palette) -> tuple[Part, ...]:
         tint = np.broadcast_to(np.ones(3) if colour is None else colour, (len(corners), 3))
         tints.setdefault(material, []).append(tint)
     tinted = {material for material, colour in palette.values() if colour is not None}
-    return tuple(
-        _part(material, np.concatenate(some), np.concatenate(tints[material]), material in tinted)
-        for material, some in quads.items()
-    )
+    parts = []
+    for material, some in quads.items():
+        corners = np.concatenate(some)
+        colours = np.concatenate(tints[material]) if material in tinted else None
+        uvs = upright_uvs(corners, tile=scales[material]) if material in scales else None
+        parts.append(_part(material, corners, colours, uvs))
+    return tuple(parts)
 
 
-def _part(material: str, quads: Floats, tint: Floats, tinted: bool) -> Part:
+def upright_uvs(quads: Floats, *, tile: float) -> Floats:
+    """Texture coordinates along and up each quad, (n, 4, 2); `tile` in metres.
+
+    Neighbouring quads of one plane fit together, as brick courses must.
+    """
+    normal = np.cross(quads[:, 1] - quads[:, 0], quads[:, 2] - quads[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    along = np.stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))], axis=1)
+    level = np.abs(normal[:, 2]) > 0.999
+    along[level] = (1.0, 0.0, 0.0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    up = np.cross(normal, along)
+    u, v = (np.einsum("nkc,nc->nk", quads, axis) for axis in (along, up))
+    return np.stack([u, v], axis=-1) / tile
+
+
+def _part(material: str, quads: Floats, tint: Floats | None, uvs: Floats | None) -> Part:
     """Triangulate quads of one material and drop what has no area."""
     faces = (4 * np.arange(len(quads))[:, None] + _FLAT).reshape(-1, 3)
     vertices = quads.reshape(-1, 3)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-8
-    each = np.repeat(tint, 2, axis=0)[solid]
-    return Part(Mesh(vertices, faces[solid]), material, each if tinted else None)
+    each = None if tint is None else np.repeat(tint, 2, axis=0)[solid]
+    flat = None if uvs is None else uvs.reshape(-1, 2)
+    return Part(Mesh(vertices, faces[solid], None, flat), material, each)

@@ -89,7 +89,7 @@ def prism(outline: Sequence[Sequence[float]], *, half_width: float, crease: floa
     after = (ring + 1) % count
     hull = np.stack([ring, after, after + count, ring + count], axis=1)
     caps = [list(ring), list(ring[::-1] + count)]
-    faces = np.concatenate([_fan(hull), _fan(caps)])[:, ::-1]
+    faces = np.concatenate([_fan(hull[:, ::-1]), _fan(caps)])
     return shaded(np.concatenate(sides), faces, crease=crease)
 
 

@@ -129,6 +129,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _DETAILS = (
     _Detail(12_000, (10, 6, 3), (8, 6, 4), True),
     _Detail(3500, (8, 5, 3), (7, 4, 3), True),
+    _Detail(1700, (6, 4), (6, 3), True),
     _Detail(800, (5, 3), (5, 3), True),
     _Detail(240, (3,), (3,), False),
 )
@@ -142,8 +143,8 @@ def tree(
     Args:
         species: A key of `SPECIES`.
         seed: Of its shape.
-        level: 0 within reach (about 27,000 triangles), 1 near (9,000), 2 middle (2,000),
-            3 far (260).
+        level: 0 within reach (about 27,000 triangles), 1 near (11,000), 2 (4,000), 3 middle
+            (2,000), 4 far (260).
         height: [m]; default the species' usual one.
 
     Returns:

@@ -83,7 +83,7 @@ def test_every_file_that_the_configuration_names_exists(name: str) -> None:
 def test_every_xml_file_parses_and_tells_nothing_about_the_machine(name: str) -> None:
     for path in files(name):
         text = text_of(path)
-        if path.suffix != ".py":
+        if path.suffix not in {".py", ".yaml"}:
             root_of(path)
             assert "<!--" not in text, path.name
         assert not re.search(r'(?i)[a-z]:\\|["\' ]/(work|home|tmp|root|usr|Users)/', text), (

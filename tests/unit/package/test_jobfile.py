@@ -176,8 +176,8 @@ def test_wrong_settings_name_key_and_place(tmp_path, more, key, words):
         ),
         (
             "{mode: cinematic, keyframes: [{tim: 2, position: [0,0,1], heading: 0}]}",
-            "keyframes.0.time",
-            "missing",
+            "keyframes.0.tim",
+            "did you mean 'time'",
         ),
     ],
 )

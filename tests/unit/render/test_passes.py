@@ -82,7 +82,7 @@ def test_nothing_seen_is_nothing_capped():
     assert Accumulator(1.0).tally.capped_share == 0.0
 
 
-RADIANCE = arrays(np.float32, SHAPE, elements=st.floats(0, 1e6, width=32))
+RADIANCE = arrays(np.float32, SHAPE, elements=st.floats(0, 1e6, width=32, allow_subnormal=False))
 
 
 @given(st.lists(RADIANCE, min_size=1, max_size=4), st.floats(0.01, 1e3))
@@ -92,12 +92,12 @@ def test_cap_laws(passes, limit):
         accumulator.add(picture)
         plain.add(picture)
     mean, truth = accumulator.mean(), plain.mean()
-    np.testing.assert_allclose(truth, np.mean(passes, axis=0, dtype=np.float64), rtol=1e-6)
+    np.testing.assert_allclose(truth, np.mean(passes, axis=0, dtype=np.float64), rtol=1e-6, atol=1e-30)
     assert (mean <= limit * (1 + 1e-6)).all() and (mean <= truth * (1 + 1e-6) + 1e-30).all()
     assert plain.tally.capped == 0
     assert 0 <= accumulator.tally.capped_share <= 1
     lost = (truth.astype(float) - mean).sum() * len(passes)
-    assert accumulator.tally.capped == pytest.approx(lost, rel=1e-3, abs=1e-3 * truth.sum() + 1e-9)
+    assert accumulator.tally.capped == pytest.approx(lost, rel=1e-3, abs=1e-3 * float(truth.sum()) + 1e-9)
 
 
 @given(RADIANCE, st.floats(0.01, 1e3))
@@ -127,4 +127,4 @@ def test_seed_is_a_pure_function_that_forgives_rounding(seed, time):
 
 
 def test_seed_is_the_same_on_every_machine():
-    assert frame_seed(7, 12.04) == frame_seed(7, 12.04) == frame_seed(7, 12.0400004)
+    assert frame_seed(7, 12.04) == 3947781329

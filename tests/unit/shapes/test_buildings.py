@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes.buildings import BLOCKS, FOUNDATION, HOMES, SHOPS, palette
+from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, palette
+from sumo3dviz_pt.shapes.buildings import FOUNDATION
 from sumo3dviz_pt.shapes.facade import FAR, MIDDLE, NEAR, Facade, storey, wall, windows
 from sumo3dviz_pt.shapes.footprint import cleaned, extruded
-from sumo3dviz_pt.shapes.shell import box, paint, stood_up
+from sumo3dviz_pt.shapes.shell import box, paint, stood_up, upright_uvs
 
 STYLES = [
     (style, seed, most)
@@ -154,3 +155,26 @@ def test_outlines_become_counter_clockwise(shape, corners):
 @pytest.mark.parametrize("shape", [np.zeros((5, 2)), L_SHAPE[:2], L_SHAPE * 0.1])
 def test_outlines_without_area_are_nothing(shape):
     assert cleaned(shape) is None
+
+
+def test_courses_of_neighbouring_walls_fit_together():
+    quads = storey(6.0, 0.0, 3.0, np.array([[2.0, 3.0, 1.0, 2.0]]))
+    placed = stood_up({"wall": quads}, np.array([3.0, -1.0]), np.array([9.0, -1.0]))["wall"]
+    uvs = upright_uvs(placed, tile=2.0)
+    along, height = placed[..., 0].ravel() / 2, placed[..., 2].ravel() / 2
+    assert np.ptp(np.abs(uvs[..., 0].ravel()) - along) == pytest.approx(0.0, abs=1e-9)
+    assert uvs[..., 1].ravel() == pytest.approx(height)
+
+
+@pytest.mark.parametrize(("style", "seed", "most"), STYLES)
+def test_levels_of_detail_have_one_shape(style, seed, most):
+    shells = [style.build(seed, level) for level in (NEAR, MIDDLE, FAR)]
+    tops = [max(quads[..., 2].max() for quads in shell.values()) for shell in shells]
+    assert tops[0] == pytest.approx(tops[1], abs=0.3)
+    # Chimneys and lifts are gone from afar.
+    assert tops[0] == pytest.approx(tops[2], abs=2.6)
+    assert ("rail" in shells[0]) == ("rail" in shells[1])
+    for role in ("wall", "plinth"):
+        lows = [shell[role][..., :2].min(axis=(0, 1)) for shell in shells]
+        assert np.abs(lows[0] - lows[1]).max() < 1e-6 or role == "plinth"
+        assert np.abs(lows[0] - lows[2]).max() < 1.2

@@ -7,7 +7,7 @@ import pytest
 
 from sumo3dviz_pt.shapes.trees import SPECIES, tree
 
-BUDGETS = ((20_000, 34_000), (6_500, 14_000), (1_500, 2_700), (200, 280))
+BUDGETS = ((20_000, 34_000), (6_500, 14_000), (3_500, 4_800), (1_500, 2_700), (200, 280))
 
 
 def area(part):
@@ -16,7 +16,7 @@ def area(part):
 
 
 @pytest.mark.parametrize("species", SPECIES)
-@pytest.mark.parametrize("level", range(4))
+@pytest.mark.parametrize("level", range(5))
 def test_budget_size_and_finite_geometry(species, level):
     parts = tree(species, seed=1, level=level)
     low, high = BUDGETS[level]
@@ -31,9 +31,9 @@ def test_budget_size_and_finite_geometry(species, level):
 
 @pytest.mark.parametrize("species", SPECIES)
 def test_levels_share_leaf_area_and_outline(species):
-    crowns = [tree(species, seed=3, level=level)[1] for level in range(4)]
+    crowns = [tree(species, seed=3, level=level)[1] for level in range(5)]
     areas = np.array([area(crown) for crown in crowns])
-    assert areas / areas[1] == pytest.approx(np.ones(4), rel=0.2)
+    assert areas / areas[1] == pytest.approx(np.ones(5), rel=0.2)
     spread = [np.percentile(c.mesh.vertices, (5, 95), axis=0) for c in crowns]
     for one in spread:
         assert np.abs(one - spread[1]).max() < 0.16 * SPECIES[species].height

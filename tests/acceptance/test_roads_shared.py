@@ -1,0 +1,70 @@
+"""Roads of the shared networks: no overlaps, no gaps, within the budget."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.scene.roads import build_roads
+from sumo3dviz_pt.scene.roads_cells import overlapping_pairs
+from sumo3dviz_pt.scene.roads_layout import RoadLayout, layout_roads
+from sumo3dviz_pt.sumo import read_network
+
+DATA = Path(__file__).parents[2].parent / "shared" / "data"
+FLAT = ["barcelona", "doerpfeldstr", "bologna_acosta", "badhersfeld"]
+
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data is not here")
+
+
+@cache
+def layout(name: str) -> RoadLayout:
+    return layout_roads(read_network(DATA / name / "net.net.xml.gz"), RoadSettings())
+
+
+@pytest.mark.parametrize("name", FLAT)
+def test_no_two_pieces_share_area(name):
+    cells = layout(name).cells
+    first, second = overlapping_pairs(cells)
+    shared = shapely.area(shapely.intersection(cells.polygons[first], cells.polygons[second]))
+    assert shared.max(initial=0.0) < 1e-4
+    whole = shapely.union_all(cells.polygons, grid_size=1e-4).area
+    assert shapely.area(cells.polygons).sum() == pytest.approx(whole, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", [*FLAT, "monaco_west_hills"])
+def test_every_lane_lies_on_a_surface(name):
+    net = read_network(DATA / name / "net.net.xml.gz")
+    tree = shapely.STRtree(layout(name).cells.polygons)
+    missing, count = 0, 0
+    for lane in net.lanes.values():
+        if net.edges[lane.edge_id].function not in {"normal", "internal"}:
+            continue
+        line = shapely.LineString(lane.shape[:, :2])
+        at = np.arange(0.0, line.length, 2.0)
+        here = shapely.get_coordinates(shapely.line_interpolate_point(line, at))
+        ahead = shapely.get_coordinates(shapely.line_interpolate_point(line, at + 0.05))
+        along = (ahead - here) / np.maximum(np.linalg.norm(ahead - here, axis=1), 1e-9)[:, None]
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        points = np.concatenate([here + k * lane.width * across for k in (-0.45, 0.0, 0.45)])
+        hit = tree.query(shapely.points(points), predicate="dwithin", distance=0.002)[0]
+        missing += len(points) - len(np.unique(hit))
+        count += len(points)
+    assert missing / count < 1e-4
+
+
+def test_two_kilometres_of_motorway_stay_within_the_budget():
+    net = read_network(DATA / "barcelona" / "net.net.xml.gz")
+    region = (18000.0, 16500.0, 20000.0, 18500.0)
+    roads = build_roads(net, RoadSettings(), textured=True, region=region)
+    assert sum(len(p.part.mesh.faces) for p in roads.static) < 150_000
+
+
+def test_hills_have_no_overlap_on_one_level():
+    cells = layout("monaco_west_hills").cells
+    # A handful of places are 2.5 m apart at one end and less at the other.
+    assert len(overlapping_pairs(cells)[0]) <= 5

@@ -1,0 +1,179 @@
+"""Whatever can be chosen by name is complete; a new entry is tested when it appears."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, SkySettings
+from sumo3dviz_pt.jobfile import load_job, make_job, quality_preset
+from sumo3dviz_pt.pipeline import object_files, scenario_files
+from sumo3dviz_pt.scene.materials import MATERIALS
+
+BRIGHTEST = 0.85  # principled conserves energy up to this base colour
+FAMILIES = sorted(path.name for path in catalog.data_root("assets").iterdir() if path.is_dir())
+KINDS = sorted(path.name for path in catalog.data_root("scene_templates").iterdir())
+ASSETS = [(family, name) for family in FAMILIES for name in catalog.names(family)]
+EXAMPLES = sorted(path.parent for path in catalog.data_root("examples").glob("*/scene.yaml"))
+
+
+def presets(kind: str) -> list[str]:
+    return list(catalog.template_names(kind))
+
+
+def files_named_in(value: Any) -> Iterator[str]:
+    """Every mesh, map or bitmap that an `asset.yaml` names."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key in ("mesh", "filename", "map") and isinstance(inner, str):
+                yield inner
+            else:
+                yield from files_named_in(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from files_named_in(inner)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_folder_of_assets_is_an_asset(family: str) -> None:
+    folders = {path.name for path in (catalog.data_root("assets") / family).iterdir()}
+    assert folders == set(catalog.names(family))
+
+
+@pytest.mark.parametrize(("family", "name"), ASSETS)
+def test_asset_has_a_licence_and_all_its_files(family: str, name: str) -> None:
+    entry = catalog.find(family, name)
+    assert entry.meta["licence"] == "BSD-3-Clause"
+    assert entry.meta["recipe"], "made by our own code, so the recipe is there"
+    named = set(files_named_in(dict(entry.meta)))
+    assert named, "an asset without files"
+    present = {path.name for path in entry.folder.iterdir()} - {"asset.yaml"}
+    assert named == present
+    assert all((entry.folder / file).stat().st_size > 0 for file in named)
+
+
+@pytest.mark.parametrize("name", catalog.names("surfaces"))
+def test_surface_reflects_less_than_it_gets(name: str) -> None:
+    meta = catalog.find("surfaces", name).meta
+    assert len(meta["albedo"]) == 3
+    assert all(0.0 < value <= BRIGHTEST for value in meta["albedo"])
+    assert meta["scale"] > 0.0
+
+
+def colours_in(value: Any) -> Iterator[list[float]]:
+    """Base colours anywhere in a material."""
+    if isinstance(value, dict):
+        if value.get("type") == "rgb":
+            yield (
+                list(value["value"]) if not isinstance(value["value"], float) else [value["value"]]
+            )
+        for inner in value.values():
+            yield from colours_in(inner)
+
+
+@pytest.mark.parametrize("name", sorted(MATERIALS))
+def test_material_reflects_less_than_it_gets(name: str) -> None:
+    base = MATERIALS[name].get("base_color", {})
+    assert all(0.0 <= part <= BRIGHTEST for colour in colours_in(base) for part in colour)
+
+
+@pytest.mark.parametrize("name", catalog.names("vehicles"))
+def test_vehicle_uses_known_materials_and_has_a_far_level(name: str) -> None:
+    meta = catalog.find("vehicles", name).meta
+    assert {part["material"] for part in [*meta["parts"], *meta["far"]]} <= set(MATERIALS)
+    assert 2.0 < meta["length"] < 20.0
+    assert 1.2 < meta["width"] < 2.6
+
+
+def test_kinds_of_presets() -> None:
+    assert KINDS == ["camera", "quality", "scene", "sky"]
+
+
+@pytest.mark.parametrize("name", presets("scene"))
+def test_scene_template_is_valid(name: str) -> None:
+    job = make_job({"template": name, "scenario": {"folder": "."}})
+    assert job.template == name
+
+
+@pytest.mark.parametrize("name", presets("quality"))
+def test_quality_preset_is_valid(name: str) -> None:
+    quality = quality_preset(name)
+    assert quality.purpose
+    assert quality.pass_spp & (quality.pass_spp - 1) == 0, "passes are powers of two"
+    assert quality.spp % quality.pass_spp == 0
+
+
+@pytest.mark.parametrize("name", presets("sky"))
+def test_sky_preset_can_be_chosen(name: str) -> None:
+    content = catalog.template("sky", name)
+    assert content["purpose"]
+    assert SkySettings(preset=name).preset == name
+    if "clouds" in content:
+        catalog.find("skies", content["clouds"])
+
+
+@pytest.mark.parametrize("name", presets("camera"))
+def test_view_can_be_chosen(name: str) -> None:
+    assert 2 <= catalog.template("camera", name)["fov"] <= 170
+    assert LagrangianCamera(mode="lagrangian", vehicle="any", view=name).view == name
+
+
+def test_defaults_of_the_scene_file_exist() -> None:
+    fields = Job.model_fields
+    assert fields["template"].default in catalog.template_names("scene")
+    assert fields["quality"].default in catalog.template_names("quality")
+    job = make_job({"scenario": {"folder": "."}})
+    catalog.find("surfaces", job.ground.texture)
+    catalog.find("surfaces", job.roads.surface)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_unknown_preset_is_refused_with_a_suggestion(kind: str) -> None:
+    known = presets(kind)[0]
+    with pytest.raises(ConfigError, match=f"did you mean '{known}'"):
+        catalog.template(kind, known + "x")
+
+
+def test_unknown_asset_is_refused_with_a_suggestion() -> None:
+    with pytest.raises(ConfigError, match="did you mean 'asphalt'"):
+        catalog.find("surfaces", "asphlat")
+
+
+def test_missing_data_is_an_incomplete_installation() -> None:
+    with pytest.raises(ConfigError, match="incomplete"):
+        catalog.data_root("no_such_folder")
+
+
+def test_installed_data_wins_over_the_repository(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside, outside = tmp_path / "package" / "_data", tmp_path
+    monkeypatch.setattr(catalog, "_DATA_ROOTS", (inside, outside))
+    (outside / "assets").mkdir()
+    assert catalog.data_root("assets") == outside / "assets"
+    (inside / "assets").mkdir(parents=True)
+    assert catalog.data_root("assets") == inside / "assets"
+
+
+@pytest.mark.parametrize("folder", EXAMPLES, ids=lambda path: path.name)
+def test_example_loads_and_finds_its_files(folder: Path) -> None:
+    job = load_job(folder / "scene.yaml")
+    files = scenario_files(job)
+    named = [files.network, *files.trajectories, *files.signals, *files.additional]
+    assert all(path.is_file() for path in [*named, *object_files(job)])
+    assert not files.missing
+    assert {shot.camera for shot in job.shots} <= set(job.cameras)
+    assert {mode_of(camera) for camera in job.cameras.values()} == {
+        "eulerian",
+        "lagrangian",
+        "cinematic",
+    }
+
+
+def mode_of(camera: CameraSettings) -> str:
+    return camera.mode

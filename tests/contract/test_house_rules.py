@@ -1,0 +1,149 @@
+"""The style guide's rules that a program can check."""
+
+from __future__ import annotations
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "sumo3dviz_pt"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+LONGEST_MODULE = 400  # lines; 300 is what we aim at
+BANNED_CALLS = {"os.fork", "os.forkpty", "os.system", "sys.exit", "exit", "quit", "eval", "exec"}
+POSIX_ONLY = {"fcntl", "resource", "pwd", "grp", "termios", "pty"}
+MAY_EXIT_AND_PRINT = {"cli.py"}
+MACHINE_PATH = re.compile(
+    r"(?<![\w.])/(?:home|root|Users|work|mnt|data)/\w|[A-Z]:\\\\?(?:Users|work)"
+)
+REGISTRY = re.compile(r"https?://[^\s/]*(?:pypi|artifact|nexus|mirror|registry)", re.I)
+BINARY = {".png", ".exr", ".ply", ".gz", ".mp4"}
+LATE = {"mitsuba", "drjit", "trimesh", "colour", "imageio_ffmpeg", "matplotlib"}
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).as_posix()
+
+
+@cache
+def tree_of(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def tracked() -> tuple[str, ...]:
+    """Files that the repository holds."""
+    if shutil.which("git") is None or not (ROOT / ".git").exists():
+        pytest.skip("no git repository here")
+    done = subprocess.run(
+        ["git", "-C", str(ROOT), "ls-files", "-z"], capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        pytest.skip(f"git does not list files: {done.stderr.strip()}")
+    return tuple(name for name in done.stdout.split("\0") if name and (ROOT / name).is_file())
+
+
+def dotted(node: ast.expr) -> str:
+    """A called name such as `os.fork`."""
+    if isinstance(node, ast.Attribute):
+        return f"{dotted(node.value)}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else "?"
+
+
+def guarded(tree: ast.Module) -> set[int]:
+    """Lines inside a try or an if, where an import may fail or be left out."""
+    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.Try | ast.If)]
+    return {line for node in blocks for line in range(node.lineno, (node.end_lineno or 0) + 1)}
+
+
+def imports(nodes: Iterable[ast.AST]) -> list[tuple[str, int]]:
+    """Imported top-level packages and their lines."""
+    found = []
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            found += [(alias.name.split(".")[0], node.lineno) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.append((node.module.split(".")[0], node.lineno))
+    return found
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_module_keeps_the_house_rules(path: Path) -> None:
+    tree, own = tree_of(path), name_of(path)
+    lines = path.read_text(encoding="utf-8").count("\n")
+    assert lines <= LONGEST_MODULE, f"{lines} lines; split it"
+    if path.name != "__init__.py" or tree.body:
+        assert ast.get_docstring(tree), "no module docstring"
+    problems = [
+        f"{dotted(node.func)} in line {node.lineno}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+        and (dotted(node.func) in BANNED_CALLS | {"print"})
+        and own not in MAY_EXIT_AND_PRINT
+    ]
+    problems += [
+        f"bare except in line {node.lineno}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ExceptHandler) and node.type is None
+    ]
+    safe = guarded(tree)
+    problems += [
+        f"{package} is not everywhere, line {line}"
+        for package, line in imports(ast.walk(tree))
+        if package in POSIX_ONLY and line not in safe
+    ]
+    assert not problems
+
+
+def test_nothing_heavy_is_imported_at_the_top_of_a_module() -> None:
+    for path in MODULES:
+        if not path.is_relative_to(PACKAGE / "render"):
+            assert not {name for name, _ in imports(tree_of(path).body)} & LATE, name_of(path)
+
+
+def test_stages_do_not_import_each_other() -> None:
+    linter = Path(sys.executable).with_name("lint-imports")
+    found = shutil.which("lint-imports", path=str(linter.parent))
+    if found is None:
+        pytest.skip("import-linter is not installed; CI runs it")
+    done = subprocess.run(
+        [found, "--no-cache"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_names_suit_every_file_system() -> None:
+    bad = re.compile(r'[<>:"\\|?*\x00-\x1f]|[ .](?:/|$)')
+    reserved = re.compile(r"(?:^|/)(?:con|prn|aux|nul|com\d|lpt\d)(?:\.|/|$)", re.I)
+    names = tracked()
+    assert not [name for name in names if bad.search(name) or reserved.search(name)]
+    assert len({name.lower() for name in names}) == len(names)
+    assert max(map(len, names)) < 120
+
+
+def test_tracked_files_tell_nothing_about_a_machine() -> None:
+    problems = []
+    for name in tracked():
+        path = ROOT / name
+        if path.suffix in BINARY or path == Path(__file__).resolve():
+            continue
+        text = path.read_text(encoding="utf-8")
+        problems += [
+            f"{name}: {found.group()}"
+            for pattern in (MACHINE_PATH, REGISTRY)
+            for found in pattern.finditer(text)
+        ]
+    assert not problems
+
+
+def test_no_file_is_huge() -> None:
+    sizes = {name: (ROOT / name).stat().st_size for name in tracked()}
+    assert not {name: size for name, size in sizes.items() if size > 6_000_000}
+    assert sum(sizes.values()) < 80_000_000
