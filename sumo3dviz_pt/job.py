@@ -301,7 +301,7 @@ class Quality(Settings):
     pass_spp: int = Field(4, ge=1, le=1024, description="samples per pass, a power of two")
     max_depth: int = Field(8, ge=2, le=64, description="longest light path")
     denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
-    guides: int = Field(0, ge=0, le=64, description="spp of albedo and normal guides; 0 is none")
+    guides: bool = Field(True, description="albedo and normals guide the denoiser")
     cap: float | None = Field(40.0, description="firefly cap per pass, x white; null is none")
     haze: bool = Field(True, description="aerial perspective")
     purpose: str = Field("", description="what it is for")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
@@ -126,6 +127,20 @@ def _fill(shape: Any, mesh: Mesh) -> None:
 def flat(values: Floats) -> NDArray[np.float32]:
     """Any array as flat float32, as parameters of a scene take it."""
     return np.ascontiguousarray(values, np.float32).ravel()
+
+
+def overwrite(parameters: Any, key: str, values: Floats) -> None:
+    """Write a parameter's values where the old ones lie.
+
+    Frozen recordings keep the address of attributes and textures and would go on to show
+    old or freed values (measured with Dr.Jit 1.5); a new array would never reach them.
+    """
+    target = parameters[key]
+    if "scalar" in mi.variant():
+        parameters[key] = flat(values)
+        return
+    dr.scatter(target, mi.Float(flat(values)), dr.arange(mi.UInt32, len(target)))
+    dr.eval(target)
 
 
 def scalar_transform(matrix: Floats) -> Any:

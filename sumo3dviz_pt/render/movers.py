@@ -110,7 +110,7 @@ class InstancePool:
                 parameters[f"{key}.to_world"] = convert.transform(parked)
         for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
             if name.endswith(".table"):
-                parameters[name] = colour_table(colours)
+                convert.overwrite(parameters, name, colour_table(colours))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,7 +191,7 @@ class FarTraffic:
         """Move every stand-in to its place in this frame."""
         vertices, tints = self.arrays(frame)
         parameters[f"{FAR}.vertex_positions"] = convert.flat(vertices)
-        parameters[f"{FAR}.{convert.TINT_ATTRIBUTE}"] = convert.flat(tints)
+        convert.overwrite(parameters, f"{FAR}.{convert.TINT_ATTRIBUTE}", tints)
 
 
 def _by_prototype(movers: Sequence[Mover]) -> dict[str, list[Mover]]:

@@ -28,7 +28,7 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
 
         def __init__(self, props: Any) -> None:
             mi.Texture.__init__(self, props)
-            self.table = dr.full(mi.Float, 0.5, 3 * TABLE_SIZE)
+            self.table = dr.opaque(mi.Float, 0.5, 3 * TABLE_SIZE)
 
         def _colour(self, si: Any, active: Any) -> Any:
             index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
@@ -69,9 +69,9 @@ def table_index(shape: Any) -> int:
     return int(pointer[0]) & (TABLE_SIZE - 1)
 
 
-def colour_table(colours: dict[int, Floats]) -> Any:
+def colour_table(colours: dict[int, Floats]) -> Floats:
     """The table's content from linear reflectances by index."""
-    table = np.full((TABLE_SIZE, 3), 0.5, dtype=np.float32)
+    table = np.full((TABLE_SIZE, 3), 0.5)
     for index, colour in colours.items():
         table[index] = colour
-    return mi.Float(table.ravel())
+    return table

@@ -37,9 +37,6 @@ from sumo3dviz_pt.render.skymap import SUN_RADIUS, SkyMap, bake_sky
 SUN_DISTANCE = 1e6
 """Of the sun's disc: its direction differs by 0.06 degrees over a kilometre [m]."""
 
-GUIDE_SPP = 4
-"""Samples of the pass that finds depth, albedo and normals."""
-
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
@@ -180,7 +177,7 @@ class Session:
             "guide": {
                 **sensor,
                 "film": {**film, "pixel_format": "rgba"},
-                "sampler": {"type": "multijitter", "sample_count": GUIDE_SPP},
+                "sampler": {"type": "multijitter", "sample_count": self._guide_spp},
             },
             "sky": self._emitter(),
             **self._sun(),
@@ -192,10 +189,20 @@ class Session:
         quality = self.settings.quality
         return min(quality.pass_spp, quality.spp)
 
+    @property
+    def _guided(self) -> bool:
+        """Whether a denoiser asks for albedo and normals."""
+        return self.settings.quality.guides and self.settings.quality.denoise != "none"
+
+    @property
+    def _guide_spp(self) -> int:
+        """Samples of the guide pass: a quarter of the picture's, between 4 and 16."""
+        return 2 ** int(np.clip(np.log2(max(self.settings.quality.spp / 4, 1)), 2, 4))
+
     def _guide_plugin(self) -> dict[str, Any]:
         """The integrator that finds distance and hits, and what the denoiser asks for."""
         depth = {"type": "depth"}
-        if not self.settings.quality.guides:
+        if not self._guided:
             return depth
         return {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
 
@@ -283,7 +290,7 @@ class Session:
         for lamps in self.data.lamps:
             radiance = frame.lamps[lamps.id][lamps.lamp_of_face]
             key = f"lamps_{lamps.id}.emitter.radiance.{convert.RADIANCE_ATTRIBUTE}"
-            parameters[self._radiance_key(lamps, key)] = convert.flat(radiance)
+            convert.overwrite(parameters, self._radiance_key(lamps, key), radiance)
         parameters.update()
 
     def _radiance_key(self, lamps: LampSet, guess: str) -> str:
@@ -312,12 +319,6 @@ class Session:
         frozen: Callable[..., Any] = dr.freeze(_trace)
         return frozen
 
-    def _face_values(self) -> Any:
-        """What changes face by face; a recording overlooks it unless it is handed over."""
-        moving = (f"{FAR}.", "lamps_")
-        names = [name for name in self._parameters.keys() if name.startswith(moving)]  # noqa: SIM118
-        return [self._parameters[name] for name in names if ".face_" in name]
-
     def _seed(self, seed: int) -> Any:
         """A seed as the tracer takes it."""
         return mi.UInt32(seed % 2**32) if self.backend.jit else seed % 2**32
@@ -326,17 +327,16 @@ class Session:
         """Depth, share of hits and, if asked for, albedo and normals; nothing if unneeded."""
         quality = self.settings.quality
         needs_depth = self.data.haze is not None and quality.haze
-        if not (needs_depth or quality.guides or quality.cap is not None):
+        if not (needs_depth or self._guided or quality.cap is not None):
             return {}
-        spp = max(GUIDE_SPP, quality.guides)
+        spp = self._guide_spp
         own = self._seed(seed ^ 0x5BD1E995)
-        values = self._face_values()
-        image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own, values)
+        image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
         image = np.array(image, dtype=np.float32)
         guides = {"hit": np.clip(image[..., 3], 0.0, 1.0), "depth": image[..., 0]}
         # What sees the sun sees no surface; the sun is a disc only to the renderer.
         guides["hit"] = np.where(guides["depth"] > 0.01 * SUN_DISTANCE, 0.0, guides["hit"])
-        if quality.guides:
+        if self._guided:
             guides |= {"albedo": image[..., 4:7], "normal": image[..., 7:10]}
         return guides
 
@@ -352,10 +352,9 @@ class Session:
         exempt = guides["hit"] < 1.0 if guides else None
         accumulator = Accumulator(limit, exempt)
         count = -(-quality.spp // self._pass_spp)
-        values = self._face_values()
         for number in range(count):
             part = self._seed(seed + 0x9E3779B9 * number)
-            image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part, values)
+            image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part)
             accumulator.add(np.array(image, dtype=np.float32)[..., :3])
             if after_pass is not None:
                 after_pass(number + 1, count)
@@ -383,15 +382,11 @@ class Session:
         return radiance
 
 
-def _trace(
-    scene: Any, integrator: Any, sensor: int, spp: int, seed: Any, values: Any
-) -> Any:
+def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
     """One pass; frozen, it replays the same kernels with new data."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)
 
 
-def _plain_trace(
-    scene: Any, integrator: Any, sensor: int, spp: int, seed: Any, values: Any
-) -> Any:
+def _plain_trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
     """One pass, recorded anew."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

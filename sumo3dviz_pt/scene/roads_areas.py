@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.scene.roads_cells import Cells, area_cells
 from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, edge_strips, in_region, junction_of
 from sumo3dviz_pt.scene.roads_style import PAVING, is_footway, junction_surface, look_of, style_of
-from sumo3dviz_pt.shapes.planar import closing, union
+from sumo3dviz_pt.shapes.planar import closing, common, subtract, union
 
 _REACH = 0.25
 """Gaps up to twice this width [m] between a junction and its lanes are closed."""
@@ -78,7 +78,7 @@ def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> 
             area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
             near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
             area = _closed(area, footways.polygons[near]) if len(near) else area
-            polygons.append(shapely.difference(area, kept_free))
+            polygons.append(subtract(area, [kept_free]))
             knots.append(outline)
             owners.append(edge.id)
     surfaces = [PAVING] * len(polygons)
@@ -118,7 +118,8 @@ def sliver_cells(
         shapes = [strip.polygon for strip in sides]
         if not shapes or shapes[0].distance(shapes[-1]) > 2 * _REACH:
             continue
-        gaps = closing(union(shapes), _REACH).difference(union(shapes))
+        whole = union(shapes)
+        gaps = subtract(closing(whole, _REACH), [whole])
         if gaps.area < 1e-3:
             continue
         style = style_of(edge_id, settings)
@@ -159,9 +160,10 @@ def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
 
 def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
     """A junction's shape and the narrow gaps between it and the lanes around it."""
-    nearby = [shapely.intersection(cell, shape.buffer(3.0, quad_segs=2)) for cell in around]
+    reach = shape.buffer(3.0, quad_segs=2)
+    nearby = [common(cell, reach) for cell in around]
     filled = closing(union([shape, *nearby]), _REACH)
-    return union([shape, filled.intersection(shape.buffer(2 * _REACH, quad_segs=2))])
+    return union([shape, common(filled, shape.buffer(2 * _REACH, quad_segs=2))])
 
 
 def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:

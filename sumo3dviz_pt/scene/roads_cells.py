@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.scene.roads_strips import Strip
-from sumo3dviz_pt.shapes.planar import subtract
+from sumo3dviz_pt.shapes.planar import GRID, areal, subtract
 
 STOREY = 2.5
 """Surfaces further apart than this [m] are on different levels."""
@@ -159,14 +159,14 @@ def without_overlaps(cells: Cells) -> Cells:
     return replace(cells, polygons=polygons, cutters=cutters)
 
 
-def overlapping_pairs(cells: Cells) -> tuple[Ints, Ints]:
-    """Pairs (winner, loser) of cells that share area on one level, each (m,)."""
+def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Ints]:
+    """Pairs (winner, loser) of cells that share more than an area [m2] on one level, each (m,)."""
     tree = shapely.STRtree(cells.polygons)
     one, other = tree.query(cells.polygons, predicate="intersects")
     ordered = one < other
     first, second = one[ordered], other[ordered]
-    shared = shapely.intersection(cells.polygons[first], cells.polygons[second])
-    real = shapely.area(shared) > _CRUMB
+    shared = shapely.intersection(cells.polygons[first], cells.polygons[second], grid_size=GRID)
+    real = shapely.area(shared) > above
     first, second, shared = first[real], second[real], shared[real]
     if not len(first) or cells.is_flat:
         return first, second
@@ -181,14 +181,14 @@ def quad_polygons(corners: Floats) -> Polygons:
         return np.zeros(0, dtype=object)
     polygons = np.asarray(shapely.polygons(corners[..., :2]))
     folded = ~shapely.is_valid(polygons)
-    polygons[folded] = shapely.convex_hull(polygons[folded])
+    polygons[folded] = [areal(shapely.convex_hull(quad)) for quad in polygons[folded]]
     return polygons
 
 
 def _geometries(shapes: Sequence[shapely.Geometry]) -> Polygons:
     """An object array, whatever the number of shapes."""
     array = np.empty(len(shapes), dtype=object)
-    array[:] = list(shapes)
+    array[:] = [areal(shape) for shape in shapes]
     return array
 
 

@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.scene.roads_cells import Cells, Polygons
 from sumo3dviz_pt.scene.roads_heights import heights_near, surface_heights
 from sumo3dviz_pt.scene.surfaces import KERB, metres_per_tile, planar_uvs
-from sumo3dviz_pt.shapes.planar import polygon_parts, union
+from sumo3dviz_pt.shapes.planar import common, polygon_parts, subtract, union
 from sumo3dviz_pt.shapes.polyline import mitres
 from sumo3dviz_pt.shapes.triangulate import triangulate_many
 from sumo3dviz_pt.shapes.walls import between, walls
@@ -74,8 +74,9 @@ def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
     for k in np.unique(cell):
         cores = inner[part[cell == k]]
         core = cores[0] if len(cores) == 1 else union(cores)
-        paving[index[k]] = shapely.intersection(polygons[k], core)
-    stones = shapely.difference(polygons, paving[index])
+        paving[index[k]] = common(polygons[k], core)
+    pairs = zip(polygons, paving[index], strict=True)
+    stones = np.array([subtract(cell, [inside]) for cell, inside in pairs], dtype=object)
     return Cells(
         np.concatenate([paving, stones]),
         np.concatenate([cells.quads, cells.quads[index]]),

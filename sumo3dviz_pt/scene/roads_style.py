@@ -84,7 +84,8 @@ def look_of(lane: Lane, style: EdgeStyle) -> LaneLook:
     if only_rails:
         return LaneLook(road, raised=False, lines=False, rails=True, width=width)
     if lane.allowed and lane.allowed <= {"bicycle", "scooter"}:
-        return LaneLook(BICYCLE, raised=False, lines=True, rails=False, width=lane.width)
+        lines = bool(style.markings)
+        return LaneLook(BICYCLE, raised=False, lines=lines, rails=False, width=lane.width)
     if "pedestrian" in lane.allowed and "passenger" not in lane.allowed:
         return LaneLook(PAVING, raised=False, lines=False, rails=False, width=lane.width)
     return LaneLook(road, raised=False, lines=bool(style.markings), rails=rails, width=width)

@@ -185,7 +185,9 @@ def _place(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Place:
     roads = build_roads(network, job.roads, textured=job.textured, region=region)
     ground = build_ground(job.ground, network, roads=roads.layout, textured=job.textured)
     around = surroundings(network, seed=job.seed, gaze=gaze)
-    scenery = build_scenery(scenario.pois, scenario.polygons, job.objects, around=around)
+    scenery = build_scenery(
+        scenario.pois, scenario.polygons, job.objects, around=around, textured=job.textured
+    )
     near = replace(network, connections=_connections_in(network, region))
     signals = build_signals(near, scenario.signals, job.signals, index=around.index)
     parts = (*roads.static, *ground.static, *scenery.static, *signals.static)

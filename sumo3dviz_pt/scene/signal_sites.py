@@ -1,9 +1,14 @@
 """Where signal heads stand: at every signalled stop line and crossing.
 
 Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traffic),
-sidewalk and bicycle lane included, 0.5 m behind the stop line; it carries one head per
+sidewalk and bicycle lane included, 3.5 m behind the stop line, so that who waits at the
+line sees it, or nearer where a carriageway is in the way; it carries one head per
 different course of the edge, in lane order. Edges with three or more signalled lanes
 also get an arm with heads over each lane. Pedestrians: a pole at either end of a crossing.
+
+References:
+    Distance from stop line to signal: FGSV, Richtlinien fuer Lichtsignalanlagen (RiLSA),
+    which asks for 2.5 m at least and 3.5 m usually.
 """
 
 from __future__ import annotations
@@ -14,13 +19,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
+from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.scene.aspects import Course
 from sumo3dviz_pt.scene.lane_index import LaneIndex
 
-POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.35, 4.7, 2.1
+POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.2, 4.7, 2.1
 """Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
-_BESIDE, _BEHIND, _SPACING = 0.7, 0.5, 0.56
+_BESIDE, _SPACING = 0.7, 0.56
+_BEHIND = (3.5, 2.0)  # places behind the stop line that are tried first [m]
+_LAST = 0.5  # and the last one [m]
 _WIDE = 3  # signalled lanes from which an arm reaches over the road
 _STEPS = np.arange(0.0, 8.0, 0.5)  # how far a pole may move outwards [m]
 _UP = np.array([0.0, 0.0, 1.0])
@@ -143,13 +150,9 @@ def _approach(
     along, yaw = _direction(edge.lanes[0].shape)
     outward = _left(along) if network.left_hand else -_left(along)
     bar = (len(groups) - 1) * _SPACING
-    foot = _foot(edge.lanes[0], along, outward, bar)
     # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
-    probes = (0.0 * along, -2.0 * along, -bar / 2 * outward)
-    inner = edge.lanes[-1]
-    opposite = inner.shape[-1] + _BEHIND * along - (inner.width / 2 + _BESIDE) * outward
-    places = np.vstack([foot + _STEPS[:, None] * outward, opposite])
-    foot = _freest(places, probes, index)
+    probes = (0.0 * along, -2.0 * along, -4.5 * along, -bar / 2 * outward)
+    foot = _freest(_feet(edge, along, outward, bar), probes, index)
     heads = _row(groups, foot + POLE_BOTTOM * _UP, (-outward, along, yaw), lamps)
     lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
     if len(lanes) < _WIDE:
@@ -202,11 +205,14 @@ def _crossing(
     return heads, supports
 
 
-def _foot(outer: Lane, along: Floats, outward: Floats, bar: float) -> Floats:
-    """Where a pole with a crossbar would stand if nothing were in its way."""
-    beside = outer.width / 2 + _BESIDE + bar / 2
-    foot: Floats = outer.shape[-1] + _BEHIND * along + beside * outward
-    return foot
+def _feet(edge: Edge, along: Floats, outward: Floats, bar: float) -> Floats:
+    """Places for a pole with a crossbar at an edge's end, best first, (n, 3) [m]."""
+    outer, inner = edge.lanes[0], edge.lanes[-1]
+    border = outer.shape[-1] + (outer.width / 2 + _BESIDE + bar / 2) * outward
+    near = [border + behind * along + _STEPS[:4, None] * outward for behind in _BEHIND]
+    far = border + _LAST * along + _STEPS[:, None] * outward
+    opposite = inner.shape[-1] + _LAST * along - (inner.width / 2 + _BESIDE) * outward
+    return np.vstack([*near, far, opposite])
 
 
 def _freest(candidates: Floats, probes: Sequence[Floats], index: LaneIndex) -> Floats:

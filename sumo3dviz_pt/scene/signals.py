@@ -25,14 +25,14 @@ LAMP_SET = "signals"
 """Id of the only lamp set."""
 
 RADIANCE: Mapping[str, tuple[float, float, float]] = {
-    RED: (3.2, 0.07, 0.04),
-    YELLOW: (3.0, 1.35, 0.05),
-    GREEN: (0.05, 2.6, 0.95),
+    RED: (1.9, 0.02, 0.012),
+    YELLOW: (1.9, 0.85, 0.02),
+    GREEN: (0.02, 1.8, 0.65),
 }
 """Of a lit lens, in scene units, where a sunlit white wall has about 1.
 
-Three times brighter than white, so that it reads in sunlight; not more, because tone
-curves turn very bright colours white.
+Twice as bright as white, so that it reads in sunlight; not more, because tone curves
+turn very bright colours white: red of 3.2 came out salmon under `neutral`.
 """
 
 _STACK = {2: (GREEN, RED), 3: (GREEN, YELLOW, RED)}  # from the lowest lamp up

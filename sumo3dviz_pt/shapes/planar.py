@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import reduce
 
 import shapely
 from numpy.typing import NDArray
@@ -12,16 +11,17 @@ from shapely.geometry import Polygon
 SMALLEST_AREA = 1e-5
 """Polygons below this area [m2] are dropped; nobody can see them."""
 
-_GRID = 1e-4
-"""Unions are computed on this grid [m].
+GRID = 1e-6
+"""Overlays are computed on this grid [m].
 
-Without a grid GEOS 3.14.1 was seen to drop an 85 m2 polygon from a union of 1,150.
+Without a grid GEOS 3.14.1 was seen to drop an 85 m2 polygon from a union of 1,150 and
+to find 7 m2 in common to two polygons that share no more than an edge.
 """
 
 
 def union(shapes: Sequence[shapely.Geometry] | NDArray[shapely.Geometry]) -> shapely.Geometry:
     """The union of any number of shapes [m]; empty for none."""
-    return shapely.union_all(list(shapes), grid_size=_GRID)
+    return shapely.union_all([areal(shape) for shape in shapes], grid_size=GRID)
 
 
 def closing(shape: shapely.Geometry, reach: float) -> shapely.Geometry:
@@ -44,4 +44,19 @@ def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:
 
 def subtract(shape: shapely.Geometry, others: Iterable[shapely.Geometry]) -> shapely.Geometry:
     """A shape without others, taken off one by one so that shared edges stay exact."""
-    return reduce(shapely.difference, others, shape)
+    left = areal(shape)
+    for other in others:
+        left = areal(shapely.difference(left, areal(other), grid_size=GRID))
+    return left
+
+
+def common(one: shapely.Geometry, other: shapely.Geometry) -> shapely.Geometry:
+    """What two shapes share, without lines and points."""
+    return areal(shapely.intersection(areal(one), areal(other), grid_size=GRID))
+
+
+def areal(shape: shapely.Geometry) -> shapely.Geometry:
+    """A shape without the lines and points that overlays and repairs may leave in it."""
+    if shape.geom_type in {"Polygon", "MultiPolygon"}:
+        return shape
+    return shapely.MultiPolygon(polygon_parts(shape))

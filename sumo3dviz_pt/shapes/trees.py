@@ -69,7 +69,7 @@ SPECIES: Mapping[str, Species] = {
         (1.15, 0.55),
         14,
         0.02,
-        (0.12, 0.22, 0.045),
+        (0.105, 0.2, 0.042),
         2.4,
     ),
     "poplar": Species(
@@ -81,7 +81,7 @@ SPECIES: Mapping[str, Species] = {
         (0.55, 0.25),
         30,
         -0.10,
-        (0.13, 0.22, 0.055),
+        (0.11, 0.2, 0.05),
         0.62,
     ),
     "birch": Species(
@@ -93,7 +93,7 @@ SPECIES: Mapping[str, Species] = {
         (1.0, 0.5),
         20,
         0.10,
-        (0.15, 0.24, 0.05),
+        (0.13, 0.22, 0.045),
         0.95,
         bark="bark_pale",
     ),
@@ -107,8 +107,8 @@ SPECIES: Mapping[str, Species] = {
         40,
         0.0,
         (0.07, 0.125, 0.045),
-        1.5,
-        slender=5.0,
+        1.25,
+        slender=9.0,
         scatter=0.25,
     ),
 }
@@ -117,21 +117,25 @@ SPECIES: Mapping[str, Species] = {
 
 @dataclass(frozen=True, slots=True)
 class _Detail:
-    """What a level of detail spends: leaves, and facets and steps of each bark order."""
+    """What a level of detail spends: leaves, and facets and steps of each bark order.
+
+    Few leaves stand for bundles, so they may not be as slender as single ones.
+    """
 
     leaves: int
     sides: tuple[int, ...]
     steps: tuple[int, ...]
     folded: bool
+    slender: float
 
 
 _UP = np.array([0.0, 0.0, 1.0])
 _DETAILS = (
-    _Detail(12_000, (10, 6, 3), (8, 6, 4), True),
-    _Detail(3500, (8, 5, 3), (7, 4, 3), True),
-    _Detail(1700, (6, 4), (6, 3), True),
-    _Detail(800, (5, 3), (5, 3), True),
-    _Detail(240, (3,), (3,), False),
+    _Detail(12_000, (10, 6, 3), (8, 6, 4), True, 9.0),
+    _Detail(3500, (8, 5, 3), (7, 4, 3), True, 7.0),
+    _Detail(1700, (6, 4), (6, 3), True, 5.0),
+    _Detail(800, (5, 3), (5, 3), True, 4.0),
+    _Detail(240, (3,), (3,), False, 2.0),
 )
 
 
@@ -198,7 +202,7 @@ def _foliage(
     at = rng.uniform(0.2, 1.0, count)
     centres, along = twigs.points_at(chosen, at)
     size = np.sqrt(kind.area * kind.height**2 / count * 2.0) * rng.uniform(0.75, 1.25, count)
-    slender = kind.slender if detail.folded else min(kind.slender, 2.0)
+    slender = min(kind.slender, detail.slender)
     width, length = size / np.sqrt(slender), size * np.sqrt(slender)
     centres = centres + rng.normal(
         0, 0.14 * kind.scatter * kind.reach * kind.height, (count, 3)
@@ -210,8 +214,8 @@ def _foliage(
     mesh = _leaves(centres, axis * length[:, None], across * width[:, None], detail.folded)
     mesh = Mesh(mesh.vertices, mesh.faces, _soft_normals(mesh, kind))
     depth = _depth(centres, kind)
-    tint = np.array(kind.leaf) * rng.uniform(0.7, 1.3, (count, 1)) * (0.75 + 0.35 * depth[:, None])
-    tint += np.array([0.03, 0.012, 0.0]) * rng.random((count, 1))
+    tint = np.array(kind.leaf) * rng.uniform(0.8, 1.2, (count, 1)) * (0.75 + 0.35 * depth[:, None])
+    tint += np.array([0.018, 0.008, 0.0]) * rng.random((count, 1))
     return mesh, np.repeat(tint, 2 if detail.folded else 1, axis=0)
 
 
@@ -254,7 +258,7 @@ def _soft_normals(mesh: Mesh, kind: Species) -> Floats:
     normals = _unit(normals)
     # A normal and its opposite mean the same leaf: take the one that looks outwards.
     normals *= np.where((normals * outward).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    return _unit(0.6 * normals + 0.4 * outward)
+    return _unit(0.45 * normals + 0.55 * outward)
 
 
 def _core(points: Floats, kind: Species) -> Floats:

@@ -31,8 +31,8 @@ def road(key: str, points: list[tuple[int, int]]) -> Edge:
 def test_crossing_roads_never_overlap_and_cover_their_lanes(one, other):
     edges = {key: road(key, points) for key, points in (("one", one), ("other", other))}
     cells = layout_roads(Network(edges, {}, (), Location()), RoadSettings()).cells
-    assert len(overlapping_pairs(cells)[0]) == 0
-    whole = shapely.union_all(cells.polygons, grid_size=1e-4)
+    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
+    whole = shapely.union_all(cells.polygons, grid_size=1e-6)
     assert shapely.area(cells.polygons).sum() == pytest.approx(whole.area, rel=1e-3)
     for edge in edges.values():
         line = shapely.LineString(edge.lanes[0].shape[:, :2])

@@ -1,5 +1,7 @@
 """Small pictures of known scenes: directions, colours, shadows, lamps."""
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from builders import (
@@ -153,21 +155,21 @@ def seen(session, frame):
 EYE = view_at([0, 0, 3], heading=90, pitch=-6)
 
 
-@pytest.fixture(scope="module", params=["near", "far", "frozen"])
+@pytest.fixture(scope="module", params=["near", "far", "near film", "far film"])
 def road(request):
     """Three cubes in detail, or as stand-ins, or in a film's frozen recording."""
-    far = request.param == "far"
+    far = request.param.startswith("far")
     slots = {"far": {"cube": 3}} if far else {"near": {"cube": 3}}
-    with session_of(fleet_scene(**slots), frozen=request.param == "frozen") as session:
+    with session_of(fleet_scene(**slots), frozen=request.param.endswith("film")) as session:
         yield session, far
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
+@pytest.mark.parametrize("order", 2 * list(permutations(range(3))))
 def test_every_body_shows_its_own_colour(road, order):
     session, far = road
     names = [list(COLOURS)[k] for k in order]
     movers = [
-        mover(f"vehicle:{n}", np.add(place, (-2, 0, 0)) + [2, 0, 0], COLOURS[name])
+        mover(f"vehicle:{n}", place, COLOURS[name])
         for n, (place, name) in enumerate(zip(PLACES, names, strict=True))
     ]
     frame = frame_of(EYE, **{"distant" if far else "movers": movers})
@@ -240,9 +242,10 @@ def lamps():
         ([[5, 0, 0], [0, 7, 0]], "red", "green"),
     ],
 )
-@pytest.mark.parametrize("shift", [0.0, -380.0])
-def test_lamps_shine_as_told(lamps, radiance, left, right, shift):
-    """Also from another cell of the renderer's grid."""
+@pytest.mark.parametrize("shift", [0.0, -130.0, -380.0])
+@pytest.mark.parametrize("again", [0, 1, 2])
+def test_lamps_shine_as_told(lamps, radiance, left, right, shift, again):
+    """In every frame of a film's recording, and from another cell of the renderer's grid."""
     view = view_at([0, shift, 1], fov=2 * np.degrees(np.arctan(8 / (20 - shift))))
     values = np.array(radiance, dtype=float)
     image = lamps.render(frame_of(view, lamps={"signals": values})).radiance

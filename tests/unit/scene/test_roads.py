@@ -119,8 +119,8 @@ def lane_points(net: Network) -> np.ndarray:
 def test_surface_has_neither_overlaps_nor_gaps(name):
     net = example(name)
     cells = built(name).layout.cells
-    assert len(overlapping_pairs(cells)[0]) == 0
-    whole = shapely.union_all(cells.polygons, grid_size=1e-4).area
+    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
+    whole = shapely.union_all(cells.polygons, grid_size=1e-6).area
     assert shapely.area(cells.polygons).sum() == pytest.approx(whole, rel=1e-5)
     spots = shapely.points(lane_points(net))
     tree = shapely.STRtree(cells.polygons)
@@ -302,11 +302,11 @@ def test_a_region_builds_only_what_touches_it():
 def test_sharp_bends_leave_no_gap():
     hairpin = edge("h", ("a", "b"), lane("h", 0, [(0, 0), (40, 0), (10, 9), (60, 20)]))
     cells = layout_roads(network([hairpin]), RoadSettings()).cells
-    covered = shapely.union_all(cells.polygons, grid_size=1e-4)
+    covered = shapely.union_all(cells.polygons, grid_size=1e-6)
     line = shapely.LineString(hairpin.lanes[0].shape[:, :2])
     wanted = line.buffer(1.55, cap_style="flat", join_style="bevel")
     assert wanted.difference(covered).area < 0.05
-    assert len(overlapping_pairs(cells)[0]) == 0
+    assert len(overlapping_pairs(cells, above=1e-4)[0]) == 0
 
 
 def bridge() -> Network:
