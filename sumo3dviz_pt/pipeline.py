@@ -59,6 +59,8 @@ class Request:
         """The job with this request's choices."""
         changes: dict[str, Any] = {}
         if self.seed is not None:
+            if not 0 <= self.seed < 2**31:
+                raise ConfigError(f"must lie in 0..{2**31 - 1}, not {self.seed}", key="seed")
             changes["seed"] = self.seed
         if self.quality is not None:
             changes["quality"] = self.quality

@@ -141,6 +141,7 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
         return
     dr.scatter(target, mi.Float(flat(values)), dr.arange(mi.UInt32, len(target)))
     dr.eval(target)
+    parameters.set_dirty(key)
 
 
 def scalar_transform(matrix: Floats) -> Any:

@@ -190,7 +190,7 @@ class FarTraffic:
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Move every stand-in to its place in this frame."""
         vertices, tints = self.arrays(frame)
-        parameters[f"{FAR}.vertex_positions"] = convert.flat(vertices)
+        convert.overwrite(parameters, f"{FAR}.vertex_positions", vertices)
         convert.overwrite(parameters, f"{FAR}.{convert.TINT_ATTRIBUTE}", tints)
 
 

@@ -197,7 +197,8 @@ class Session:
     @property
     def _guide_spp(self) -> int:
         """Samples of the guide pass: a quarter of the picture's, between 4 and 16."""
-        return 2 ** int(np.clip(np.log2(max(self.settings.quality.spp / 4, 1)), 2, 4))
+        exponent = int(np.clip(np.log2(max(self.settings.quality.spp / 4, 1)), 2, 4))
+        return 1 << exponent
 
     def _guide_plugin(self) -> dict[str, Any]:
         """The integrator that finds distance and hits, and what the denoiser asks for."""
@@ -306,10 +307,10 @@ class Session:
         """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
         for number, lump in enumerate(self._static):
             key = f"static_{number}.vertex_positions"
-            self._parameters[key] = convert.flat(lump.mesh.vertices - origin)
+            convert.overwrite(self._parameters, key, lump.mesh.vertices - origin)
         for lamps in self.data.lamps:
             key = f"lamps_{lamps.id}.vertex_positions"
-            self._parameters[key] = convert.flat(lamps.mesh.vertices - origin)
+            convert.overwrite(self._parameters, key, lamps.mesh.vertices - origin)
         self._origin = origin
 
     def _tracer(self) -> Callable[..., Any]:
@@ -335,7 +336,7 @@ class Session:
         image = np.array(image, dtype=np.float32)
         guides = {"hit": np.clip(image[..., 3], 0.0, 1.0), "depth": image[..., 0]}
         # What sees the sun sees no surface; the sun is a disc only to the renderer.
-        guides["hit"] = np.where(guides["depth"] > 0.01 * SUN_DISTANCE, 0.0, guides["hit"])
+        guides["hit"] = np.where(guides["depth"] > 0.1 * SUN_DISTANCE, 0.0, guides["hit"])
         if self._guided:
             guides |= {"albedo": image[..., 4:7], "normal": image[..., 7:10]}
         return guides

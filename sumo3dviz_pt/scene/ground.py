@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -36,10 +38,12 @@ class GroundParts:
     Attributes:
         static: Its meshes.
         materials: Their materials by name.
+        height_at: Height of the ground at places, (n, 2) -> (n,) [m].
     """
 
     static: tuple[StaticPart, ...]
     materials: dict[str, Bsdf]
+    height_at: Callable[[Floats], Floats]
 
 
 def build_ground(
@@ -61,8 +65,11 @@ def build_ground(
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
     near = network.location.boundary[:2]
     walls = merge_meshes([])
+    height_at: Callable[[Floats], Floats]
     if roads.cells.is_flat:
         mesh = level_ground(network, roads)
+        level = road_level(roads, network) - DROP
+        height_at = partial(_level, level)
     else:
         mesh, height_at = terrain(roads, network)
         walls = retaining_walls(roads, height_at)
@@ -71,7 +78,12 @@ def build_ground(
     if len(walls.faces):
         materials[KERB] = MATERIALS[KERB]
         static.append(StaticPart("ground/walls", "ground", Part(walls, KERB)))
-    return GroundParts(tuple(static), materials)
+    return GroundParts(tuple(static), materials, height_at)
+
+
+def _level(height: float, places: Floats) -> Floats:
+    """The same height everywhere, (n,) [m]."""
+    return np.full(len(places), height)
 
 
 def level_ground(network: Network, roads: RoadLayout) -> Mesh:

@@ -48,7 +48,7 @@ MATERIALS: Mapping[str, Bsdf] = {
     "lamp_red": principled((0.4, 0.008, 0.01), roughness=0.1),
     "lamp_amber": principled((0.6, 0.2, 0.01), roughness=0.1),
     "plate": principled((0.75, 0.75, 0.72), roughness=0.4),
-    "interior": principled((0.028, 0.027, 0.028), roughness=0.85, specular=0.25),
+    "interior": principled((0.012, 0.012, 0.013), roughness=0.85, specular=0.25),
     "cloth": principled(TINT, roughness=0.9, specular=0.2),
     "skin": principled((0.45, 0.28, 0.2), roughness=0.55, specular=0.35),
     # Streets

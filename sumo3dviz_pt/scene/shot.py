@@ -184,7 +184,7 @@ def _place(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Place:
     network = scenario.network
     roads = build_roads(network, job.roads, textured=job.textured, region=region)
     ground = build_ground(job.ground, network, roads=roads.layout, textured=job.textured)
-    around = surroundings(network, seed=job.seed, gaze=gaze)
+    around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
     scenery = build_scenery(
         scenario.pois, scenario.polygons, job.objects, around=around, textured=job.textured
     )

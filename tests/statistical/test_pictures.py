@@ -293,7 +293,7 @@ def test_the_cap_spares_what_is_seen_directly_and_says_what_it_took():
 def test_denoisers_keep_the_mean_and_guides_help(denoise):
     parts = [static("g", plane(40), "grey"), static("b", box((-1, 9, 0), (1, 11, 2)), "red")]
     scene = scene_of(parts, {"grey": diffuse(0.5), "red": diffuse(*RED)})
-    guides = 4 if denoise == "high" else 0
+    guides = denoise == "high"
     quality = Quality(spp=4, pass_spp=4, max_depth=4, denoise=denoise, guides=guides, haze=False)
     passes = []
     with session_of(scene, quality=quality) as session:

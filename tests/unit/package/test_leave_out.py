@@ -1,0 +1,87 @@
+"""A scene holds nothing that it does not need."""
+
+import pytest
+from builders import write_scenario
+
+from sumo3dviz_pt.checks import check_scene, in_words
+from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.pipeline import Request, frame_times, prepare
+
+FAMILIES = {"signals", "trees", "homes", "shops", "blocks", "buildings", "fences"}
+
+
+def data_of(tmp_path, **content):
+    scene = write_scenario(tmp_path, **content)
+    return prepare(load_job(scene), Request(camera="post"), frame_times(4, 5, 10)).shot.data
+
+
+def test_without(tmp_path):
+    data = data_of(tmp_path)
+    assert {part.family for part in data.static} & FAMILIES == set()
+    assert data.lamps == ()
+    assert not any("person" in name or "pedestrian" in name for name in data.prototypes)
+    for word in ("leaf", "bark", "signal", "cloth", "skin"):
+        assert not any(word in name for name in data.materials), word
+    said = {item.what: item.why for item in data.left_out}
+    assert "persons" in said and any("signal" in what for what in said)
+
+
+@pytest.mark.parametrize("kind", ["signals", "trees", "persons"])
+def test_with(tmp_path, kind):
+    data = data_of(tmp_path, **{kind: 2 if kind == "persons" else True})
+    families = {part.family for part in data.static}
+    if kind == "persons":
+        assert any("pedestrian" in name or "person" in name for name in data.prototypes)
+        assert "persons" not in {item.what for item in data.left_out}
+    else:
+        assert families & FAMILIES == {kind}
+    assert bool(data.lamps) == (kind == "signals")
+    if kind == "signals":
+        assert {lamp.split("/")[0] for lamp in data.lamps[0].lamps} == {"m"}
+    if kind == "trees":
+        assert any("bark" in name for name in data.materials)
+
+
+def test_every_material_is_used(tmp_path):
+    data = data_of(tmp_path, signals=True, trees=True, persons=2)
+    used = {part.part.material for part in data.static}
+    for prototype in data.prototypes.values():
+        used |= {part.material for part in (*prototype.parts, *prototype.far)}
+    assert set(data.materials) == used | {"signal_lens"}
+    assert set(data.slots.near) | set(data.slots.far) == set(data.prototypes)
+
+
+def test_states_are_the_logs(tmp_path):
+    scene = write_scenario(tmp_path, signals=True)
+    job = load_job(scene, {"signals.yellow": "log"})
+    shot = prepare(job, Request(camera="post"), frame_times(4, 8, 10)).shot
+    assert shot.states_at(5.0) == {"m": "Gr"} and shot.states_at(6.0) == {"m": "rG"}
+    names = shot.data.lamps[0].lamps
+    for time, state in ((4.0, "Gr"), (7.0, "rG")):
+        radiance = shot.frame_at(time).lamps[shot.data.lamps[0].id]
+        for name, shown in zip(names, radiance, strict=True):
+            _, link, colour = name.split("/")[:3]
+            letter = state[int(link)]
+            lit = {"G": "green", "r": "red"}[letter] == colour
+            assert (shown.max() > 0) == lit, (name, letter)
+
+
+def test_check_tells_what_is_there_and_what_it_costs(tmp_path):
+    scene = write_scenario(tmp_path, signals=True, persons=1)
+    report = check_scene(load_job(scene))
+    assert report["network"]["signals"] == 1
+    assert report["log"]["road_users"] == {"vehicle": 6, "person": 1}
+    (shot,) = report["shots"]
+    assert shot["frames"] == 10 and shot["camera"] == "post"
+    triangles = dict(shot["triangles"])
+    assert triangles.pop("total") == sum(triangles.values()) and not shot["over_budget"]
+    costs = {name: cost["cpu_seconds_per_frame"] for name, cost in shot["forecast"].items()}
+    assert costs["draft"] < costs["standard"] < costs["reference"]
+    words = in_words(report)
+    assert "1 persons, 6 vehicles" in words and "left out" in words and "draft" in words
+
+
+def test_check_without_shots_takes_all_cameras(tmp_path):
+    scene = write_scenario(tmp_path)
+    job = load_job(scene, {"shots": "[]"})
+    assert [shot["camera"] for shot in check_scene(job)["shots"]] == ["post", "driver"]
