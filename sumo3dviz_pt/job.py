@@ -300,6 +300,7 @@ class Quality(Settings):
     spp: int = Field(ge=1, le=65536, description="samples per pixel")
     pass_spp: int = Field(4, ge=1, le=1024, description="samples per pass, a power of two")
     max_depth: int = Field(8, ge=2, le=64, description="longest light path")
+    rr_depth: int = Field(2, ge=1, le=64, description="path length from which roulette may end it")
     denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
     guides: bool = Field(True, description="albedo and normals guide the denoiser")
     cap: float | None = Field(40.0, description="firefly cap per pass, x white; null is none")

@@ -83,15 +83,25 @@ def network_xml(*, offset=(0.0, 0.0), signals=False):
     )
 
 
-def fcd_xml(*, offset=(0.0, 0.0), vehicles=6, step=1.0, end=12.0, begin=0.0, persons=0, speed=10.0):
-    """Cars `v0`, `v1`, ... driving to the east, 18 m apart, from x = -40; walkers beside."""
+def fcd_xml(
+    *,
+    offset=(0.0, 0.0),
+    vehicles=6,
+    step=1.0,
+    end=12.0,
+    begin=0.0,
+    persons=0,
+    speed=10.0,
+    spacing=18.0,
+):
+    """Cars `v0`, ... driving to the east from x = -40, `spacing` metres apart; walkers beside."""
     rows = []
     for number in range(round((end - begin) / step) + 1):
         time = begin + number * step
         row = [f'<timestep time="{time:.2f}">']
         for index in range(vehicles):
             lane = index % 2
-            x = -40.0 + 18.0 * (index // 2) + speed * (time - begin) + offset[0]
+            x = -40.0 + spacing * (index // 2) + speed * (time - begin) + offset[0]
             y = -4.8 + 3.2 * lane + offset[1]
             row.append(
                 f'<vehicle id="v{index}" x="{x:.3f}" y="{y:.3f}" angle="90" type="car"'

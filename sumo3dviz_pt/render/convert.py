@@ -56,8 +56,8 @@ def instance_tint() -> dict[str, Any]:
 
 
 def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any]) -> Any:
-    """A two-sided material object."""
-    return mi.load_dict({"type": "twosided", "material": plugin(bsdf, tint=tint)})
+    """A material object."""
+    return mi.load_dict(plugin(bsdf, tint=tint))
 
 
 def make_mesh(

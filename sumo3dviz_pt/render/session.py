@@ -169,7 +169,9 @@ class Session:
         }
         sensor = {"type": "perspective", "fov": 50.0, "near_clip": 0.05, "far_clip": 1e7}
         sampler = {"type": "multijitter", "sample_count": self._pass_spp}
-        self._integrator = mi.load_dict({"type": "path", "max_depth": quality.max_depth})
+        self._integrator = mi.load_dict(
+            {"type": "path", "max_depth": quality.max_depth, "rr_depth": quality.rr_depth}
+        )
         self._guide_integrator = mi.load_dict(self._guide_plugin())
         return {
             "type": "scene",

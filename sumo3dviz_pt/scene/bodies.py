@@ -25,7 +25,7 @@ from sumo3dviz_pt.scene.body_choice import (
     Size,
     UserChoice,
 )
-from sumo3dviz_pt.scene.materials import principled
+from sumo3dviz_pt.scene.materials import principled, two_sided
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
 from sumo3dviz_pt.shapes.plain_bodies import plain_body
 from sumo3dviz_pt.shapes.ply import read_ply
@@ -156,7 +156,7 @@ def _user_parts(
     for number, (mesh, colour) in enumerate(meshes):
         material = "paint" if colour is None else f"{name}/{number}"
         if colour is not None:
-            materials[material] = principled(colour, roughness=0.35)
+            materials[material] = two_sided(principled(colour, roughness=0.35))
         parts.append(Part(mesh, material))
     return tuple(parts), materials
 

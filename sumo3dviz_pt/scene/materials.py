@@ -36,6 +36,11 @@ def matt(colour: Colour | Bsdf) -> Bsdf:
     return {"type": "diffuse", "reflectance": base}
 
 
+def two_sided(bsdf: Bsdf) -> Bsdf:
+    """For open surfaces that are seen from behind; it makes a third of all shading dearer."""
+    return {"type": "twosided", "bsdf": bsdf}
+
+
 MATERIALS: Mapping[str, Bsdf] = {
     # Vehicles
     "paint": {**principled(TINT, roughness=0.25), "clearcoat": 1.0, "clearcoat_gloss": 0.95},
@@ -54,13 +59,13 @@ MATERIALS: Mapping[str, Bsdf] = {
     # Streets
     "line_white": principled((0.62, 0.62, 0.6), roughness=0.5, specular=0.4),
     "line_yellow": principled((0.6, 0.38, 0.05), roughness=0.5, specular=0.4),
-    "steel": principled((0.45, 0.46, 0.47), roughness=0.4, metallic=0.9),
+    "steel": two_sided(principled((0.45, 0.46, 0.47), roughness=0.4, metallic=0.9)),
     "kerb": principled((0.36, 0.355, 0.34), roughness=0.8, specular=0.3),
     "signal_housing": principled((0.02, 0.022, 0.02), roughness=0.5, specular=0.35),
     "signal_lens": principled((0.03, 0.03, 0.03), roughness=0.2),
     # Scenery
     "bark": principled((0.11, 0.085, 0.06), roughness=0.9, specular=0.2),
-    "leaf": matt(TINT),
+    "leaf": two_sided(matt(TINT)),
     "wall": principled(TINT, roughness=0.85, specular=0.25),
     "roof": principled(TINT, roughness=0.8, specular=0.25),
     "window": principled((0.02, 0.024, 0.028), roughness=0.06, specular=0.7),

@@ -67,7 +67,7 @@ def errors(picture: np.ndarray, truth: np.ndarray, exposure: float) -> dict[str,
 
 def measure(production: Production, truth: np.ndarray, spp: int, seed: int) -> list[dict[str, Any]]:
     """One point of the ladder, raw and denoised."""
-    options = {"spp": spp, "pass_spp": min(spp, 16), "denoise": "none", "haze": False, "guides": 0}
+    options = {"spp": spp, "pass_spp": min(spp, 16), "denoise": "none", "haze": False, "guides": False}
     picture, seconds = rendered(with_quality(production, seed, **options))
     start = time.process_time()
     clean = denoise(picture, quality="high")

@@ -11,7 +11,14 @@ from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.film import FilmOrder, render_film
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, example, render_still
+from sumo3dviz_pt.pipeline import (
+    Request,
+    example,
+    frame_times,
+    opened,
+    prepare,
+    render_still,
+)
 from sumo3dviz_pt.video import probe
 
 pytestmark = pytest.mark.slow
@@ -56,7 +63,7 @@ def test_a_film_comes_with_frames_and_account(whole):
         assert picture.shape == (36, 64, 3) and np.isfinite(picture).all()
         assert (picture >= 0).all() and picture.max() > 0
     film = probe(whole)
-    assert (film.width, film.height, film.frames) == (64, 36, 8)
+    assert (film.size, film.frames) == ((64, 36), 8)
     account = json.loads(whole.with_suffix(".json").read_text(encoding="utf-8"))
     assert [frame["time"] for frame in account["frames"]] == pytest.approx(
         [4 + n / 10 for n in range(8)], abs=1e-9
@@ -138,7 +145,9 @@ def test_interrupts_end_with_130_and_say_how_to_go_on(place, capsys, monkeypatch
         raise KeyboardInterrupt
 
     monkeypatch.setattr("sumo3dviz_pt.film.render_film", interrupted)
-    code = main(["render", str(place), "--camera", "post", *TIMES, "-o", str(place.parent / "i.mp4")])
+    code = main(
+        ["render", str(place), "--camera", "post", *TIMES, "-o", str(place.parent / "i.mp4")]
+    )
     assert code == 130 and "--resume" in capsys.readouterr().err
 
 
@@ -149,6 +158,25 @@ def test_a_batch_goes_on_after_a_failure(place, capsys):
     assert main(["render", str(missing), str(place), *arguments]) == 2
     assert "none.yaml" in capsys.readouterr().err
     assert frames_in(place.parent / "batch_scene.frames")
+
+
+def test_a_recording_shows_what_a_still_shows(tmp_path):
+    """Dr.Jit's recordings keep addresses: nothing that changes may move (signals, colours).
+
+    The ride passes a signal change at 6 s, the renderer's grid, and far road users.
+    """
+    place = write_scenario(tmp_path, vehicles=60, signals=True, persons=2, end=20.0)
+    job = load_job(place, {"signals.yellow": "log"})
+    request = Request(camera="driver", quality="draft", spp=1, size=(48, 27))
+    times = np.concatenate([frame_times(5.4, 6.6, 5), frame_times(16.0, 17.2, 5)])
+    production = prepare(job, request, times)
+    assert production.shot.data.slots.far
+    shown = []
+    for film in (True, False):
+        with opened(production, film=film) as session:
+            frames = [session.render(production.shot.frame_at(float(t))).radiance for t in times]
+        shown.append(np.array(frames))
+    np.testing.assert_allclose(shown[0], shown[1], rtol=1e-5, atol=1e-6)
 
 
 # Pictures and the API -----------------------------------------------------------------------

@@ -150,7 +150,7 @@ def test_the_limit_gives_way_where_bodies_are_many():
     kinds = [f"body{k}" for k in range(12)]
     bodies = [kind for kind in kinds for _ in range(100)]
     gaze = Gaze.of([view_at([0, 0, 5], heading=90)] * 12, aspect=ASPECT)
-    positions = np.zeros((1200, 12, 3)) + [20.0, 0, 0]
+    positions = np.broadcast_to([20.0, 0.0, 0.0], (1200, 12, 3))
     alive = np.zeros((1200, 12), dtype=bool)
     for k in range(12):
         alive[100 * k : 100 * (k + 1), k] = True

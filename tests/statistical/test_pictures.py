@@ -147,9 +147,7 @@ def fleet_scene(**slots):
 def seen(session, frame):
     radiance = session.render(frame).radiance
     spots = [np.add(place, (-0.9, 0, 1)) for place in PLACES]
-    return [
-        hue(radiance[pixel_of(frame.view, spot, session.settings.size)]) for spot in spots
-    ]
+    return [hue(radiance[pixel_of(frame.view, spot, session.settings.size)]) for spot in spots]
 
 
 EYE = view_at([0, 0, 3], heading=90, pitch=-6)
@@ -221,7 +219,8 @@ def lamps():
         for x in (-4.0, 2.0)
     )
     mesh = Mesh(
-        np.concatenate([left.vertices, right.vertices]), np.concatenate([left.faces, right.faces + 4])
+        np.concatenate([left.vertices, right.vertices]),
+        np.concatenate([left.faces, right.faces + 4]),
     )
     lamp_set = LampSet("signals", "signals", mesh, [0, 0, 1, 1], ("J/0/red", "J/0/green"))
     scene = scene_of(

@@ -74,7 +74,9 @@ def test_fronts_are_where_the_log_has_them(tmp_path):
             x, y, _ = mover.world_from_body.position
             assert x == pytest.approx(-40 + 18 * (index // 2) + 10 * time, abs=1e-6)
             assert y == pytest.approx(-4.8 + 3.2 * (index % 2), abs=1e-6)
-            np.testing.assert_allclose(mover.world_from_body.matrix[:3, 0] @ [0, 1, 0], 0, atol=1e-9)
+            np.testing.assert_allclose(
+                mover.world_from_body.matrix[:3, 0] @ [0, 1, 0], 0, atol=1e-9
+            )
 
 
 def test_slots_suffice_for_every_frame_of_a_film(tmp_path):

@@ -60,7 +60,7 @@ def test_states_are_the_logs(tmp_path):
     for time, state in ((4.0, "Gr"), (7.0, "rG")):
         radiance = shot.frame_at(time).lamps[shot.data.lamps[0].id]
         for name, shown in zip(names, radiance, strict=True):
-            _, link, colour = name.split("/")[:3]
+            _, link, _, colour = name.split("/")
             letter = state[int(link)]
             lit = {"G": "green", "r": "red"}[letter] == colour
             assert (shown.max() > 0) == lit, (name, letter)

@@ -92,12 +92,16 @@ def test_cap_laws(passes, limit):
         accumulator.add(picture)
         plain.add(picture)
     mean, truth = accumulator.mean(), plain.mean()
-    np.testing.assert_allclose(truth, np.mean(passes, axis=0, dtype=np.float64), rtol=1e-6, atol=1e-30)
+    np.testing.assert_allclose(
+        truth, np.mean(passes, axis=0, dtype=np.float64), rtol=1e-6, atol=1e-30
+    )
     assert (mean <= limit * (1 + 1e-6)).all() and (mean <= truth * (1 + 1e-6) + 1e-30).all()
     assert plain.tally.capped == 0
     assert 0 <= accumulator.tally.capped_share <= 1
     lost = (truth.astype(float) - mean).sum() * len(passes)
-    assert accumulator.tally.capped == pytest.approx(lost, rel=1e-3, abs=1e-3 * float(truth.sum()) + 1e-9)
+    assert accumulator.tally.capped == pytest.approx(
+        lost, rel=1e-3, abs=1e-3 * float(truth.sum()) + 1e-9
+    )
 
 
 @given(RADIANCE, st.floats(0.01, 1e3))

@@ -1,0 +1,160 @@
+"""Seeds one-line faults into a copy of the package and sees which test catches each.
+
+    python tests/bench/seeded_faults.py [NAME ...]
+
+Not run by pytest: it takes some minutes. A fault that no test catches makes the exit
+code 1. The faults are applied one by one; the working tree is never touched.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One change of one line.
+
+    Attributes:
+        file: Within the package.
+        old: Text that occurs exactly once.
+        new: What stands there instead.
+        tests: Where a test should notice.
+    """
+
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+PICTURES = "tests/statistical/test_pictures.py"
+FRAMES = "tests/unit/package/test_frames.py"
+
+FAULTS = {
+    "yaw turns clockwise": Fault(
+        "model/geometry.py", "[[cy, -sy, 0.0], [sy, cy, 0.0]", "[[cy, sy, 0.0], [-sy, cy, 0.0]",
+        (PICTURES,),
+    ),
+    "frame times are one frame late": Fault(
+        "pipeline.py", "float(Fraction(number) / rate)", "float(Fraction(number + 1) / rate)",
+        (FRAMES,),
+    ),
+    "lamps are not recentred": Fault(
+        "render/session.py", "key, lamps.mesh.vertices - origin)", "key, lamps.mesh.vertices)",
+        (PICTURES,),
+    ),
+    "the cap ignores exempt pixels": Fault(
+        "render/passes.py", "over &= ~self.exempt", "over &= True",
+        ("tests/unit/render/test_passes.py",),
+    ),
+    "colour table is off by one": Fault(
+        "render/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
+        "return (int(pointer[0]) + 1) & (TABLE_SIZE - 1)", (PICTURES,),
+    ),
+    "haze veils the sky": Fault(
+        "render/haze.py", "veil = hit[..., None] * fade",
+        "veil = fade + 0.5 * (1 - hit[..., None])",
+        ("tests/unit/render/test_haze.py",),
+    ),
+    "bodies stand half a metre ahead": Fault(
+        "scene/traffic.py",
+        "matrices[:, :3, 3] = np.concatenate([motion.positions for motion in motions])",
+        "matrices[:, :3, 3] = np.concatenate([m.positions for m in motions]) + [0.5, 0, 0]",
+        (FRAMES,),
+    ),
+    "teleports are driven across": Fault(
+        "motion/pieces.py", "lengths > reach + TELEPORT_SLACK", "lengths > reach + 1e9",
+        ("tests/unit/motion",),
+    ),
+    "dashes begin without half a gap": Fault(
+        "shapes/bands.py", "self.stations[0] + 0.5 * gap", "self.stations[0] + 0.9 * gap",
+        ("tests/unit/shapes", "tests/unit/scene/test_roads.py"),
+    ),
+    "a signal shows its neighbour's letter": Fault(
+        "scene/aspects.py", "letter = state[link] if", "letter = state[link - 1] if",
+        ("tests/unit/scene/test_aspects.py", "tests/unit/package/test_leave_out.py"),
+    ),
+    "the seed of a frame forgets its time": Fault(
+        "render/passes.py", "words = [seed, microseconds % 2**32,", "words = [seed, 0,",
+        ("tests/unit/render/test_passes.py",),
+    ),
+    "the sun's azimuth is mirrored": Fault(
+        "render/session.py", "place = self.sky.sun.direction * SUN_DISTANCE",
+        "place = self.sky.sun.direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
+    ),
+    "new values do not reach recordings": Fault(
+        "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
+    ),
+    "far road users beyond the detailed ones are dropped": Fault(
+        "scene/needs.py", "return Choice(near, shown & ~near)",
+        "return Choice(near, shown & ~near & (distance > NEAR_END))",
+        ("tests/property/test_needs_properties.py",),
+    ),
+}  # fmt: skip
+
+
+def seeded(folder: Path, fault: Fault) -> None:
+    """Copy what tests need and apply a fault."""
+    for name in ("sumo3dviz_pt", "tests", "examples", "scene_templates", "assets"):
+        shutil.copytree(
+            ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.pyc")
+        )
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    path = folder / "sumo3dviz_pt" / fault.file
+    text = path.read_text(encoding="utf-8")
+    if text.count(fault.old) != 1:
+        raise SystemExit(f"{fault.file} holds {text.count(fault.old)} times: {fault.old}")
+    path.write_text(text.replace(fault.old, fault.new), encoding="utf-8")
+
+
+def catcher(fault: Fault) -> str:
+    """The first test that fails, or nothing."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        seeded(folder, fault)
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-x",
+            "--no-header",
+            "-p",
+            "no:cacheprovider",
+        ]
+        done = subprocess.run(
+            [*command, *fault.tests],
+            cwd=folder,
+            env={**os.environ, "PYTHONPATH": str(folder)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    if done.returncode and not failed:
+        return f"pytest itself failed: {done.stdout[-300:]}{done.stderr[-300:]}"
+    return failed[0].split(" - ")[0].removeprefix("FAILED ") if failed else ""
+
+
+def main(names: list[str]) -> int:
+    """Try all faults."""
+    missed = 0
+    for name in names or FAULTS:
+        found = catcher(FAULTS[name])
+        missed += not found
+        sys.stdout.write(f"{name:52} {found or 'NOT CAUGHT'}\n")
+        sys.stdout.flush()
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,100 @@
+"""Values that cross stages check and freeze themselves."""
+
+import numpy as np
+import pytest
+from builders import box, view_at
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.scene import FrameState, Part, Sky
+from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.render.convert import sensor_matrix
+
+ANGLE = st.floats(-7, 7)
+TRIANGLE = np.eye(3), [[0, 1, 2]]
+
+
+def test_meshes_are_frozen_and_checked():
+    mesh = Mesh(*TRIANGLE)
+    assert not mesh.vertices.flags.writeable and mesh.faces.dtype == np.int64
+    with pytest.raises(ValueError, match="vertex that does not exist"):
+        Mesh(np.eye(3), [[0, 1, 3]])
+    with pytest.raises(ValueError, match="2 normals for 3 vertices"):
+        Mesh(*TRIANGLE, normals=np.eye(3)[:2])
+    with pytest.raises(ValueError, match="1 uvs"):
+        Mesh(*TRIANGLE, uvs=[[0, 0]])
+    with pytest.raises(ValueError, match="2 tints for 1 faces"):
+        Part(mesh, "a", np.zeros((2, 3)))
+
+
+def test_merging_keeps_what_all_have():
+    plain, full = Mesh(*TRIANGLE), Mesh(*TRIANGLE, normals=np.eye(3), uvs=np.zeros((3, 2)))
+    both = merge_meshes([full, full])
+    assert both.normals.shape == (6, 3) and both.uvs.shape == (6, 2)
+    np.testing.assert_array_equal(both.faces, [[0, 1, 2], [3, 4, 5]])
+    assert merge_meshes([plain, full]).normals is None
+    assert merge_meshes([]).vertices.shape == (0, 3)
+
+
+@given(ANGLE, ANGLE, ANGLE)
+def test_placements_are_rigid(yaw, pitch, roll):
+    matrix = Transform.from_pose([1, 2, 3], yaw=yaw, pitch=pitch, roll=roll).matrix
+    turn = matrix[:3, :3]
+    np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(turn) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("angles", "axis", "expected"),
+    [
+        ({"yaw": np.pi / 2}, 0, [0, 1, 0]),  # north
+        ({"yaw": np.pi / 2}, 1, [-1, 0, 0]),  # the left side looks west
+        ({"pitch": np.pi / 2}, 0, [0, 0, 1]),  # nose up
+        ({"roll": np.pi / 2}, 1, [0, 0, 1]),  # right side down, left side up
+    ],
+)
+def test_signs_of_angles(angles, axis, expected):
+    matrix = Transform.from_pose([0, 0, 0], **angles).matrix
+    np.testing.assert_allclose(matrix[:3, axis], expected, atol=1e-12)
+
+
+def test_transforms_carry_meshes_and_chain():
+    placed = Transform.from_pose([10, 0, 0], yaw=np.pi / 2, scale=[2, 1, 1])
+    mesh = placed.mesh(Mesh(np.eye(3), [[0, 1, 2]], normals=np.eye(3)))
+    np.testing.assert_allclose(mesh.vertices, [[10, 2, 0], [9, 0, 0], [10, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(mesh.normals, [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(placed.directions(np.eye(3))[0], [0, 2, 0], atol=1e-12)
+    twice = placed @ placed
+    np.testing.assert_allclose(
+        twice.points(np.zeros((1, 3))), placed.points(placed.points(np.zeros((1, 3))))
+    )
+    np.testing.assert_array_equal(box((0, 0, 0), (1, 2, 3)).bounds, [[0, 0, 0], [1, 2, 3]])
+
+
+def test_states_begin_at_their_time():
+    phases = SignalPhases("a", (0.0, 5.0), ("G", "r"))
+    assert [phases.state_at(t) for t in (-1, 0, 4.999, 5 - 1e-12, 5, 99)] == [
+        None, "G", "G", "r", "r", "r",
+    ]  # fmt: skip
+
+
+def test_the_sun_is_a_unit_vector():
+    np.testing.assert_allclose(Sky([0, 3, 4]).sun_direction, [0, 0.6, 0.8])
+
+
+@given(st.floats(-5e6, 5e6), st.floats(-5e6, 5e6))
+def test_the_origin_is_near_and_on_the_grid(x, y):
+    frame = FrameState(0.0, view_at([x, y, 7.0]), ())
+    assert np.abs(frame.origin - [x, y, 7.0]).max() <= 125 + 1e-6
+    np.testing.assert_array_equal(frame.origin % 250, 0)
+
+
+def test_mitsubas_sensor_looks_forward():
+    """Mitsuba's camera: +x left, +y up, +z forward."""
+    view = view_at([500, 0, 3], heading=0)
+    matrix = sensor_matrix(view, np.array([500.0, 0, 0]))
+    np.testing.assert_allclose(matrix[:3, 2], [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(matrix[:3, 0], [-1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(matrix[:3, 1], [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(matrix[:3, 3], [0, 0, 3], atol=1e-12)
