@@ -20,7 +20,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from sumo3dviz_pt import catalog, cli, job
+from sumo3dviz_pt import arguments, catalog, job
 
 HERE = Path(__file__).resolve().parent
 MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
@@ -187,7 +187,7 @@ def _default(field: FieldInfo) -> str:
 
 def command_line() -> str:
     """The page about the commands."""
-    parser = cli._parser()  # the manual describes the very parser that runs
+    parser = arguments.build_parser()  # the manual describes the very parser that runs
     commands = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     helps = {action.dest: action.help for action in commands._choices_actions}
     lines = [

@@ -6,7 +6,7 @@ import os
 import platform
 
 from sumo3dviz_pt.errors import Sumo3dvizError
-from sumo3dviz_pt.pipeline import versions
+from sumo3dviz_pt.provenance import versions
 
 
 def examine() -> tuple[bool, list[str]]:

@@ -22,12 +22,11 @@ from sumo3dviz_pt.pipeline import (
     check_target,
     check_tone,
     frame_times,
-    input_hashes,
     opened,
     prepare,
     provenance,
-    versions,
 )
+from sumo3dviz_pt.provenance import input_hashes, versions
 
 FILM_SUFFIXES = (".mp4", ".mov", ".mkv")
 

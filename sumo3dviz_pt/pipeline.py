@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ from sumo3dviz_pt.jobfile import camera_settings, quality_preset
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.provenance import input_hashes, versions
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Rendered, Session
@@ -354,36 +354,6 @@ def check_target(path: Path, *, suffixes: tuple[str, ...]) -> None:
         raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
     if path.is_dir() or not os.access(path.parent, os.W_OK):
         raise ConfigError(f"{path} cannot be written to", key="output")
-
-
-def input_hashes(files: ScenarioFiles) -> dict[str, str]:
-    """SHA-256 of every input by file name."""
-    paths = (
-        files.network,
-        *files.trajectories,
-        *files.signals,
-        *files.additional,
-        *files.vehicle_types,
-    )
-    return {path.name: _hash(path) for path in sorted(set(paths))}
-
-
-def _hash(path: Path) -> str:
-    """SHA-256 of a file."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def versions() -> dict[str, str]:
-    """Versions of what pixels depend on."""
-    names = ("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy")
-    known = {}
-    for name in names:
-        try:
-            known[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            known[name] = "source"
-    return known
 
 
 def example(name: str) -> Path:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import logging
 import os
 import platform
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -103,10 +104,16 @@ def _point_to_llvm() -> None:
         return
     for pattern in _LLVM_PLACES:
         anchor = Path(pattern).anchor
-        found = sorted(Path(anchor).glob(str(Path(pattern).relative_to(anchor))))
-        if found:
-            os.environ[_LLVM_VARIABLE] = str(found[-1])
+        found = Path(anchor).glob(str(Path(pattern).relative_to(anchor)))
+        newest = max(found, key=_numbers, default=None)
+        if newest is not None:
+            os.environ[_LLVM_VARIABLE] = str(newest)
             return
+
+
+def _numbers(path: Path) -> list[int]:
+    """All numbers in a path, so that 19 comes after 9."""
+    return [int(number) for number in re.findall(r"\d+", str(path))]
 
 
 def llvm_advice() -> str:

@@ -1,0 +1,1 @@
+"""Model and job to scene data: no Mitsuba."""

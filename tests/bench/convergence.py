@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import csv
-import time
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,33 +24,32 @@ from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.image.tonemap import develop_float
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.pipeline import Production, Request, opened, prepare
-from sumo3dviz_pt.render.denoise import denoise
 
 LADDER = (1, 4, 16, 64, 256)
 SEEDS = (1, 2, 3, 4, 5)
 
 
-def with_quality(production: Production, seed: int, **changes: Any) -> Production:
-    """The same shot with other samples."""
+def rendered(
+    production: Production, seeds: Sequence[int], **changes: Any
+) -> Iterator[tuple[np.ndarray, float]]:
+    """One frame for each seed: radiance and CPU-seconds, compilation and loading apart."""
     quality = production.quality.model_copy(update=changes)
-    job = production.job.model_copy(update={"seed": seed})
-    return replace(production, quality=quality, job=job)
-
-
-def rendered(production: Production) -> tuple[np.ndarray, float]:
-    """Radiance and CPU-seconds of one frame, compilation apart."""
     state = production.shot.frame_at(float(production.times[0]))
-    with opened(production, film=False) as session:
-        session.render(state)  # compiles
-        result = session.render(state)
-    return result.radiance, result.cpu["render"]
+    with opened(replace(production, quality=quality), film=False) as session:
+        for number, seed in enumerate([seeds[0], *seeds]):
+            session.settings = replace(session.settings, seed=seed)
+            result = session.render(state)
+            if number:
+                spent = sum(result.cpu[key] for key in ("render", "guides", "denoise"))
+                yield result.radiance, spent
 
 
 def reference(production: Production, spp: int) -> tuple[np.ndarray, float]:
-    """A picture without cap from its own seeds, and the distance of its halves."""
-    options = {"spp": spp // 2, "pass_spp": 64, "cap": None, "denoise": "none", "haze": False}
-    halves = [rendered(with_quality(production, seed, **options))[0] for seed in (1001, 1002)]
-    return (halves[0] + halves[1]) / 2, metrics.capped_rmse(halves[0], halves[1], cap=4.0) / 2
+    """A picture without cap from its own seeds, and the error of its mean."""
+    options = {"spp": spp // 4, "pass_spp": 64, "cap": None, "denoise": "none", "haze": False}
+    quarters = [image for image, _ in rendered(production, (1001, 1002, 1003, 1004), **options)]
+    halves = (quarters[0] + quarters[1]) / 2, (quarters[2] + quarters[3]) / 2
+    return (halves[0] + halves[1]) / 2, metrics.capped_rmse(*halves, cap=4.0) / 2
 
 
 def errors(picture: np.ndarray, truth: np.ndarray, exposure: float) -> dict[str, float]:
@@ -65,18 +64,13 @@ def errors(picture: np.ndarray, truth: np.ndarray, exposure: float) -> dict[str,
     }
 
 
-def measure(production: Production, truth: np.ndarray, spp: int, seed: int) -> list[dict[str, Any]]:
-    """One point of the ladder, raw and denoised."""
-    options = {"spp": spp, "pass_spp": min(spp, 16), "denoise": "none", "haze": False, "guides": False}
-    picture, seconds = rendered(with_quality(production, seed, **options))
-    start = time.process_time()
-    clean = denoise(picture, quality="high")
-    denoising = time.process_time() - start
-    rows = []
-    for kind, image, cost in (("raw", picture, seconds), ("oidn", clean, seconds + denoising)):
-        values = errors(image, truth, production.exposure)
-        rows.append({"kind": kind, "spp": spp, "seed": seed, "cpu": cost, **values})
-    return rows
+def measure(production: Production, truth: np.ndarray, spp: int) -> Iterator[dict[str, Any]]:
+    """One step of the ladder, raw and denoised, for all seeds."""
+    for kind, denoiser in (("raw", "none"), ("oidn", "high")):
+        options = {"spp": spp, "pass_spp": min(spp, 16), "haze": False, "denoise": denoiser}
+        for seed, (image, cost) in zip(SEEDS, rendered(production, SEEDS, **options), strict=True):
+            values = errors(image, truth, production.exposure)
+            yield {"kind": kind, "spp": spp, "seed": seed, "cpu": cost, **values}
 
 
 def summary(rows: list[dict[str, Any]]) -> list[str]:
@@ -88,7 +82,8 @@ def summary(rows: list[dict[str, Any]]) -> list[str]:
     for spp in sorted({row["spp"] for row in rows}):
         for kind in ("raw", "oidn"):
             some = [row for row in rows if row["spp"] == spp and row["kind"] == kind]
-            middle = {key: float(np.median([row[key] for row in some])) for key in some[0] if key != "kind"}
+            keys = [key for key in some[0] if key != "kind"]
+            middle = {key: float(np.median([row[key] for row in some])) for key in keys}
             lines.append(
                 f"| {spp} | {kind} | {middle['cpu']:.2f} | {middle['rmse_capped']:.4f} |"
                 f" {middle['relmse_trim']:.4f} | {middle['psnr']:.1f} | {middle['flip']:.3f} |"
@@ -130,14 +125,14 @@ def main() -> None:
     parser.add_argument("scene", type=Path, nargs="?", default=Path("examples/ronda/scene.yaml"))
     parser.add_argument("--camera", default="overview")
     parser.add_argument("--time", type=float, default=492.0)
-    parser.add_argument("--size", type=int, nargs=2, default=(480, 270))
-    parser.add_argument("--reference", type=int, default=2048, help="spp of the reference")
+    parser.add_argument("--size", type=int, nargs=2, default=(384, 216))
+    parser.add_argument("--reference", type=int, default=1024, help="spp of the reference")
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
     request = Request(camera=options.camera, quality="preview", size=tuple(options.size))
     production = prepare(load_job(options.scene), request, np.array([options.time]))
     truth, own = reference(production, options.reference)
-    rows = [row for spp in LADDER for seed in SEEDS for row in measure(production, truth, spp, seed)]
+    rows = [row for spp in LADDER for row in measure(production, truth, spp)]
     options.output.mkdir(parents=True, exist_ok=True)
     with (options.output / "convergence.csv").open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, fieldnames=list(rows[0]))

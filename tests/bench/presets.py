@@ -79,7 +79,9 @@ def bare_scene() -> float:
         "start = time.process_time(); mi.render(scene, spp=64, seed=1).numpy();"
         "print(time.process_time() - start)"
     )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     return float(result.stdout.split()[-1])
 
 

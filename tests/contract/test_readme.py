@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 import yaml
 
-from sumo3dviz_pt import catalog, cli
+from sumo3dviz_pt import arguments, catalog
 from sumo3dviz_pt.jobfile import make_job, quality_preset
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -45,7 +45,7 @@ def test_two_commands_set_a_fresh_machine_up() -> None:
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *MANUAL], ids=lambda path: path.name)
 def test_commands_exist_with_their_options(page: Path) -> None:
-    parser = cli._parser()
+    parser = arguments.build_parser()
     for call in commands(page.read_text(encoding="utf-8")):
         words = [word.strip("\"'") for word in call.split()[1:]]
         parser.parse_args(words)

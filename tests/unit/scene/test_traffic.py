@@ -282,4 +282,6 @@ def test_user_models_with_colours_bring_materials(tmp_path):
     fleet = fleet_of(trajectory_of("a"), user_models={"a": path})
     (material,) = fleet.materials
     assert fleet.prototypes[fleet.movers_at(1)[0].prototype].parts[0].material == material
-    np.testing.assert_allclose(fleet.materials[material]["bsdf"]["base_color"]["value"], [0.85, 0, 0])
+    np.testing.assert_allclose(
+        fleet.materials[material]["bsdf"]["base_color"]["value"], [0.85, 0, 0]
+    )
