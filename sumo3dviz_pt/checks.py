@@ -15,10 +15,10 @@ TRIANGLE_BUDGET = 1_500_000
 """Unique triangles per shot that keep the update of a frame below half a CPU-second."""
 
 _COST = {
-    "per_megasample": 1.4,
-    "per_megapixel": 2.2,
-    "per_megatriangle": 0.4,
-    "fixed": 0.3,
+    "per_megasample": 1.0,
+    "per_megapixel": 4.0,
+    "per_megatriangle": 0.6,
+    "fixed": 0.1,
 }
 """CPU-seconds, from `tests/bench/presets.py` on the bundled `ronda`; see docs/internals.md."""
 
@@ -116,7 +116,7 @@ def _forecast(
     seconds += _COST["per_megasample"] * pixels * quality.spp
     if quality.denoise != "none":
         seconds += _COST["per_megapixel"] * pixels
-    memory = 500 + 700 * pixels + 250 * triangles / 1e6
+    memory = 900 + 900 * pixels + 300 * triangles / 1e6
     return {
         "cpu_seconds_per_frame": round(seconds, 1),
         "cpu_hours": round(seconds * frames / 3600, 2),

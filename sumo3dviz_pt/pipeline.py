@@ -175,8 +175,9 @@ def read(
     files = replace(files, additional=files.additional + extra)
     scenario = read_scenario(
         files,
-        begin=None if begin is None else begin - MARGIN,
-        end=None if end is None else end + MARGIN,
+        begin=begin,
+        end=end,
+        margin=MARGIN,
         allow_truncated=job.scenario.allow_truncated,
     )
     return files, scenario, smooth_log(scenario.traffic, smoother=job.motion.smoother)
@@ -221,8 +222,8 @@ def _check_window(scenario: Scenario, times: Floats) -> None:
     log_of = scenario.traffic
     if times[-1] < log_of.begin - 1e-6 or times[0] > log_of.end + 1e-6:
         raise ConfigError(
-            f"{times[0]:g} to {times[-1]:g} s lies outside the log, which runs from"
-            f" {log_of.begin:g} to {log_of.end:g} s",
+            f"no time step lies from {times[0]:g} s to {times[-1]:g} s;"
+            f" the log goes from {log_of.begin:g} s to {log_of.end:g} s",
             key="time",
         )
 

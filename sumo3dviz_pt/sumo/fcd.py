@@ -38,6 +38,7 @@ def read_trajectories(
     *,
     begin: float | None = None,
     end: float | None = None,
+    margin: float = 0.0,
     allow_truncated: bool = False,
 ) -> TrafficLog:
     """Read vehicle logs.
@@ -53,6 +54,7 @@ def read_trajectories(
         paths: Logs that belong together, such as vehicles and persons apart.
         begin: First time to keep [s]; None keeps all from the start.
         end: Last time to keep [s]; None keeps all to the end.
+        margin: What to keep beyond both, for smoothing [s].
         allow_truncated: Use the complete steps of a log that breaks off.
 
     Returns:
@@ -62,7 +64,8 @@ def read_trajectories(
         InputError: If a log is damaged, breaks off, holds no step or none in the
             window, or lacks an attribute that drawing needs.
     """
-    window = (-inf if begin is None else begin, inf if end is None else end)
+    asked = (-inf if begin is None else begin, inf if end is None else end)
+    window = (asked[0] - margin, asked[1] + margin)
     lanes: dict[str, int] = {}
     rows: Rows = {}
     steps: set[float] = set()
@@ -73,7 +76,7 @@ def read_trajectories(
         steps.update(reader.steps)
         _move(reader.rows, rows)
     times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
-    _check_steps(times, window, files)
+    _check_steps(times, window, files, asked=asked)
     return TrafficLog(
         traces=build_traces(rows),
         lane_names=tuple(lanes),
@@ -91,14 +94,20 @@ def _move(source: Rows, target: Rows) -> None:
             target[key].extend(buffer)
 
 
-def _check_steps(times: Floats, window: tuple[float, float], files: list[Path]) -> None:
+def _check_steps(
+    times: Floats,
+    window: tuple[float, float],
+    files: list[Path],
+    *,
+    asked: tuple[float, float],
+) -> None:
     """Refuse a log without steps, or without one in the window."""
     file = files[0] if files else None
     if not len(times):
         raise InputError("the log holds no time step; run the simulation again", file=file)
     if not ((times >= window[0]) & (times <= window[1])).any():
         raise InputError(
-            f"no time step lies from {window[0]:g} s to {window[1]:g} s; "
+            f"no time step lies from {asked[0]:g} s to {asked[1]:g} s; "
             f"the log goes from {times[0]:g} s to {times[-1]:g} s",
             file=file,
         )

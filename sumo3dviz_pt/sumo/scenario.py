@@ -31,6 +31,7 @@ def read_scenario(
     *,
     begin: float | None = None,
     end: float | None = None,
+    margin: float = 0.0,
     allow_truncated: bool = False,
 ) -> Scenario:
     """Read a scenario.
@@ -43,6 +44,7 @@ def read_scenario(
         files: As `find_scenario` gives them.
         begin: First time to keep [s].
         end: Last time to keep [s].
+        margin: What to keep beyond both, for smoothing [s].
         allow_truncated: Use the complete steps of a log that breaks off.
 
     Returns:
@@ -53,7 +55,11 @@ def read_scenario(
     """
     network = read_network(files.network)
     log = read_trajectories(
-        files.trajectories, begin=begin, end=end, allow_truncated=allow_truncated
+        files.trajectories,
+        begin=begin,
+        end=end,
+        margin=margin,
+        allow_truncated=allow_truncated,
     )
     _check_place(log, network, files)
     traces = with_heights(tuple(_typed(trace) for trace in log.traces), network)

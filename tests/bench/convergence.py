@@ -91,10 +91,10 @@ def summary(rows: list[dict[str, Any]]) -> list[str]:
     return lines
 
 
-def slope(rows: list[dict[str, Any]]) -> float:
-    """Of log capped RMSE over log CPU-seconds, raw."""
+def slope(rows: list[dict[str, Any]], over: str) -> float:
+    """Of log capped RMSE over the logarithm of a column, raw."""
     raw = [row for row in rows if row["kind"] == "raw"]
-    x = np.log([row["cpu"] for row in raw])
+    x = np.log([row[over] for row in raw])
     return float(np.polyfit(x, np.log([row["rmse_capped"] for row in raw]), 1)[0])
 
 
@@ -141,7 +141,8 @@ def main() -> None:
     lines = [
         *summary(rows),
         "",
-        f"Slope of capped RMSE over CPU-seconds, raw: {slope(rows):.3f}."
+        f"Slope of capped RMSE, raw: {slope(rows, 'spp'):.3f} over samples,"
+        f" {slope(rows, 'cpu'):.3f} over CPU-seconds."
         f" The reference ({options.reference} spp) is off by {own:.5f} (half against half / 2).",
     ]
     (options.output / "convergence.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
