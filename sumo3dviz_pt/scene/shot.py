@@ -19,6 +19,7 @@ from sumo3dviz_pt.model.scene import (
     Mover,
     Prototype,
     SceneData,
+    Sky,
     Slots,
     StaticPart,
     View,
@@ -143,7 +144,7 @@ def build_shot(
         materials=_materials(place, opened.values(), fleet.materials),
         static=place.static,
         prototypes=opened,
-        lamps=place.signals.lamps,
+        lamps=tuple(replace(lamps, sampled=_is_dark(sky)) for lamps in place.signals.lamps),
         sky=sky,
         slots=crowd.slots,
         haze=Haze(),
@@ -227,6 +228,11 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> needs.
         for key, body in zip(fleet.keys, fleet.bodies, strict=True)
     ]
     return needs.plan_crowd(bodies, frames)
+
+
+def _is_dark(sky: Sky) -> bool:
+    """Whether lamps light anything: after sunset."""
+    return sky.sun_direction is not None and float(sky.sun_direction[2]) < 0.0
 
 
 def _materials(
