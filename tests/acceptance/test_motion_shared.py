@@ -14,7 +14,9 @@ them is asserted to be one of these, and rare:
 * heading: the lane itself turns within 1 m of the front (internal lanes that are short hooks:
   `:47_1_0` of bologna_acosta, `:clusterJ1_J2_2_0` of doerpfeldstr), or SUMO's own angle, the
   chord from rear to front, is more than 60 degrees off its lane at a sample in the window
-  (tight turns of badhersfeld and monaco).
+  (tight turns of badhersfeld and monaco);
+* height: the lane is steeper than 40 % within 4 m, more than any real road (bumps and hairpins
+  of monaco).
 """
 
 from __future__ import annotations
@@ -62,6 +64,7 @@ class Near:
     z: float
     direction: float
     turns: np.ndarray  # directions of all stretches within 1 m more
+    grade: float  # the steepest within 4 m
 
 
 class Ways:
@@ -99,15 +102,18 @@ class Ways:
             shapes = [self.network.lanes[lane].shape for lane in lanes]
             start = np.concatenate([shape[:-1] for shape in shapes])
             step = np.concatenate([np.diff(shape, axis=0) for shape in shapes])
-            self.lines[lanes] = start, step, np.arctan2(step[:, 1], step[:, 0])
-        start, step, directions = self.lines[lanes]
+            length = np.maximum(np.linalg.norm(step[:, :2], axis=1), 1e-9)
+            grades = np.abs(step[:, 2]) / length
+            self.lines[lanes] = start, step, np.arctan2(step[:, 1], step[:, 0]), grades
+        start, step, directions, grades = self.lines[lanes]
         flat = step[:, :2]
         share = ((point[:2] - start[:, :2]) * flat).sum(1) / np.maximum((flat**2).sum(1), 1e-12)
         found = start + np.clip(share, 0, 1)[:, None] * step
         away = np.linalg.norm(found[:, :2] - point[:2], axis=1)
         best = away.argmin()
         turns = directions[away < away[best] + 1.0]
-        return Near(away[best], found[best, 2], directions[best], turns)
+        steepest = grades[away < away[best] + 4.0].max()
+        return Near(away[best], found[best, 2], directions[best], turns, steepest)
 
 
 def angle(difference):
@@ -141,43 +147,78 @@ def frames_of(trace, log):
     return times, motion
 
 
+@dataclass
+class Driven:
+    """A vehicle's samples held against their own lanes."""
+
+    trace: object
+    names: list  # lane of each sample
+    steps: list  # lanes between samples; None for a lane change
+    away: np.ndarray  # [m]
+    askew: np.ndarray  # SUMO's angle against the lane [deg]
+
+    @classmethod
+    def of(cls, trace, log, ways):
+        names = [log.lane_names[index] for index in trace.lanes]
+        own = [ways.near((n,), p) for n, p in zip(names, trace.positions, strict=True)]
+        return cls(
+            trace,
+            names,
+            [ways.between(*pair) for pair in pairwise(names)],
+            np.array([near.distance for near in own]),
+            angle(trace.yaws - np.array([near.direction for near in own])),
+        )
+
+    def changing(self, times):
+        """Which times are within two seconds of a lane change."""
+        changes = np.array([n for n, way in enumerate(self.steps) if way is None], dtype=int)
+        begins, ends = self.trace.times[changes] - 2, self.trace.times[changes + 1] + 2
+        return ((begins <= times[:, None]) & (times[:, None] <= ends)).any(axis=1)
+
+    def lanes(self, i, j):
+        """The way from one sample to another."""
+        way = tuple(dict.fromkeys(lane for step in self.steps[i:j] for lane in step))
+        return way or (self.names[i],)
+
+
 def follow(trace, log, ways, into):
     """Hold one vehicle's frames against its lanes."""
-    names = [log.lane_names[index] for index in trace.lanes]
-    driven = [ways.between(*pair) for pair in pairwise(names)]
-    changes = [n for n, way in enumerate(driven) if way is None]
-    begins, ends = trace.times[changes] - 2, trace.times[[n + 1 for n in changes]] + 2
-    own = [ways.near((n,), p) for n, p in zip(names, trace.positions, strict=True)]
-    away = np.array([near.distance for near in own])
-    askew = angle(trace.yaws - np.array([near.direction for near in own]))
-    into.own_off.extend(askew[trace.speeds > 1.0])
+    driven = Driven.of(trace, log, ways)
+    into.own_off.extend(driven.askew[trace.speeds > 1.0])
     times, motion = frames_of(trace, log)
-    for k in np.flatnonzero(motion.alive):
-        t, speed = times[k], motion.speeds[k]
-        if ((begins <= t) & (t <= ends)).any():
-            into.left_out += 1
-            continue
-        i, j = window(trace.times, t, POSITION)
-        lanes = tuple(dict.fromkeys(lane for way in driven[i:j] for lane in way)) or (names[i],)
-        near = ways.near(lanes, motion.positions[k])
-        excess = near.distance - away[i : j + 1].max()
-        off = angle(motion.yaws[k] - near.direction)
+    changing = driven.changing(times) & motion.alive
+    into.left_out += int(changing.sum())
+    for k in np.flatnonzero(motion.alive & ~changing):
+        i, j = window(trace.times, times[k], POSITION)
+        near = ways.near(driven.lanes(i, j), motion.positions[k])
+        excess = near.distance - driven.away[i : j + 1].max()
+        height = motion.positions[k, 2] - near.z
         into.excess.append(excess)
-        into.height.append(motion.positions[k, 2] - near.z)
-        if speed > 1.0:
-            into.off.append(off)
-        case = (trace.id, round(float(t), 2), round(float(excess), 2), round(float(off), 1))
-        if excess > 1.5:
-            chord = [np.interp(t, trace.times, axis) for axis in trace.positions.T]
-            cut = ways.near(lanes, np.array(chord)).distance
-            turned = np.degrees(np.ptp(np.unwrap(trace.yaws[i : j + 1])))
-            if cut < 0.8 and turned < 75:
-                into.unexplained.append((*case, "distance", cut, turned))
-        if speed > 1.0 and off > 60:
-            first, last = window(trace.times, t, HEADING)
-            hook = angle(motion.yaws[k] - near.turns).min()
-            if hook > 60 and askew[first : last + 1].max() <= 60:
-                into.unexplained.append((*case, "heading", hook))
+        into.height.append(height)
+        case = (trace.id, round(float(times[k]), 2))
+        if motion.speeds[k] > 1.0:
+            into.off.append(angle(motion.yaws[k] - near.direction))
+            if into.off[-1] > 60 and not turning(driven, near, times[k], motion.yaws[k]):
+                into.unexplained.append((*case, "heading", into.off[-1]))
+        if excess > 1.5 and not cornering(driven, ways, times[k]):
+            into.unexplained.append((*case, "distance", excess))
+        if abs(height) > 0.3 and near.grade < 0.4:
+            into.unexplained.append((*case, "height", height))
+
+
+def cornering(driven, ways, t):
+    """Whether the log itself cuts the corner, or turns by more than 75 degrees."""
+    trace = driven.trace
+    i, j = window(trace.times, t, POSITION)
+    chord = np.array([np.interp(t, trace.times, axis) for axis in trace.positions.T])
+    turned = np.degrees(np.ptp(np.unwrap(trace.yaws[i : j + 1])))
+    return ways.near(driven.lanes(i, j), chord).distance > 0.8 or turned > 75
+
+
+def turning(driven, near, t, yaw):
+    """Whether the lane turns into the heading close by, or SUMO's own angle is as far off."""
+    i, j = window(driven.trace.times, t, HEADING)
+    return angle(yaw - near.turns).min() <= 60 or driven.askew[i : j + 1].max() > 60
 
 
 @cache
@@ -235,7 +276,7 @@ def test_nothing_on_wheels_floats_or_sinks(name):
         return
     # The rest are bumps of the network, up to 57 degrees from slope to slope, between two samples.
     assert (height <= 0.3).mean() >= 0.999
-    assert height.max() <= 0.7
+    assert height.max() <= 0.9
 
 
 def test_no_walker_floats_or_sinks():
