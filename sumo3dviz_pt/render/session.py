@@ -198,9 +198,11 @@ class Session:
 
     @property
     def _guide_spp(self) -> int:
-        """Samples of the guide pass: at most 4, or a quarter of the picture's up to 16."""
-        spp = self.settings.quality.spp
-        return min(max(min(spp, 4), spp // 4), 16)
+        """Samples of the guide pass: a quarter of the picture's, between 4 and 16.
+
+        With fewer, haze is noisy where far ground meets the sky.
+        """
+        return min(max(self.settings.quality.spp // 4, 4), 16)
 
     def _guide_plugin(self) -> dict[str, Any]:
         """The integrator that finds distance and hits, and what the denoiser asks for."""
