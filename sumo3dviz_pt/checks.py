@@ -118,7 +118,7 @@ def _forecast(
         seconds += _COST["per_megapixel"] * pixels
     memory = 900 + 900 * pixels + 300 * triangles / 1e6
     return {
-        "cpu_seconds_per_frame": round(seconds, 1),
+        "cpu_seconds_per_frame": round(seconds, 2),
         "cpu_hours": round(seconds * frames / 3600, 2),
         "memory_mb": round(memory),
     }

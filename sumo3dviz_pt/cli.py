@@ -51,9 +51,17 @@ def _hint(options: argparse.Namespace | None) -> str:
     return ""
 
 
+class _Notes(logging.Handler):
+    """Prints warnings as plain sentences to whatever stderr is then."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one."""
+        print(f"{PROGRAM}: note: {record.getMessage()}", file=sys.stderr)
+
+
 def _log_to_stderr() -> None:
     """Show warnings as plain sentences."""
-    logging.basicConfig(level=logging.WARNING, format=f"{PROGRAM}: note: %(message)s", force=True)
+    logging.basicConfig(level=logging.WARNING, handlers=[_Notes()], force=True)
 
 
 def _overrides(options: argparse.Namespace) -> dict[str, str]:
