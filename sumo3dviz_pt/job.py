@@ -27,6 +27,14 @@ def _from_scene_file(path: Path, info: ValidationInfo) -> Path:
 File = Annotated[Path, AfterValidator(_from_scene_file)]
 
 
+def _surface(name: str, info: ValidationInfo) -> str:
+    """Read image files, too, from the scene file's folder."""
+    return str(_from_scene_file(Path(name), info)) if Path(name).suffix else name
+
+
+Surface = Annotated[str, AfterValidator(_surface)]
+
+
 def _listed(value: Any) -> Any:
     """Let a single word stand for a list of one."""
     return value if isinstance(value, list | tuple) or value is None else [value]
@@ -96,14 +104,14 @@ class SkySettings(Settings):
 class GroundSettings(Settings):
     """The ground around the roads."""
 
-    texture: str = Field("ground_grass", description="a surface's name, or an image file")
+    texture: Surface = Field("ground_grass", description="a surface's name, or an image file")
     scale: Positive = Field(1.0, description="enlarges the texture")
 
 
 class EdgeStyle(Settings):
     """Overrides for edges whose id matches a pattern."""
 
-    surface: str | None = Field(None, description="a surface's name, or an image file")
+    surface: Surface | None = Field(None, description="a surface's name, or an image file")
     colour: str | None = Field(None, description="#rrggbb instead of a texture")
     lane_width: Positive | None = Field(None, description="[m]")
     markings: bool | None = Field(None, description="whether lines are painted")
@@ -112,7 +120,7 @@ class EdgeStyle(Settings):
 class RoadSettings(Settings):
     """How roads look."""
 
-    surface: str = Field("asphalt", description="a surface's name, or an image file")
+    surface: Surface = Field("asphalt", description="a surface's name, or an image file")
     colour: str | None = Field(None, description="#rrggbb instead of a texture")
     markings: bool = Field(True, description="whether lines are painted")
     marking_style: Literal["european", "american"] = Field(

@@ -251,3 +251,15 @@ def test_quality_out_of_range():
         quality_preset("draft", spp=0)
     with pytest.raises(ConfigError, match="did you mean 'draft'"):
         quality_preset("draf")
+
+
+def test_image_surfaces_lie_beside_the_scene_file(tmp_path):
+    settings = {
+        "scenario": {"network": "a.net.xml"},
+        "ground": {"texture": "grass.png"},
+        "roads": {"surface": "asphalt", "per_edge": {"a*": {"surface": "maps/own.jpg"}}},
+    }
+    job = make_job(settings, folder=tmp_path)
+    assert job.ground.texture == str(tmp_path / "grass.png")
+    assert job.roads.surface == "asphalt"
+    assert job.roads.per_edge["a*"].surface == str(tmp_path / "maps" / "own.jpg")
