@@ -236,12 +236,16 @@ def _render_frames(
         for count, number in enumerate(missing, start=1):
             at = float(production.times[number])
             rendered = session.render(production.shot.frame_at(at))
-            account = json.dumps(provenance(production, frame=number, time=at), sort_keys=True)
+            account = {
+                **provenance(production, frame=number, time=at),
+                "capped_share": round(rendered.tally.capped_share, 6),
+                "nonfinite": rendered.tally.nonfinite,
+            }
             write_exr(
                 frame_file(folder, number),
                 rendered.radiance,
                 half=production.job.output.half,
-                attributes={PROVENANCE: account},
+                attributes={PROVENANCE: json.dumps(account, sort_keys=True)},
             )
             for phase, seconds in rendered.cpu.items():
                 total[phase] = total.get(phase, 0.0) + seconds

@@ -23,7 +23,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Image
-from sumo3dviz_pt.model.scene import CloudLayer, Colour, Sky
+from sumo3dviz_pt.model.scene import CloudLayer, Sky
 
 CANDELAS_PER_UNIT = 32_000.0
 """Luminance of one scene unit [cd/m^2]: a sunlit white wall is about 1."""
@@ -285,9 +285,3 @@ def horizon_towards(horizon: Image, towards: Floats) -> Floats:
     left = np.floor(place).astype(int)
     right = (place - left)[..., None]
     return np.asarray(horizon[left % columns] * (1 - right) + horizon[(left + 1) % columns] * right)
-
-
-def night_sky(scale: float = 1.0) -> Colour:
-    """A moonless, lightly polluted night sky: about 1e-3 cd/m^2 times `scale`."""
-    unit = 1e-3 / CANDELAS_PER_UNIT * scale
-    return (0.8 * unit, 1.0 * unit, 1.5 * unit)
