@@ -8,12 +8,18 @@ References:
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+
+log = logging.getLogger(__name__)
+
+MOST_CAPPED = 0.02
+"""Share of the energy above which the firefly cap is worth a warning."""
 
 BAD_SHARE = 1e-5
 """Share of pixels that may be NaN or Inf before a frame counts as failed."""
@@ -99,3 +105,18 @@ def frame_seed(seed: int, time: float) -> int:
     microseconds = round(time * 1e6)
     words = [seed, microseconds % 2**32, abs(microseconds) // 2**32, int(microseconds < 0)]
     return int(np.random.SeedSequence(words).generate_state(1)[0])
+
+
+def report(tally: Tally, time: float) -> None:
+    """Log what was counted; a cap that takes much makes the picture too dark."""
+    alarming = tally.capped_share > MOST_CAPPED or tally.nonfinite > 0
+    level = logging.WARNING if alarming else logging.DEBUG
+    log.log(
+        level,
+        "at %g s the firefly cap took %.2f %% of the energy; %d pixel values were not finite,"
+        " %d negative",
+        time,
+        100 * tally.capped_share,
+        tally.nonfinite,
+        tally.negative,
+    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -32,13 +31,8 @@ from sumo3dviz_pt.render.movers import (
     lowest,
 )
 from sumo3dviz_pt.render.paint import register_paint
-from sumo3dviz_pt.render.passes import Accumulator, Tally, frame_seed
+from sumo3dviz_pt.render.passes import Accumulator, Tally, frame_seed, report
 from sumo3dviz_pt.render.skymap import SUN_RADIUS, SkyMap, bake_sky
-
-log = logging.getLogger(__name__)
-
-MOST_CAPPED = 0.02
-"""Share of the energy above which the firefly cap is worth a warning."""
 
 SUN_DISTANCE = 1e6
 """Of the sun's disc: its direction differs by 0.06 degrees over a kilometre [m]."""
@@ -156,7 +150,7 @@ class Session:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
             ) from error
-        _report(accumulator.tally, frame.time)
+        report(accumulator.tally, frame.time)
         with clock.phase("denoise"):
             radiance = self._finish(accumulator.mean(), guides, frame)
         return Rendered(radiance, accumulator.tally, dict(clock.seconds))
@@ -392,21 +386,6 @@ class Session:
                 behind=behind,
             )
         return radiance
-
-
-def _report(tally: Tally, time: float) -> None:
-    """Log what was counted; a cap that takes much makes the picture too dark."""
-    alarming = tally.capped_share > MOST_CAPPED or tally.nonfinite > 0
-    level = logging.WARNING if alarming else logging.DEBUG
-    log.log(
-        level,
-        "at %g s the firefly cap took %.2f %% of the energy; %d pixel values were not finite,"
-        " %d negative",
-        time,
-        100 * tally.capped_share,
-        tally.nonfinite,
-        tally.negative,
-    )
 
 
 def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
