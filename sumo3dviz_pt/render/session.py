@@ -117,7 +117,7 @@ class Session:
     def __exit__(self, *_: object) -> None:
         """Give everything back, so that another session compiles the same kernels."""
         self._scene = self._parameters = self._pool = self._scalar = None
-        self._trace = self._trace_guides = _plain_trace
+        self._trace = self._trace_guides = _trace
         self._fixed = {}
         self._materials = Materials({})
         gc.collect()
@@ -295,18 +295,9 @@ class Session:
             self._far.update(parameters, frame)
         for lamps in self.data.lamps:
             radiance = frame.lamps[lamps.id][lamps.lamp_of_face]
-            key = f"lamps_{lamps.id}.emitter.radiance.{convert.RADIANCE_ATTRIBUTE}"
-            convert.overwrite(parameters, self._radiance_key(lamps, key), radiance)
+            key = f"lamps_{lamps.id}.{convert.RADIANCE_ATTRIBUTE}"
+            convert.overwrite(parameters, key, radiance)
         parameters.update()
-
-    def _radiance_key(self, lamps: LampSet, guess: str) -> str:
-        """Name of a lamp set's radiance among the scene's parameters."""
-        if guess in self._parameters:
-            return guess
-        ending = f".{convert.RADIANCE_ATTRIBUTE}"
-        start = f"lamps_{lamps.id}."
-        names = [name for name in self._parameters.keys() if name.startswith(start)]  # noqa: SIM118
-        return next(str(name) for name in names if name.endswith(ending))
 
     def _recentre(self, origin: Floats) -> None:
         """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
@@ -321,7 +312,7 @@ class Session:
     def _tracer(self) -> Callable[..., Any]:
         """The function that renders: recorded once for a film."""
         if not (self.settings.frozen and self.backend.jit):
-            return _plain_trace
+            return _trace
         frozen: Callable[..., Any] = dr.freeze(_trace)
         return frozen
 
@@ -389,10 +380,5 @@ class Session:
 
 
 def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
-    """One pass; frozen, it replays the same kernels with new data."""
-    return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)
-
-
-def _plain_trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
-    """One pass, recorded anew."""
+    """One pass; as a frozen function it replays the same kernels with new data."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

@@ -82,4 +82,5 @@ def test_projection_lands_on_the_surface():
 
 
 def test_mesh_of_vertices_is_valid():
-    Mesh(*implicit.dual_contour(cube, axes(0.3)))
+    mesh = Mesh(*implicit.dual_contour(cube, axes(0.3)))
+    assert len(mesh.faces) and np.isfinite(mesh.vertices).all()
