@@ -311,7 +311,10 @@ class Quality(Settings):
     rr_depth: int = Field(2, ge=1, le=64, description="path length from which roulette may end it")
     denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
     guides: bool = Field(True, description="albedo and normals guide the denoiser")
-    cap: float | None = Field(40.0, description="firefly cap per pass, x white; null is none")
+    cap: float | None = Field(40.0, description="firefly cap per sample, x white; null is none")
+    sampler: Literal["multijitter", "independent"] = Field(
+        "multijitter", description="how samples spread; independent is for references"
+    )
     haze: bool = Field(True, description="aerial perspective")
     purpose: str = Field("", description="what it is for")
 

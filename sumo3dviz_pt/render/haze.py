@@ -14,23 +14,6 @@ from sumo3dviz_pt.model.scene import Haze, View
 from sumo3dviz_pt.render.skymap import horizon_towards
 
 
-def pixel_directions(view: View, size: tuple[int, int]) -> Floats:
-    """World direction through every pixel's centre, unit, (h, w, 3).
-
-    Args:
-        view: The camera.
-        size: Width, height [px].
-    """
-    width, height = size
-    half = np.tan(view.fov / 2)
-    across = half * (1 - 2 * (np.arange(width) + 0.5) / width)
-    up = half * (height / width) * (1 - 2 * (np.arange(height) + 0.5) / height)
-    rays = np.ones((height, width, 3))
-    rays[..., 1], rays[..., 2] = across[None, :], up[:, None]
-    rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-    return rays @ view.world_from_camera.matrix[:3, :3].T
-
-
 def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind: Floats) -> Image:
     """Lay haze between the camera and what it sees.
 
@@ -52,4 +35,4 @@ def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind:
 
 def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Floats:
     """Horizon radiance in each pixel's direction, (h, w, 3)."""
-    return horizon_towards(horizon, pixel_directions(view, size))
+    return horizon_towards(horizon, view.directions(size))

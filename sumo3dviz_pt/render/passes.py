@@ -3,7 +3,7 @@
 References:
     facts/denoising.md, section 5: one NaN or Inf spoils a quarter of a denoised
     picture, and a few sun-glint paths own its mean; a colour-preserving cap of 40 x
-    white on passes of few samples costs 0.2 % of the energy by day.
+    white on samples costs 0.2 % of the energy by day.
 """
 
 from __future__ import annotations
@@ -49,55 +49,73 @@ class Tally:
         return self.capped / self.energy if self.energy > 0 else 0.0
 
 
+def capped(radiance: Image, limit: float) -> tuple[Image, Image]:
+    """Cut a pass to a limit without changing its hues.
+
+    Args:
+        radiance: (h, w, 3).
+        limit: Highest channel value that may stay; inf for no cap.
+
+    Returns:
+        What stays and what is lost, (h, w, 3) each.
+    """
+    peak = radiance.max(axis=-1, keepdims=True)
+    # NaN and Inf come out as NaN and are counted later.
+    with np.errstate(invalid="ignore"):
+        kept = radiance * np.minimum(1.0, limit / np.maximum(peak, 1e-30))
+        return kept, radiance - kept
+
+
 @dataclass(slots=True)
 class Accumulator:
     """Averages passes of one frame.
 
     Attributes:
-        limit: Highest channel value that a pass may hold; inf for no cap.
-        exempt: Pixels that see an emitter directly, (h, w); never capped.
+        exempt: Pixels that see an emitter directly, (h, w), where the cap does not count.
         tally: What was found so far.
     """
 
-    limit: float
     exempt: Bools | None = None
     tally: Tally = field(default_factory=Tally)
-    _total: Floats | None = None
+    _kept: Floats | None = None
+    _lost: Floats | None = None
 
-    def add(self, radiance: Image) -> None:
-        """Add one pass, (h, w, 3)."""
-        values = np.array(radiance, dtype=np.float64)
-        broken = ~np.isfinite(values).all(axis=-1)
+    def add(self, radiance: Image, lost: Image | None = None) -> None:
+        """Add one pass and what the cap took from it, (h, w, 3) each."""
+        kept = np.array(radiance, dtype=np.float64)
+        gone = np.zeros_like(kept) if lost is None else np.array(lost, dtype=np.float64)
+        broken = ~(np.isfinite(kept) & np.isfinite(gone)).all(axis=-1)
         self.tally.nonfinite += int(broken.sum())
-        self.tally.negative += int(((values < 0).any(axis=-1) & ~broken).sum())
-        values[broken] = 0.0
-        np.maximum(values, 0.0, out=values)
-        peak = values.max(axis=-1)
-        over = peak > self.limit
-        if self.exempt is not None:
-            over &= ~self.exempt
-        self.tally.energy += float(values.sum())
-        before = float(values[over].sum())
-        values[over] *= (self.limit / peak[over])[:, None]
-        self.tally.capped += before - float(values[over].sum())
+        self.tally.negative += int(((kept < 0).any(axis=-1) & ~broken).sum())
+        kept[broken] = gone[broken] = 0.0
+        np.maximum(kept, 0.0, out=kept)
+        self.tally.energy += float(kept.sum() + gone.sum())
+        self.tally.capped += float(gone.sum() if self.exempt is None else gone[~self.exempt].sum())
         self.tally.passes += 1
-        self._total = values if self._total is None else self._total + values
+        self._kept = kept if self._kept is None else self._kept + kept
+        self._lost = gone if self._lost is None else self._lost + gone
 
-    def mean(self) -> Image:
-        """The picture so far, (h, w, 3).
+    def means(self) -> tuple[Image, Image]:
+        """The capped picture so far and what the cap took everywhere, (h, w, 3) each.
 
         Raises:
-            RenderError: If too many pixels were NaN or Inf.
+            RenderError: If there was no pass, or too many pixels were NaN or Inf.
         """
-        if self._total is None:
+        if self._kept is None or self._lost is None:
             raise RenderError("no pass was rendered")
-        pixels = self._total.shape[0] * self._total.shape[1]
-        if self.tally.nonfinite > BAD_SHARE * pixels * self.tally.passes:
+        pixels, passes = self._kept.shape[0] * self._kept.shape[1], self.tally.passes
+        if self.tally.nonfinite > BAD_SHARE * pixels * passes:
             raise RenderError(
-                f"{self.tally.nonfinite} pixel values of {self.tally.passes} passes are NaN or"
+                f"{self.tally.nonfinite} pixel values of {passes} passes are NaN or"
                 " infinite; this is a fault of the scene's materials or of the renderer"
             )
-        return np.asarray(self._total / self.tally.passes, dtype=np.float32)
+        kept, lost = self._kept / passes, self._lost / passes
+        return kept.astype(np.float32), lost.astype(np.float32)
+
+    def mean(self) -> Image:
+        """The picture so far, uncapped where exempt; errors as in `means`."""
+        kept, lost = self.means()
+        return kept if self.exempt is None else np.where(self.exempt[..., None], kept + lost, kept)
 
 
 def frame_seed(seed: int, time: float) -> int:

@@ -6,7 +6,7 @@ import gc
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import drjit as dr
@@ -19,8 +19,10 @@ from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
 from sumo3dviz_pt.model.scene import FrameState, LampSet, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.backend import Backend
+from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, register_capped
 from sumo3dviz_pt.render.compound import Lump, lumps
 from sumo3dviz_pt.render.denoise import denoise
+from sumo3dviz_pt.render.entries import SUN_DISTANCE, sensor_entry, sky_entry, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.movers import (
     FAR,
@@ -31,11 +33,8 @@ from sumo3dviz_pt.render.movers import (
     lowest,
 )
 from sumo3dviz_pt.render.paint import register_paint
-from sumo3dviz_pt.render.passes import Accumulator, Tally, frame_seed, report
-from sumo3dviz_pt.render.skymap import SUN_RADIUS, SkyMap, bake_sky
-
-SUN_DISTANCE = 1e6
-"""Of the sun's disc: its direction differs by 0.06 degrees over a kilometre [m]."""
+from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, report
+from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +71,31 @@ class Rendered:
     cpu: dict[str, float]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """One frame before denoiser and haze.
+
+    Attributes:
+        capped: Mean of the capped samples, (h, w, 3).
+        lost: What the cap took, (h, w, 3): added to `capped` it gives the plain mean.
+        radiance: `capped`, but plain where an emitter is seen directly, (h, w, 3).
+        guides: By name: `depth` x share of hits [m], `hit`, `albedo`, `normal`; as needed.
+        tally: As in `Rendered`.
+    """
+
+    capped: Image
+    lost: Image
+    radiance: Image
+    guides: dict[str, Image]
+    tally: Tally
+
+    @property
+    def distance(self) -> Image:
+        """Of what each pixel sees, along its ray, (h, w) [m]; inf where it is the sky."""
+        hit = self.guides["hit"]
+        return np.where(hit > 0.5, self.guides["depth"] / np.maximum(hit, 1e-6), np.inf)
+
+
 @dataclass(slots=True)
 class _Clock:
     """Adds up CPU-seconds by phase."""
@@ -96,6 +120,7 @@ class Session:
         with self.clock.phase("load"):
             if backend.jit:
                 register_paint()
+                register_capped()
             self.sky: SkyMap = bake_sky(scene.sky)
             self._materials = Materials(scene.materials)
             self._static = lumps([part.part for part in scene.static], scene.materials)
@@ -103,12 +128,11 @@ class Session:
             self._far = FarTraffic(scene, floor=floor)
             self._pool = InstancePool(scene, self._materials, floor=floor) if backend.jit else None
             self._scalar = None if backend.jit else ScalarMovers(scene, self._materials)
-            self._fixed = self._fixed_entries()
+            self._lights: dict[str, Any] = {"sky": sky_entry(self.sky), **sun_entry(self.sky)}
+            self._use_quality()
         self._scene: Any = None
         self._parameters: Any = None
         self._origin: Floats | None = None
-        # One recording each: a shared one is recorded anew at every change of integrator.
-        self._trace, self._trace_guides = self._tracer(), self._tracer()
 
     def __enter__(self) -> Session:
         """Start to use the scene."""
@@ -118,7 +142,7 @@ class Session:
         """Give everything back, so that another session compiles the same kernels."""
         self._scene = self._parameters = self._pool = self._scalar = None
         self._trace = self._trace_guides = _trace
-        self._fixed = {}
+        self._lights = {}
         self._materials = Materials({})
         gc.collect()
 
@@ -134,6 +158,14 @@ class Session:
         Raises:
             RenderError: If the frame cannot be rendered or holds too many NaNs.
         """
+        samples = self.samples(frame, after_pass=after_pass)
+        radiance = self.finish(samples, frame)
+        return Rendered(radiance, samples.tally, dict(self.clock.seconds))
+
+    def samples(
+        self, frame: FrameState, *, after_pass: Callable[[int, int], None] | None = None
+    ) -> Samples:
+        """Trace one frame; arguments and errors as in `render`."""
         clock = self.clock
         # Loading is charged to the first frame only.
         loading = clock.seconds.get("load", 0.0) if self._scene is None else 0.0
@@ -145,46 +177,69 @@ class Session:
             with clock.phase("guides"):
                 guides = self._guides(seed)
             with clock.phase("render"):
-                accumulator = self._passes(seed, guides, after_pass)
+                sum_of = self._passes(seed, guides, after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
             ) from error
-        report(accumulator.tally, frame.time)
-        with clock.phase("denoise"):
-            radiance = self._finish(accumulator.mean(), guides, frame)
-        return Rendered(radiance, accumulator.tally, dict(clock.seconds))
+        report(sum_of.tally, frame.time)
+        return Samples(*sum_of.means(), sum_of.mean(), guides, sum_of.tally)
+
+    def finish(self, samples: Samples, frame: FrameState, *, denoiser: str | None = None) -> Image:
+        """Denoise, then lay haze over the picture.
+
+        Args:
+            samples: From `samples`.
+            frame: The same frame.
+            denoiser: Instead of the quality's.
+
+        Returns:
+            Radiance, (h, w, 3).
+        """
+        denoiser, radiance = denoiser or self.settings.quality.denoise, samples.radiance
+        guides = samples.guides
+        with self.clock.phase("denoise"):
+            if denoiser != "none":
+                albedo, normal = guides.get("albedo"), guides.get("normal")
+                radiance = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
+            return self.hazed(radiance, guides, frame)
+
+    def hazed(self, radiance: Image, guides: dict[str, Image], frame: FrameState) -> Image:
+        """A picture with the scene's haze, if quality and scene have any, (h, w, 3)."""
+        if self.data.haze is None or not self.settings.quality.haze:
+            return radiance
+        behind = horizon_behind(self.sky.horizon, frame.view, self.settings.size)
+        return apply_haze(
+            radiance, self.data.haze, depth=guides["depth"], hit=guides["hit"], behind=behind
+        )
+
+    def retune(self, quality: Quality, *, seed: int) -> None:
+        """Go on with another quality and seed; only another sampler loads the scene anew."""
+        before = self.settings.quality
+        self.settings = replace(self.settings, quality=quality, seed=seed)
+        if quality == before:
+            return
+        self._use_quality()
+        if quality.sampler != before.sampler:
+            self._scene = None
 
     # Building -----------------------------------------------------------------------------
 
-    def _fixed_entries(self) -> dict[str, Any]:
-        """Everything of the scene but movers and places."""
-        quality, (width, height) = self.settings.quality, self.settings.size
-        film = {
-            "type": "hdrfilm",
-            "width": width,
-            "height": height,
-            "component_format": "float32",
-            # OIDN needs uncorrelated pixels; every filter but the box splats.
-            "rfilter": {"type": "box"},
-        }
-        sensor = {"type": "perspective", "fov": 50.0, "near_clip": 0.05, "far_clip": 1e7}
-        sampler = {"type": "multijitter", "sample_count": self._pass_spp}
-        self._integrator = mi.load_dict(
-            {"type": "path", "max_depth": quality.max_depth, "rr_depth": quality.rr_depth}
-        )
+    def _use_quality(self) -> None:
+        """Make integrators, sensors and the functions that trace."""
+        quality = self.settings.quality
+        path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
+        in_kernel = self.backend.jit and quality.cap is not None
+        self._integrator = capped_integrator(path, self._limit) if in_kernel else path
         self._guide_integrator = mi.load_dict(self._guide_plugin())
-        return {
-            "type": "scene",
-            "sensor": {**sensor, "film": {**film, "pixel_format": "rgb"}, "sampler": sampler},
-            "guide": {
-                **sensor,
-                "film": {**film, "pixel_format": "rgba"},
-                "sampler": {"type": "multijitter", "sample_count": self._guide_spp},
-            },
-            "sky": self._emitter(),
-            **self._sun(),
-        }
+        # One recording each: a shared one is recorded anew at every change of integrator.
+        self._trace, self._trace_guides = self._tracer(), self._tracer()
+
+    @property
+    def _limit(self) -> float:
+        """Highest channel value of a sample."""
+        cap = self.settings.quality.cap
+        return np.inf if cap is None else cap * self.settings.white
 
     @property
     def _pass_spp(self) -> int:
@@ -212,39 +267,6 @@ class Session:
             return depth
         return {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
 
-    def _emitter(self) -> Any:
-        """The baked sky as an environment map; its columns already run clockwise from north."""
-        radiance = np.ascontiguousarray(self.sky.radiance, np.float32)
-        return mi.load_dict(
-            {
-                "type": "envmap",
-                "bitmap": mi.Bitmap(radiance),
-                # Mitsuba's maps are y-up and put their first column at -z.
-                "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
-            }
-        )
-
-    def _sun(self) -> dict[str, Any]:
-        """The sun as a disc so far away that its direction is the same everywhere."""
-        if self.sky.sun is None:
-            return {}
-        place = self.sky.sun.direction * SUN_DISTANCE
-        up = [0.0, 0.0, 1.0] if abs(place[2]) < 0.9 * SUN_DISTANCE else [0.0, 1.0, 0.0]
-        towards_us = mi.ScalarTransform4f().look_at(
-            origin=place.tolist(), target=[0.0, 0.0, 0.0], up=up
-        )
-        size = float(SUN_DISTANCE * np.tan(SUN_RADIUS))
-        radiance = {"type": "rgb", "value": self.sky.sun.radiance.tolist()}
-        return {
-            "sun": mi.load_dict(
-                {
-                    "type": "disk",
-                    "to_world": towards_us @ mi.ScalarTransform4f().scale(size),
-                    "emitter": {"type": "area", "radiance": radiance},
-                }
-            )
-        }
-
     def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
         """A static mesh relative to an origin."""
         mesh = Mesh(lump.mesh.vertices - origin, lump.mesh.faces, lump.mesh.normals, lump.mesh.uvs)
@@ -255,7 +277,13 @@ class Session:
         """Put the scene together around a frame's origin."""
         origin = frame.origin
         self._scene = self._parameters = None
-        entries = dict(self._fixed)
+        size, sampler = self.settings.size, self.settings.quality.sampler
+        entries = {
+            "type": "scene",
+            "sensor": sensor_entry(size, pixels="rgb", sampler=sampler, spp=self._pass_spp),
+            "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=self._guide_spp),
+            **self._lights,
+        }
         for number, lump in enumerate(self._static):
             entries[f"static_{number}"] = self._place(lump, number, origin)
         for lamps in self.data.lamps:
@@ -344,39 +372,23 @@ class Session:
         after_pass: Callable[[int, int], None] | None,
     ) -> Accumulator:
         """Render all passes of a frame."""
-        quality = self.settings.quality
-        limit = np.inf if quality.cap is None else quality.cap * self.settings.white
         exempt = guides["hit"] < 1.0 if guides else None
-        accumulator = Accumulator(limit, exempt)
-        count = -(-quality.spp // self._pass_spp)
+        accumulator = Accumulator(exempt)
+        count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
             part = self._seed(seed + 0x9E3779B9 * number)
             image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part)
-            accumulator.add(np.array(image, dtype=np.float32)[..., :3])
+            accumulator.add(*self._split(np.array(image, dtype=np.float32)))
             if after_pass is not None:
                 after_pass(number + 1, count)
         return accumulator
 
-    def _finish(self, radiance: Image, guides: dict[str, Image], frame: FrameState) -> Image:
-        """Denoise, then lay haze over the picture."""
-        quality = self.settings.quality
-        if quality.denoise != "none":
-            radiance = denoise(
-                radiance,
-                quality=quality.denoise,
-                albedo=guides.get("albedo"),
-                normal=guides.get("normal"),
-            )
-        if self.data.haze is not None and quality.haze:
-            behind = horizon_behind(self.sky.horizon, frame.view, self.settings.size)
-            radiance = apply_haze(
-                radiance,
-                self.data.haze,
-                depth=guides["depth"],
-                hit=guides["hit"],
-                behind=behind,
-            )
-        return radiance
+    def _split(self, image: Image) -> tuple[Image, Image]:
+        """A pass as what stays and what the cap took; scalar variants cap whole passes."""
+        if image.shape[-1] == 6:
+            return image[..., :3], image[..., 3:]
+        limit = np.inf if self.backend.jit else self._limit
+        return capped(image[..., :3], limit)
 
 
 def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
