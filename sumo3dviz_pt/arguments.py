@@ -35,6 +35,8 @@ def build_parser() -> argparse.ArgumentParser:
         _add_still,
         _add_render,
         _add_develop,
+        _add_converge,
+        _add_report,
         _add_doctor,
     ):
         add(commands)
@@ -64,6 +66,19 @@ def _add_check(commands: Any) -> None:
     sub = commands.add_parser("check", help="validate a scene; say what it holds and leaves out")
     sub.add_argument("scene", type=Path)
     sub.add_argument("--json", action="store_true", help="as JSON")
+    sub.add_argument(
+        "--stress", action="store_true", help="render the scene's edges and judge every picture"
+    )
+    sub.add_argument("--camera", help="whose shot --stress starts from [the first shot's]")
+    sub.add_argument("--time", type=float, help="its time, SUMO's [s; the shot's first]")
+    sub.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="CASE",
+        help='run only these cases of --stress, such as "sun*"',
+    )
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
     _add_overrides(sub)
 
 
@@ -102,6 +117,26 @@ def _add_develop(commands: Any) -> None:
     sub.add_argument("--tone", help="tone curve instead of the stored one")
     sub.add_argument("--fps", type=float, default=25.0, help="frames per second [25]")
     sub.add_argument("--codec", default="h264", help="video codec [h264]")
+
+
+def _add_report(commands: Any) -> None:
+    sub = commands.add_parser("report", help="a film's frames in figures, or two films compared")
+    sub.add_argument("frames", type=Path, help="folder of frames, or the film beside it")
+    sub.add_argument("--against", type=Path, help="frames of the same times to compare with")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="folder for the report")
+
+
+def _add_converge(commands: Any) -> None:
+    sub = commands.add_parser("converge", help="error against run time of this very scene")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="folder of the report")
+    sub.add_argument("--camera", help="a name from the scene's cameras")
+    sub.add_argument("--size", type=_size, default=(480, 270), help="WxH [480x270]")
+    sub.add_argument("--top", type=int, default=64, help="most samples that are judged [64]")
+    sub.add_argument("--budget", type=float, metavar="SECONDS", help="begin nothing after it")
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    _add_overrides(sub)
 
 
 def _add_doctor(commands: Any) -> None:

@@ -116,12 +116,16 @@ def _forecast(
     seconds += _COST["per_megasample"] * pixels * quality.spp
     if quality.denoise != "none":
         seconds += _COST["per_megapixel"] * pixels
-    memory = 900 + 900 * pixels + 300 * triangles / 1e6
     return {
         "cpu_seconds_per_frame": round(seconds, 2),
         "cpu_hours": round(seconds * frames / 3600, 2),
-        "memory_mb": round(memory),
+        "memory_mb": round(memory_forecast(pixels, triangles)),
     }
+
+
+def memory_forecast(megapixels: float, triangles: int) -> float:
+    """Memory that a picture needs at its peak [MB]."""
+    return 900 + 900 * megapixels + 300 * triangles / 1e6
 
 
 def in_words(report: dict[str, Any]) -> str:

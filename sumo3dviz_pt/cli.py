@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import logging
+import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
@@ -29,6 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _log_to_stderr()
     try:
         options = build_parser().parse_args(arguments)
+        options.line = shlex.join([PROGRAM, *(sys.argv[1:] if arguments is None else arguments)])
         return _COMMANDS[options.command](options)
     except (InputError, ConfigError) as error:
         return _complain(error, 2)
@@ -145,8 +147,33 @@ def _check(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.checks import check_scene, in_words
     from sumo3dviz_pt.jobfile import load_job
 
+    if options.stress:
+        return _stress(options)
     report = check_scene(load_job(options.scene, _overrides(options)))
     print(json.dumps(report, indent=1) if options.json else in_words(report))
+    return 0
+
+
+def _stress(options: argparse.Namespace) -> int:
+    """Put a scene under stress; 1 if a case fails."""
+    import json
+
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.report.stress import StressOrder, chosen, put_under_stress
+    from sumo3dviz_pt.report.stress_report import in_words
+
+    cases = chosen(options.only)
+    with _progress() as show, _without_notes():
+        report = put_under_stress(
+            load_job(options.scene, _overrides(options)),
+            StressOrder(options.camera, options.time, options.variant),
+            cases=cases,
+            on_case=lambda news: show(news.name, news.done, news.total, news.seconds_left),
+        )
+    print(json.dumps(report.as_dict(), indent=1) if options.json else in_words(report))
+    failed = report.count("failed")
+    if failed:
+        return _complain(f"{failed} of {len(report.outcomes)} cases failed", 1)
     return 0
 
 
@@ -239,6 +266,43 @@ def _develop(options: argparse.Namespace) -> int:
     return 0
 
 
+def _report(options: argparse.Namespace) -> int:
+    """Look at a film's frames, or compare two films."""
+    from sumo3dviz_pt.report.compare import report_film
+
+    with _progress() as show:
+        page = report_film(
+            options.frames,
+            options.output,
+            against=options.against,
+            on_frame=lambda *news: show(options.frames.name, *news),
+        )
+    print(f"wrote {page}")
+    return 0
+
+
+def _converge(options: argparse.Namespace) -> int:
+    """Measure error against run time."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import Request
+    from sumo3dviz_pt.report.converge import Order, converge
+
+    job = load_job(options.scene, _overrides(options))
+    request = Request(options.camera, size=options.size, variant=options.variant)
+    order = Order(
+        options.output,
+        options.time,
+        scene=options.scene.resolve().parent.name,
+        command=options.line,
+        budget=options.budget,
+        top=options.top,
+    )
+    with _progress() as show:
+        page = converge(job, request, order, on_step=show)
+    print(f"wrote {page}")
+    return 0
+
+
 def _doctor(_: argparse.Namespace) -> int:
     """Look at the installation."""
     from sumo3dviz_pt.doctor import examine
@@ -246,6 +310,18 @@ def _doctor(_: argparse.Namespace) -> int:
     healthy, lines = examine()
     print("\n".join(lines))
     return 0 if healthy else 1
+
+
+@contextmanager
+def _without_notes() -> Iterator[None]:
+    """Keep notes back where a report says the same, and a note a picture would bury it."""
+    ours = logging.getLogger("sumo3dviz_pt")
+    before = ours.level
+    ours.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        ours.setLevel(before)
 
 
 @contextmanager
@@ -281,6 +357,8 @@ _COMMANDS: Mapping[str, Callable[[argparse.Namespace], int]] = {
     "still": _still,
     "render": _render,
     "develop": _develop,
+    "converge": _converge,
+    "report": _report,
     "doctor": _doctor,
 }
 

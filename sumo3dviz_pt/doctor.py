@@ -14,7 +14,7 @@ def examine() -> tuple[bool, list[str]]:
     lines = [f"Python      {platform.python_version()} on {platform.platform()}"]
     lines += [f"{name:<11} {version}" for name, version in versions().items()]
     lines.append(f"CPU threads {os.cpu_count()}")
-    memory = _memory()
+    memory = physical_memory()
     if memory:
         lines.append(f"memory      {memory / 2**30:.1f} GiB")
     healthy, about_renderer = _renderer()
@@ -24,7 +24,7 @@ def examine() -> tuple[bool, list[str]]:
     return healthy and encodes, lines
 
 
-def _memory() -> int:
+def physical_memory() -> int:
     """Physical memory [bytes], or 0 where the system does not say."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

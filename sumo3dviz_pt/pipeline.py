@@ -246,6 +246,14 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
         yield session
 
 
+def renderer_names(session: Session) -> dict[str, str]:
+    """Mitsuba's variant and the compiler behind it, by the names of a report's columns."""
+    from sumo3dviz_pt.render.backend import llvm_description
+
+    variant = session.backend.variant
+    return {"variant": variant, "llvm": llvm_description() if "llvm" in variant else ""}
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Still:
     """A picture.

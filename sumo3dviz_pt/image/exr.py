@@ -102,3 +102,21 @@ def read_exr(path: Path) -> tuple[Image, dict[str, str]]:
         raise InputError("holds no R, G and B channels", file=path)
     strings = {key: value for key, value in header.items() if isinstance(value, str)}
     return np.ascontiguousarray(pixels[..., :3]), strings
+
+
+def read_attributes(path: Path) -> dict[str, str]:
+    """Read a frame's string attributes alone, without its pixels.
+
+    Raises:
+        InputError: If the file is missing or damaged.
+    """
+    import OpenEXR
+
+    if not path.is_file():
+        raise InputError("no such file", file=path)
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            header = dict(file.header())
+    except RuntimeError as error:
+        raise InputError(f"not a readable OpenEXR file ({error})", file=path) from error
+    return {key: value for key, value in header.items() if isinstance(value, str)}

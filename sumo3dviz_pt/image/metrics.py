@@ -2,21 +2,43 @@
 
 Plain RMSE of path-traced radiance does not converge: one sun glint can own it.
 So radiance errors here are capped, or relative and trimmed; pictures are compared
-by PSNR and FLIP.
+by PSNR, SSIM and FLIP.
 
 References:
     Andersson et al., "FLIP: a difference evaluator for alternating images",
     HPG 2020, doi:10.1145/3406183.
+    Andersson et al., "Visualizing errors in rendered high dynamic range images",
+    Eurographics Short Papers 2021, doi:10.2312/egs.20211015 (HDR-FLIP).
+    Wang et al., "Image quality assessment: from error visibility to structural
+    similarity", IEEE TIP 2004, doi:10.1109/TIP.2003.819861 (SSIM).
     Rousselle et al., "Adaptive sampling and reconstruction using greedy error
     minimization", TOG 2011, doi:10.1145/2070781.2024193 (relative MSE).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.ndimage import gaussian_filter
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+
+_LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Of linear sRGB primaries (IEC 61966-2-1); on encoded values it is the luma of BT.709."""
+
+_SSIM_RADIUS = 5
+"""Of SSIM's 11 x 11 window [px]."""
+
+_BRIGHTEST = 1e6
+"""Radiance above this counts as this: single precision squares it in FLIP's tone curve."""
+
+_DARKEST = 1e-6
+"""Luminance up to this counts as black for HDR-FLIP's exposures."""
+
+_MOST_STOPS = 10.0
+"""HDR-FLIP's darkest exposure lies at most this far below its brightest [EV]."""
 
 
 def _same_shape(image: Image, reference: Image) -> None:
@@ -65,10 +87,54 @@ def psnr(image: Image, reference: Image) -> float:
     return float("inf") if mse == 0 else float(-10.0 * np.log10(mse))
 
 
-def mean_bias(image: Image, reference: Image) -> float:
-    """Relative difference of the mean radiance; 0 is none."""
+def ssim(image: Image, reference: Image) -> float:
+    """Structural similarity of pictures, [-1, 1]; 1 if their luma is equal.
+
+    Wang et al. 2004, doi:10.1109/TIP.2003.819861: Gaussian window of 11 x 11 px and
+    sigma 1.5, K1 = 0.01, K2 = 0.03, the mean over windows that lie wholly inside. A
+    side of 10 px or less has no such window; there the picture is mirrored instead.
+
+    Args:
+        image: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        reference: Likewise.
+    """
     _same_shape(image, reference)
-    return float(image.mean(dtype=np.float64) / reference.mean(dtype=np.float64) - 1.0)
+    x, y = (picture.astype(np.float64) @ _LUMINANCE for picture in (image, reference))
+    mean_x, mean_y = _windowed(x), _windowed(y)
+    var_x, var_y = _windowed(x * x) - mean_x**2, _windowed(y * y) - mean_y**2
+    covariance = _windowed(x * y) - mean_x * mean_y
+    c1, c2 = 0.01**2, 0.03**2
+    light = (2 * mean_x * mean_y + c1) / (mean_x**2 + mean_y**2 + c1)
+    structure = (2 * covariance + c2) / (var_x + var_y + c2)
+    cut = tuple(
+        slice(_SSIM_RADIUS, -_SSIM_RADIUS) if side > 2 * _SSIM_RADIUS else slice(None)
+        for side in x.shape
+    )
+    return float(np.clip((light * structure)[cut].mean(), -1.0, 1.0))
+
+
+def _windowed(values: Floats) -> Floats:
+    """Mean of each pixel's SSIM window, (h, w)."""
+    return np.asarray(gaussian_filter(values, 1.5, radius=_SSIM_RADIUS), dtype=np.float64)
+
+
+def mean_bias(image: Image, reference: Image, *, exempt: Bools | None = None) -> float:
+    """Relative difference of the mean radiance; 0 is none, NaN if no pixel is left.
+
+    Args:
+        image: Radiance, (h, w, 3).
+        reference: Radiance, (h, w, 3).
+        exempt: Pixels to leave out, (h, w): those that see emitters directly, which
+            hold most of the energy by night and none of the transport.
+    """
+    _same_shape(image, reference)
+    kept = np.ones(image.shape[:2], dtype=bool) if exempt is None else ~exempt
+    if not kept.any():
+        return float("nan")
+    found, truth = (float(picture[kept].mean(dtype=np.float64)) for picture in (image, reference))
+    if truth == 0.0:
+        return 0.0 if found == 0.0 else float("inf")
+    return found / truth - 1.0
 
 
 def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> Image:
@@ -80,23 +146,85 @@ def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0)
         pixels_per_degree: Of visual angle; 67 is a 4K screen of 0.7 m at 0.7 m.
 
     Raises:
-        ConfigError: If the package flip-evaluator (extra `test`) is missing.
+        ConfigError: If the package flip-evaluator (extra `report`) is missing.
     """
-    _same_shape(image, reference)
-    try:
-        import flip_evaluator
-    except ImportError as error:
-        raise ConfigError("FLIP needs the package flip-evaluator: extra `test`") from error
-    error_map, _, _ = flip_evaluator.evaluate(
-        np.ascontiguousarray(reference, dtype=np.float32),
-        np.ascontiguousarray(image, dtype=np.float32),
-        "LDR",
-        applyMagma=False,
-        parameters={"ppd": pixels_per_degree},
-    )
-    return np.asarray(error_map, dtype=np.float32).reshape(image.shape[:2])
+    return _evaluated("LDR", image, reference, {"ppd": pixels_per_degree})
 
 
 def flip(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
     """Mean FLIP error, [0, 1]; arguments and errors as in `flip_map`."""
     return float(flip_map(image, reference, pixels_per_degree=pixels_per_degree).mean())
+
+
+def flip_p99(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
+    """FLIP error that 1 % of the pixels exceed, [0, 1]; otherwise as `flip_map`."""
+    errors = flip_map(image, reference, pixels_per_degree=pixels_per_degree)
+    return float(np.percentile(errors, 99))
+
+
+def hdr_flip(radiance: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
+    """Mean HDR-FLIP error, [0, 1]: each pixel's worst FLIP over a range of exposures.
+
+    The exposures are those of the paper: the brightest pixel of the reference down to
+    0.85 of white, its median up to 0.85 of white (doi:10.2312/egs.20211015, ACES
+    curve). Two things differ, because they must also work for night and sun. Black
+    pixels do not count in the median. And the darkest exposure is at most 10 EV below
+    the brightest: the sun's disc would ask for 20 exposures at which all else is
+    black. Negative radiance counts as 0, radiance above 1e6 as 1e6.
+
+    Args:
+        radiance: Linear, (h, w, 3).
+        reference: Linear, (h, w, 3); the exposures depend on it alone.
+        pixels_per_degree: Of visual angle.
+
+    Raises:
+        ValueError: If a value is not finite.
+        ConfigError: If the package flip-evaluator (extra `report`) is missing.
+    """
+    if not (np.isfinite(radiance).all() and np.isfinite(reference).all()):
+        raise ValueError("HDR-FLIP compares finite radiance only")
+    image, truth = (np.clip(picture, 0.0, _BRIGHTEST) for picture in (radiance, reference))
+    low, high = _flip_exposures(truth)
+    # Two at least: FLIP divides by their number less one.
+    steps = {"numExposures": max(2, int(np.ceil(high - low)))}
+    range_ev = {"startExposure": low, "stopExposure": high}
+    settings = {"ppd": pixels_per_degree, **range_ev, **steps}
+    return float(_evaluated("HDR", image, truth, settings).mean())
+
+
+def _flip_exposures(reference: Image) -> tuple[float, float]:
+    """First and last exposure of HDR-FLIP [EV]; 0 and 0 for a black reference.
+
+    flip-evaluator ends the whole process when it meets a median of 0, so its own
+    choice cannot be used.
+    """
+    luminance = reference.astype(np.float64) @ _LUMINANCE
+    lit = luminance[luminance > _DARKEST]
+    if lit.size == 0:
+        return 0.0, 0.0
+    # Narkowicz' ACES fit with FLIP's pre-exposure 0.6 is 0.85 here (flip.h).
+    a, b, c, d, e = 0.6**2 * 2.51, 0.6 * 0.03, 0.6**2 * 2.43, 0.6 * 0.59, 0.14
+    shown = float(np.max(np.roots([a - 0.85 * c, b - 0.85 * d, -0.85 * e])))
+    high = float(np.log2(shown / np.median(lit)))
+    return max(float(np.log2(shown / lit.max())), high - _MOST_STOPS), high
+
+
+def _evaluated(
+    kind: str, image: Image, reference: Image, settings: Mapping[str, float | int]
+) -> Image:
+    """FLIP's error map, (h, w), in mode `LDR` or `HDR`."""
+    _same_shape(image, reference)
+    try:
+        import flip_evaluator
+    except ImportError as error:
+        raise ConfigError(
+            'FLIP needs flip-evaluator: pip install "sumo3dviz_pt[report]"'
+        ) from error
+    error_map, _, _ = flip_evaluator.evaluate(
+        np.ascontiguousarray(reference, dtype=np.float32),
+        np.ascontiguousarray(image, dtype=np.float32),
+        kind,
+        applyMagma=False,
+        parameters=dict(settings),
+    )
+    return np.asarray(error_map, dtype=np.float32).reshape(image.shape[:2])

@@ -270,6 +270,21 @@ class View:
         """Unit viewing direction, (3,)."""
         return self.world_from_camera.matrix[:3, 0]
 
+    def directions(self, size: tuple[int, int]) -> Floats:
+        """World direction through every pixel's centre, unit, (h, w, 3).
+
+        Args:
+            size: Width, height [px].
+        """
+        width, height = size
+        half = np.tan(self.fov / 2)
+        across = half * (1 - 2 * (np.arange(width) + 0.5) / width)
+        up = half * (height / width) * (1 - 2 * (np.arange(height) + 0.5) / height)
+        rays = np.ones((height, width, 3))
+        rays[..., 1], rays[..., 2] = across[None, :], up[:, None]
+        rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+        return self.world_from_camera.directions(rays)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameState:

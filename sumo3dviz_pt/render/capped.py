@@ -12,6 +12,7 @@ from typing import Any
 
 import drjit as dr
 import mitsuba as mi
+import numpy as np
 
 _PLUGIN = "sumo3dviz_capped"
 
@@ -33,8 +34,11 @@ def register_capped() -> None:
             radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
             peak = dr.maximum(dr.max(radiance), 1e-30)
             kept = radiance * dr.minimum(1.0, self.limit / peak)
-            # NaN and Inf must reach the film to be counted: both stay NaN in `lost`.
-            return kept, valid, list(radiance - kept)
+            # Mitsuba's film with more channels than colours turns NaN into black; Inf gets
+            # through, so NaN and Inf travel as Inf in what is lost, and are counted.
+            sound = dr.all(dr.isfinite(radiance))
+            lost = dr.select(sound, radiance - kept, np.inf)
+            return dr.select(sound, kept, 0.0), valid, list(lost)
 
         def aov_names(self) -> list[str]:
             return ["lost.R", "lost.G", "lost.B"]

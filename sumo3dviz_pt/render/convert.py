@@ -87,21 +87,23 @@ def make_mesh(
     return shape
 
 
-def make_lamps(name: str, mesh: Mesh, *, bsdf: Any, sampled: bool) -> Any:
-    """A mesh that shines, face by face; dark at first."""
+def make_lamps(name: str, mesh: Mesh, *, bsdf: Any, emitter: Mapping[str, Any]) -> Any:
+    """A mesh that shines; dark at first.
+
+    Args:
+        name: Of the shape.
+        mesh: With the lamp's number in u.
+        bsdf: What it is made of.
+        emitter: As a plugin dict; it may read the faces' attribute `RADIANCE_ATTRIBUTE`.
+    """
     properties = mi.Properties()
     properties["mesh_bsdf"] = bsdf
-    properties["mesh_emitter"] = mi.load_dict(
-        {
-            "type": "area",
-            "radiance": {"type": "mesh_attribute", "name": RADIANCE_ATTRIBUTE},
-            "sampling_weight": 1.0 if sampled else 0.0,
-        }
-    )
+    properties["mesh_emitter"] = mi.load_dict(dict(emitter))
     shape = mi.Mesh(
         name,
         vertex_count=len(mesh.vertices),
         face_count=len(mesh.faces),
+        has_vertex_texcoords=mesh.uvs is not None,
         props=properties,
     )
     shape.add_attribute(RADIANCE_ATTRIBUTE, 3, np.zeros(3 * len(mesh.faces), np.float32))

@@ -26,7 +26,7 @@ def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) 
     return {
         "type": "perspective",
         "fov": 50.0,
-        "near_clip": 0.05,
+        "near_clip": 0.001,
         "far_clip": 1e7,
         "film": {
             "type": "hdrfilm",

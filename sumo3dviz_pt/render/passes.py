@@ -18,8 +18,8 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 log = logging.getLogger(__name__)
 
-MOST_CAPPED = 0.02
-"""Share of the energy above which the firefly cap is worth a warning."""
+MOST_DIMMED = 0.02
+"""Share of the energy above which it is worth a warning that the cap darkened the picture."""
 
 BAD_SHARE = 1e-5
 """Share of pixels that may be NaN or Inf before a frame counts as failed."""
@@ -34,6 +34,8 @@ class Tally:
         negative: Pixels x passes below zero.
         energy: Sum of all pixel values before the cap.
         capped: Sum of what the cap took away.
+        dimmed: That part of `capped` which pixels darker than white lost: only there can it
+            be seen. The rest is mostly the sun's image in glass and chrome.
         passes: How many passes were added.
     """
 
@@ -41,12 +43,18 @@ class Tally:
     negative: int = 0
     energy: float = 0.0
     capped: float = 0.0
+    dimmed: float = 0.0
     passes: int = 0
 
     @property
     def capped_share(self) -> float:
         """Share of the energy that the cap took, in [0, 1]."""
         return self.capped / self.energy if self.energy > 0 else 0.0
+
+    @property
+    def dimmed_share(self) -> float:
+        """Share of the energy that the cap took where it can be seen, in [0, 1]."""
+        return self.dimmed / self.energy if self.energy > 0 else 0.0
 
 
 def capped(radiance: Image, limit: float) -> tuple[Image, Image]:
@@ -72,10 +80,12 @@ class Accumulator:
 
     Attributes:
         exempt: Pixels that see an emitter directly, (h, w), where the cap does not count.
+        white: Radiance that is shown as white, scene units.
         tally: What was found so far.
     """
 
     exempt: Bools | None = None
+    white: float = 1.0
     tally: Tally = field(default_factory=Tally)
     _kept: Floats | None = None
     _lost: Floats | None = None
@@ -90,10 +100,17 @@ class Accumulator:
         kept[broken] = gone[broken] = 0.0
         np.maximum(kept, 0.0, out=kept)
         self.tally.energy += float(kept.sum() + gone.sum())
-        self.tally.capped += float(gone.sum() if self.exempt is None else gone[~self.exempt].sum())
         self.tally.passes += 1
         self._kept = kept if self._kept is None else self._kept + kept
         self._lost = gone if self._lost is None else self._lost + gone
+        self._count_lost(self._kept / self.tally.passes, self._lost)
+
+    def _count_lost(self, mean: Floats, lost: Floats) -> None:
+        """Bring the tally's account of the cap up to date."""
+        counts = np.ones(mean.shape[:2], bool) if self.exempt is None else ~self.exempt
+        dark = mean.max(axis=-1) < self.white
+        self.tally.capped = float(lost[counts].sum())
+        self.tally.dimmed = float(lost[counts & dark].sum())
 
     def means(self) -> tuple[Image, Image]:
         """The capped picture so far and what the cap took everywhere, (h, w, 3) each.
@@ -127,13 +144,13 @@ def frame_seed(seed: int, time: float) -> int:
 
 def report(tally: Tally, time: float) -> None:
     """Log what was counted; a cap that takes much makes the picture too dark."""
-    alarming = tally.capped_share > MOST_CAPPED or tally.nonfinite > 0
-    level = logging.WARNING if alarming else logging.DEBUG
+    alarming = tally.dimmed_share > MOST_DIMMED or tally.nonfinite > 0
     log.log(
-        level,
-        "at %g s the firefly cap took %.2f %% of the energy; %d pixel values were not finite,"
-        " %d negative",
+        logging.WARNING if alarming else logging.DEBUG,
+        "at %g s the firefly cap took %.2f %% of the light of pixels darker than white and"
+        " %.2f %% of all; %d pixel values were not finite, %d negative",
         time,
+        100 * tally.dimmed_share,
         100 * tally.capped_share,
         tally.nonfinite,
         tally.negative,

@@ -16,7 +16,7 @@ import numpy as np
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job import Quality
 from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
-from sumo3dviz_pt.model.scene import FrameState, LampSet, SceneData
+from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, register_capped
@@ -24,6 +24,7 @@ from sumo3dviz_pt.render.compound import Lump, lumps
 from sumo3dviz_pt.render.denoise import denoise
 from sumo3dviz_pt.render.entries import SUN_DISTANCE, sensor_entry, sky_entry, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.lamps import Lamps, register_lamps
 from sumo3dviz_pt.render.movers import (
     FAR,
     FarTraffic,
@@ -121,8 +122,10 @@ class Session:
             if backend.jit:
                 register_paint()
                 register_capped()
+                register_lamps()
             self.sky: SkyMap = bake_sky(scene.sky)
             self._materials = Materials(scene.materials)
+            self._lamps = self._make_lamps()
             self._static = lumps([part.part for part in scene.static], scene.materials)
             floor = lowest([lump.mesh for lump in self._static])
             self._far = FarTraffic(scene, floor=floor)
@@ -143,6 +146,7 @@ class Session:
         self._scene = self._parameters = self._pool = self._scalar = None
         self._trace = self._trace_guides = _trace
         self._lights = {}
+        self._lamps = Lamps((), bsdf=None, jit=False)
         self._materials = Materials({})
         gc.collect()
 
@@ -225,6 +229,12 @@ class Session:
 
     # Building -----------------------------------------------------------------------------
 
+    def _make_lamps(self) -> Lamps:
+        """The scene's lamps; a scene without any needs no lens material."""
+        sets = self.data.lamps
+        bsdf = self._materials.get("signal_lens", convert.face_tint()) if sets else None
+        return Lamps(sets, bsdf=bsdf, jit=self.backend.jit)
+
     def _use_quality(self) -> None:
         """Make integrators, sensors and the functions that trace."""
         quality = self.settings.quality
@@ -286,8 +296,7 @@ class Session:
         }
         for number, lump in enumerate(self._static):
             entries[f"static_{number}"] = self._place(lump, number, origin)
-        for lamps in self.data.lamps:
-            entries[f"lamps_{lamps.id}"] = self._lamp_mesh(lamps, origin)
+        entries |= self._lamps.entries(origin)
         if self._far:
             entries[FAR] = self._far.make(self._materials)
         if self._pool is not None:
@@ -297,12 +306,6 @@ class Session:
         self._scene = mi.load_dict(entries, optimize=False)
         self._parameters = mi.traverse(self._scene)
         self._origin = origin
-
-    def _lamp_mesh(self, lamps: LampSet, origin: Floats) -> Any:
-        """A lamp set relative to an origin."""
-        mesh = Mesh(lamps.mesh.vertices - origin, lamps.mesh.faces)
-        bsdf = self._materials.get("signal_lens", convert.face_tint())
-        return convert.make_lamps(lamps.id, mesh, bsdf=bsdf, sampled=lamps.sampled)
 
     # Each frame ---------------------------------------------------------------------------
 
@@ -321,10 +324,7 @@ class Session:
             self._pool.update(parameters, frame)
         if self._far:
             self._far.update(parameters, frame)
-        for lamps in self.data.lamps:
-            radiance = frame.lamps[lamps.id][lamps.lamp_of_face]
-            key = f"lamps_{lamps.id}.{convert.RADIANCE_ATTRIBUTE}"
-            convert.overwrite(parameters, key, radiance)
+        self._lamps.update(parameters, frame)
         parameters.update()
 
     def _recentre(self, origin: Floats) -> None:
@@ -332,9 +332,7 @@ class Session:
         for number, lump in enumerate(self._static):
             key = f"static_{number}.vertex_positions"
             convert.overwrite(self._parameters, key, lump.mesh.vertices - origin)
-        for lamps in self.data.lamps:
-            key = f"lamps_{lamps.id}.vertex_positions"
-            convert.overwrite(self._parameters, key, lamps.mesh.vertices - origin)
+        self._lamps.recentre(self._parameters, origin)
         self._origin = origin
 
     def _tracer(self) -> Callable[..., Any]:
@@ -373,7 +371,7 @@ class Session:
     ) -> Accumulator:
         """Render all passes of a frame."""
         exempt = guides["hit"] < 1.0 if guides else None
-        accumulator = Accumulator(exempt)
+        accumulator = Accumulator(exempt, white=self.settings.white)
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
             part = self._seed(seed + 0x9E3779B9 * number)

@@ -35,17 +35,32 @@ def read_radiance_map(path: Path) -> Image:
     Raises:
         InputError: If the file is missing, damaged, of another kind or shape.
     """
+    image = read_linear(path)
+    height, width = image.shape[:2]
+    if abs(width - 2 * height) > 0.02 * width:
+        message = f"is {width} x {height}; an equirectangular map is twice as wide as high"
+        raise InputError(message, file=path)
+    return image
+
+
+def read_linear(path: Path) -> Image:
+    """Read a picture of linear values, of any shape.
+
+    Args:
+        path: An .exr or .hdr file.
+
+    Returns:
+        Linear values, (h, w, 3), finite and >= 0.
+
+    Raises:
+        InputError: If the file is missing, damaged or of another kind.
+    """
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"a radiance map must be one of {', '.join(_READERS)}", file=path)
     if not path.is_file():
         raise InputError("no such file", file=path)
-    image = reader(path)
-    height, width = image.shape[:2]
-    if abs(width - 2 * height) > 0.02 * width:
-        message = f"is {width} x {height}; an equirectangular map is twice as wide as high"
-        raise InputError(message, file=path)
-    return _sane(image, path)
+    return _sane(reader(path), path)
 
 
 def read_exr_map(path: Path) -> Image:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, SkySettings
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
@@ -92,6 +92,19 @@ class Shot:
             tuple(m for m, far in zip(movers, choice.far[:, 0], strict=True) if far),
             self.signals.radiance_at(time),
         )
+
+    def under_sky(self, settings: SkySettings) -> Shot:
+        """The same shot under another sky; nothing else is built again.
+
+        Args:
+            settings: A preset, a file, or a sun by angles.
+
+        Raises:
+            ConfigError: If settings contradict each other or name what is unknown.
+        """
+        sky = build_sky(settings)
+        lamps = tuple(replace(lamps, sampled=_is_dark(sky)) for lamps in self.data.lamps)
+        return replace(self, data=replace(self.data, sky=sky, lamps=lamps))
 
     def _on_footways(self, movers: Sequence[Mover]) -> tuple[Mover, ...]:
         """Lift walkers onto raised footways."""

@@ -9,6 +9,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, Colour
 from sumo3dviz_pt.scene.materials import matt, surface_bsdf, surface_scale
+from sumo3dviz_pt.scene.radiance_maps import read_linear
 
 KERB = "kerb"
 """The material of kerbs, walls and verges; not a surface asset."""
@@ -48,13 +49,15 @@ def surface_material(key: str, *, textured: bool) -> Bsdf:
         textured: False gives a matt constant colour.
 
     Raises:
-        ConfigError: If there is no such surface or file.
+        ConfigError: If there is no such surface or file, or an image reflects more than all.
+        InputError: If an .exr or .hdr file cannot be read.
     """
     if key.startswith("#"):
         return matt(colour_of(key))
     if _is_file(key):
-        path = str(Path(key).resolve())
-        return matt({"type": "bitmap", "filename": path} if textured else (0.2, 0.2, 0.2))
+        path = Path(key).resolve()
+        _check_reflectance(path)
+        return matt({"type": "bitmap", "filename": str(path)} if textured else (0.2, 0.2, 0.2))
     entry = catalog.find("surfaces", key)
     if textured:
         return surface_bsdf(entry)
@@ -97,6 +100,23 @@ def _is_file(key: str) -> bool:
             raise ConfigError(f"there is no image file {key!r}")
         return True
     return False
+
+
+def _check_reflectance(path: Path) -> None:
+    """Refuse images that reflect more light than falls on them.
+
+    Images of 8 bits end at 1, which a matt material stands; those of linear floats do not.
+
+    Raises:
+        ConfigError: If a texel is brighter than 1.
+    """
+    if path.suffix.lower() not in {".exr", ".hdr"}:
+        return
+    brightest = float(read_linear(path).max(initial=0.0))
+    if brightest > 1.0:
+        raise ConfigError(
+            f"{path.name} holds reflectances up to {brightest:.3g}; a surface has at most 1"
+        )
 
 
 def _linear(value: float) -> float:

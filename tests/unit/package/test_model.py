@@ -98,3 +98,17 @@ def test_mitsubas_sensor_looks_forward():
     np.testing.assert_allclose(matrix[:3, 0], [-1, 0, 0], atol=1e-12)
     np.testing.assert_allclose(matrix[:3, 1], [0, 0, 1], atol=1e-12)
     np.testing.assert_allclose(matrix[:3, 3], [0, 0, 3], atol=1e-12)
+
+
+@pytest.mark.parametrize("heading", [0, 90, 200])
+def test_directions_of_a_view(heading):
+    view = view_at([1, 2, 3], heading=heading, pitch=-20, fov=80)
+    rays = view.directions((5, 3))
+    np.testing.assert_allclose(rays[1, 2], view.forward, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(rays, axis=-1), 1)
+    left, up = view.world_from_camera.matrix[:3, 1], view.world_from_camera.matrix[:3, 2]
+    assert rays[1, 0] @ left > 0 > rays[1, 4] @ left
+    assert rays[0, 2] @ up > 0 > rays[2, 2] @ up
+    edge = np.tan(np.radians(40)) * 4 / 5
+    assert (rays[1, 0] @ left) / (rays[1, 0] @ view.forward) == pytest.approx(edge)
+    assert view.directions((1, 1)).shape == (1, 1, 3)

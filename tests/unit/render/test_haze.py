@@ -1,13 +1,12 @@
 """Aerial perspective."""
 
 import numpy as np
-import pytest
 from builders import view_at
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.model.scene import Haze
-from sumo3dviz_pt.render.haze import apply_haze, horizon_behind, pixel_directions
+from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 
 HAZE = Haze()
 
@@ -59,19 +58,6 @@ def test_blue_fades_first():
 
 
 # Pixels ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("heading", [0, 90, 200])
-def test_pixel_directions(heading):
-    view = view_at([1, 2, 3], heading=heading, pitch=-20, fov=80)
-    rays = pixel_directions(view, (5, 3))
-    np.testing.assert_allclose(rays[1, 2], view.forward, atol=1e-12)
-    np.testing.assert_allclose(np.linalg.norm(rays, axis=-1), 1)
-    left, up = view.world_from_camera.matrix[:3, 1], view.world_from_camera.matrix[:3, 2]
-    assert rays[1, 0] @ left > 0 > rays[1, 4] @ left
-    assert rays[0, 2] @ up > 0 > rays[2, 2] @ up
-    edge = np.tan(np.radians(40)) * 4 / 5
-    assert (rays[1, 0] @ left) / (rays[1, 0] @ view.forward) == pytest.approx(edge)
 
 
 def test_horizon_behind_looks_the_right_way():

@@ -78,6 +78,20 @@ def test_cap_keeps_the_hue_and_spares_lamps():
     assert tally.capped_share == pytest.approx(126 / picture.sum())
 
 
+def test_what_white_pixels_lose_is_not_dimming():
+    """A glint stays white; a dark pixel that loses its only bright sample gets darker."""
+    picture = image(0.1, SHAPE)
+    picture[0, 0] = (80, 80, 80)
+    accumulator = Accumulator(white=1.0)
+    accumulator.add(*capped(picture, 8.0))
+    assert accumulator.tally.capped == pytest.approx(216)
+    assert accumulator.tally.dimmed == 0
+    for _ in range(15):
+        accumulator.add(*capped(image(0.1, SHAPE), 8.0))
+    assert accumulator.tally.capped == accumulator.tally.dimmed == pytest.approx(216)
+    assert 0 < accumulator.tally.dimmed_share < 1
+
+
 def test_nothing_seen_is_nothing_capped():
     assert Accumulator().tally.capped_share == 0.0
 

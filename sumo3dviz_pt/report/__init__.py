@@ -1,0 +1,1 @@
+"""Error against run time, and films compared: measurements, tables, plots, pages."""

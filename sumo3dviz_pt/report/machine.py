@@ -1,0 +1,61 @@
+"""What a measurement was made with: machine, versions, memory."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+from sumo3dviz_pt.provenance import versions
+
+
+def machine() -> dict[str, str | int]:
+    """Processor, threads and versions, by the names of the report's columns."""
+    known = versions()
+    return {
+        "git": git_commit(),
+        "mitsuba": known["mitsuba"],
+        "drjit": known["drjit"],
+        "oidn": known["mitsuba-oidn"],
+        "cpu": processor(),
+        "threads": os.cpu_count() or 1,
+    }
+
+
+def processor() -> str:
+    """The processor's name, as far as the system tells."""
+    listing = Path("/proc/cpuinfo")
+    if listing.exists():
+        for line in listing.read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def git_commit() -> str:
+    """Short hash of the checkout this runs from, or the package's version."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return versions()["sumo3dviz_pt"]
+    try:
+        answer = subprocess.run(
+            ["git", "-C", str(root), "rev-parse", "--short", "HEAD"],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return versions()["sumo3dviz_pt"]
+    return answer.stdout.strip()
+
+
+def peak_memory() -> float:
+    """Peak resident memory of this process [MiB]; 0 where the system does not say."""
+    try:
+        import resource
+    except ImportError:
+        return 0.0
+    scale = 2**20 if sys.platform == "darwin" else 2**10
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / scale)

@@ -1,0 +1,253 @@
+"""Charts of measurements: error against run time, and against path depth.
+
+References:
+    M. Okabe and K. Ito, "Color universal design", 2008 (a palette that colour-blind
+    readers can tell apart: https://jfly.uni-koeln.de/color/).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.report.table import (
+    DEPTH,
+    LADDER,
+    Row,
+    Value,
+    cost,
+    grouped,
+    median,
+    numbers,
+    plain_title,
+)
+
+DPI = 110
+PALETTE = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9")
+"""Okabe and Ito, without black and yellow."""
+
+_MARKERS = "osD^vP"
+
+
+def new_figure(width: float, height: float) -> Any:
+    """A figure of so many inches, without any state that outlives it."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+
+
+def save_figure(figure: Any, path: Path) -> None:
+    """Write a figure as PNG; a half-written file never stays."""
+    part = path.with_name(path.name + ".part")
+    try:
+        figure.savefig(part, format="png", dpi=DPI, metadata={"Software": None})
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def error_plot(
+    rows: Sequence[Row],
+    path: Path,
+    *,
+    own: Mapping[str, float] | None = None,
+    columns: Sequence[str] = ("rmse_capped", "flip"),
+) -> None:
+    """Draw errors over CPU-seconds, both logarithmic: rungs as lines, presets as points.
+
+    Args:
+        rows: Measurements; those of depth are passed over.
+        path: The picture to write.
+        own: The reference's own error by column, drawn as a horizontal line.
+        columns: Errors to draw, side by side.
+    """
+    figure = new_figure(5.4 * len(columns), 4.9)
+    axes = figure.subplots(1, len(columns), squeeze=False)[0]
+    for axis, column in zip(axes, columns, strict=True):
+        _draw_errors(axis, rows, column)
+        if own and own.get(column, 0) > 0:
+            axis.axhline(own[column], color="0.25", lw=1.2, ls="-.", label="reference's own error")
+        _finish_logarithmic(axis, column)
+    handles, labels = axes[0].get_legend_handles_labels()
+    known = dict(zip(labels, handles, strict=True))
+    for axis in axes[1:]:
+        known.update({label: known.get(label, handle) for handle, label in
+                      zip(*axis.get_legend_handles_labels(), strict=True)})  # fmt: skip
+    figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=4, frameon=False)
+    save_figure(figure, path)
+
+
+def _series_name(key: tuple[Value, ...]) -> str:
+    """What a line of the ladder is called."""
+    denoise, quality, sampler = key
+    return f"raw, {sampler}" if denoise == "none" else f"OIDN {quality}, {sampler}"
+
+
+def _draw_errors(axis: Any, rows: Sequence[Row], column: str) -> None:
+    """One panel: all series, presets and the guide."""
+    ladder = [row for row in rows if row["preset"] == LADDER and numbers([row], column).size]
+    series = grouped(ladder, ("denoise", "quality", "sampler"))
+    for number, (key, some) in enumerate(series.items()):
+        _draw_series(axis, some, column, name=_series_name(key), number=number)
+    raw = [row for row in ladder if row["denoise"] == "none"]
+    if raw:
+        _draw_guide(axis, raw, column)
+    others = [row for row in rows if row["preset"] not in (LADDER, DEPTH)]
+    for key, some in grouped(others, ("preset", "denoise")).items():
+        _draw_preset(axis, some, column, name=f"{key[0]}{', raw' * (key[1] == 'none')}")
+
+
+def _draw_series(axis: Any, rows: Sequence[Row], column: str, *, name: str, number: int) -> None:
+    """Medians as a line, seeds as faint points."""
+    colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
+    axis.plot(
+        [cost(row) for row in rows], [float(row[column]) for row in rows],
+        marker, color=colour, ms=3.2, alpha=0.28, mec="none",
+    )  # fmt: skip
+    rungs = list(grouped(rows, ["spp"]).values())
+    times = [float(np.median([cost(row) for row in rung])) for rung in rungs]
+    values = [median(rung, column) for rung in rungs]
+    axis.plot(times, values, "-", marker=marker, color=colour, ms=5.5, lw=1.6, label=name)
+
+
+def _draw_guide(axis: Any, raw: Sequence[Row], column: str) -> None:
+    """A line of slope -0.5 through the cheapest raw rung, a little above the curves."""
+    times = np.array(sorted(cost(row) for row in raw))
+    first = min(int(row["spp"]) for row in raw)
+    start = 1.35 * median([row for row in raw if row["spp"] == first], column)
+    power = -1.0 if column.startswith("relmse") else -0.5
+    ends = np.array([times[0], times[-1]])
+    label = "slope -0.5 (-1 of a mean square)" if power == -1.0 else "slope -0.5"
+    axis.plot(ends, start * (ends / ends[0]) ** power, ":", color="0.35", lw=1.6, label=label)
+
+
+def _draw_preset(axis: Any, rows: Sequence[Row], column: str, *, name: str) -> None:
+    """A preset as it is: its median, with its name."""
+    at, value = float(np.median([cost(row) for row in rows])), median(rows, column)
+    if not np.isfinite([at, value]).all():
+        return
+    axis.plot(at, value, "*", color="black", mec="white", ms=13, mew=0.8, label="preset", zorder=5)
+    axis.annotate(
+        name, (at, value), (-2, -9), textcoords="offset points", ha="right", va="top",
+        fontsize=9, weight="bold", zorder=6, path_effects=_halo(),
+    )  # fmt: skip
+
+
+def _halo() -> list[Any]:
+    """A white rim that keeps a label legible on lines."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.5, foreground="white")]
+
+
+def _finish_logarithmic(axis: Any, column: str) -> None:
+    """Both axes logarithmic, with plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set(xscale="log", yscale="log", xlabel="CPU-seconds a frame")
+    axis.set_title(plain_title(column), fontsize=11)
+    for line in (axis.xaxis, axis.yaxis):
+        line.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        line.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        line.set_minor_formatter(NullFormatter())
+    axis.grid(visible=True, which="major", alpha=0.3, lw=0.6)
+
+
+def time_plot(
+    times: Sequence[float],
+    panels: Mapping[str, Mapping[str, Sequence[float]]],
+    path: Path,
+    *,
+    signed: Sequence[str] = (),
+) -> None:
+    """Draw series over time, one panel above the other.
+
+    Args:
+        times: Of the frames, (n,) [s].
+        panels: Titles of panels, and their series by name, each (n,); unknown is NaN.
+        path: The picture to write.
+        signed: Titles of panels that reach at least 1 to both sides of 0; others start
+            at 0, so that a little noise does not look like a change.
+    """
+    figure = new_figure(9.6, 1.9 * len(panels) + 0.5)
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    size = 4.0 if len(times) < 100 else 0.0
+    for axis, (title, series) in zip(axes, panels.items(), strict=True):
+        for number, (name, values) in enumerate(series.items()):
+            marker = _MARKERS[number] if size else ""
+            axis.plot(times, values, color=PALETTE[number], marker=marker, ms=size, label=name)
+        axis.set_title(title, fontsize=10, loc="left")
+        axis.grid(visible=True, alpha=0.3, lw=0.6)
+        axis.ticklabel_format(useOffset=False)
+        axis.set_ylim(*_limits(list(series.values()), signed=title in signed))
+        if len(series) > 1:
+            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.02), "borderaxespad": 0.0}
+            axis.legend(frameon=False, fontsize=9, ncols=len(series), **place)
+    axes[-1].set_xlabel("time [s]")
+    save_figure(figure, path)
+
+
+def _limits(series: Sequence[Sequence[float]], *, signed: bool) -> tuple[float, float]:
+    """An axis' range."""
+    values = np.array(series, dtype=np.float64).ravel()
+    reach = 1.15 * float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    return (-max(1.0, reach), max(1.0, reach)) if signed else (0.0, reach or 1.0)
+
+
+def depth_plot(rows: Sequence[Row], path: Path) -> None:
+    """Draw mean bias and FLIP over path depth, as differences from the deepest.
+
+    Args:
+        rows: Measurements; only those of depth count.
+        path: The picture to write.
+
+    Raises:
+        ValueError: If there are none.
+    """
+    groups = grouped([row for row in rows if row["preset"] == DEPTH], ["max_depth"])
+    if not groups:
+        raise ValueError("no measurements of depth")
+    figure = new_figure(9.6, 3.9)
+    left, right = figure.subplots(1, 2)
+    depths = [float(key[0]) for key in groups]
+    for axis, column, scale, number in ((left, "mean_bias", 100, 0), (right, "flip", 1, 3)):
+        changes = [scale * values for values in depth_changes(list(groups.values()), column)]
+        colour = PALETTE[number]
+        for depth, values in zip(depths, changes, strict=True):
+            axis.plot(np.full(values.size, depth), values, "o", color=colour, ms=4, alpha=0.3)
+        middle = [float(np.median(values)) if values.size else np.nan for values in changes]
+        axis.plot(depths, middle, "-o", color=colour, lw=1.6, ms=5)
+        axis.axhline(0, color="0.25", lw=1)
+        axis.set(xlabel="max_depth", xticks=depths)
+        axis.grid(visible=True, alpha=0.3, lw=0.6)
+    deepest = f"relative to depth {depths[-1]:g}"
+    left.axhspan(-1, 1, color="0.5", alpha=0.12, lw=0)
+    left.set_title(f"mean radiance {deepest} [%]; band: ±1 %", fontsize=11)
+    right.set_title(f"FLIP of raw pictures, {deepest}", fontsize=11)
+    save_figure(figure, path)
+
+
+def depth_changes(groups: Sequence[Sequence[Row]], column: str) -> list[Floats]:
+    """A column's differences from the deepest group, seed by seed.
+
+    Args:
+        groups: Rows of one depth each, the deepest last.
+        column: `mean_bias` is compared as a ratio of means, others as a difference.
+
+    Returns:
+        One array for each group, (n,), of the seeds that the deepest has too.
+    """
+    deepest = {row["seed"]: float(row[column]) for row in groups[-1]}
+    ratio = column == "mean_bias"
+    return [
+        np.array([
+            (1 + float(row[column])) / (1 + deepest[row["seed"]]) - 1
+            if ratio else float(row[column]) - deepest[row["seed"]]
+            for row in some if row["seed"] in deepest
+        ])
+        for some in groups
+    ]  # fmt: skip

@@ -1,0 +1,127 @@
+"""Nothing reflects more than 0.85: what we ship, and what users bring."""
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.image.exr import write_exr
+from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW, paint_of
+from sumo3dviz_pt.scene.materials import MATERIALS, surface_bsdf
+from sumo3dviz_pt.scene.surfaces import colour_of, surface_material
+from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, palette
+from sumo3dviz_pt.shapes.user_mesh import read_user_mesh
+
+BRIGHTEST = 0.85
+"""Where Mitsuba's `principled` still conserves energy."""
+
+ROUGHEST, SMOOTHEST = 1.0, 0.05
+SURFACES = catalog.names("surfaces")
+
+
+def linear(codes):
+    """Linear reflectance of 8-bit sRGB codes (IEC 61966-2-1)."""
+    encoded = np.asarray(codes, dtype=np.float64) / 255.0
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def textures_in(bsdf):
+    """All textures and colours of a material with the setting they stand for."""
+    for key, value in bsdf.items():
+        if isinstance(value, dict):
+            yield from [(key, value)] if value["type"] in ("rgb", "bitmap") else textures_in(value)
+
+
+def values_of(texture):
+    """What a texture says, as the renderer takes it."""
+    if texture["type"] == "rgb":
+        return np.array(texture["value"])
+    mi = pytest.importorskip("mitsuba")
+    mi.set_variant("scalar_rgb")
+    codes = np.array(mi.Bitmap(texture["filename"]))
+    assert codes.dtype == np.uint8
+    return codes / 255.0 if texture.get("raw") else linear(codes)
+
+
+def numbers_of(bsdf, key):
+    """A number that a material gives, also inside a two-sided one."""
+    inner = bsdf.get("bsdf", bsdf)
+    return inner.get(key)
+
+
+@pytest.mark.parametrize("name", sorted(MATERIALS))
+def test_materials_keep_to_the_limits(name):
+    bsdf = MATERIALS[name]
+    for key, texture in textures_in(bsdf):
+        assert values_of(texture).max() <= BRIGHTEST, key
+    roughness = numbers_of(bsdf, "roughness")
+    assert roughness is None or SMOOTHEST <= roughness <= ROUGHEST
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_surfaces_keep_to_the_limits(name):
+    """Every texel, as bright as the renderer sees it."""
+    bsdf = surface_bsdf(catalog.find("surfaces", name))
+    found = dict(textures_in(bsdf))
+    assert "base_color" in found
+    assert values_of(found["base_color"]).max() <= BRIGHTEST
+    if "roughness" in found:
+        assert values_of(found["roughness"]).min() >= SMOOTHEST
+    else:
+        assert SMOOTHEST <= bsdf["roughness"] <= ROUGHEST
+    plain = surface_material(name, textured=False)
+    assert max(plain["reflectance"]["value"]) <= BRIGHTEST
+
+
+@pytest.mark.parametrize("fleet", [EUROPEAN, SOBER, CLOTHES])
+def test_palettes_keep_to_the_limits(fleet):
+    assert np.min(fleet.colours) > 0 and np.max(fleet.colours) <= BRIGHTEST
+    assert max(SUMO_YELLOW) <= BRIGHTEST
+
+
+@pytest.mark.parametrize("styles", [HOMES, SHOPS, BLOCKS])
+def test_building_colours_keep_to_the_limits(styles):
+    for style in styles.values():
+        for seed in range(20):
+            colours = palette(style, np.random.default_rng(seed), colour_of("#ffffff"))
+            assert max(max(colour) for _, colour in colours.values() if colour) <= BRIGHTEST
+
+
+@pytest.mark.parametrize("text", ["#ffffff", "#fefefe", "#00ff00", "#f0f0f0"])
+def test_colours_of_scene_files_are_clamped(text):
+    """Roads, objects and vehicles all read their colours with `colour_of`."""
+    assert max(colour_of(text)) <= BRIGHTEST
+    assert max(surface_material(text, textured=True)["reflectance"]["value"]) <= BRIGHTEST
+
+
+@pytest.mark.parametrize("vclass", ["passenger", "bus", "pedestrian"])
+@pytest.mark.parametrize("colours", ["sumo", ("#ffffff",), "european"])
+def test_vehicle_colours_are_clamped(vclass, colours):
+    kind = VehicleType("v", vclass, 5.0, 1.8, 1.5, colour=(1.0, 1.0, 1.0))
+    for key in ("a", "b", "c"):
+        assert max(paint_of(vclass, kind, key=key, colours=colours, seed=3)) <= BRIGHTEST
+
+
+@pytest.mark.parametrize(("brightest", "fine"), [(0.9, True), (1.0, True), (1.5, False)])
+def test_images_that_would_make_light_are_refused(tmp_path, brightest, fine):
+    values = np.full((4, 8, 3), 0.3, dtype=np.float32)
+    values[1, 2, 0] = brightest
+    path = tmp_path / "ground.exr"
+    write_exr(path, values, half=False)
+    if fine:
+        assert surface_material(str(path), textured=True)["type"] == "diffuse"
+    else:
+        with pytest.raises(ConfigError, match=r"reflectances up to 1\.5"):
+            surface_material(str(path), textured=True)
+
+
+def test_colours_of_users_meshes_are_clamped(tmp_path):
+    import trimesh
+
+    box = trimesh.creation.box((2, 1, 4))
+    box.visual.face_colors = [255, 255, 255, 255]
+    path = tmp_path / "white.ply"
+    box.export(path)
+    ((_, colour),) = read_user_mesh(path)
+    assert max(colour) <= BRIGHTEST
