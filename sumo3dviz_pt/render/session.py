@@ -17,12 +17,12 @@ from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job import Quality
 from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
 from sumo3dviz_pt.model.scene import FrameState, SceneData
-from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render import convert, guides
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, register_capped
 from sumo3dviz_pt.render.compound import Lump, lumps
 from sumo3dviz_pt.render.denoise import denoise
-from sumo3dviz_pt.render.entries import SUN_DISTANCE, sensor_entry, sky_entry, sun_entry
+from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.lamps import Lamps, register_lamps
 from sumo3dviz_pt.render.movers import (
@@ -179,15 +179,15 @@ class Session:
                 self._show(frame)
             seed = frame_seed(self.settings.seed, frame.time)
             with clock.phase("guides"):
-                guides = self._guides(seed)
+                found = self._guides(seed)
             with clock.phase("render"):
-                sum_of = self._passes(seed, guides, after_pass)
+                sum_of = self._passes(seed, found.get("hit"), after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
             ) from error
         report(sum_of.tally, frame.time)
-        return Samples(*sum_of.means(), sum_of.mean(), guides, sum_of.tally)
+        return Samples(*sum_of.means(), sum_of.mean(), found, sum_of.tally)
 
     def finish(self, samples: Samples, frame: FrameState, *, denoiser: str | None = None) -> Image:
         """Denoise, then lay haze over the picture.
@@ -201,20 +201,25 @@ class Session:
             Radiance, (h, w, 3).
         """
         denoiser, radiance = denoiser or self.settings.quality.denoise, samples.radiance
-        guides = samples.guides
         with self.clock.phase("denoise"):
             if denoiser != "none":
-                albedo, normal = guides.get("albedo"), guides.get("normal")
+                albedo, normal = samples.guides.get("albedo"), samples.guides.get("normal")
                 radiance = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
-            return self.hazed(radiance, guides, frame)
+            return self.hazed(radiance, samples.guides, frame)
 
-    def hazed(self, radiance: Image, guides: dict[str, Image], frame: FrameState) -> Image:
-        """A picture with the scene's haze, if quality and scene have any, (h, w, 3)."""
+    def hazed(self, radiance: Image, seen: dict[str, Image], frame: FrameState) -> Image:
+        """A picture with the scene's haze, if quality and scene have any.
+
+        Args:
+            radiance: (h, w, 3).
+            seen: `depth` and `hit`, as in `Samples.guides`.
+            frame: What the picture shows.
+        """
         if self.data.haze is None or not self.settings.quality.haze:
             return radiance
         behind = horizon_behind(self.sky.horizon, frame.view, self.settings.size)
         return apply_haze(
-            radiance, self.data.haze, depth=guides["depth"], hit=guides["hit"], behind=behind
+            radiance, self.data.haze, depth=seen["depth"], hit=seen["hit"], behind=behind
         )
 
     def retune(self, quality: Quality, *, seed: int) -> None:
@@ -241,7 +246,7 @@ class Session:
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
         in_kernel = self.backend.jit and quality.cap is not None
         self._integrator = capped_integrator(path, self._limit) if in_kernel else path
-        self._guide_integrator = mi.load_dict(self._guide_plugin())
+        self._guide_integrator = mi.load_dict(guides.guide_plugin(quality))
         # One recording each: a shared one is recorded anew at every change of integrator.
         self._trace, self._trace_guides = self._tracer(), self._tracer()
 
@@ -257,26 +262,6 @@ class Session:
         quality = self.settings.quality
         return min(quality.pass_spp, quality.spp)
 
-    @property
-    def _guided(self) -> bool:
-        """Whether a denoiser asks for albedo and normals."""
-        return self.settings.quality.guides and self.settings.quality.denoise != "none"
-
-    @property
-    def _guide_spp(self) -> int:
-        """Samples of the guide pass: a quarter of the picture's, between 4 and 16.
-
-        With fewer, haze is noisy where far ground meets the sky.
-        """
-        return min(max(self.settings.quality.spp // 4, 4), 16)
-
-    def _guide_plugin(self) -> dict[str, Any]:
-        """The integrator that finds distance and hits, and what the denoiser asks for."""
-        depth = {"type": "depth"}
-        if not self._guided:
-            return depth
-        return {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
-
     def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
         """A static mesh relative to an origin."""
         mesh = Mesh(lump.mesh.vertices - origin, lump.mesh.faces, lump.mesh.normals, lump.mesh.uvs)
@@ -287,11 +272,12 @@ class Session:
         """Put the scene together around a frame's origin."""
         origin = frame.origin
         self._scene = self._parameters = None
-        size, sampler = self.settings.size, self.settings.quality.sampler
+        size, quality = self.settings.size, self.settings.quality
+        guide_spp = guides.guide_spp(quality)
         entries = {
             "type": "scene",
-            "sensor": sensor_entry(size, pixels="rgb", sampler=sampler, spp=self._pass_spp),
-            "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=self._guide_spp),
+            "sensor": sensor_entry(size, pixels="rgb", sampler=quality.sampler, spp=self._pass_spp),
+            "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=guide_spp),
             **self._lights,
         }
         for number, lump in enumerate(self._static):
@@ -349,28 +335,20 @@ class Session:
     def _guides(self, seed: int) -> dict[str, Image]:
         """Depth, share of hits and, if asked for, albedo and normals; nothing if unneeded."""
         quality = self.settings.quality
-        needs_depth = self.data.haze is not None and quality.haze
-        if not (needs_depth or self._guided or quality.cap is not None):
+        if not guides.is_needed(quality, hazy=self.data.haze is not None):
             return {}
-        spp = self._guide_spp
-        own = self._seed(seed ^ 0x5BD1E995)
+        own, spp = self._seed(seed ^ 0x5BD1E995), guides.guide_spp(quality)
         image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
-        image = np.array(image, dtype=np.float32)
-        guides = {"hit": np.clip(image[..., 3], 0.0, 1.0), "depth": image[..., 0]}
-        # What sees the sun sees no surface; the sun is a disc only to the renderer.
-        guides["hit"] = np.where(guides["depth"] > 0.1 * SUN_DISTANCE, 0.0, guides["hit"])
-        if self._guided:
-            guides |= {"albedo": image[..., 4:7], "normal": image[..., 7:10]}
-        return guides
+        return guides.as_guides(np.array(image, dtype=np.float32))
 
     def _passes(
         self,
         seed: int,
-        guides: dict[str, Image],
+        hit: Image | None,
         after_pass: Callable[[int, int], None] | None,
     ) -> Accumulator:
         """Render all passes of a frame."""
-        exempt = guides["hit"] < 1.0 if guides else None
+        exempt = None if hit is None else hit < 1.0
         accumulator = Accumulator(exempt, white=self.settings.white)
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
