@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.arguments import PROGRAM, build_parser
-from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
+from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError, interrupted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,10 +34,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _COMMANDS[options.command](options)
     except (InputError, ConfigError) as error:
         return _complain(error, 2)
-    except (Sumo3dvizError, OSError, MemoryError) as error:
-        return _complain(error, 1, _hint(locals().get("options")))
-    except KeyboardInterrupt:
-        return _complain("interrupted", 130, _hint(locals().get("options")))
+    except (Sumo3dvizError, OSError, MemoryError, KeyboardInterrupt) as error:
+        stopped = interrupted(error)
+        text, code = ("interrupted", 130) if stopped else (error, 1)
+        return _complain(text, code, _hint(locals().get("options")))
 
 
 def _complain(error: object, code: int, hint: str = "") -> int:

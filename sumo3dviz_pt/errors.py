@@ -68,3 +68,12 @@ class ConfigError(Sumo3dvizError):
 
 class RenderError(Sumo3dvizError):
     """Rendering failed while at work; finished frames are kept."""
+
+
+def interrupted(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: Dr.Jit hands it on as a RuntimeError."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False

@@ -25,7 +25,8 @@ def register_capped() -> None:
 
         def __init__(self, props: Any) -> None:
             mi.SamplingIntegrator.__init__(self, props)
-            self.limit = props["limit"]
+            # Opaque: as a literal, every exposure would compile a kernel of its own.
+            self.limit = dr.opaque(mi.Float, props["limit"])
             self.path = props["path"]
 
         def sample(

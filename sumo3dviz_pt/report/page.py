@@ -18,7 +18,6 @@ from sumo3dviz_pt.report.table import (
     Value,
     grouped,
     markdown,
-    median,
     numbers,
     plain_title,
     shown_value,
@@ -173,7 +172,9 @@ def _presets(rows: Sequence[Row]) -> list[str]:
 def _bias_verdicts(rows: Sequence[Row]) -> list[str]:
     """Whether the presets' mean radiance is right."""
     groups = grouped(rows, ["preset", "denoise"])
-    biases = [(str(key[0]), float(np.mean(numbers(some, "mean_bias")))) for key, some in groups.items()]
+    biases = [
+        (str(key[0]), float(np.mean(numbers(some, "mean_bias")))) for key, some in groups.items()
+    ]
     wrong = [f"{name} ({value:+.2%})" for name, value in biases if abs(value) > BIAS_LIMIT]
     if wrong:
         return [f"Mean radiance off by more than {BIAS_LIMIT:.0%}: {', '.join(wrong)}."]
@@ -272,5 +273,6 @@ def _legend() -> list[str]:
         " error over squared reference; trimmed: without its worst 0.1 %. PSNR, SSIM, FLIP and its"
         " 99th percentile: of developed pictures, at 67 pixels a degree. HDR-FLIP: worst over"
         " exposures. Bias: of the mean radiance, visible emitters left out. Flicker: mean change"
-        " between frames that motion does not explain, in 8-bit codes. Medians over seeds; of bias the mean.",
+        " between frames that motion does not explain, in 8-bit codes. Medians over seeds,"
+        " of bias the mean.",
     ]

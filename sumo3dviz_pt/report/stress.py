@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
-from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
+from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError, interrupted
 from sumo3dviz_pt.job import Job, OutputSettings, Quality, SunSettings
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
 from sumo3dviz_pt.model.geometry import Image
@@ -219,6 +219,8 @@ def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
                     stage = stage or _Stage.open(scene, case, stack)
                     outcome = _ended(case, scene, stage, stack)
                 except _FAULTS as error:
+                    if interrupted(error):
+                        raise KeyboardInterrupt from error
                     outcome = Outcome(case.name, "failed", f"{type(error).__name__}: {error}")
                     stack.close()
                     stage = None

@@ -8,6 +8,7 @@ from types import ModuleType
 
 from sumo3dviz_pt.job import Job, Quality
 
+COMMANDS = ("demo", "init", "check", "still", "render", "develop", "converge", "report", "doctor")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
@@ -36,7 +37,7 @@ def test_every_key_of_the_scene_file_is_described() -> None:
 
 def test_every_command_and_option_is_described() -> None:
     page = script("make_reference").command_line()
-    for name in ("demo", "init", "check", "still", "render", "develop", "doctor"):
+    for name in COMMANDS:
         assert f"\n## {name}\n" in page
     assert "`--set KEY.PATH=VALUE`" in page
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from builders import box, cube, frame_of, mover, view_at, write_scenario
 
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, interrupted
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import LampSet
@@ -276,6 +276,15 @@ def test_lamps_and_the_suns_disc_are_lights():
     assert light(at_night=True).brightest == 900 and light(at_night=True).sun == pytest.approx(900)
     assert 1 < light(at_night=True).lamps < 3 and light(at_night=False).lamps == 0
     assert light(at_night=False).wall == pytest.approx(0.5 + 2 / np.pi, rel=1e-3)
+
+
+def test_an_interrupt_behind_an_error_is_still_one():
+    inner = RuntimeError("in a kernel")
+    inner.__cause__ = KeyboardInterrupt()
+    outer = ValueError("in a session")
+    outer.__context__ = inner
+    assert interrupted(outer) and interrupted(inner)
+    assert not interrupted(ValueError("alone")) and not interrupted(None)
 
 
 # Words --------------------------------------------------------------------------------------
