@@ -38,6 +38,9 @@ class Fault:
 
 PICTURES = "tests/statistical/test_pictures.py"
 FRAMES = "tests/unit/package/test_frames.py"
+LIGHT = "tests/statistical/test_stability_light.py"
+PLACES = "tests/statistical/test_stability_places.py"
+BROKEN = "tests/statistical/test_stability_broken.py"
 
 FAULTS = {
     "yaw turns clockwise": Fault(
@@ -49,12 +52,12 @@ FAULTS = {
         (FRAMES,),
     ),
     "lamps are not recentred": Fault(
-        "render/session.py", "key, lamps.mesh.vertices - origin)", "key, lamps.mesh.vertices)",
-        (PICTURES,),
+        "render/lamps.py", "key, self._meshes[lamps.id].vertices - origin)",
+        "key, self._meshes[lamps.id].vertices)", (PICTURES,),
     ),
     "the cap ignores exempt pixels": Fault(
-        "render/passes.py", "over &= ~self.exempt", "over &= True",
-        ("tests/unit/render/test_passes.py",),
+        "render/passes.py", "np.where(self.exempt[..., None], kept + lost, kept)", "kept",
+        ("tests/unit/render/test_passes.py", LIGHT),
     ),
     "colour table is off by one": Fault(
         "render/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
@@ -88,8 +91,8 @@ FAULTS = {
         ("tests/unit/render/test_passes.py",),
     ),
     "the sun's azimuth is mirrored": Fault(
-        "render/session.py", "place = self.sky.sun.direction * SUN_DISTANCE",
-        "place = self.sky.sun.direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
+        "render/entries.py", "place = sky.sun.direction * SUN_DISTANCE",
+        "place = sky.sun.direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
     ),
     "new values do not reach recordings": Fault(
         "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
@@ -98,6 +101,47 @@ FAULTS = {
         "scene/needs.py", "return Choice(near, shown & ~near)",
         "return Choice(near, shown & ~near & (distance > NEAR_END))",
         ("tests/property/test_needs_properties.py",),
+    ),
+    # Guards of the stability suite.
+    "the renderer does not recentre": Fault(
+        "model/scene.py", "return np.round(self.view.position / ORIGIN_GRID) * ORIGIN_GRID",
+        "return 0.0 * self.view.position", (PLACES,),
+    ),
+    "the renderer recentres on a grid of 2 km": Fault(
+        "model/scene.py", "ORIGIN_GRID = 250.0", "ORIGIN_GRID = 2000.0",
+        (f"{PLACES}::test_the_contact_shadow_stays_on_a_drive_of_2_km",),
+    ),
+    "dusk is as bright as a sun of 2 degrees": Fault(
+        "render/skymap.py",
+        "scale = UNITS_PER_SUNSKY * twilight_factor(float(np.arcsin(sky.sun_direction[2])))",
+        "scale = UNITS_PER_SUNSKY", (f"{LIGHT}::test_no_jump_between_neighbours",),
+    ),
+    "the cap does not know white": Fault(
+        "render/session.py", "cap * self.settings.white", "cap",
+        (f"{LIGHT}::test_the_cap_scales_with_white",),
+    ),
+    "there is no cap": Fault(
+        "render/capped.py", "dr.minimum(1.0, self.limit / peak)", "dr.minimum(1.0, 1e30 / peak)",
+        (f"{LIGHT}::test_the_cap_spares_the_disc_and_tames_its_mirror_image",),
+    ),
+    "NaN becomes black in Mitsuba's film": Fault(
+        "render/capped.py", "lost = dr.select(sound, radiance - kept, np.inf)",
+        "lost = radiance - kept", (BROKEN,),
+    ),
+    "broken pixels are counted but stay": Fault(
+        "render/passes.py", "kept[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
+    ),
+    "broken pixels are painted over without an error": Fault(
+        "render/passes.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
+    ),
+    "paint lies at the height of the asphalt": Fault(
+        "scene/roads.py", "road_paint(network, settings, layout, region=region), 0.005)",
+        "road_paint(network, settings, layout, region=region), 0.0)",
+        ("tests/statistical/test_stability_layers.py",),
+    ),
+    "what is 5 cm from the eye is cut open": Fault(
+        "render/entries.py", '"near_clip": 0.001', '"near_clip": 0.05',
+        ("tests/statistical/test_stability_cameras.py",),
     ),
 }  # fmt: skip
 
