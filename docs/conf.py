@@ -14,6 +14,6 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
-exclude_patterns = ["_build", "_bench"]
+exclude_patterns = ["_build", "_bench/*.md"]
 html_theme = "furo"
 html_title = f"sumo3dviz_pt {release}"

@@ -311,6 +311,9 @@ class Quality(Settings):
     rr_depth: int = Field(2, ge=1, le=64, description="path length from which roulette may end it")
     denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
     guides: bool = Field(True, description="albedo and normals guide the denoiser")
+    raw_share: float = Field(
+        0.0, ge=0.0, le=1.0, description="share of the picture that is not denoised"
+    )
     cap: float | None = Field(40.0, description="firefly cap per sample, x white; null is none")
     sampler: Literal["multijitter", "independent"] = Field(
         "multijitter", description="how samples spread; independent is for references"

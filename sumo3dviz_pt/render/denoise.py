@@ -48,6 +48,25 @@ def denoise(
     return np.maximum(np.array(result, dtype=np.float32), 0.0)
 
 
+def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
+    """Some of the raw picture back: the noise of one and the blur of the other partly cancel.
+
+    What is brighter than twice its smooth surroundings would flash in a film and is held
+    there. The sky has no noise, so nothing of it need be blurred.
+
+    Args:
+        smooth: The denoised picture, (h, w, 3).
+        raw: The picture before, (h, w, 3).
+        hit: Share of samples that hit something, (h, w) in [0, 1].
+        share: Of the raw picture, in [0, 1].
+
+    Returns:
+        The mixture, (h, w, 3).
+    """
+    held = np.minimum(raw, 2 * smooth)
+    return np.where(hit[..., None] > 0, smooth + np.float32(share) * (held - smooth), raw)
+
+
 @cache
 def _device() -> Any:
     """The process's device; each one keeps its buffers, half a gigabyte at 1280x720, for ever."""

@@ -18,7 +18,7 @@ def is_guided(quality: Quality) -> bool:
 
 def is_needed(quality: Quality, *, hazy: bool) -> bool:
     """Whether a frame needs the pass at all."""
-    return (hazy and quality.haze) or is_guided(quality) or quality.cap is not None
+    return (hazy and quality.haze) or quality.denoise != "none" or quality.cap is not None
 
 
 def guide_spp(quality: Quality) -> int:

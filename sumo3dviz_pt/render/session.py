@@ -21,7 +21,7 @@ from sumo3dviz_pt.render import convert, guides
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, register_capped
 from sumo3dviz_pt.render.compound import Lump, lumps
-from sumo3dviz_pt.render.denoise import denoise
+from sumo3dviz_pt.render.denoise import denoise, mixed
 from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.lamps import Lamps, register_lamps
@@ -204,7 +204,9 @@ class Session:
         with self.clock.phase("denoise"):
             if denoiser != "none":
                 albedo, normal = samples.guides.get("albedo"), samples.guides.get("normal")
-                radiance = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
+                smooth = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
+                share, hit = self.settings.quality.raw_share, samples.guides["hit"]
+                radiance = mixed(smooth, radiance, hit=hit, share=share)
             return self.hazed(radiance, samples.guides, frame)
 
     def hazed(self, radiance: Image, seen: dict[str, Image], frame: FrameState) -> Image:

@@ -149,7 +149,8 @@ def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Pa
 def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
     """The highest rung and the reference's target: stored, so that resuming keeps them."""
     path = work.order.folder / PLAN
-    what = {"key": subject.production.key, "time": work.order.time}
+    presets = plan.digest(plan.groups(plan.HIGHEST_RUNG))
+    what = {"key": subject.production.key, "time": work.order.time, "measured": presets}
     if path.exists():
         made: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         if {name: made.get(name) for name in what} != what:

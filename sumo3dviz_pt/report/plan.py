@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass
 
 from sumo3dviz_pt import catalog
@@ -90,6 +92,12 @@ def groups(top: int) -> list[Group]:
     ladder = [group for spp in rungs(top) for group in (*_raw(spp), _denoised(spp))]
     depths = [_deep(depth, spp=min(DEPTH_SPP, top)) for depth in DEPTHS]
     return [*presets, *ladder, *depths]
+
+
+def digest(wanted: list[Group]) -> str:
+    """A hash of what is measured: another preset makes another report."""
+    content = [(g.label, g.quality.model_dump(mode="json"), g.denoisers, g.seeds) for g in wanted]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def base_quality(spp: int) -> Quality:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import shutil
@@ -71,6 +72,23 @@ def test_preset_table_is_current() -> None:
             preset.denoise,
             preset.purpose,
         ]
+
+
+def test_preset_table_holds_what_was_measured() -> None:
+    """CPU-seconds, FLIP and flicker are those of the last run of tests/bench/presets.py."""
+    measured = json.loads((ROOT / "docs" / "_bench" / "presets.json").read_text("utf-8"))
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", README, re.M))
+    assert len(measured["presets"]) >= 4
+    for result in measured["presets"]:
+        cells = [cell.strip() for cell in rows[result["preset"]].split("|")]
+        errors = result["errors"]
+        assert cells[4:] == [
+            f"{result['later']:.1f}",
+            f"{errors['flip']:.3f}",
+            f"{errors['flicker_mc']:.1f}",
+        ]
+        assert result["spp"] == quality_preset(result["preset"]).spp, "measure again"
+        assert result["compiled"] == 0
 
 
 def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:

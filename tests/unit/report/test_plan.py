@@ -7,6 +7,7 @@ from sumo3dviz_pt.report.plan import (
     DEPTHS,
     Group,
     base_quality,
+    digest,
     groups,
     presets_up_to,
     rungs,
@@ -74,3 +75,9 @@ def test_depths_share_seeds_and_end_with_the_references():
 def test_work_is_counted_in_samples():
     group = Group(LADDER, base_quality(8), ("fast", "high"), seeds=3)
     assert (group.samples, group.rows) == (24, 6)
+
+
+def test_a_changed_preset_is_another_measurement():
+    group = Group("draft", base_quality(2), ("fast",))
+    other = Group("draft", base_quality(2).model_copy(update={"raw_share": 0.5}), ("fast",))
+    assert digest([group]) == digest([group]) != digest([other])
