@@ -20,6 +20,7 @@ from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError, interru
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from sumo3dviz_pt.film import FilmOrder, FilmReport
     from sumo3dviz_pt.pipeline import Request
@@ -281,6 +282,11 @@ def _report(options: argparse.Namespace) -> int:
     return 0
 
 
+def _scene_name(scene: Path) -> str:
+    """What tables call a scene: its file's name, or its folder's if that says nothing."""
+    return scene.stem if scene.stem != "scene" else scene.resolve().parent.name
+
+
 def _converge(options: argparse.Namespace) -> int:
     """Measure error against run time."""
     from sumo3dviz_pt.jobfile import load_job
@@ -292,7 +298,7 @@ def _converge(options: argparse.Namespace) -> int:
     order = Order(
         options.output,
         options.time,
-        scene=options.scene.resolve().parent.name,
+        scene=_scene_name(options.scene),
         command=options.line,
         budget=options.budget,
         top=options.top,

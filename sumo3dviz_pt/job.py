@@ -312,7 +312,7 @@ class Quality(Settings):
     denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
     guides: bool = Field(True, description="albedo and normals guide the denoiser")
     raw_share: float = Field(
-        0.0, ge=0.0, le=1.0, description="share of the picture that is not denoised"
+        0.0, ge=0.0, le=1.0, description="share of the raw picture that textures keep"
     )
     cap: float | None = Field(40.0, description="firefly cap per sample, x white; null is none")
     sampler: Literal["multijitter", "independent"] = Field(

@@ -6,8 +6,13 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import uniform_filter
 
 from sumo3dviz_pt.model.geometry import Image
+
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
+_WINDOW = 5
+"""Side of the window that tells texture from noise [px]."""
 
 
 def denoise(
@@ -51,20 +56,37 @@ def denoise(
 def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
     """Some of the raw picture back: the noise of one and the blur of the other partly cancel.
 
-    What is brighter than twice its smooth surroundings would flash in a film and is held
-    there. The sky has no noise, so nothing of it need be blurred.
+    Only textures get it, where blur is seen and noise is not. What is brighter than twice
+    its smooth surroundings would flash in a film and is held there. The sky has no noise,
+    so nothing of it need be blurred.
 
     Args:
         smooth: The denoised picture, (h, w, 3).
         raw: The picture before, (h, w, 3).
         hit: Share of samples that hit something, (h, w) in [0, 1].
-        share: Of the raw picture, in [0, 1].
+        share: Of the raw picture where nothing but texture is seen, in [0, 1].
 
     Returns:
         The mixture, (h, w, 3).
     """
     held = np.minimum(raw, 2 * smooth)
-    return np.where(hit[..., None] > 0, smooth + np.float32(share) * (held - smooth), raw)
+    if share > 0:
+        own = np.float32(share) * texture(smooth, held)[..., None]
+        smooth = smooth + own * (held - smooth)
+    return np.where(hit[..., None] > 0, smooth, raw)
+
+
+def texture(smooth: Image, raw: Image) -> Image:
+    """How much of what varies nearby is texture rather than noise, (h, w) in [0, 1].
+
+    Local variance of the denoised luminance over that and the power of what the denoiser
+    took, as in Wiener's filter (Lee 1980, doi:10.1109/TPAMI.1980.4766994).
+    """
+    light, taken = smooth @ _LUMINANCE, (raw - smooth) @ _LUMINANCE
+    mean = uniform_filter(light, _WINDOW)
+    contrast = np.maximum(uniform_filter(light * light, _WINDOW) - mean * mean, 0.0)
+    noise = uniform_filter(taken * taken, _WINDOW)
+    return np.asarray(contrast / (contrast + noise + 1e-12), dtype=np.float32)
 
 
 @cache

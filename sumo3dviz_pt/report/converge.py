@@ -123,6 +123,10 @@ def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Pa
         ConfigError: If the folder holds the report of something else, or a choice is wrong.
     """
     check_extra()
+    if not 1 <= order.top <= 1024:
+        raise ConfigError(f"must lie in 1..1024, not {order.top}", key="top")
+    if order.budget is not None and not order.budget > 0:
+        raise ConfigError(f"must be more than 0 seconds, not {order.budget:g}", key="budget")
     if not order.folder.parent.is_dir():
         raise ConfigError(f"there is no folder {order.folder.parent}; create it", key="output")
     frames = order.time - np.arange(FRAMES)[::-1] / job.output.fps

@@ -113,6 +113,15 @@ def test_another_pictures_folder_is_refused(measured, capsys):
     assert "choose another folder" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("option", "value"), [("--top", "0"), ("--top", "4096"), ("--budget", "0")]
+)
+def test_numbers_out_of_range_are_refused(measured, tmp_path, capsys, option, value):
+    arguments = ["converge", str(measured[0]), "--time", "4", "-o", str(tmp_path / "r")]
+    assert main([*arguments, option, value]) == 2
+    assert option[2:] in capsys.readouterr().err
+
+
 def test_bad_choices_are_refused(measured, tmp_path, capsys):
     place = measured[0]
     for more, word in (

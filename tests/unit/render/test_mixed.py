@@ -1,0 +1,68 @@
+"""Raw and denoised pictures in one."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sumo3dviz_pt.render.denoise import mixed, texture
+
+SHAPE = (24, 32, 3)
+HIT = np.full(SHAPE[:2], 0.3)
+
+
+def checks(contrast=0.5, noise=0.1, seed=1):
+    """A chequered wall and the same with noise."""
+    rows, columns = np.indices(SHAPE[:2])
+    wall = 0.5 + contrast * (((rows + columns) % 2) - 0.5)
+    smooth = np.repeat(wall[..., None], 3, axis=-1).astype(np.float32)
+    spread = noise * np.random.default_rng(seed).standard_normal((*SHAPE[:2], 1))
+    return smooth, (smooth + spread).astype(np.float32)
+
+
+def test_without_a_share_all_but_the_sky_is_smooth():
+    smooth, raw = checks()
+    np.testing.assert_array_equal(mixed(smooth, raw, hit=HIT, share=0.0), smooth)
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_texture_is_mixed(share):
+    """Noise far below the contrast is texture's own."""
+    smooth, raw = checks(noise=0.01)
+    found = mixed(smooth, raw, hit=HIT, share=share)
+    np.testing.assert_allclose(found, (1 - share) * smooth + share * raw, atol=2e-3 * share)
+
+
+@pytest.mark.parametrize("share", [0.2, 1.0])
+def test_what_is_even_stays_smooth(share):
+    smooth, raw = checks(contrast=0.0)
+    np.testing.assert_allclose(mixed(smooth, raw, hit=HIT, share=share), smooth, atol=1e-5)
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.25, 0.5])
+def test_texture_is_wieners_ratio(noise):
+    smooth, raw = checks(contrast=0.5, noise=noise)
+    expected = 0.0625 / (0.0625 + noise**2)
+    assert np.median(texture(smooth, raw)[4:-4, 4:-4]) == pytest.approx(expected, rel=0.1)
+
+
+def test_the_sky_stays_raw_however_bright():
+    smooth, raw = checks()
+    raw[0, 0] = 1e4
+    found = mixed(smooth, raw, hit=np.zeros(SHAPE[:2]), share=0.2)
+    np.testing.assert_array_equal(found, raw)
+
+
+@given(st.floats(0.0, 1.0), st.floats(3.0, 1e6))
+def test_a_flash_is_held_at_twice_its_surroundings(share, flash):
+    smooth, raw = checks()
+    raw[2, 3] = flash * smooth[2, 3]
+    found = mixed(smooth, raw, hit=HIT, share=share)
+    assert (found[2, 3] <= (1 + share) * smooth[2, 3] * (1 + 1e-5)).all()
+    assert (found[2, 3] >= smooth[2, 3] * (1 - 1e-5)).all()
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 7), (8, 8)])
+def test_tiny_pictures(size):
+    smooth = np.full((*size, 3), 0.3, np.float32)
+    assert np.isfinite(mixed(smooth, 2 * smooth, hit=np.ones(size), share=0.5)).all()
