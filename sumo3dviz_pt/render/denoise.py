@@ -72,7 +72,7 @@ def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
     held = np.minimum(raw, 2 * smooth)
     if share > 0:
         own = np.float32(share) * texture(smooth, held)[..., None]
-        smooth = smooth + own * (held - smooth)
+        smooth = (smooth + own * (held - smooth)).astype(np.float32, copy=False)
     return np.where(hit[..., None] > 0, smooth, raw)
 
 
