@@ -24,6 +24,7 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.pipeline import Request, opened, prepare, renderer_names
 from sumo3dviz_pt.report import plan
 from sumo3dviz_pt.report.extra import check_extra
+from sumo3dviz_pt.report.machine import machine
 from sumo3dviz_pt.report.measure import Subject, film_flicker, pictures, rows_of
 from sumo3dviz_pt.report.reference import (
     CHUNK,
@@ -33,7 +34,7 @@ from sumo3dviz_pt.report.reference import (
     finished,
     grow,
 )
-from sumo3dviz_pt.report.results import PICTURES, Results, picture_name, write_results
+from sumo3dviz_pt.report.results import PICTURES, REFERENCE, picture_name, write_results
 from sumo3dviz_pt.report.scores import CAP
 from sumo3dviz_pt.report.table import DEPTH, LADDER, Row, append_row, read_rows
 
@@ -136,15 +137,17 @@ def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Pa
     work = _Work(order, on_step)
     with opened(production, film=True) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
-        subject = Subject(order.scene, production, states, renderer_names(session))
+        subject = Subject(order.scene, production, states, {**machine(), **renderer_names(session)})
         made = _plan(session, subject, work)
         halves = _grown(session, subject, work, made)
         reference = finished(session, subject.state, halves)
-        _keep_picture(order.folder, "reference", reference.radiance)
+        _keep_picture(order.folder, REFERENCE, reference.radiance)
         wanted = plan.groups(made["top"])
         rows = _measured(session, subject, work, wanted, reference)
-    results = Results(rows, done=len(rows), wanted=sum(group.rows for group in wanted))
-    return write_results(order.folder, subject, reference, results, command=order.command)
+    count = sum(group.rows for group in wanted)
+    return write_results(
+        order.folder, subject, reference, rows, wanted=count, command=order.command
+    )
 
 
 # What to measure ----------------------------------------------------------------------------
@@ -284,8 +287,7 @@ def _rows_of_group(
     label = f"{group.label} {group.quality.spp} spp"
     shown = pictures(session, subject, group, on_picture=lambda samples: work.step(label, samples))
     rows = list(rows_of(shown, subject, group, reference))
-    first = shown[-len(group.denoisers)]
-    _keep_picture(work.order.folder, picture_name(rows[-len(group.denoisers)]), first.radiance)
+    _keep_picture(work.order.folder, picture_name(rows[0]), shown[0].radiance)
     if group.label not in (LADDER, DEPTH):
         rows[0]["flicker_mc"] = film_flicker(session, subject, group)
     return rows

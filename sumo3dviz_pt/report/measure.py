@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sumo3dviz_pt.image.metrics import flip
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.pipeline import Production
 from sumo3dviz_pt.report.flicker import Seen, body_bounds, flicker, flow_between
-from sumo3dviz_pt.report.machine import machine, peak_memory
+from sumo3dviz_pt.report.machine import peak_memory
 from sumo3dviz_pt.report.plan import Group
 from sumo3dviz_pt.report.reference import Reference
 from sumo3dviz_pt.report.scores import Look, score
@@ -34,13 +35,13 @@ class Subject:
         name: Of the scene.
         production: The shot.
         states: Successive frames; the last is the one whose error is measured.
-        renderer: Variant and compiler, by column.
+        made_with: Machine, versions, variant and compiler, by column.
     """
 
     name: str
     production: Production
     states: tuple[FrameState, ...]
-    renderer: Mapping[str, str]
+    made_with: Mapping[str, str | int]
 
     @property
     def state(self) -> FrameState:
@@ -152,6 +153,8 @@ def rows_of(
 ) -> Iterator[Row]:
     """Score pictures against a reference."""
     halves = halves_flip(reference, subject.look)
+    # The key hashes all input files, which may be large.
+    key = subject.production.key[:8]
     for item in shown:
         scores = score(
             item.radiance,
@@ -162,7 +165,7 @@ def rows_of(
         )
         yield {
             **_description(subject, group),
-            "ref_id": f"{subject.production.key[:8]}",
+            "ref_id": key,
             "ref_spp": reference.spp,
             "ref_halves_flip": halves,
             "seed": item.seed,
@@ -187,8 +190,7 @@ def _description(subject: Subject, group: Group) -> Row:
     """What is the same for all pictures of a group."""
     quality, job = group.quality, subject.production.job
     return {
-        **machine(),
-        **subject.renderer,
+        **subject.made_with,
         "scene": subject.name,
         "W": job.output.size[0],
         "H": job.output.size[1],
@@ -206,8 +208,6 @@ def _description(subject: Subject, group: Group) -> Row:
 
 def halves_flip(reference: Reference, look: Look) -> float:
     """FLIP of the reference's halves against each other."""
-    from sumo3dviz_pt.image.metrics import flip
-
     return flip(*(look.develop(half) for half in reference.halves))
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.image.metrics import flip
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.galleries import crops_plot, flip_maps
-from sumo3dviz_pt.report.measure import Subject
+from sumo3dviz_pt.report.measure import Subject, halves_flip
 from sumo3dviz_pt.report.page import Notes, write_page
 from sumo3dviz_pt.report.plots import depth_plot, error_plot
 from sumo3dviz_pt.report.reference import Reference
@@ -20,28 +18,19 @@ from sumo3dviz_pt.report.scores import Look
 from sumo3dviz_pt.report.table import DEPTH, LADDER, Row, Value, cost, grouped
 
 PICTURES = "pictures"
-"""Folder of the pictures with the first seed."""
+"""Folder of each group's first picture."""
 
 REFERENCE = "reference"
 
 
-@dataclass(frozen=True, slots=True)
-class Results:
-    """What was measured.
-
-    Attributes:
-        rows: Measurements.
-        done: How many there are.
-        wanted: How many were asked for.
-    """
-
-    rows: Sequence[Row]
-    done: int
-    wanted: int
-
-
 def write_results(
-    folder: Path, subject: Subject, reference: Reference, results: Results, *, command: str
+    folder: Path,
+    subject: Subject,
+    reference: Reference,
+    rows: Sequence[Row],
+    *,
+    wanted: int,
+    command: str,
 ) -> Path:
     """Write plots and page; the page.
 
@@ -49,15 +38,16 @@ def write_results(
         folder: Where rows and pictures lie.
         subject: What was measured.
         reference: What it was judged against.
-        results: Measurements.
+        rows: Measurements.
+        wanted: How many were asked for.
         command: What made them.
     """
     own = own_errors(reference, subject.look)
-    if results.rows:
-        error_plot(results.rows, folder / "error.png", own=own)
-        _galleries(folder, results.rows, subject.look)
-    if any(row["preset"] == DEPTH for row in results.rows):
-        depth_plot(results.rows, folder / "depth.png")
+    if rows:
+        error_plot(rows, folder / "error.png", own=own)
+        _galleries(folder, rows, subject.look)
+    if any(row["preset"] == DEPTH for row in rows):
+        depth_plot(rows, folder / "depth.png")
     production = subject.production
     facts: dict[str, Value] = {"camera": production.camera, "time [s]": float(production.times[-1])}
     notes = Notes(
@@ -65,11 +55,11 @@ def write_results(
         command=command,
         facts={**facts, "road users in view": road_users(subject)},
         own=own,
-        done=results.done,
-        wanted=results.wanted,
+        done=len(rows),
+        wanted=wanted,
         stopped="the budget ended",
     )
-    return write_page(folder, results.rows, notes)
+    return write_page(folder, rows, notes)
 
 
 def road_users(subject: Subject) -> int:
@@ -83,10 +73,9 @@ def own_errors(reference: Reference, look: Look) -> dict[str, float]:
     The mean of two independent halves is off by half of what they differ by; for FLIP,
     which is no root of a square, it is a guess on the safe side.
     """
-    first, second = (look.develop(half) for half in reference.halves)
     return {
         "rmse_capped": reference.halves_rmse / look.white / 2,
-        "flip": flip(first, second) / 2,
+        "flip": halves_flip(reference, look) / 2,
     }
 
 
