@@ -10,7 +10,8 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -87,20 +88,12 @@ def read_exr(path: Path) -> tuple[Image, dict[str, str]]:
     Raises:
         InputError: If the file is missing, damaged or has no colours.
     """
-    import OpenEXR
-
-    if not path.is_file():
-        raise InputError("no such file", file=path)
-    try:
-        with OpenEXR.File(str(path)) as file:
-            header, channels = dict(file.header()), file.channels()
-            layer = channels.get("RGB") or channels.get("RGBA")
-            pixels = None if layer is None else np.array(layer.pixels, dtype=np.float32)
-    except RuntimeError as error:
-        raise InputError(f"not a readable OpenEXR file ({error})", file=path) from error
+    with _opened(path) as file:
+        strings, channels = _strings(file), file.channels()
+        layer = channels.get("RGB") or channels.get("RGBA")
+        pixels = None if layer is None else np.array(layer.pixels, dtype=np.float32)
     if pixels is None:
         raise InputError("holds no R, G and B channels", file=path)
-    strings = {key: value for key, value in header.items() if isinstance(value, str)}
     return np.ascontiguousarray(pixels[..., :3]), strings
 
 
@@ -110,13 +103,24 @@ def read_attributes(path: Path) -> dict[str, str]:
     Raises:
         InputError: If the file is missing or damaged.
     """
+    with _opened(path, header_only=True) as file:
+        return _strings(file)
+
+
+@contextmanager
+def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
+    """An OpenEXR file; what is wrong with it is said in one sentence."""
     import OpenEXR
 
     if not path.is_file():
         raise InputError("no such file", file=path)
     try:
-        with OpenEXR.File(str(path), header_only=True) as file:
-            header = dict(file.header())
+        with OpenEXR.File(str(path), header_only=header_only) as file:
+            yield file
     except RuntimeError as error:
         raise InputError(f"not a readable OpenEXR file ({error})", file=path) from error
-    return {key: value for key, value in header.items() if isinstance(value, str)}
+
+
+def _strings(file: Any) -> dict[str, str]:
+    """The string attributes of an open file."""
+    return {key: value for key, value in file.header().items() if isinstance(value, str)}
