@@ -29,7 +29,7 @@ class Entry:
         family: Such as `vehicles` or `surfaces`.
         name: The name that users choose.
         folder: Where its files lie.
-        meta: The content of its YAML file.
+        meta: The content of its `asset.yaml`, and of `baked.yaml` where there is one.
     """
 
     family: str
@@ -72,7 +72,9 @@ def find(family: str, name: str) -> Entry:
             f"no {family} asset is called {name!r}{did_you_mean(name, names(family))}"
         )
     folder = data_root("assets") / family / name
-    return Entry(family, name, folder, _load_yaml(folder / "asset.yaml"))
+    baked = folder / "baked.yaml"
+    meta = {**_load_yaml(folder / "asset.yaml"), **(_load_yaml(baked) if baked.is_file() else {})}
+    return Entry(family, name, folder, meta)
 
 
 @cache

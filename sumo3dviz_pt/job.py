@@ -40,6 +40,10 @@ def _listed(value: Any) -> Any:
     return value if isinstance(value, list | tuple) or value is None else [value]
 
 
+Lights = Literal["auto", "on", "off"]
+"""When lamps are lit."""
+
+
 class Settings(BaseModel):
     """Base: unknown keys are errors, values do not change."""
 
@@ -335,6 +339,7 @@ class Job(Settings):
     objects: ObjectsSettings = ObjectsSettings()
     signals: SignalSettings = SignalSettings()
     motion: MotionSettings = MotionSettings()
+    lights: Lights = Field("auto", description="auto lights lamps after sunset")
     cameras: dict[str, CameraSettings] = Field(default_factory=dict, description="by name")
     shots: tuple[ShotSettings, ...] = Field((), description="what `render` films")
     output: OutputSettings = OutputSettings()

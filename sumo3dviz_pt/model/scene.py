@@ -69,6 +69,37 @@ class StaticPart:
     part: Part
 
 
+@dataclass(frozen=True, slots=True)
+class VehicleLamp:
+    """A lamp on a body: a flat ellipse that shines away from it.
+
+    Attributes:
+        role: What lights it: `head`, `tail`, `brake`, `left`, `right`, `reverse`, `blue`,
+            `sign`.
+        at: Its centre in the body's frame, a few millimetres before the lens [m].
+        size: Its width and height [m].
+        yaw: Where it shines, from the body's +x [rad]: 0 forward, pi backward.
+    """
+
+    role: str
+    at: tuple[float, float, float]
+    size: tuple[float, float]
+    yaw: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Poses:
+    """Shapes that a body takes in turn, such as the phases of a step.
+
+    Attributes:
+        vertices: Of all parts in their order, (poses, v, 3) [m].
+        normals: Unit, likewise, (poses, v, 3).
+    """
+
+    vertices: Floats
+    normals: Floats
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Prototype:
     """A body that movers show; +x forward, origin on the ground under the front's middle.
@@ -77,11 +108,15 @@ class Prototype:
         name: Unique, such as `sedan`.
         parts: The detailed body.
         far: A cheap stand-in with the same outline for far away.
+        lamps: What can shine on it.
+        poses: Shapes that `parts` take in turn; such bodies are never instanced.
     """
 
     name: str
     parts: tuple[Part, ...]
     far: tuple[Part, ...]
+    lamps: tuple[VehicleLamp, ...] = ()
+    poses: Poses | None = None
 
     @property
     def triangles(self) -> int:
@@ -98,17 +133,21 @@ class Mover:
         prototype: A name in `SceneData.prototypes`.
         world_from_body: Its placement, scaled to its vType's size.
         colour: Linear reflectance of its tinted materials.
+        lit: Roles of its lamps that shine.
+        pose: Which of its prototype's poses it takes.
     """
 
     id: str
     prototype: str
     world_from_body: Transform
     colour: Colour
+    lit: frozenset[str] = frozenset()
+    pose: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampSet:
-    """Lamps whose radiance changes from frame to frame, as one mesh.
+    """Lamps that stand still, as one mesh; their radiance may change from frame to frame.
 
     Attributes:
         id: Unique, such as `signals`.
@@ -118,6 +157,9 @@ class LampSet:
         lamps: Lamp names, such as `J1/3/green`.
         sampled: Whether light paths aim at them (night); in daylight they are
             only seen, which costs nothing.
+        radiance: Of lamps that never change, (lamps, 3); None for those that a
+            frame's state lights.
+        weight: How often paths aim at this set, against 1 for an ordinary one.
     """
 
     id: str
@@ -126,6 +168,8 @@ class LampSet:
     lamp_of_face: Ints
     lamps: tuple[str, ...]
     sampled: bool = False
+    radiance: Floats | None = None
+    weight: float = 1.0
 
     def __post_init__(self) -> None:
         """Freeze the index."""

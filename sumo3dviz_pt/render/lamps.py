@@ -76,7 +76,7 @@ class Lamps:
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Light the lamps as a frame says."""
         for lamps in self.sets:
-            radiance = frame.lamps[lamps.id]
+            radiance = frame.lamps[lamps.id] if lamps.radiance is None else lamps.radiance
             if self._jit:
                 convert.overwrite(parameters, f"{_name(lamps)}.emitter.radiance.values", radiance)
             else:
@@ -89,7 +89,7 @@ class Lamps:
         radiance: dict[str, Any] = {"type": "mesh_attribute", "name": convert.RADIANCE_ATTRIBUTE}
         if self._jit:
             radiance = {"type": _PLUGIN, "count": len(lamps.lamps)}
-        weight = 1.0 if self._jit and lamps.sampled else 0.0
+        weight = lamps.weight if self._jit and lamps.sampled else 0.0
         emitter = {"type": "area", "radiance": radiance, "sampling_weight": weight}
         placed = Mesh(mesh.vertices - origin, mesh.faces, None, mesh.uvs)
         return convert.make_lamps(_name(lamps), placed, bsdf=self._bsdf, emitter=emitter)

@@ -15,11 +15,11 @@ from sumo3dviz_pt.model.scene import (
     Bsdf,
     FrameState,
     Haze,
+    LampSet,
     LeftOut,
     Mover,
     Prototype,
     SceneData,
-    Sky,
     Slots,
     StaticPart,
     View,
@@ -28,6 +28,7 @@ from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
+from sumo3dviz_pt.scene.darkness import is_dark
 from sumo3dviz_pt.scene.ground import build_ground
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.roads import RoadParts, build_roads
@@ -103,7 +104,7 @@ class Shot:
             ConfigError: If settings contradict each other or name what is unknown.
         """
         sky = build_sky(settings)
-        lamps = tuple(replace(lamps, sampled=_is_dark(sky)) for lamps in self.data.lamps)
+        lamps = tuple(replace(lamps, sampled=is_dark(sky)) for lamps in self.data.lamps)
         return replace(self, data=replace(self.data, sky=sky, lamps=lamps))
 
     def _on_footways(self, movers: Sequence[Mover]) -> tuple[Mover, ...]:
@@ -148,16 +149,17 @@ def build_shot(
     every = max(1, -(-len(times) // _MOST_VIEWS))
     sparse = [built.view_at(float(time)) for time in times[::every]]
     gaze = needs.Gaze.of(sparse, aspect=aspect)
-    place = _place(scenario, job, gaze)
+    sky = build_sky(job.sky, location=scenario.network.location)
+    dark = is_dark(sky, job.lights)
+    place = _place(scenario, job, gaze, dark=dark)
     crowd = _crowd(fleet, built, times, aspect)
     shown = sorted({*crowd.slots.near, *crowd.slots.far})
     opened = {name: fleet.prototypes[name] for name in shown}
-    sky = build_sky(job.sky, location=scenario.network.location)
     data = SceneData(
         materials=_materials(place, opened.values(), fleet.materials),
         static=place.static,
         prototypes=opened,
-        lamps=tuple(replace(lamps, sampled=_is_dark(sky)) for lamps in place.signals.lamps),
+        lamps=tuple(replace(lamps, sampled=dark) for lamps in place.lamps),
         sky=sky,
         slots=crowd.slots,
         haze=Haze(),
@@ -183,10 +185,11 @@ class _Place:
     materials: Mapping[str, Bsdf]
     roads: RoadParts
     signals: Signals
+    lamps: tuple[LampSet, ...]
     left_out: tuple[LeftOut, ...]
 
 
-def _place(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Place:
+def _place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -> _Place:
     """Build roads, ground, scenery and signals around the camera's path."""
     low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
     region = (
@@ -210,6 +213,7 @@ def _place(scenario: Scenario, job: Job, gaze: needs.Gaze) -> _Place:
         {**MATERIALS, **roads.materials, **ground.materials, **scenery.materials},
         roads,
         signals,
+        signals.lamps,
         (*scenery.left_out, *signals.left_out),
     )
 
@@ -243,11 +247,6 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> needs.
     return needs.plan_crowd(bodies, frames)
 
 
-def _is_dark(sky: Sky) -> bool:
-    """Whether lamps light anything: after sunset."""
-    return sky.sun_direction is not None and float(sky.sun_direction[2]) < 0.0
-
-
 def _materials(
     place: _Place, prototypes: Iterable[Prototype], own: Mapping[str, Bsdf]
 ) -> dict[str, Bsdf]:
@@ -255,7 +254,7 @@ def _materials(
     used = {part.part.material for part in place.static}
     for prototype in prototypes:
         used |= {part.material for part in (*prototype.parts, *prototype.far)}
-    if place.signals.lamps:
+    if place.lamps:
         used.add("signal_lens")
     known = {**place.materials, **own}
     return {name: known[name] for name in sorted(used)}

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from sumo3dviz_pt.shapes.car import BakedVehicle, build_car
-from sumo3dviz_pt.shapes.car_recipe import read_recipe
+from sumo3dviz_pt.shapes.car import CAR
 from sumo3dviz_pt.shapes.ply import write_ply
+from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, builder_of
 
 _LOG = logging.getLogger(__name__)
 
+BUILDERS: Mapping[str, Builder] = {"car": CAR}
+"""By the word that a recipe has under `build`."""
+
 
 def bake_vehicle(recipe: Mapping[str, Any]) -> BakedVehicle:
-    """Build the meshes of a vehicle.
+    """Build the levels of a vehicle that travel with the package.
 
     Args:
         recipe: Content of an `asset.yaml`: length, width, height and `recipe`.
@@ -25,14 +29,25 @@ def bake_vehicle(recipe: Mapping[str, Any]) -> BakedVehicle:
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    return build_car(read_recipe(recipe))
+    return builder_of(recipe, BUILDERS).bake(recipe)
+
+
+def hero_vehicle(recipe: Mapping[str, Any]) -> HeroVehicle | None:
+    """Build a vehicle's level for close views, or None if its kind has none.
+
+    Raises:
+        ConfigError: If a key is unknown, missing or of the wrong kind.
+    """
+    hero = builder_of(recipe, BUILDERS).hero
+    return None if hero is None else hero(recipe)
 
 
 def bake_folder(folder: Path) -> tuple[Path, ...]:
-    """Write the PLY files of a vehicle folder; the same recipe gives the same bytes.
+    """Write the files of a vehicle folder; the same recipe gives the same bytes.
 
     Args:
-        folder: Holds `asset.yaml`; files of the same names are replaced.
+        folder: Holds `asset.yaml`; gets `<material>.ply`, `far_<material>.ply` and
+            `baked.yaml`, which lists them with lamps and wheels. Others go.
 
     Returns:
         The files written.
@@ -48,5 +63,36 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
             path = folder / f"{prefix}{material}.ply"
             write_ply(path, mesh)
             files.append(path)
+    for old in set(folder.glob("*.ply")) - set(files):
+        old.unlink()
+    listing = folder / "baked.yaml"
+    listing.write_text(yaml.safe_dump(_listing(baked), sort_keys=False), encoding="utf-8")
     _LOG.info("%s: %d files", folder.name, len(files))
-    return tuple(files)
+    return (*files, listing)
+
+
+def _listing(baked: BakedVehicle) -> dict[str, Any]:
+    """What `baked.yaml` says: meshes with materials and triangles, lamps, wheels."""
+    return {
+        "parts": [_entry("", name, mesh.faces) for name, mesh in baked.parts.items()],
+        "far": [_entry("far_", name, mesh.faces) for name, mesh in baked.far.items()],
+        "lamps": [_plain(asdict(lamp)) for lamp in baked.lamps],
+        "wheels": [_plain(asdict(wheel)) for wheel in baked.wheels],
+    }
+
+
+def _entry(prefix: str, material: str, faces: Any) -> dict[str, Any]:
+    """One mesh file."""
+    return {"mesh": f"{prefix}{material}.ply", "material": material, "triangles": len(faces)}
+
+
+def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Values as YAML writes them best: lists of numbers rounded to a tenth of a millimetre."""
+    return {
+        key: [round(float(item), 4) for item in value]
+        if isinstance(value, tuple)
+        else round(value, 4)
+        if isinstance(value, float)
+        else value
+        for key, value in values.items()
+    }

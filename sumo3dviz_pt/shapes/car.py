@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,29 +14,17 @@ from sumo3dviz_pt.shapes.car_details import attached, details
 from sumo3dviz_pt.shapes.car_far import far_surface, far_wheels
 from sumo3dviz_pt.shapes.car_gaps import cut_gaps
 from sumo3dviz_pt.shapes.car_panels import cut_dark_parts, cut_panels
-from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe
+from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe, read_recipe
 from sumo3dviz_pt.shapes.car_windows import cut_windows
 from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.shapes.simplify import simplify
 from sumo3dviz_pt.shapes.solids import by_material, mirrored, moved
+from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder
 from sumo3dviz_pt.shapes.wheel import build_wheel, well_shell
 
 _SPACING = 0.055
 _HALF_FACES = 6000
 _FLIP = np.array([-1.0, 1.0, 1.0])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BakedVehicle:
-    """Meshes of a vehicle by material, in the body frame.
-
-    Attributes:
-        parts: The detailed level.
-        far: The far level.
-    """
-
-    parts: Mapping[str, Mesh]
-    far: Mapping[str, Mesh]
 
 
 def build_car(recipe: CarRecipe) -> BakedVehicle:
@@ -157,3 +145,7 @@ def _wheels(shape: CarShape, track: float) -> Iterator[tuple[str, Mesh]]:
             placed = moved(mesh, -d, track, recipe.wheel.radius)
             yield material, placed
             yield material, mirrored(placed)
+
+
+CAR = Builder(lambda recipe: build_car(read_recipe(recipe)))
+"""Passenger cars."""

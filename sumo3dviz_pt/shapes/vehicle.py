@@ -1,0 +1,89 @@
+"""Builds any vehicle from its recipe: what every builder gives, and which builder a recipe names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.scene import VehicleLamp
+
+Meshes = Mapping[str, Mesh]
+"""Meshes by material."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelPlace:
+    """Where a wheel turns.
+
+    Attributes:
+        at: Its centre in the body's frame [m].
+        radius: Of the tyre [m]; `at` lies as high, so that it stands on the ground.
+        steered: Whether it steers.
+    """
+
+    at: tuple[float, float, float]
+    radius: float
+    steered: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BakedVehicle:
+    """The levels of a vehicle that travel with the package, in the body's frame.
+
+    Attributes:
+        parts: The middle level, wheels included; fewer than 18,000 triangles.
+        far: Likewise, fewer than 2,000.
+        lamps: What can shine; the same at every level.
+        wheels: Where the wheels are.
+    """
+
+    parts: Meshes
+    far: Meshes
+    lamps: tuple[VehicleLamp, ...] = ()
+    wheels: tuple[WheelPlace, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeroVehicle:
+    """The level for close views, built when first needed; fewer than 80,000 triangles.
+
+    Attributes:
+        body: Without wheels, in the body's frame.
+        wheel: One wheel about its own centre, its outer face to +y; wheels on the right
+            are this one, turned round.
+    """
+
+    body: Meshes
+    wheel: Meshes
+
+
+Recipe = Mapping[str, Any]
+"""Content of an `asset.yaml`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Builder:
+    """A way to build vehicles.
+
+    Attributes:
+        bake: Makes the levels that travel with the package.
+        hero: Makes the level for close views, or None where there is none.
+    """
+
+    bake: Callable[[Recipe], BakedVehicle]
+    hero: Callable[[Recipe], HeroVehicle] | None = None
+
+
+def builder_of(recipe: Recipe, builders: Mapping[str, Builder]) -> Builder:
+    """The builder that a recipe names under `build`.
+
+    Raises:
+        ConfigError: If there is none of that name.
+    """
+    name = recipe.get("build", "car")
+    if name not in builders:
+        raise ConfigError(f"no builder is called {name!r}; known: {', '.join(builders)}")
+    return builders[name]
