@@ -7,15 +7,18 @@ lies at the repository root. Nothing else in the package knows these places.
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import platformdirs
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.shapes.variant import varied
 
 _PACKAGE = Path(__file__).resolve().parent
 _DATA_ROOTS = (_PACKAGE / "_data", _PACKAGE.parent)
@@ -73,8 +76,32 @@ def find(family: str, name: str) -> Entry:
         )
     folder = data_root("assets") / family / name
     baked = folder / "baked.yaml"
-    meta = {**_load_yaml(folder / "asset.yaml"), **(_load_yaml(baked) if baked.is_file() else {})}
+    own = _load_yaml(folder / "asset.yaml")
+    if "base" in own:
+        own = varied(_load_yaml(folder.parent / str(own["base"]) / "asset.yaml"), own)
+    meta = {**own, **(_load_yaml(baked) if baked.is_file() else {})}
     return Entry(family, name, folder, meta)
+
+
+def recipe_files(entry: Entry) -> tuple[Path, ...]:
+    """The files that an asset is made from: its own, and that of the asset it varies."""
+    own = entry.folder / "asset.yaml"
+    base = entry.meta.get("base")
+    return (own,) if base is None else (own, entry.folder.parent / str(base) / "asset.yaml")
+
+
+def package_folder(name: str) -> Path:
+    """Folder of one of our own subpackages, such as `shapes`."""
+    return _PACKAGE / name
+
+
+def cache_root() -> Path:
+    """Where what takes long to build is kept for this user.
+
+    The environment variable `SUMO3DVIZ_PT_CACHE` names another folder.
+    """
+    own = os.environ.get("SUMO3DVIZ_PT_CACHE")
+    return Path(own) if own else platformdirs.user_cache_path("sumo3dviz_pt")
 
 
 @cache

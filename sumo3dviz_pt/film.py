@@ -372,5 +372,5 @@ def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
             "up": [round(float(value), 9) for value in matrix[:3, 2]],
             "fov": round(float(np.degrees(view.fov)), 6),
         },
-        "drawn": sorted(mover.id for mover in (*frame.movers, *frame.distant)),
+        "drawn": sorted(frame.users),
     }

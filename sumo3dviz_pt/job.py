@@ -110,6 +110,9 @@ class GroundSettings(Settings):
 
     texture: Surface = Field("ground_grass", description="a surface's name, or an image file")
     scale: Positive = Field(1.0, description="enlarges the texture")
+    horizon: Literal["auto", "hills", "trees", "flat"] = Field(
+        "auto", description="what closes the view; auto: hills, and woods where grass grows"
+    )
 
 
 class EdgeStyle(Settings):
@@ -141,6 +144,9 @@ class VehicleSettings(Settings):
     """Which bodies and colours vehicles show."""
 
     passenger: tuple[str, ...] = Field((), description="models to draw from; default all")
+    models: dict[str, tuple[str, ...]] = Field(
+        default_factory=dict, description="models to draw from by other vClasses"
+    )
     colours: Literal["european", "sumo"] | tuple[str, ...] = Field(
         "european", description="a fleet's palette, SUMO's colours, or a list of #rrggbb"
     )
@@ -171,6 +177,8 @@ class ObjectsSettings(Settings):
     """Static objects by kind."""
 
     trees: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    shrubs: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
+    hedges: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     fences: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     homes: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
     shops: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
@@ -182,11 +190,25 @@ class SignalSettings(Settings):
     """Traffic lights."""
 
     show: bool = Field(True, description="whether lights are drawn")
-    design: Literal["two_heads", "three_heads"] = Field("three_heads", description="lamps a light")
+    design: Literal["two_heads", "three_heads", "countdown"] = Field(
+        "three_heads", description="lamps a light; countdown adds seconds to the next change"
+    )
     yellow: Literal["auto", "log"] = Field(
         "auto", description="auto: interpolated for links whose log never shows yellow"
     )
     yellow_time: Positive = Field(3.0, description="length of interpolated yellow [s]")
+
+
+class StreetSettings(Settings):
+    """Street furniture that stands by itself; POIs of its types are always drawn."""
+
+    lamps: Literal["auto", "none"] = Field("auto", description="street lamps along urban roads")
+    signs: Literal["auto", "none"] = Field(
+        "auto", description="speed limits, stop, give way, priority, exits, gantries"
+    )
+    furniture: Literal["auto", "none"] = Field(
+        "auto", description="benches, bins, bollards along sidewalks"
+    )
 
 
 class LensSettings(Settings):
@@ -338,6 +360,7 @@ class Job(Settings):
     vehicles: VehicleSettings = VehicleSettings()
     objects: ObjectsSettings = ObjectsSettings()
     signals: SignalSettings = SignalSettings()
+    street: StreetSettings = StreetSettings()
     motion: MotionSettings = MotionSettings()
     lights: Lights = Field("auto", description="auto lights lamps after sunset")
     cameras: dict[str, CameraSettings] = Field(default_factory=dict, description="by name")

@@ -35,6 +35,7 @@ def write_exr(
     radiance: Image,
     *,
     half: bool = True,
+    lossy: float | None = None,
     attributes: Mapping[str, str] | None = None,
     extra: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
@@ -44,6 +45,7 @@ def write_exr(
         path: Where to.
         radiance: Linear sRGB primaries, (h, w, 3), finite.
         half: Store colours in half precision, clipped to +-65504; else in single.
+        lossy: Level of DWAB compression instead of ZIP; 45 is OpenEXR's own default.
         attributes: Strings to store by name; provenance goes under `PROVENANCE`.
         extra: More layers by name, (h, w) in single precision, such as depth, or
             (h, w, 3) like the colours.
@@ -62,6 +64,8 @@ def write_exr(
         "type": OpenEXR.scanlineimage,
         "chromaticities": _BT709,
     }
+    if lossy is not None:
+        header |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": float(lossy)}
     layers = {"RGB": radiance, **(extra or {})}
     channels = {name: _stored(values, half=half) for name, values in layers.items()}
     part = path.with_name(path.name + ".part")

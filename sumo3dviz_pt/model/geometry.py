@@ -19,6 +19,10 @@ Bools = NDArray[np.bool_]
 Image = NDArray[np.float32]
 
 
+UNWORN = (1.0, 0.0, 0.0)
+"""The `wear` of a road as it was built."""
+
+
 def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
     """Return the values as a read-only array of the given type."""
     array: NDArray[Any] = np.array(values, dtype=dtype)
@@ -35,18 +39,21 @@ class Mesh:
         faces: Counter-clockwise vertex indices, (m, 3).
         normals: Unit shading normals, (n, 3); None shades flat.
         uvs: Texture coordinates, (n, 2); None where no texture is used.
+        wear: Of roads: factor of brightness, share of paint in [0, 1], yellowness of that
+            paint in [0, 1], (n, 3); None where nothing is worn or painted.
     """
 
     vertices: Floats
     faces: Ints
     normals: Floats | None = None
     uvs: Floats | None = None
+    wear: Floats | None = None
 
     def __post_init__(self) -> None:
         """Check shapes once, so that stages can trust them."""
         object.__setattr__(self, "vertices", frozen(self.vertices).reshape(-1, 3))
         object.__setattr__(self, "faces", frozen(self.faces, np.int64).reshape(-1, 3))
-        for name, width in (("normals", 3), ("uvs", 2)):
+        for name, width in (("normals", 3), ("uvs", 2), ("wear", 3)):
             values = getattr(self, name)
             if values is None:
                 continue
@@ -64,7 +71,7 @@ class Mesh:
 
 
 def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
-    """Join meshes into one; normals and uvs survive where all meshes have them."""
+    """Join meshes into one; normals, uvs and wear survive where all meshes have them."""
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])[:-1]
 
     def joined(name: str, width: int) -> Floats | None:
@@ -80,6 +87,7 @@ def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([mesh.faces + o for mesh, o in zip(meshes, offsets, strict=True)]),
         joined("normals", 3),
         joined("uvs", 2),
+        joined("wear", 3),
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.traffic import Poi, Polygon, SignalPhases, TrafficLog, VehicleType
+from sumo3dviz_pt.model.traffic import Poi, Polygon, SignalPhases, Stop, TrafficLog, VehicleType
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +42,7 @@ class Scenario:
         signals: By tls id; empty when there is no log.
         pois: Of all additional files.
         polygons: Of all additional files.
+        stops: Bus stops of all additional files.
     """
 
     network: Network
@@ -50,3 +51,4 @@ class Scenario:
     signals: Mapping[str, SignalPhases] = field(default_factory=dict)
     pois: tuple[Poi, ...] = ()
     polygons: tuple[Polygon, ...] = ()
+    stops: tuple[Stop, ...] = ()

@@ -25,8 +25,19 @@ Colour = tuple[float, float, float]
 Bsdf = Mapping[str, Any]
 """A material in Mitsuba's words."""
 
+CANDELAS_PER_UNIT = 32_000.0
+"""Luminance of radiance 1 [cd/m^2]: a sunlit white wall has about 1."""
+
 ORIGIN_GRID = 250.0
 """Spacing of the renderer's possible origins [m]."""
+
+
+def is_tinted(bsdf: Bsdf) -> bool:
+    """Whether a material takes its colour from faces or movers."""
+    return any(
+        isinstance(value, Mapping) and (value.get("type") == "tint" or is_tinted(value))
+        for value in bsdf.values()
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +100,7 @@ class VehicleLamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Poses:
-    """Shapes that a body takes in turn, such as the phases of a step.
+    """Shapes that a body takes: at rest, then the phases of a movement that repeats.
 
     Attributes:
         vertices: Of all parts in their order, (poses, v, 3) [m].
@@ -110,6 +121,7 @@ class Prototype:
         far: A cheap stand-in with the same outline for far away.
         lamps: What can shine on it.
         poses: Shapes that `parts` take in turn; such bodies are never instanced.
+        far_poses: Shapes that `far` takes in turn.
     """
 
     name: str
@@ -117,6 +129,7 @@ class Prototype:
     far: tuple[Part, ...]
     lamps: tuple[VehicleLamp, ...] = ()
     poses: Poses | None = None
+    far_poses: Poses | None = None
 
     @property
     def triangles(self) -> int:
@@ -134,7 +147,10 @@ class Mover:
         world_from_body: Its placement, scaled to its vType's size.
         colour: Linear reflectance of its tinted materials.
         lit: Roles of its lamps that shine.
-        pose: Which of its prototype's poses it takes.
+        part: Empty for the road user itself; else which further part of it this is,
+            such as `wheel0` or `unit1`.
+        phase: Of the movement of its prototype's poses, [0, 1).
+        effort: How much of that movement it shows: 0 at rest, 1 all of it.
     """
 
     id: str
@@ -142,7 +158,9 @@ class Mover:
     world_from_body: Transform
     colour: Colour
     lit: frozenset[str] = frozenset()
-    pose: int = 0
+    part: str = ""
+    phase: float = 0.0
+    effort: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -160,6 +178,7 @@ class LampSet:
         radiance: Of lamps that never change, (lamps, 3); None for those that a
             frame's state lights.
         weight: How often paths aim at this set, against 1 for an ordinary one.
+        tint: Linear reflectance of each face's glass, (m, 3); None for dark grey.
     """
 
     id: str
@@ -170,6 +189,7 @@ class LampSet:
     sampled: bool = False
     radiance: Floats | None = None
     weight: float = 1.0
+    tint: Floats | None = None
 
     def __post_init__(self) -> None:
         """Freeze the index."""
@@ -187,11 +207,13 @@ class CloudLayer:
         cover: Opacity, (h, w) in [0, 1].
         sunlit: Share of the sun's irradiance that leaves as radiance x pi, (h, w).
         skylit: Share of the sky's irradiance that leaves as radiance x pi, (h, w).
+        lit_from: Elevation of the sun that `sunlit` was made for [rad].
     """
 
     cover: Image
     sunlit: Image
     skylit: Image
+    lit_from: float = float(np.pi / 4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,6 +229,11 @@ class Sky:
         image_scale: Scene units per unit of `image`.
         rotation: Turns clouds and image clockwise seen from above [rad].
         night: Radiance of a moonless night sky, scene units; added everywhere.
+        moon_direction: Unit vector to the full moon, or None; it gives no light beside
+            the sun.
+        stars: Seed of the stars, or None for none.
+        glow: Radiance of a city's light at the horizon, scene units.
+        tint: What the sun's light and sky are multiplied with.
         exposure: EV at which this sky looks right; the film's exposure adds to it.
     """
 
@@ -217,13 +244,51 @@ class Sky:
     image_scale: float = 1.0
     rotation: float = 0.0
     night: Colour = (0.0, 0.0, 0.0)
+    moon_direction: Floats | None = None
+    stars: int | None = None
+    glow: Colour = (0.0, 0.0, 0.0)
+    tint: Colour = (1.0, 1.0, 1.0)
     exposure: float = 0.0
 
     def __post_init__(self) -> None:
-        """Make the direction a unit vector."""
-        if self.sun_direction is not None:
-            direction = np.asarray(self.sun_direction, dtype=np.float64)
-            object.__setattr__(self, "sun_direction", frozen(direction / np.linalg.norm(direction)))
+        """Make the directions unit vectors."""
+        for name in ("sun_direction", "moon_direction"):
+            given = getattr(self, name)
+            if given is not None:
+                direction = np.asarray(given, dtype=np.float64)
+                object.__setattr__(self, name, frozen(direction / np.linalg.norm(direction)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beam:
+    """What a vehicle's head lamps throw on the road.
+
+    Attributes:
+        pattern: Share of the peak, (n, n), rows from above to below, columns from left
+            to right, straight ahead in the middle; even in the tangent of the angle.
+        half_angle: From the middle to the pattern's edge [rad].
+        intensity: Peak of both lamps, scene units x m^2.
+    """
+
+    pattern: Image
+    half_angle: float
+    intensity: Colour
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunningLights:
+    """Lamps on vehicles.
+
+    Attributes:
+        intensity: On the axis of one lamp by role, scene units x m^2; roles that are
+            missing never shine.
+        beam: Of head lamps, or None by day.
+        sampled: As in `LampSet`.
+    """
+
+    intensity: Mapping[str, Colour]
+    beam: Beam | None = None
+    sampled: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,10 +322,12 @@ class Slots:
     Attributes:
         near: Detailed bodies by prototype name.
         far: Stand-ins by prototype name.
+        posed: Detailed bodies that take poses, by prototype name.
     """
 
     near: Mapping[str, int] = field(default_factory=dict)
     far: Mapping[str, int] = field(default_factory=dict)
+    posed: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -273,6 +340,7 @@ class SceneData:
         prototypes: What movers show, by name; only those in use.
         lamps: Lamp sets; empty when nothing shines.
         sky: The environment.
+        running: Lamps on vehicles, or None where nobody shows any.
         slots: Room for movers; fixed, so that nothing compiles during a film.
         haze: Aerial perspective, or None.
         left_out: What was left out, and why.
@@ -285,6 +353,7 @@ class SceneData:
     sky: Sky
     slots: Slots = field(default_factory=Slots)
     haze: Haze | None = None
+    running: RunningLights | None = None
     left_out: tuple[LeftOut, ...] = ()
 
 
@@ -337,9 +406,10 @@ class FrameState:
     Attributes:
         time: SUMO's time [s].
         view: The camera.
-        movers: Road users that are drawn in detail.
-        distant: Road users that are drawn by their stand-ins.
-        lamps: Radiance of each lamp, (lamps, 3), by lamp set id.
+        movers: Road users, or parts of them, that are drawn in detail.
+        distant: Those that are drawn by their stand-ins.
+        lamps: Radiance of each lamp that changes, (lamps, 3), by lamp set id.
+        posed: Those that are drawn in detail and take poses.
     """
 
     time: float
@@ -347,6 +417,17 @@ class FrameState:
     movers: tuple[Mover, ...]
     distant: tuple[Mover, ...] = ()
     lamps: Mapping[str, Floats] = field(default_factory=dict)
+    posed: tuple[Mover, ...] = ()
+
+    @property
+    def everyone(self) -> tuple[Mover, ...]:
+        """All that is drawn, at any level."""
+        return (*self.movers, *self.posed, *self.distant)
+
+    @property
+    def users(self) -> frozenset[str]:
+        """Ids of all road users that are drawn."""
+        return frozenset(mover.id for mover in self.everyone)
 
     @property
     def origin(self) -> Floats:

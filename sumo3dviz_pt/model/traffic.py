@@ -156,3 +156,27 @@ class Polygon:
     colour: tuple[float, float, float] | None
     source: str
     params: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """A bus stop beside a lane.
+
+    Attributes:
+        id: SUMO's id.
+        lane: Lane id.
+        start: Where it begins on the lane [m], negative from the lane's end; None at its begin.
+        end: Where it ends; None at the lane's end.
+    """
+
+    id: str
+    lane: str
+    start: float | None = None
+    end: float | None = None
+
+    def span(self, length: float) -> tuple[float, float]:
+        """Begin and end as shares of a lane of a length [m], in order, in [0, 1]."""
+        given = (self.start or 0.0, length if self.end is None else self.end)
+        from_start = sorted(at + length if at < 0.0 else at for at in given)
+        low, high = (min(max(at / max(length, 1e-9), 0.0), 1.0) for at in from_start)
+        return low, high

@@ -69,7 +69,7 @@ def lumps(
     Returns:
         Lumps in order of first appearance; flat and smooth meshes stay apart.
     """
-    groups: dict[tuple[str, bool, bool], list[Part]] = {}
+    groups: dict[tuple[str, bool, bool, bool], list[Part]] = {}
     for part in parts:
         if not len(part.mesh.faces):
             continue
@@ -77,8 +77,10 @@ def lumps(
         by_mover = not own_tint and part.tint is None and tinted(bsdf)
         name = "" if is_plain(bsdf) and not by_mover else part.material
         keep_uvs = bool(name) and part.mesh.uvs is not None
-        groups.setdefault((name, part.mesh.normals is not None, keep_uvs), []).append(part)
-    return [_merge(name, members, materials) for (name, _, _), members in groups.items()]
+        keep_wear = bool(name) and part.mesh.wear is not None
+        key = (name, part.mesh.normals is not None, keep_uvs, keep_wear)
+        groups.setdefault(key, []).append(part)
+    return [_merge(key[0], members, materials) for key, members in groups.items()]
 
 
 def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Lump:

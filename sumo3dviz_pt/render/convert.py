@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Colour, View
 from sumo3dviz_pt.render.paint import paint_texture
+from sumo3dviz_pt.render.stained import stained_texture
+from sumo3dviz_pt.render.untiled import PERIOD, UNTILED, untiled_texture
 
 TINT_ATTRIBUTE = "face_tint"
 RADIANCE_ATTRIBUTE = "face_radiance"
+_DARK_GLASS = 0.03
 
 # Camera frame (+x forward, +y left, +z up) from Mitsuba's (+x left, +y up, +z forward).
 _CAMERA_FROM_MITSUBA = np.array(
@@ -31,13 +34,23 @@ def tinted(bsdf: Bsdf) -> bool:
     )
 
 
-def plugin(value: Any, *, tint: Mapping[str, Any]) -> Any:
-    """A material dict with our own words replaced; `tint` stands for the colour."""
+def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
+    """A material dict with our own words replaced.
+
+    Args:
+        value: Of the dict, or the dict itself.
+        tint: Stands for the colour.
+        worn: Whether it is for a worn or painted mesh.
+    """
     if not isinstance(value, Mapping):
         return value
     if value.get("type") == "tint":
         return dict(tint)
-    return {key: plugin(item, tint=tint) for key, item in value.items()}
+    if value.get("type") == "stained":
+        return stained_texture(value, tint=tint, texture=plugin(value["texture"], tint=tint))
+    if value.get("type") == UNTILED:
+        return untiled_texture(value, worn=worn)
+    return {key: plugin(item, tint=tint, worn=worn) for key, item in value.items()}
 
 
 def face_tint() -> dict[str, Any]:
@@ -55,9 +68,9 @@ def instance_tint() -> dict[str, Any]:
     return paint_texture()
 
 
-def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any]) -> Any:
-    """A material object."""
-    return mi.load_dict(plugin(bsdf, tint=tint))
+def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
+    """A material object; arguments as of `plugin`."""
+    return mi.load_dict(plugin(bsdf, tint=tint, worn=worn))
 
 
 def make_mesh(
@@ -69,7 +82,8 @@ def make_mesh(
         name: Its name in messages.
         mesh: Geometry, relative to the renderer's origin.
         bsdf: A material object.
-        attributes: Values per face by attribute name, (m, channels).
+        attributes: Values per face, or per vertex if the name says so, by attribute
+            name, (m or n, channels).
     """
     properties = mi.Properties()
     properties["mesh_bsdf"] = bsdf
@@ -87,7 +101,14 @@ def make_mesh(
     return shape
 
 
-def make_lamps(name: str, mesh: Mesh, *, bsdf: Any, emitter: Mapping[str, Any]) -> Any:
+def make_lamps(
+    name: str,
+    mesh: Mesh,
+    *,
+    bsdf: Any,
+    emitter: Mapping[str, Any],
+    tint: Floats | None = None,
+) -> Any:
     """A mesh that shines; dark at first.
 
     Args:
@@ -95,6 +116,7 @@ def make_lamps(name: str, mesh: Mesh, *, bsdf: Any, emitter: Mapping[str, Any]) 
         mesh: With the lamp's number in u.
         bsdf: What it is made of.
         emitter: As a plugin dict; it may read the faces' attribute `RADIANCE_ATTRIBUTE`.
+        tint: Reflectance of each face for tinted materials, (m, 3); default dark glass.
     """
     properties = mi.Properties()
     properties["mesh_bsdf"] = bsdf
@@ -107,6 +129,8 @@ def make_lamps(name: str, mesh: Mesh, *, bsdf: Any, emitter: Mapping[str, Any]) 
         props=properties,
     )
     shape.add_attribute(RADIANCE_ATTRIBUTE, 3, np.zeros(3 * len(mesh.faces), np.float32))
+    glass = np.full((len(mesh.faces), 3), _DARK_GLASS) if tint is None else tint
+    shape.add_attribute(TINT_ATTRIBUTE, 3, flat(glass))
     _fill(shape, mesh)
     return shape
 
@@ -119,8 +143,11 @@ def _fill(shape: Any, mesh: Mesh) -> None:
     if mesh.normals is not None:
         parameters["vertex_normals"] = flat(mesh.normals)
     if mesh.uvs is not None:
-        # Whole periods are dropped, so that float32 keeps the texels of far places.
-        uvs = mesh.uvs - np.floor(mesh.uvs.min(axis=0)) if len(mesh.uvs) else mesh.uvs
+        # Whole periods are dropped, so that float32 keeps the texels of far places;
+        # where several meshes show one road, such that they agree.
+        period = 1.0 if mesh.wear is None else float(PERIOD)
+        whole = np.floor(mesh.uvs.min(axis=0) / period) if len(mesh.uvs) else 0.0
+        uvs = mesh.uvs - period * whole
         # Image rows run down and Mitsuba's v runs up.
         parameters["vertex_texcoords"] = flat(uvs * [1.0, -1.0])
     parameters.update()

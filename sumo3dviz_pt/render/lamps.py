@@ -21,6 +21,8 @@ from sumo3dviz_pt.model.scene import FrameState, LampSet
 from sumo3dviz_pt.render import convert
 
 _PLUGIN = "sumo3dviz_lamps"
+UNTINTED = 0.03
+"""Reflectance of lenses without a colour: dark glass."""
 
 
 def register_lamps() -> None:
@@ -56,6 +58,13 @@ def register_lamps() -> None:
     mi.register_texture(_PLUGIN, lambda props: LampTexture(props))
 
 
+def lamp_texture(count: int, *, jit: bool) -> dict[str, Any]:
+    """The radiance of lamps as a plugin's dict: by their number in u, or by their faces."""
+    if jit:
+        return {"type": _PLUGIN, "count": count}
+    return {"type": "mesh_attribute", "name": convert.RADIANCE_ATTRIBUTE}
+
+
 class Lamps:
     """A scene's lamp sets: made once, lit frame by frame."""
 
@@ -86,13 +95,14 @@ class Lamps:
     def _shape(self, lamps: LampSet, origin: Floats) -> Any:
         """One set as a mesh that shines."""
         mesh = self._meshes[lamps.id]
-        radiance: dict[str, Any] = {"type": "mesh_attribute", "name": convert.RADIANCE_ATTRIBUTE}
-        if self._jit:
-            radiance = {"type": _PLUGIN, "count": len(lamps.lamps)}
+        radiance = lamp_texture(len(lamps.lamps), jit=self._jit)
         weight = lamps.weight if self._jit and lamps.sampled else 0.0
         emitter = {"type": "area", "radiance": radiance, "sampling_weight": weight}
         placed = Mesh(mesh.vertices - origin, mesh.faces, None, mesh.uvs)
-        return convert.make_lamps(_name(lamps), placed, bsdf=self._bsdf, emitter=emitter)
+        tint = np.full((len(mesh.faces), 3), UNTINTED) if lamps.tint is None else lamps.tint
+        return convert.make_lamps(
+            _name(lamps), placed, bsdf=self._bsdf, emitter=emitter, tint=np.asarray(tint)
+        )
 
 
 def _name(lamps: LampSet) -> str:

@@ -1,38 +1,26 @@
 """Road users in the renderer.
 
 In JIT variants a fixed pool of `instance` shapes is moved by `to_world`, so that
-nothing compiles during a film; free slots wait under the ground. Far road users are
-one mesh whose vertices are updated, again with a fixed number of slots for each body.
-In scalar variants instances are cheap and Python textures are not: the scene is put
-together anew for every frame from kept parts, one shape group per (body, colour).
+nothing compiles during a film; free slots wait under the ground. In scalar variants
+instances are cheap and Python textures are not: the scene is put together anew for
+every frame from kept parts, one shape group per (body, colour).
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData
 from sumo3dviz_pt.render import convert
-from sumo3dviz_pt.render.compound import (
-    COMPOUND,
-    METALLIC_ATTRIBUTE,
-    ROUGHNESS_ATTRIBUTE,
-    face_attributes,
-    lumps,
-    tint_mask,
-)
+from sumo3dviz_pt.render.compound import COMPOUND, lumps
 from sumo3dviz_pt.render.paint import colour_table, table_index
-
-FAR = "far_traffic"
-"""Name of the merged mesh."""
 
 
 class Materials:
@@ -42,12 +30,13 @@ class Materials:
         self.dicts = materials
         self._made: dict[tuple[Any, ...], Any] = {}
 
-    def get(self, name: str, tint: Mapping[str, Any]) -> Any:
-        """The material of a name (empty: the compound) with a source of its tint."""
+    def get(self, name: str, tint: Mapping[str, Any], *, worn: bool = False) -> Any:
+        """The material of a name (empty: the compound) with a source of its tint and wear."""
         bsdf = self.dicts[name] if name else COMPOUND
-        key = (name, repr(sorted(tint.items())) if convert.tinted(bsdf) else "")
+        worn = worn and "scalar" in mi.variant()
+        key = (name, repr(sorted(tint.items())) if convert.tinted(bsdf) else "", worn)
         if key not in self._made:
-            self._made[key] = convert.make_bsdf(bsdf, tint=tint)
+            self._made[key] = convert.make_bsdf(bsdf, tint=tint, worn=worn)
         return self._made[key]
 
 
@@ -111,101 +100,6 @@ class InstancePool:
         for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
             if name.endswith(".table"):
                 convert.overwrite(parameters, name, colour_table(colours))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _FarBody:
-    """One prototype's stand-ins in the merged mesh."""
-
-    mesh: Mesh
-    attributes: Mapping[str, Floats]
-    mask: Floats
-    first_vertex: int
-    first_face: int
-    capacity: int
-
-
-class FarTraffic:
-    """Far road users as one mesh with a fixed number of slots for each body."""
-
-    def __init__(self, scene: SceneData, *, floor: float) -> None:
-        self._floor = floor
-        self._bodies: dict[str, _FarBody] = {}
-        vertex = face = 0
-        for name, count in sorted(scene.slots.far.items()):
-            parts = scene.prototypes[name].far
-            mesh = merge_meshes([Mesh(part.mesh.vertices, part.mesh.faces) for part in parts])
-            attributes = face_attributes(parts, scene.materials, compound=True)
-            mask = tint_mask(parts, scene.materials)
-            self._bodies[name] = _FarBody(mesh, attributes, mask, vertex, face, count)
-            vertex += count * len(mesh.vertices)
-            face += count * len(mesh.faces)
-        self._vertices, self._faces = vertex, face
-
-    def __bool__(self) -> bool:
-        """Whether the shot ever shows a far road user."""
-        return self._faces > 0
-
-    def make(self, materials: Materials) -> Any:
-        """The mesh object; all slots wait out of sight."""
-        faces = [
-            body.mesh.faces + body.first_vertex + slot * len(body.mesh.vertices)
-            for body in self._bodies.values()
-            for slot in range(body.capacity)
-        ]
-        attributes = {
-            name: np.concatenate(
-                [
-                    np.tile(body.attributes[name], (body.capacity, 1))
-                    for body in self._bodies.values()
-                ]
-            )
-            for name in (convert.TINT_ATTRIBUTE, ROUGHNESS_ATTRIBUTE, METALLIC_ATTRIBUTE)
-        }
-        mesh = Mesh(np.full((self._vertices, 3), self._floor), np.concatenate(faces))
-        bsdf = materials.get("", convert.face_tint())
-        return convert.make_mesh(FAR, mesh, bsdf=bsdf, attributes=attributes)
-
-    def arrays(self, frame: FrameState) -> tuple[Floats, Floats]:
-        """Vertices, (n, 3), relative to the origin, and tints, (m, 3), of this frame."""
-        parked = np.array([0.0, 0.0, self._floor - frame.origin[2]])
-        vertices = np.broadcast_to(parked, (self._vertices, 3)).copy()
-        tints = np.zeros((self._faces, 3))
-        for name, movers in _by_prototype(frame.distant).items():
-            body = self._bodies.get(name)
-            if body is None or len(movers) > body.capacity:
-                raise RenderError(f"no far slot is free for {movers[-1].id} ({name})")
-            places, colours = _stacked(movers, frame.origin)
-            points = (
-                body.mesh.vertices @ places[:, :3, :3].transpose(0, 2, 1) + places[:, None, :3, 3]
-            )
-            first, count = body.first_vertex, points.shape[0] * points.shape[1]
-            vertices[first : first + count] = points.reshape(-1, 3)
-            own = body.attributes[convert.TINT_ATTRIBUTE] * (1 - body.mask[:, None])
-            tint = own[None] + colours[:, None] * body.mask[None, :, None]
-            first, count = body.first_face, tint.shape[0] * tint.shape[1]
-            tints[first : first + count] = tint.reshape(-1, 3)
-        return vertices, tints
-
-    def update(self, parameters: Any, frame: FrameState) -> None:
-        """Move every stand-in to its place in this frame."""
-        vertices, tints = self.arrays(frame)
-        convert.overwrite(parameters, f"{FAR}.vertex_positions", vertices)
-        convert.overwrite(parameters, f"{FAR}.{convert.TINT_ATTRIBUTE}", tints)
-
-
-def _by_prototype(movers: Sequence[Mover]) -> dict[str, list[Mover]]:
-    """Movers grouped by their body, in order."""
-    groups: dict[str, list[Mover]] = {}
-    for mover in movers:
-        groups.setdefault(mover.prototype, []).append(mover)
-    return groups
-
-
-def _stacked(movers: Sequence[Mover], origin: Floats) -> tuple[Floats, Floats]:
-    """Placements, (n, 4, 4), and colours, (n, 3)."""
-    places = np.stack([convert.relative(mover.world_from_body, origin) for mover in movers])
-    return places, np.array([mover.colour for mover in movers], dtype=np.float64)
 
 
 class ScalarMovers:

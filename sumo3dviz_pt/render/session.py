@@ -21,21 +21,18 @@ from sumo3dviz_pt.render import convert, guides
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, register_capped
 from sumo3dviz_pt.render.compound import Lump, lumps
+from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.denoise import denoise, mixed
 from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.lamps import Lamps, register_lamps
-from sumo3dviz_pt.render.movers import (
-    FAR,
-    FarTraffic,
-    InstancePool,
-    Materials,
-    ScalarMovers,
-    lowest,
-)
+from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.paint import register_paint
+from sumo3dviz_pt.render.stained import register_stained
 from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, report
+from sumo3dviz_pt.render.running_lamps import RunningLamps
 from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
+from sumo3dviz_pt.render.untiled import is_worn, register_untiled, wear_attributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,14 +118,19 @@ class Session:
         with self.clock.phase("load"):
             if backend.jit:
                 register_paint()
+                register_stained()
                 register_capped()
                 register_lamps()
+                register_untiled()
             self.sky: SkyMap = bake_sky(scene.sky)
             self._materials = Materials(scene.materials)
             self._lamps = self._make_lamps()
             self._static = lumps([part.part for part in scene.static], scene.materials)
             floor = lowest([lump.mesh for lump in self._static])
-            self._far = FarTraffic(scene, floor=floor)
+            self._running = RunningLamps(scene, floor=floor, jit=backend.jit)
+            slots = scene.slots
+            self._far = Crowd("far_traffic", scene, slots.far, far=True, floor=floor)
+            self._posed = Crowd("posed", scene, slots.posed, far=False, floor=floor)
             self._pool = InstancePool(scene, self._materials, floor=floor) if backend.jit else None
             self._scalar = None if backend.jit else ScalarMovers(scene, self._materials)
             self._lights: dict[str, Any] = {"sky": sky_entry(self.sky), **sun_entry(self.sky)}
@@ -239,8 +241,11 @@ class Session:
     def _make_lamps(self) -> Lamps:
         """The scene's lamps; a scene without any needs no lens material."""
         sets = self.data.lamps
-        bsdf = self._materials.get("signal_lens", convert.face_tint()) if sets else None
-        return Lamps(sets, bsdf=bsdf, jit=self.backend.jit)
+        return Lamps(sets, bsdf=self._lens() if sets else None, jit=self.backend.jit)
+
+    def _lens(self) -> Any:
+        """What lamps are made of."""
+        return self._materials.get("signal_lens", convert.face_tint())
 
     def _use_quality(self) -> None:
         """Make integrators, sensors and the functions that trace."""
@@ -266,9 +271,11 @@ class Session:
 
     def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
         """A static mesh relative to an origin."""
-        mesh = Mesh(lump.mesh.vertices - origin, lump.mesh.faces, lump.mesh.normals, lump.mesh.uvs)
-        bsdf = self._materials.get(lump.material, convert.face_tint())
-        return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=lump.attributes)
+        mesh = replace(lump.mesh, vertices=lump.mesh.vertices - origin)
+        bsdf = self._materials.get(lump.material, convert.face_tint(), worn=is_worn(mesh))
+        wear = wear_attributes(self._materials.dicts.get(lump.material, {}), mesh)
+        attributes = {**lump.attributes, **wear}
+        return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=attributes)
 
     def _load(self, frame: FrameState) -> None:
         """Put the scene together around a frame's origin."""
@@ -285,8 +292,11 @@ class Session:
         for number, lump in enumerate(self._static):
             entries[f"static_{number}"] = self._place(lump, number, origin)
         entries |= self._lamps.entries(origin)
-        if self._far:
-            entries[FAR] = self._far.make(self._materials)
+        if self._running:
+            entries |= self._running.entries(self._lens())
+        for crowd in (self._far, self._posed):
+            if crowd:
+                entries[crowd.name] = crowd.make(self._materials)
         if self._pool is not None:
             entries |= self._pool.entries
         if self._scalar is not None:
@@ -310,9 +320,11 @@ class Session:
             parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.fov))
         if self._pool is not None:
             self._pool.update(parameters, frame)
-        if self._far:
-            self._far.update(parameters, frame)
+        for crowd, movers in ((self._far, frame.distant), (self._posed, frame.posed)):
+            if crowd:
+                crowd.update(parameters, movers, frame.origin)
         self._lamps.update(parameters, frame)
+        self._running.update(parameters, frame)
         parameters.update()
 
     def _recentre(self, origin: Floats) -> None:

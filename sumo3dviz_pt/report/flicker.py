@@ -196,11 +196,11 @@ def _carry(
     Returns:
         Where it is known what the point did, (h, w): not on users who just appeared.
     """
-    past = {mover.id: mover for mover in (*before.movers, *before.distant)}
+    past = {(mover.id, mover.part): mover for mover in before.everyone}
     known = np.ones(hit.shape, dtype=bool)
     # Each point goes with one mover only, even where boxes overlap.
     free = hit.copy()
-    for mover in (*now.movers, *now.distant):
+    for mover in now.everyone:
         box = bodies.get(mover.prototype)
         if box is None:
             continue
@@ -208,8 +208,8 @@ def _carry(
         window = _window(box, mover.world_from_body, now.view, hit.shape)
         own = _on_body(points[window], box, mover) & free[window]
         free[window] &= ~own
-        if mover.id in past:
-            _move(points[window], own, mover, past[mover.id])
+        if (mover.id, mover.part) in past:
+            _move(points[window], own, mover, past[mover.id, mover.part])
         else:
             known[window] &= ~own
     return known

@@ -64,7 +64,7 @@ def write_results(
 
 def road_users(subject: Subject) -> int:
     """How many the measured frame shows."""
-    return len(subject.state.movers) + len(subject.state.distant)
+    return len(subject.state.users)
 
 
 def own_errors(reference: Reference, look: Look) -> dict[str, float]:

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
+from math import ceil
 
 from sumo3dviz_pt.model.traffic import SignalPhases
 
@@ -51,6 +52,13 @@ class Course:
         """The letter at a time [s]; `O` before the log begins."""
         index = bisect_right(self.times, time + 1e-9) - 1
         return self.letters[index] if index >= 0 else "O"
+
+    def seconds_left(self, time: float) -> int | None:
+        """Whole seconds, rounded up, until another letter; None if the log knows no later one."""
+        index = bisect_right(self.times, time + 1e-9)
+        if index >= len(self.times):
+            return None
+        return ceil(self.times[index] - time - 1e-6)
 
     def lit_at(self, time: float, *, lamps: int = 3) -> frozenset[str]:
         """Which lamps of a head of two or three are lit at a time [s]."""

@@ -1,38 +1,45 @@
 """The bodies that road users show, scaled to their vTypes.
 
-Cars show the catalogue's models, other classes plain bodies of their size, and users
-can bring their own files.
+Vehicles show the catalogue's models, classes without any plain bodies of their size, and
+users can bring their own files.
 """
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import singledispatch
+from typing import Any
 
 import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Prototype
+from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Prototype, VehicleLamp
 from sumo3dviz_pt.scene.body_choice import (
+    CAR_CLASSES,
     DEFAULT_CAR,
     TALLEST_CAR,
-    CarChoice,
     Choice,
+    FigureChoice,
+    ModelChoice,
     PlainChoice,
     Size,
     UserChoice,
 )
+from sumo3dviz_pt.scene.drawing import Assembly, Unit
 from sumo3dviz_pt.scene.materials import principled, two_sided
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
+from sumo3dviz_pt.shapes.bake import has_hero
+from sumo3dviz_pt.shapes.people import figure, stride_length
 from sumo3dviz_pt.shapes.plain_bodies import plain_body
 from sumo3dviz_pt.shapes.ply import read_ply
 from sumo3dviz_pt.shapes.user_mesh import read_user_mesh
+from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 _LARGEST_STRETCH = 1.25
-"""Width and height of a car are scaled by no more than this factor."""
+"""Width and height of a model are scaled by no more than this factor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,18 +47,25 @@ class Body:
     """What a road user shows.
 
     Attributes:
-        prototype: Unscaled.
+        assembly: Its units, unscaled.
         scale: Along x, y, z, (3,).
         size: As drawn: length, width, height [m].
         seat: As drawn.
-        materials: What the prototype needs beside `MATERIALS`.
+        materials: What the prototypes need beside `MATERIALS`.
+        stride: Length of two steps of somebody who walks [m], or None.
     """
 
-    prototype: Prototype
+    assembly: Assembly
     scale: Floats
     size: Size
     seat: Seat
     materials: Mapping[str, Bsdf] = field(default_factory=dict)
+    stride: float | None = None
+
+    @property
+    def prototype(self) -> Prototype:
+        """What the first unit shows."""
+        return self.assembly.units[0].prototype
 
 
 Shelf = dict[str, Prototype]
@@ -73,14 +87,64 @@ def build_body(choice: Choice, shelf: Shelf) -> Body:
 
 
 @build_body.register
-def _(choice: CarChoice, shelf: Shelf) -> Body:
-    """A car, from its baked meshes."""
+def _(choice: ModelChoice, shelf: Shelf) -> Body:
+    """A vehicle of the catalogue, from its baked meshes."""
     entry = catalog.find("vehicles", choice.model.name)
-    prototype = _shelved(shelf, choice.model.name, lambda: _read_car(entry))
-    scale = car_scale(choice.model.size, wanted=choice.size)
-    eye, dash = np.array(entry.meta["eye"]), entry.meta["recipe"]["cowl"][1]
-    seat = car_seat(scale * eye, cowl=scale * [float(entry.meta["cowl"]), 0.0, float(dash)])
-    return Body(prototype, scale, _size(scale * choice.model.size), seat)
+    units, length = _units(entry, shelf, wanted=choice.size[0])
+    _, width, height = choice.model.size
+    own = (length, width, height)
+    scale = model_scale(own, wanted=choice.size, car=choice.vclass in CAR_CLASSES)
+    seat = _model_seat(entry, choice.vclass, scale, _size(scale * own))
+    return Body(Assembly(entry.name, units), scale, _size(scale * own), seat)
+
+
+def _units(entry: catalog.Entry, shelf: Shelf, *, wanted: float) -> tuple[tuple[Unit, ...], float]:
+    """The units of a vehicle and their length in all [m]."""
+    if "units" not in entry.meta:
+        return (_unit(entry, shelf, at=0.0),), float(entry.meta["length"])
+    length = float(entry.meta["length"])
+    rows = list(entry.meta["units"])
+    repeated = [row for row in rows if row.get("repeat")]
+    if repeated:
+        pitch = sum(float(row["pitch"]) for row in repeated)
+        more = max(0, round((wanted - length) / pitch))
+        place = rows.index(repeated[-1]) + 1
+        rest = [{**row, "at": float(row["at"]) - more * pitch} for row in rows[place:]]
+        again = [
+            {**row, "at": float(row["at"]) - k * pitch}
+            for k in range(1, more + 1)
+            for row in repeated
+        ]
+        rows, length = [*rows[:place], *again, *rest], length + more * pitch
+    found = [
+        _unit(catalog.find("vehicles", str(row["model"])), shelf, at=float(row["at"]))
+        for row in rows
+    ]
+    return tuple(found), length
+
+
+def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
+    """One baked model."""
+    prototype = _shelved(shelf, entry.name, lambda: _read_vehicle(entry))
+    wheels = tuple(_wheel(row) for row in entry.meta.get("wheels", ()))
+    return Unit(prototype, at, wheels if has_hero(entry.meta) else ())
+
+
+def _wheel(row: Mapping[str, Any]) -> WheelPlace:
+    """A wheel as `baked.yaml` lists it."""
+    x, y, z = (float(value) for value in row["at"])
+    return WheelPlace((x, y, z), float(row["radius"]), bool(row["steered"]))
+
+
+def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:
+    """Where people sit: as the model says, else as its class does."""
+    meta = entry.meta
+    if vclass not in CAR_CLASSES:
+        seat = class_seat(vclass, np.array(size))
+        return seat if "eye" not in meta else replace(seat, eye=scale * np.array(meta["eye"]))
+    dash = meta["recipe"]["cowl"][1]
+    cowl = scale * np.array([float(meta["cowl"]), 0.0, float(dash)])
+    return car_seat(scale * np.array(meta["eye"]), cowl=cowl)
 
 
 @build_body.register
@@ -98,7 +162,29 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
 
     scale = np.array(choice.size) / near
     seat = class_seat(choice.vclass, np.array(choice.size))
-    return Body(_shelved(shelf, name, make), scale, choice.size, seat)
+    unit = Unit(_shelved(shelf, name, make))
+    return Body(Assembly(name, (unit,)), scale, choice.size, seat)
+
+
+@build_body.register
+def _(choice: FigureChoice, shelf: Shelf) -> Body:
+    """Somebody on foot, in all poses."""
+    meta = catalog.find("people", choice.look).meta
+    prototype = _shelved(shelf, choice.look, lambda: _person(choice.look, meta["recipe"]))
+    scale = choice.height / float(meta["height"])
+    bounds = np.stack([part.mesh.bounds for part in prototype.parts])
+    size = _size(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
+    stride = scale * stride_length(meta["recipe"])
+    seat = class_seat("pedestrian", np.array(size))
+    unit = Unit(prototype)
+    return Body(Assembly(choice.look, (unit,)), np.full(3, scale), size, seat, stride=stride)
+
+
+def _person(look: str, recipe: Mapping[str, Any]) -> Prototype:
+    """Both levels of somebody on foot."""
+    parts, poses = figure(recipe)
+    far, far_poses = figure(recipe, "far")
+    return Prototype(look, parts, far, poses=poses, far_poses=far_poses)
 
 
 @build_body.register
@@ -110,22 +196,23 @@ def _(choice: UserChoice, shelf: Shelf) -> Body:
     bounds = np.stack([mesh.bounds for mesh, _ in meshes])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     parts, materials = _user_parts(meshes, name)
-    prototype = _shelved(shelf, name, lambda: Prototype(name, parts, parts))
-    return Body(prototype, np.ones(3), _size(size), class_seat(choice.vclass, size), materials)
+    unit = Unit(_shelved(shelf, name, lambda: Prototype(name, parts, parts)))
+    seat = class_seat(choice.vclass, size)
+    return Body(Assembly(name, (unit,)), np.ones(3), _size(size), seat, materials)
 
 
-def car_scale(model: Size, *, wanted: Size) -> Floats:
-    """Factors along x, y, z that fit a car model to a vType, (3,).
+def model_scale(model: Size, *, wanted: Size, car: bool = True) -> Floats:
+    """Factors along x, y, z that fit a model to a vType, (3,).
 
     SUMO's default size is that of no car: the model keeps its proportions and is as
     wide as the default, or as long. Otherwise the length is exact, and so are width and
     height as long as that stretches the model by no more than a quarter. A height of
     1.5 m, SUMO's default, or one that no car has lets the height follow the others.
     """
-    if wanted == DEFAULT_CAR:
+    if car and wanted == DEFAULT_CAR:
         return np.full(3, min(wanted[0] / model[0], wanted[1] / model[1]))
     factors = np.array(wanted) / model
-    if wanted[2] == DEFAULT_CAR[2] or wanted[2] > TALLEST_CAR:
+    if car and (wanted[2] == DEFAULT_CAR[2] or wanted[2] > TALLEST_CAR):
         factors[2] = np.sqrt(factors[0] * factors[1])
     factors[1:] = np.clip(factors[1:], 1.0 / _LARGEST_STRETCH, _LARGEST_STRETCH)
     return factors
@@ -138,14 +225,22 @@ def _shelved(shelf: Shelf, name: str, make: Callable[[], Prototype]) -> Prototyp
     return shelf[name]
 
 
-def _read_car(entry: catalog.Entry) -> Prototype:
-    """Read the baked meshes of a car: `<material>.ply` and `far_<material>.ply`."""
-    near: list[Part] = []
-    far: list[Part] = []
-    for path in sorted(entry.folder.glob("*.ply")):
-        material = path.stem.removeprefix("far_")
-        (near if material == path.stem else far).append(Part(read_ply(path), material))
-    return Prototype(entry.name, tuple(near), tuple(far))
+def _read_vehicle(entry: catalog.Entry) -> Prototype:
+    """Read the baked meshes and lamps of a vehicle."""
+    near, far = (
+        tuple(
+            Part(read_ply(entry.folder / row["mesh"]), row["material"]) for row in entry.meta[level]
+        )
+        for level in ("parts", "far")
+    )
+    return Prototype(entry.name, near, far, tuple(_lamp(row) for row in entry.meta["lamps"]))
+
+
+def _lamp(row: Mapping[str, Any]) -> VehicleLamp:
+    """A lamp as `baked.yaml` lists it."""
+    x, y, z = (float(value) for value in row["at"])
+    width, height = (float(value) for value in row["size"])
+    return VehicleLamp(str(row["role"]), (x, y, z), (width, height), float(row["yaw"]))
 
 
 def _user_parts(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -26,8 +26,28 @@ CAR_CLASSES = frozenset(
 )
 """vClasses that cars show, if they have a car's size."""
 
+LIVERIES = frozenset(["taxi", "police"])
+"""Car classes with models of their own."""
+
+RAIL_CLASSES = frozenset(
+    ["tram", "rail", "rail_urban", "rail_electric", "rail_fast", "subway", "cable_car"]
+)
+"""Classes that are made of cars."""
+
+_OWN_SHAPES = frozenset(["firebrigade", "police"])
+"""guiShapes that are no vClass but have models."""
+
+_MOST_LENGTH = 1.5
+"""A model is stretched or squeezed to a vType's length by no more than this factor."""
+
 DEFAULT_CAR: Size = (5.0, 1.8, 1.5)
 """SUMO's size of the class passenger: says nothing about the real car."""
+
+DEFAULT_PERSON = 1.719
+"""SUMO's height of people: says nothing about the real person."""
+
+_HEIGHT_SPREAD = 0.1
+"""Relative difference in height at which a look becomes 1/e as likely."""
 
 _CAR_LENGTHS = (2.2, 6.6)
 _CAR_WIDTHS = (1.2, 2.5)
@@ -43,35 +63,55 @@ _LENGTH_SPREAD = 0.08
 
 
 @dataclass(frozen=True, slots=True)
-class CarModel:
-    """A car of the catalogue.
+class Model:
+    """A vehicle of the catalogue.
 
     Attributes:
         name: In `assets/vehicles`.
+        vclasses: What it can be drawn for.
         size: Of the unscaled model [m].
         share: How common it is, against 1 for most.
         gui_shapes: SUMO's guiShapes that mean it, such as `passenger/wagon`.
     """
 
     name: str
+    vclasses: frozenset[str]
     size: Size
     share: float = 1.0
     gui_shapes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, entry: catalog.Entry) -> CarModel:
+    def of(cls, entry: catalog.Entry) -> Model:
         """Read a model's measures from its catalogue entry."""
         meta = entry.meta
         size = (float(meta["length"]), float(meta["width"]), float(meta["height"]))
+        vclass = meta.get("vclass", "passenger")
+        classes = frozenset([vclass] if isinstance(vclass, str) else vclass)
         shapes = tuple(meta.get("gui_shapes", [f"passenger/{entry.name}"]))
-        return cls(entry.name, size, float(meta.get("share", 1.0)), shapes)
+        return cls(entry.name, classes, size, float(meta.get("share", 1.0)), shapes)
 
 
 @dataclass(frozen=True, slots=True)
-class CarChoice:
-    """A car of the catalogue, for a vType of this size [m]."""
+class Look:
+    """How somebody on foot can look.
 
-    model: CarModel
+    Attributes:
+        name: In `assets/people`.
+        height: [m].
+        share: How common it is, against 1 for most.
+    """
+
+    name: str
+    height: float
+    share: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ModelChoice:
+    """A vehicle of the catalogue, for a vType of this size [m]."""
+
+    model: Model
+    vclass: str
     size: Size
 
 
@@ -91,11 +131,40 @@ class UserChoice:
     vclass: str
 
 
-Choice = CarChoice | PlainChoice | UserChoice
+@dataclass(frozen=True, slots=True)
+class FigureChoice:
+    """Somebody on foot, with a look of the catalogue, of this height [m]."""
+
+    look: str
+    height: float
 
 
-def car_models(wanted: Sequence[str]) -> tuple[CarModel, ...]:
-    """Cars to draw from.
+Choice = ModelChoice | PlainChoice | UserChoice | FigureChoice
+
+
+def models_for(wanted: Mapping[str, Sequence[str]]) -> tuple[Model, ...]:
+    """Vehicles to draw from.
+
+    Args:
+        wanted: Names by class; all that serve a class where it names none.
+
+    Raises:
+        ConfigError: If a name is unknown or of another class; the message suggests one.
+    """
+    known = [Model.of(catalog.find("vehicles", name)) for name in catalog.names("vehicles")]
+    named = {vclass: frozenset(names) for vclass, names in wanted.items() if names}
+    for vclass, names in named.items():
+        serving = [model.name for model in known if vclass in model.vclasses]
+        for name in sorted(names - set(serving)):
+            word = "car" if vclass == "passenger" else vclass
+            message = f"no {word} is called {name!r}{catalog.did_you_mean(name, serving)}"
+            raise ConfigError(message, key=_key_of(vclass))
+    kept = [replace(model, vclasses=_kept(model, named)) for model in known]
+    return tuple(model for model in kept if model.vclasses)
+
+
+def looks_for(wanted: Sequence[str]) -> tuple[Look, ...]:
+    """Looks of people on foot to draw from.
 
     Args:
         wanted: Names; none stands for all.
@@ -103,28 +172,48 @@ def car_models(wanted: Sequence[str]) -> tuple[CarModel, ...]:
     Raises:
         ConfigError: If a name is unknown; the message suggests one.
     """
-    entries = [catalog.find("vehicles", name) for name in catalog.names("vehicles")]
-    known = {
-        entry.name: CarModel.of(entry)
-        for entry in entries
-        if entry.meta.get("vclass", "passenger") in CAR_CLASSES
-    }
+    known = catalog.names("people")
     for name in wanted:
         if name not in known:
-            message = f"no car is called {name!r}{catalog.did_you_mean(name, known)}"
-            raise ConfigError(message, key="vehicles.passenger")
-    return tuple(known[name] for name in (wanted or sorted(known)))
+            message = f"nobody looks like {name!r}{catalog.did_you_mean(name, known)}"
+            raise ConfigError(message, key="vehicles.models.pedestrian")
+    metas = [(name, catalog.find("people", name).meta) for name in wanted or known]
+    return tuple(Look(n, float(m["height"]), float(m.get("share", 1.0))) for n, m in metas)
+
+
+def _figure(kind: VehicleType, looks: Sequence[Look], chance: float) -> FigureChoice:
+    """A look whose height fits the vType's, if that says more than SUMO's default."""
+    if abs(kind.height - DEFAULT_PERSON) < 1e-3:
+        look = looks[pick([look.share for look in looks], chance)]
+        return FigureChoice(look.name, look.height)
+    off = [(look.height / kind.height - 1.0) / _HEIGHT_SPREAD for look in looks]
+    weights = [
+        look.share * float(np.exp(-(o**2))) + 1e-9 for look, o in zip(looks, off, strict=True)
+    ]
+    return FigureChoice(looks[pick(weights.tolist(), chance)].name, kind.height)
+
+
+def _key_of(vclass: str) -> str:
+    """The scene file's key that names models of a class."""
+    return "vehicles.passenger" if vclass == "passenger" else f"vehicles.models.{vclass}"
+
+
+def _kept(model: Model, named: Mapping[str, frozenset[str]]) -> frozenset[str]:
+    """The classes that a model may still serve."""
+    return frozenset(
+        vclass for vclass in model.vclasses if vclass not in named or model.name in named[vclass]
+    )
 
 
 def drawn_class(kind: VehicleType) -> str:
-    """What a vType is drawn as: `passenger`, or a class of plain bodies.
+    """What a vType is drawn as: a class of models or of plain bodies.
 
     The guiShape wins over the vClass, which says first of all which lanes a vehicle may
     use; but some classes have a guiShape that is too coarse for them.
     """
     shape = kind.gui_shape.split("/")[0]
-    known = shape in CAR_CLASSES | PLAIN_CLASSES
-    vclass = shape if known and kind.vclass not in _COARSE_SHAPES else kind.vclass
+    known = shape in CAR_CLASSES | PLAIN_CLASSES and kind.vclass not in _COARSE_SHAPES
+    vclass = shape if known or shape in _OWN_SHAPES else kind.vclass
     if vclass == "delivery" and kind.length < _CAR_LENGTHS[1] and kind.height < TALLEST_CAR:
         return "passenger"
     if vclass not in CAR_CLASSES:
@@ -133,31 +222,52 @@ def drawn_class(kind: VehicleType) -> str:
         return "truck"
     if kind.length < _CAR_LENGTHS[0] or kind.width < _CAR_WIDTHS[0]:
         return "motorcycle"
-    return "passenger"
+    return vclass if vclass in LIVERIES else "passenger"
 
 
 def choose(
-    kind: VehicleType, *, name: str, cars: Sequence[CarModel], own: Mapping[str, Path], seed: int
+    kind: VehicleType,
+    *,
+    name: str,
+    models: Sequence[Model],
+    own: Mapping[str, Path],
+    seed: int,
+    looks: Sequence[Look] = (),
 ) -> Choice:
     """Choose a body.
 
     Args:
         kind: The vType.
         name: SUMO's id of the road user.
-        cars: Models to draw from; none gives cars plain bodies.
+        models: To draw from; a class without any gets plain bodies.
         own: Users' files by pattern of an id or a vType's id; the first that fits wins.
         seed: The job's.
+        looks: Of people on foot; none gives them plain bodies.
     """
     vclass = drawn_class(kind)
     for pattern, path in own.items():
         if fnmatchcase(name, pattern) or fnmatchcase(kind.id, pattern):
             return UserChoice(path, vclass)
+    if vclass == "pedestrian" and looks:
+        return _figure(kind, looks, share_of(seed, name, "look"))
     size = (kind.length, kind.width, kind.height)
-    if vclass != "passenger" or not cars:
-        return PlainChoice(vclass, size)
-    cars = [car for car in cars if kind.gui_shape in car.gui_shapes] or cars
-    weights = [car.share * _likelihood(car.size[0], wanted=kind.length) for car in cars]
-    return CarChoice(cars[pick(weights, share_of(seed, name, "body"))], size)
+    serving = [model for model in models if vclass in model.vclasses]
+    if not serving and vclass in LIVERIES:
+        serving = [model for model in models if "passenger" in model.vclasses]
+    if vclass not in CAR_CLASSES:
+        serving = [model for model in serving if _can_be(model, kind.length)]
+    if not serving:
+        return PlainChoice("passenger" if vclass in LIVERIES else vclass, size)
+    serving = [model for model in serving if kind.gui_shape in model.gui_shapes] or serving
+    weights = [model.share * _likelihood(model.size[0], wanted=kind.length) for model in serving]
+    return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size)
+
+
+def _can_be(model: Model, length: float) -> bool:
+    """Whether a model can be stretched to a length [m]; trains gain or lose cars instead."""
+    if model.vclasses & RAIL_CLASSES:
+        return True
+    return 1.0 / _MOST_LENGTH < length / model.size[0] < _MOST_LENGTH
 
 
 def _likelihood(length: float, *, wanted: float) -> float:

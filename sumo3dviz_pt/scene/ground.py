@@ -4,28 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
-import shapely
 
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job import GroundSettings
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.scene.horizon import (
+    FAR_GROUND,
+    Land,
+    built_points,
+    far_tints,
+    land_around,
+    land_mesh,
+    split_far,
+)
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.surfaces import (
     KERB,
+    colour_of,
     metres_per_tile,
     planar_uvs,
     surface_material,
 )
 from sumo3dviz_pt.scene.terrain import retaining_walls, terrain
-from sumo3dviz_pt.shapes.grids import polar_grid
-
-RADIUS = 20_000.0
-"""Where the ground ends [m]; the Earth's horizon for an eye at 30 m."""
+from sumo3dviz_pt.scene.woods import Room, woods
 
 DROP = 0.03
 """How far level ground lies below the road surface [m]."""
@@ -47,58 +53,73 @@ class GroundParts:
 
 
 def build_ground(
-    settings: GroundSettings, network: Network, *, roads: RoadLayout, textured: bool
+    settings: GroundSettings,
+    network: Network,
+    *,
+    roads: RoadLayout,
+    textured: bool,
+    seed: int = 0,
+    room: Room | None = None,
 ) -> GroundParts:
     """Build the ground: level, or a terrain that follows sloped roads from below.
 
+    Around what is built lie fields, woods and hills, as `settings.horizon` says.
+
     Args:
-        settings: Surface and its scale.
+        settings: Surface, its scale and the horizon.
         network: The network.
         roads: `RoadParts.layout`.
-        textured: False gives a matt constant colour.
+        textured: False gives a matt constant colour and no woods or hills.
+        seed: Of hills, fields and woods.
+        room: What woods leave free; default nothing.
 
     Raises:
         ConfigError: If the surface is unknown.
     """
-    tile = metres_per_tile(settings.texture) * settings.scale
+    horizon = settings.horizon if textured else "flat"
+    corners = built_points(roads.outline, network.location.boundary)
+    land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
+    mesh, height_at, static = _relief(roads, network, land)
     name = f"ground:{settings.texture}"
+    near, far = (mesh, None) if land.plain else split_far(mesh, land)
+    tile = metres_per_tile(settings.texture) * settings.scale
+    near = replace(
+        near, uvs=planar_uvs(near.vertices, tile=tile, near=network.location.boundary[:2])
+    )
+    static.insert(0, StaticPart("ground", "ground", Part(near, name)))
+    if far is not None:
+        tint = far_tints(far, land, mean_reflectance(settings.texture))
+        static.append(StaticPart("ground/far", "ground", Part(far, FAR_GROUND, tint)))
+    free = room or Room(np.zeros((0, 2)))
+    for number, part in enumerate(woods(land, height_at=height_at, room=free)):
+        static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
-    near = network.location.boundary[:2]
-    walls = merge_meshes([])
-    height_at: Callable[[Floats], Floats]
-    if roads.cells.is_flat:
-        mesh = level_ground(network, roads)
-        level = road_level(roads, network) - DROP
-        height_at = partial(_level, level)
-    else:
-        mesh, height_at = terrain(roads, network)
-        walls = retaining_walls(roads, height_at)
-    mesh = replace(mesh, uvs=planar_uvs(mesh.vertices, tile=tile, near=near))
-    static = [StaticPart("ground", "ground", Part(mesh, name))]
-    if len(walls.faces):
-        materials[KERB] = MATERIALS[KERB]
-        static.append(StaticPart("ground/walls", "ground", Part(walls, KERB)))
+    for other in {part.part.material for part in static} - {name}:
+        materials[other] = MATERIALS[other]
     return GroundParts(tuple(static), materials, height_at)
 
 
-def _level(height: float, places: Floats) -> Floats:
-    """The same height everywhere, (n,) [m]."""
-    return np.full(len(places), height)
+def _relief(
+    roads: RoadLayout, network: Network, land: Land
+) -> tuple[Mesh, Callable[[Floats], Floats], list[StaticPart]]:
+    """The ground's mesh, its height, and walls between it and higher roads."""
+    if roads.cells.is_flat:
+        level = road_level(roads, network) - DROP
+        return land_mesh(land, level), lambda places: level + land.heights(places), []
+    mesh, height_at = terrain(roads, network, land=land)
+    walls = retaining_walls(roads, height_at)
+    if not len(walls.faces):
+        return mesh, height_at, []
+    return mesh, height_at, [StaticPart("ground/walls", "ground", Part(walls, KERB))]
 
 
-def level_ground(network: Network, roads: RoadLayout) -> Mesh:
-    """A disc just below level roads."""
-    x0, y0, x1, y1 = network.location.boundary
-    if len(roads.outline):
-        # Some files carry a boundary that does not hold their roads.
-        extent = np.array([[x0, y0], [x1, y1], *shapely.total_bounds(roads.outline).reshape(2, 2)])
-        (x0, y0), (x1, y1) = extent.min(axis=0), extent.max(axis=0)
-    centre = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1), road_level(roads, network) - DROP])
-    reach = 0.5 * float(np.hypot(x1 - x0, y1 - y0))
-    near = np.linspace(0.0, reach + 200.0, 12)[1:]
-    far = np.geomspace(reach + 400.0, reach + RADIUS, 12)
-    grid = polar_grid(np.concatenate([near, far]), segments=48)
-    return Mesh(grid.vertices + centre, grid.faces)
+def mean_reflectance(texture: str) -> Floats:
+    """Mean linear reflectance of a ground, (3,); grey for a user's image."""
+    if texture.startswith("#"):
+        return np.array(colour_of(texture))
+    if texture not in catalog.names("surfaces"):
+        return np.array([0.2, 0.2, 0.2])
+    return np.array([float(v) for v in catalog.find("surfaces", texture).meta["albedo"]])
 
 
 def road_level(roads: RoadLayout, network: Network) -> float:

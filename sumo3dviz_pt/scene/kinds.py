@@ -12,17 +12,21 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Bsdf, Colour, Part
-from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.scene.surfaces import colour_of, metres_per_tile, surface_material
-from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, SURFACES, Style, palette
-from sumo3dviz_pt.shapes.facade import FAR, NEAR
-from sumo3dviz_pt.shapes.shell import Palette, Shell, paint
-from sumo3dviz_pt.shapes.trees import SPECIES, tree
+from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.scene.chance import pick, share_of
+from sumo3dviz_pt.scene.surfaces import colour_of
+from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS
+from sumo3dviz_pt.shapes.street_barriers import MODELS as BARRIERS
+from sumo3dviz_pt.shapes.trees import SHRUBS, SPECIES, tree
 
 TREE_VARIANTS = 4
 """How many crowns of a species are told apart."""
+
+_WEIGHTS = {name: kind.share for name, kind in (*SPECIES.items(), *SHRUBS.items())}
+
+
+FENCES = ("guard_rail", *BARRIERS)
+"""Models of fences; types of the same names choose them, any other type the first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,15 +58,32 @@ KINDS: tuple[Kind, ...] = (
         frozenset({"tree", "trees"}),
         "point",
         tuple(SPECIES),
-        (20.0, 40.0, 75.0, 170.0),
-        (29_500, 10_900, 4050, 2150, 260),
-        (2.8, 2.0, 9.0),
+        (18.0, 38.0, 70.0, 120.0, 240.0),
+        (33_000, 11_200, 4700, 2150, 790, 280),
+        (3.2, 1.5, 9.0),
+    ),
+    Kind(
+        "shrubs",
+        frozenset({"shrub", "shrubs", "bush", "bushes"}),
+        "point",
+        tuple(SHRUBS),
+        (9.0, 18.0, 35.0, 60.0, 110.0),
+        (18_000, 6500, 2200, 1150, 370, 135),
+        (1.6, 0.0, 2.5),
+    ),
+    Kind(
+        "hedges",
+        frozenset({"hedge", "hedges"}),
+        "line",
+        (),
+        (14.0, 40.0, 120.0),
+        (40_000, 11_000, 2900, 700),
     ),
     Kind(
         "fences",
-        frozenset({"fence", "fences", "guardrail", "guard_rail"}),
+        frozenset({"fence", "fences", "guardrail", *FENCES}),
         "line",
-        (),
+        FENCES,
         (70.0, 300.0),
         (470, 180, 24),
     ),
@@ -72,8 +93,8 @@ KINDS: tuple[Kind, ...] = (
         "point",
         tuple(HOMES),
         (110.0, 350.0),
-        (900, 260, 90),
-        (6.0, 0.0, 9.0),
+        (1000, 220, 80),
+        (7.5, 0.0, 10.0),
     ),
     Kind(
         "shops",
@@ -81,8 +102,8 @@ KINDS: tuple[Kind, ...] = (
         "point",
         tuple(SHOPS),
         (110.0, 350.0),
-        (540, 190, 60),
-        (8.5, 0.0, 6.0),
+        (620, 190, 65),
+        (9.5, 0.0, 7.5),
     ),
     Kind(
         "blocks",
@@ -90,14 +111,17 @@ KINDS: tuple[Kind, ...] = (
         "point",
         tuple(BLOCKS),
         (110.0, 350.0),
-        (4400, 1450, 260),
-        (9.5, 0.0, 30.0),
+        (5800, 1150, 280),
+        (12.0, 0.0, 32.0),
     ),
     Kind(
         "buildings", frozenset({"building", "buildings"}), "area", (), (90.0, 300.0), (900, 300, 90)
     ),
 )
 """Every kind of static object."""
+
+PLANTS = frozenset({"trees", "shrubs"})
+"""Kinds that grow: they stand turned at random and keep their shape at every size."""
 
 
 def kind_of(type_: str, source: str) -> str | None:
@@ -123,24 +147,16 @@ def kind_of(type_: str, source: str) -> str | None:
 def body_of(
     kind: Kind, settings: ObjectSettings, *, seed: int, name: str, level: int
 ) -> tuple[Part, ...]:
-    """The parts of one object in its own frame, chosen by its name.
+    """The parts of one plant in its own frame, chosen by its name.
 
     Args:
-        kind: Of point objects.
+        kind: One of `PLANTS`.
         settings: Checked ones.
         seed: Of all chance.
         name: Unique among all objects.
         level: Of detail.
     """
     return _BODIES[kind.name](kind, settings, seed, name, level)
-
-
-def plan_of(kind: Kind, settings: ObjectSettings, *, seed: int, name: str) -> Floats:
-    """Lowest and highest corner of a building's walls in its own frame, (2, 2) [m]."""
-    style = STYLES[kind.name][_drawn_model(kind, settings, seed, name)]
-    variant = int(share_of(seed, name, "variant") * style.variants)
-    walls = _shell(style, variant, FAR)["wall"][..., :2].reshape(-1, 2)
-    return np.stack([walls.min(axis=0), walls.max(axis=0)])
 
 
 def check_settings(kind: Kind, settings: ObjectSettings) -> None:
@@ -165,63 +181,34 @@ def colour_in(settings: ObjectSettings) -> Colour | None:
     return None if settings.colour is None else colour_of(settings.colour)
 
 
-def _drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> str:
+def drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> str:
     """The model that an object's name falls on."""
-    models = settings.model or kind.models
-    return models[int(share_of(seed, name, "model") * len(models))]
-
-
-def building_palette(
-    style: Style, settings: ObjectSettings, *, seed: int, name: str, level: int
-) -> Palette:
-    """Colours of one building, chosen by its name; textures only nearby."""
-    rng = np.random.default_rng(int(share_of(seed, name, "colour") * 2**48))
-    return palette(style, rng, colour_in(settings), textured=level == NEAR)
-
-
-@cache
-def surface_tiles() -> Mapping[str, float]:
-    """Metres per tile of every surface that buildings show."""
-    return {name: metres_per_tile(name.removeprefix("surface:")) for name in SURFACES.values()}
-
-
-def material_of(name: str, *, textured: bool) -> Bsdf:
-    """The material of a static object, from `MATERIALS` or a surface asset."""
-    if name in MATERIALS:
-        return MATERIALS[name]
-    return surface_material(name.removeprefix("surface:"), textured=textured)
+    share = share_of(seed, name, "model")
+    if settings.model:
+        return settings.model[int(share * len(settings.model))]
+    return kind.models[pick([_WEIGHTS.get(model, 1.0) for model in kind.models], share)]
 
 
 def _tree_body(
     kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
 ) -> tuple[Part, ...]:
-    species = _drawn_model(kind, settings, seed, name)
+    species = drawn_model(kind, settings, seed, name)
     variant = int(share_of(seed, name, "variant") * TREE_VARIANTS)
+    bark, leaves = _tree(species, variant, level)
+    return bark, Part(leaves.mesh, leaves.material, _leaf_tint(leaves, settings, seed, name))
+
+
+def _leaf_tint(leaves: Part, settings: ObjectSettings, seed: int, name: str) -> Floats:
+    """Tints of one plant's leaves: neighbours of one species still differ a little."""
+    assert leaves.tint is not None
     colour = colour_in(settings)
-    # Neighbours of one species still differ a little in hue and lightness.
-    factor = 0.85 + 0.3 * np.array([share_of(seed, name, c) for c in ("red", "green", "blue")])
-    parts = []
-    for part in _tree(species, variant, level):
-        if part.tint is None:
-            parts.append(part)
-            continue
-        base = part.tint * factor
-        if colour is not None:
-            base = np.array(colour) * (base.mean(axis=1) / base.mean())[:, None]
-        parts.append(Part(part.mesh, part.material, np.clip(base, 0.005, 0.8)))
-    return tuple(parts)
-
-
-def _building_body(styles: Mapping[str, Style]) -> Callable[..., tuple[Part, ...]]:
-    def body(
-        kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
-    ) -> tuple[Part, ...]:
-        model = _drawn_model(kind, settings, seed, name)
-        variant = int(share_of(seed, name, "variant") * styles[model].variants)
-        colours = building_palette(styles[model], settings, seed=seed, name=name, level=level)
-        return paint(_shell(styles[model], variant, level), colours, tiles=surface_tiles())
-
-    return body
+    lightness = 0.84 + 0.32 * share_of(seed, name, "lightness")
+    # From bluish to yellowish green, never towards other hues.
+    warmth = 2.0 * share_of(seed, name, "warmth") - 1.0
+    tint = leaves.tint * lightness * np.array([1.0 + 0.13 * warmth, 1.0, 1.0 - 0.12 * warmth])
+    if colour is not None:
+        tint = np.array(colour) * (tint.mean(axis=1) / tint.mean())[:, None]
+    return np.clip(tint, 0.004, 0.8)
 
 
 @cache
@@ -229,15 +216,7 @@ def _tree(species: str, variant: int, level: int) -> tuple[Part, ...]:
     return tree(species, seed=variant, level=level)
 
 
-@cache
-def _shell(style: Style, variant: int, level: int) -> Shell:
-    return style.build(variant, level)
-
-
-STYLES: Mapping[str, Mapping[str, Style]] = {"homes": HOMES, "shops": SHOPS, "blocks": BLOCKS}
-"""Models of the kinds that are buildings at points."""
-
 _BODIES: Mapping[str, Callable[..., tuple[Part, ...]]] = {
     "trees": _tree_body,
-    **{name: _building_body(styles) for name, styles in STYLES.items()},
+    "shrubs": _tree_body,
 }

@@ -6,13 +6,13 @@ before, so that any part of a film can be rendered alone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.scene import Slots, View
+from sumo3dviz_pt.model.scene import View
 
 AROUND = 60.0
 """What is nearer than this is kept even behind the camera: shadows, reflections [m]."""
@@ -23,11 +23,16 @@ FAR_END = 3000.0
 NEAR_END = 250.0
 """Farther road users are drawn by their stand-ins [m]."""
 
+HERO_END = 16.0
+"""Nearer road users are drawn in full detail through a lens of 50 degrees [m]."""
+
+_HERO_LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
+
 MOST_NEAR = 120
 """Road users in detail in one frame, at most."""
 
-MOST_SLOTS = 240
-"""Instances in one scene; the cost of recording them grows faster than their number."""
+MOST_HEROES = 8
+"""Road users in full detail in one frame, at most: wheels are parts of their own."""
 
 _CHUNK = 200
 
@@ -72,6 +77,16 @@ def in_view(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
     Returns:
         (k, n); also true for what is nearer than `AROUND`.
     """
+    return _within(gaze, points, radius=radius, around=AROUND + radius)
+
+
+def in_picture(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
+    """As `in_view`, but what stands nearby beside or behind the camera does not count."""
+    return _within(gaze, points, radius=radius, around=radius)
+
+
+def _within(gaze: Gaze, points: Floats, *, radius: float, around: float) -> Bools:
+    """Which balls reach into the viewing cone or lie nearer than a distance, (k, n)."""
     centres = points[:, None, :] if points.ndim == 2 else points
     towards = centres - gaze.positions
     distance = np.linalg.norm(towards, axis=-1)
@@ -79,23 +94,32 @@ def in_view(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
         cosine = np.einsum("knc,nc->kn", towards, gaze.forwards) / np.maximum(distance, 1e-9)
         angle = np.arccos(np.clip(cosine, -1.0, 1.0))
         ball = np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0.0, 1.0))
-        return np.asarray((distance < AROUND + radius) | (angle < gaze.half_angles + ball))
+        return np.asarray((distance < around) | (angle < gaze.half_angles + ball))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """Which road users are drawn how, (k, n) each.
+    """Which road users are drawn how, (k, n) each; nobody twice.
 
     Attributes:
         near: In detail.
         far: By their stand-ins.
+        hero: In full detail.
     """
 
     near: Bools
     far: Bools
+    hero: Bools
 
 
-def choose(gaze: Gaze, alive: Bools, positions: Floats, *, limit: int) -> Choice:
+def choose(
+    gaze: Gaze,
+    alive: Bools,
+    positions: Floats,
+    *,
+    limit: int,
+    heroic: Bools | None = None,
+) -> Choice:
     """Choose the nearest visible road users for detail and the others for stand-ins.
 
     Args:
@@ -103,65 +127,31 @@ def choose(gaze: Gaze, alive: Bools, positions: Floats, *, limit: int) -> Choice
         alive: (k, n).
         positions: (k, n, 3) [m]; anything where not alive.
         limit: How many are drawn in detail at once, at most.
+        heroic: Who can be drawn in full detail, (k,); None is nobody.
     """
     places = np.where(alive[..., None], positions, 1e9)
     distance = np.linalg.norm(places - gaze.positions, axis=-1)
     # 40 m covers a long vehicle and its shadow at most hours of the day.
     shown = alive & (distance < FAR_END) & in_view(gaze, places, radius=40.0)
-    ranked = np.where(shown & (distance < NEAR_END), distance, np.inf)
+    near = _nearest(distance, among=shown & (distance < NEAR_END), limit=limit)
+    able = near & (distance < _hero_end(gaze))
+    able &= False if heroic is None else heroic[:, None]
+    hero = _nearest(distance, among=able, limit=MOST_HEROES)
+    return Choice(near & ~hero, shown & ~near, hero)
+
+
+def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:
+    """The nearest few of those that qualify, at each time, (k, n)."""
+    ranked = np.where(among, distance, np.inf)
     order = np.argsort(ranked, axis=0, kind="stable")
     rank = np.empty_like(order)
     np.put_along_axis(rank, order, np.arange(len(order))[:, None], axis=0)
-    near = np.isfinite(ranked) & (rank < limit)
-    return Choice(near, shown & ~near)
+    return np.asarray(among & (rank < limit))
 
 
-@dataclass(frozen=True, slots=True)
-class CrowdPlan:
-    """How a shot draws its road users.
-
-    Attributes:
-        slots: Room for each body.
-        limit: Road users in detail in one frame, at most.
-    """
-
-    slots: Slots
-    limit: int
-
-
-def plan_crowd(bodies: Sequence[str], frames: Sequence[tuple[Gaze, Bools, Floats]]) -> CrowdPlan:
-    """Find how many bodies of each kind a shot shows at once.
-
-    Args:
-        bodies: Prototype of each of the k road users.
-        frames: Stretches of the shot: gaze, alive (k, n), positions (k, n, 3).
-    """
-    limit = MOST_NEAR
-    while True:
-        near, far = _counts(bodies, frames, limit)
-        if sum(near.values()) <= MOST_SLOTS or limit <= 8:
-            return CrowdPlan(Slots(near, far), limit)
-        limit = limit * 3 // 4
-
-
-def _counts(
-    bodies: Sequence[str], frames: Sequence[tuple[Gaze, Bools, Floats]], limit: int
-) -> tuple[Mapping[str, int], Mapping[str, int]]:
-    """Most bodies of each kind at once, near and far."""
-    names = sorted(set(bodies))
-    index = np.array([names.index(body) for body in bodies], dtype=np.int64)
-    member = np.zeros((len(names), len(bodies)))
-    member[index, np.arange(len(bodies))] = 1.0
-    most = np.zeros((2, len(names)))
-    for gaze, alive, positions in frames:
-        choice = choose(gaze, alive, positions, limit=limit)
-        for row, chosen in enumerate((choice.near, choice.far)):
-            if chosen.shape[1]:
-                most[row] = np.maximum(most[row], (member @ chosen).max(axis=1))
-    near, far = (
-        {name: int(count) for name, count in zip(names, row, strict=True) if count} for row in most
-    )
-    return near, far
+def _hero_end(gaze: Gaze) -> Floats:
+    """Where full detail ends, (n,) [m]: a telephoto lens shows it from farther away."""
+    return np.clip(HERO_END * _HERO_LENS / np.tan(gaze.half_angles), 6.0, 60.0)
 
 
 def chunks(count: int) -> Iterator[slice]:

@@ -1,34 +1,29 @@
-"""Static objects with a shape of their own: fences along lines, buildings over areas."""
+"""Static objects with a shape of their own along lines: fences and barriers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-import shapely
 
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.scene import Colour, Part
 from sumo3dviz_pt.model.traffic import Polygon
-from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.kinds import Kind, building_palette, colour_in, surface_tiles
+from sumo3dviz_pt.scene.kinds import FENCES, Kind, colour_in
 from sumo3dviz_pt.scene.lane_index import LaneIndex
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes import fence
-from sumo3dviz_pt.shapes.building_styles import HOMES
-from sumo3dviz_pt.shapes.footprint import cleaned, extruded
-from sumo3dviz_pt.shapes.shell import paint
+from sumo3dviz_pt.shapes.street_barriers import MODELS as BARRIERS
 
 _PIECE = 20  # steps of a fence that share a level of detail
 _FACES = 15.0  # how far a fence looks for the lanes it guards [m]
-_NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
 
 
 def line_parts(
     kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
 ) -> list[Part]:
-    """Guard rails along polylines, always of their real size; a colour paints them."""
+    """Rails and barriers along polylines, always of their real size; a colour paints them."""
     around, shrink = how
     colour = colour_in(settings)
     parts: list[Part] = []
@@ -39,16 +34,32 @@ def line_parts(
         flat = fence.resampled(np.vstack([shape, shape[:1]]) if item.fill else shape)
         line = np.column_stack([flat, around.height_at(flat)])
         sides, drop = guarded_sides(flat, around.index), fence.end_drop(line)
+        model = fence_model(item, settings)
         for first in range(0, len(line) - 1, _PIECE):
             piece = slice(first, first + _PIECE + 1)
             nearest = around.distances(flat[piece]).min()
             level = int(np.searchsorted(np.array(kind.levels) * shrink, nearest, side="right"))
-            mesh = fence.fence(line[piece], drop[piece], sides=sides, level=level)
-            if colour is None:
-                parts.append(Part(mesh, "steel"))
+            if model == "guard_rail":
+                mesh = fence.fence(line[piece], drop[piece], sides=sides, level=level)
+                made = [Part(mesh, "steel")]
             else:
-                parts.append(Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1))))
+                ends = (first == 0, first + _PIECE >= len(line) - 1)
+                made = BARRIERS[model](line[piece], level=level, ends=ends)
+            parts += made if colour is None else [_painted(part, colour) for part in made]
     return parts
+
+
+def fence_model(item: Polygon, settings: ObjectSettings) -> str:
+    """What a line is: as its type says, else the settings' first model, else a guard rail."""
+    word = item.type.lower().split(".")[0].strip()
+    if word in FENCES:
+        return word
+    return settings.model[0] if settings.model else FENCES[0]
+
+
+def _painted(part: Part, colour: Colour) -> Part:
+    """A part in one colour."""
+    return Part(part.mesh, "sign", np.tile(colour, (len(part.mesh.faces), 1)))
 
 
 def guarded_sides(line: Floats, index: LaneIndex) -> tuple[int, ...]:
@@ -63,53 +74,3 @@ def guarded_sides(line: Floats, index: LaneIndex) -> tuple[int, ...]:
     if left > 0.8:
         return (1,)
     return (-1,) if left < 0.2 else (1, -1)
-
-
-def area_parts(
-    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
-) -> list[Part]:
-    """Buildings over polygons, with their own or plausible heights."""
-    around, shrink = how
-    parts: list[Part] = []
-    for item in items:
-        name = f"{kind.name}:{item.id}"
-        centre = item.shape[:, :2].mean(axis=0)
-        distance = around.distances(centre[None])
-        level = int(np.searchsorted(np.array(kind.levels) * shrink, distance[0], side="right"))
-        plan = cleaned(item.shape[:, :2] - centre, tolerance=(0.15, 0.4, 1.0)[level])
-        if plan is None or _holds_camera(plan + centre, around):
-            continue
-        height = height_of(item, float(shapely.Polygon(plan).area), around.seed)
-        seed = int(share_of(around.seed, name, "shell") * 2**32)
-        shell = extruded(plan, height * settings.scale, level=level, seed=seed)
-        model = "brick" if share_of(around.seed, name, "model") < 0.2 else "plaster"
-        colours = building_palette(HOMES[model], settings, seed=around.seed, name=name, level=level)
-        # Slopes: stand on the lowest corner of the ground.
-        z = float(np.min(around.height_at(plan + centre)))
-        shift = np.array([*centre, z])
-        placed = {role: quads + shift for role, quads in shell.items()}
-        parts += paint(placed, colours, tiles=surface_tiles())
-    return parts
-
-
-def height_of(item: Polygon, area: float, seed: int) -> float:
-    """Height of a building's walls [m]: from its params, else seeded by its area [m2]."""
-    for key, unit in _NUMBERS:
-        try:
-            given = float(item.params.get(key, "").strip().removesuffix("m")) * unit
-        except ValueError:
-            continue
-        if 2.0 <= given <= 400.0:
-            return given
-    low, high = (2.5, 3.2) if area < 40 else (4.5, 7.0) if area < 300 else (6.0, 13.0)
-    if area > 700:
-        low, high = 7.0, 18.0
-    return low + (high - low) * share_of(seed, item.id, "height")
-
-
-def _holds_camera(plan: Floats, around: Surroundings) -> bool:
-    """Whether a camera stands in a footprint."""
-    if not len(around.viewpoints):
-        return False
-    wide = shapely.Polygon(plan).buffer(around.keep_clear)
-    return bool(shapely.contains_xy(wide, around.viewpoints[:, :2]).any())

@@ -12,9 +12,8 @@ from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
-from sumo3dviz_pt.scene.markings import decal_meshes, road_paint
 from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.scene.rails import rail_paint, sleeper_paint
+from sumo3dviz_pt.scene.roads_layers import make_base, road_layers, unworn
 from sumo3dviz_pt.scene.roads_layout import RoadLayout, layout_roads
 from sumo3dviz_pt.scene.roads_mesh import (
     SIDEWALK_HEIGHT,
@@ -23,7 +22,6 @@ from sumo3dviz_pt.scene.roads_mesh import (
     verges,
 )
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
-from sumo3dviz_pt.scene.roads_style import PAVING
 from sumo3dviz_pt.scene.surfaces import KERB, material_name, surface_material
 
 _RAMP = 0.4
@@ -54,6 +52,7 @@ def build_roads(
     *,
     textured: bool,
     region: BoundsXY | None = None,
+    focus: BoundsXY | None = None,
 ) -> RoadParts:
     """Build the roads of a network.
 
@@ -62,6 +61,7 @@ def build_roads(
         settings: Surfaces, markings, widths and overrides.
         textured: False gives matt constant colours.
         region: x0, y0, x1, y1 [m]; only lanes that touch it are built.
+        focus: Box around the camera's path [m], near which wear is finer.
 
     Raises:
         ConfigError: If a surface is unknown.
@@ -69,20 +69,14 @@ def build_roads(
     layout = layout_roads(network, settings, region=region)
     near = network.location.boundary[:2]
     surfaces = surface_meshes(layout.cells, raised=layout.raised, near=near)
-    below = [mesh for key, mesh in surfaces.items() if key not in {KERB, PAVING}]
+    base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
     verge = settings.colour or settings.surface
-    found = [("road", _material(key), mesh) for key, mesh in surfaces.items()]
+    found = [("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
     found.append(("road/faces", KERB, kerb_faces(layout.cells, layout.raised)))
     sides = verges(layout.cells, layout.outline, surface=verge, near=near)
+    sides = unworn(sides) if verge in base.worn else sides
     found.append(("road/verge", _material(verge), sides))
-    layers = [
-        ("markings", road_paint(network, settings, layout, region=region), 0.005),
-        ("rails/sleepers", sleeper_paint(layout), 0.005),
-        ("rails", rail_paint(layout), 0.01),
-    ]
-    for family, paint, lift in layers:
-        decals = decal_meshes(paint, layout, surface=below, lift=lift)
-        found += [(family, name, mesh) for name, mesh in decals.items()]
+    found += road_layers(network, settings, base, region=region)
     static = tuple(
         StaticPart(
             f"{group}/{name.removeprefix('surface:')}",

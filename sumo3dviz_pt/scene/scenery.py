@@ -11,21 +11,30 @@ import shapely
 
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes
-from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.fitting import fitted
+from sumo3dviz_pt.scene.hedges import hedge_parts
+from sumo3dviz_pt.scene.houses import (
+    STYLES,
+    Chance,
+    area_parts,
+    cladding_material,
+    house_parts,
+    lamp_sets,
+    plan_of,
+)
 from sumo3dviz_pt.scene.kinds import (
     KINDS,
-    STYLES,
+    PLANTS,
     Kind,
     body_of,
     check_settings,
-    material_of,
-    plan_of,
 )
 from sumo3dviz_pt.scene.lane_index import LaneIndex
-from sumo3dviz_pt.scene.outlined import area_parts, line_parts
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.outlined import line_parts
 from sumo3dviz_pt.scene.scenery_choice import chosen
 from sumo3dviz_pt.scene.surroundings import Surroundings
 
@@ -39,6 +48,8 @@ BUDGET = 700_000
 
 _MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
 _SHADOW = 40.0  # radius within which an object and its shadow lie [m]
+_CROWN = 14.0  # radius within which a plant lies [m]
+_UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
 _LEVELS = {"they stand on a carriageway": logging.WARNING}
 
 Item = Poi | Polygon
@@ -53,11 +64,13 @@ class Scenery:
         static: Few parts per kind, in world coordinates.
         materials: BSDFs of all materials of these parts, by name.
         left_out: What was left out, and why.
+        lamps: Windows and signs that are lit, when it is dark.
     """
 
     static: tuple[StaticPart, ...]
     materials: Mapping[str, Bsdf]
     left_out: tuple[LeftOut, ...]
+    lamps: tuple[LampSet, ...] = ()
 
 
 def build_scenery(
@@ -69,7 +82,7 @@ def build_scenery(
     budget: int = BUDGET,
     textured: bool = True,
 ) -> Scenery:
-    """Build trees, fences, homes, shops, blocks and buildings.
+    """Build trees, shrubs, hedges, fences, homes, shops, blocks and buildings.
 
     Args:
         pois: Points of interest of the scenario.
@@ -98,11 +111,25 @@ def build_scenery(
         groups.append((kind, own, kept))
     shrink = _shrunk_levels(groups, around, budget)
     static: list[StaticPart] = []
+    shining: list[Part] = []
     for kind, own, kept in groups:
-        static += merged(kind.name, _BUILDERS[kind.form](kind, own, kept, (around, shrink)))
+        build = _BUILDERS.get(kind.name) or _BUILDERS[kind.form]
+        parts = build(kind, own, kept, (around, shrink))
+        shining += [part for part in parts if part.material.startswith("lamp:")]
+        plain = [part for part in parts if not part.material.startswith("lamp:")]
+        static += merged(kind.name, plain)
     names = sorted({part.part.material for part in static})
-    materials = {name: material_of(name, textured=textured) for name in names}
-    return Scenery(tuple(static), materials, tuple(left_out))
+    materials = {name: _material(name, textured=textured) for name in names}
+    if not around.dark and any(kind.name in {*STYLES, "buildings"} for kind, _, _ in groups):
+        left_out.append(LeftOut("lit windows", "it is day"))
+    return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining))
+
+
+def _material(name: str, *, textured: bool) -> Bsdf:
+    """A named material, or one that shows a surface."""
+    if name.startswith("cladding:"):
+        return cladding_material(name, textured=textured)
+    return MATERIALS[name]
 
 
 def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
@@ -122,6 +149,19 @@ def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
 def levels_of(kind: Kind, distances: Floats, shrink: float) -> Ints:
     """Level of detail at distances [m]; `shrink` scales the limits."""
     return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
+
+
+def _level_distances(kind: Kind, places: Floats, around: Surroundings) -> Floats:
+    """Distances that choose levels of detail, (n,) [m].
+
+    Plants beside or behind the camera show only shadows and reflections, so they count
+    as far ones.
+    """
+    distances = around.distances(places)
+    if kind.name not in PLANTS:
+        return distances
+    unseen = ~around.pictured(places, radius=_CROWN)
+    return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
 
 
 def _places(items: Sequence[Item]) -> Floats:
@@ -199,7 +239,7 @@ def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -
         if kind.form == "line":
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
             pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
-        measured.append((kind, around.distances(_places(items)), pieces))
+        measured.append((kind, _level_distances(kind, _places(items), around), pieces))
     shrink = _MOST_STRETCH
     while shrink > 0.05:
         total = sum(
@@ -224,12 +264,12 @@ def _point_parts(
         return []
     places = _places(items)
     names = [f"{kind.name}:{item.id}" for item in items]
-    levels = levels_of(kind, around.distances(places), shrink)
+    levels = levels_of(kind, _level_distances(kind, places, around), shrink)
     heights = around.height_at(places)
     yaws = _yaws(kind, items, places, around)
     sizes = _sizes(names, settings, around.seed)
     # Storeys vary less than ground plans; trees keep their shape.
-    tall = sizes if kind.name == "trees" else np.sqrt(settings.scale * sizes)
+    tall = sizes if kind.name in PLANTS else np.sqrt(settings.scale * sizes)
     if kind.name in STYLES:
         plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
         sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
@@ -238,7 +278,11 @@ def _point_parts(
         place = Transform.from_pose(
             (*places[i], heights[i]), yaw=yaws[i], scale=(sizes[i], sizes[i], tall[i])
         )
-        body = body_of(kind, settings, seed=around.seed, name=name, level=int(levels[i]))
+        if kind.name in STYLES:
+            chance = Chance(around.seed, name, around.dark)
+            body = house_parts(kind, settings, chance, level=int(levels[i]))
+        else:
+            body = body_of(kind, settings, seed=around.seed, name=name, level=int(levels[i]))
         parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
     return parts
 
@@ -252,7 +296,7 @@ def _sizes(names: Sequence[str], settings: ObjectSettings, seed: int) -> Floats:
 
 def _yaws(kind: Kind, items: Sequence[Poi], places: Floats, around: Surroundings) -> Floats:
     """Where fronts look: as the file says, else at the nearest road; trees at random."""
-    if kind.name == "trees":
+    if kind.name in PLANTS:
         turns = [share_of(around.seed, kind.name, item.id, "yaw") for item in items]
         faced = 2 * np.pi * np.array(turns)
     else:
@@ -278,4 +322,5 @@ _BUILDERS: dict[str, Callable[..., list[Part]]] = {
     "point": _point_parts,
     "line": line_parts,
     "area": area_parts,
+    "hedges": hedge_parts,
 }

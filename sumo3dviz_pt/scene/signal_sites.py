@@ -14,7 +14,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,9 @@ class Head:
         lamps: 2 or 3.
         position: Below the middle of its housing, (3,) [m].
         yaw: Driving or walking direction of those who see it [rad].
+        foot: Where its pole stands, (3,) [m].
+        walks: Whether it is for people on foot.
+        counter: Whether it has digits that count seconds.
     """
 
     tls: str
@@ -53,6 +56,14 @@ class Head:
     lamps: int
     position: Floats
     yaw: float
+    foot: Floats
+    walks: bool = False
+    counter: bool = False
+
+    @property
+    def over_road(self) -> bool:
+        """Whether it hangs on an arm."""
+        return float(self.position[2] - self.foot[2]) > ARM_BOTTOM - 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,6 +83,11 @@ class Support:
     height: float
     reach: float = 0.0
     bar: float = 0.0
+
+    @property
+    def foot(self) -> Floats:
+        """Where it stands, (3,) [m]."""
+        return self.position
 
 
 CourseOf = Callable[[Connection, int], Course]
@@ -153,7 +169,7 @@ def _approach(
     # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
     probes = (0.0 * along, -2.0 * along, -4.5 * along, -bar / 2 * outward)
     foot = _freest(_feet(edge, along, outward, bar), probes, index)
-    heads = _row(groups, foot + POLE_BOTTOM * _UP, (-outward, along, yaw), lamps)
+    heads = _row(groups, (foot, foot + POLE_BOTTOM * _UP), (-outward, along, yaw), lamps)
     lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
     if len(lanes) < _WIDE:
         height = POLE_BOTTOM + 0.3 * lamps + 0.12
@@ -162,7 +178,7 @@ def _approach(
         own = _groups([k for k in links if k.from_lane == lane.id], course_of, lamps)
         across = float((lane.shape[-1] - foot) @ -outward)
         bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * _UP
-        heads += _row(own, bottom, (-outward, along, yaw), lamps)
+        heads += _row(own, (foot, bottom), (-outward, along, yaw), lamps)
     reach = max((float((lane.shape[-1] - foot) @ _left(along)) for lane in lanes), key=abs)
     reach += 0.5 * float(np.sign(reach))
     return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar)]
@@ -170,15 +186,16 @@ def _approach(
 
 def _row(
     groups: Sequence[Group],
-    bottom: Floats,
+    place: tuple[Floats, Floats],
     frame: tuple[Floats, Floats, float],
     lamps: int,
 ) -> list[Head]:
-    """Heads beside each other around a place, from the outer lanes' inwards."""
+    """Heads beside each other, from the outer lanes' inwards; `place` is foot and bottom."""
+    foot, bottom = place
     inward, along, yaw = frame
     offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
     return [
-        Head(tls, links, course, lamps, bottom + offset * inward - 0.19 * along, yaw)
+        Head(tls, links, course, lamps, bottom + offset * inward - 0.19 * along, yaw, foot)
         for (tls, course, links), offset in zip(groups, offsets, strict=True)
     ]
 
@@ -199,7 +216,8 @@ def _crossing(
             for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
         ]
         foot = _freest(np.array(places), (0.0 * along,), index)
-        heads += _row(groups, foot + WALK_BOTTOM * _UP, (_left(along), along, yaw), 2)
+        row = _row(groups, (foot, foot + WALK_BOTTOM * _UP), (_left(along), along, yaw), 2)
+        heads += [replace(head, walks=True) for head in row]
         bar = (len(groups) - 1) * _SPACING
         supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
     return heads, supports

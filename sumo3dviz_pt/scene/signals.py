@@ -3,39 +3,38 @@
 from __future__ import annotations
 
 import logging
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.job import SignalSettings
-from sumo3dviz_pt.model.geometry import Floats, Mesh, frozen, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Network
-from sumo3dviz_pt.model.scene import LampSet, LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.scene import LampSet, LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.scene.aspects import GREEN, RED, YELLOW, Course, course_of, with_yellow
-from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
+from sumo3dviz_pt.scene.lane_index import build_lane_index
+from sumo3dviz_pt.scene.signal_bodies import LAMP_SET, STACK, counter_rows, lamp_set, static_parts
 from sumo3dviz_pt.scene.signal_sites import Head, Support, sites
-from sumo3dviz_pt.shapes import traffic_light
+from sumo3dviz_pt.scene.surroundings import HeightAt, Surroundings
 
 _LOG = logging.getLogger(__name__)
 
-LAMP_SET = "signals"
-"""Id of the only lamp set."""
-
 RADIANCE: Mapping[str, tuple[float, float, float]] = {
-    RED: (1.9, 0.02, 0.012),
-    YELLOW: (1.9, 0.85, 0.02),
-    GREEN: (0.02, 1.8, 0.65),
+    RED: (1.5, 0.013, 0.008),
+    YELLOW: (1.5, 0.6, 0.012),
+    GREEN: (0.012, 1.15, 0.4),
 }
 """Of a lit lens, in scene units, where a sunlit white wall has about 1.
 
-Twice as bright as white, so that it reads in sunlight; not more, because tone curves
-turn very bright colours white: red of 3.2 came out salmon under `neutral`.
+Red is 10,000 cd/m^2, what a 200 mm lens of 320 cd has (EN 12368 allows 100 to 1100 cd);
+not more, because tone curves turn very bright colours white: red of 1.9 came out salmon.
 """
 
-_STACK = {2: (GREEN, RED), 3: (GREEN, YELLOW, RED)}  # from the lowest lamp up
+
+NIGHT_POWER = 0.4
+"""Factor of `RADIANCE` by night, when signals are dimmed so that they do not dazzle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,14 +44,22 @@ class Signals:
     Attributes:
         static: Poles and housings.
         lamps: One lamp set with every lens, or nothing.
-        heads: All heads; lamps follow them in order, from the lowest lamp up.
+        heads: All heads; lamps follow them in order, from the lowest lamp up,
+            and then the digits of their counters.
         left_out: What was left out, and why.
+        power: Factor of `RADIANCE`.
     """
 
     static: tuple[StaticPart, ...] = ()
     lamps: tuple[LampSet, ...] = ()
     heads: tuple[Head, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
+    power: float = 1.0
+
+    @property
+    def feet(self) -> Floats:
+        """Where poles stand, (heads, 2) [m]."""
+        return np.array([head.foot[:2] for head in self.heads]).reshape(-1, 2)
 
     def radiance_at(self, time: float) -> dict[str, Floats]:
         """Radiance of every lamp at a time [s], (lamps, 3), by lamp set id."""
@@ -60,14 +67,17 @@ class Signals:
             return {}
         known: dict[tuple[int, int], frozenset[str]] = {}
         rows = []
+        counters = []
         for head in self.heads:
             key = (id(head.course), head.lamps)
             if key not in known:
                 known[key] = head.course.lit_at(time, lamps=head.lamps)
-            rows += [
-                RADIANCE[c] if c in known[key] else (0.0, 0.0, 0.0) for c in _STACK[head.lamps]
-            ]
-        return {LAMP_SET: frozen(np.array(rows))}
+            lit = [colour for colour in STACK[head.lamps] if colour in known[key]]
+            rows += [RADIANCE[c] if c in lit else (0.0, 0.0, 0.0) for c in STACK[head.lamps]]
+            if head.counter:
+                number = head.course.seconds_left(time) if lit else None
+                counters += counter_rows(number, RADIANCE[lit[-1]] if lit else (0.0, 0.0, 0.0))
+        return {LAMP_SET: frozen(self.power * np.array(rows + counters))}
 
     def heads_of(self, tls: str, link: int) -> tuple[int, ...]:
         """Indices of the heads that show a link's state."""
@@ -89,7 +99,8 @@ def build_signals(
     phases: Mapping[str, SignalPhases],
     settings: SignalSettings,
     *,
-    index: LaneIndex | None = None,
+    around: Surroundings | None = None,
+    raised: HeightAt | None = None,
 ) -> Signals:
     """Build the traffic lights of a network.
 
@@ -97,7 +108,8 @@ def build_signals(
         network: The road network; its connections say where lights stand.
         phases: The signal log by tls id.
         settings: Design, and what to do about missing yellow.
-        index: The network's lanes, if somebody indexed them already.
+        around: Lanes and cameras, if somebody indexed them already; without, all is near.
+        raised: How much higher than the carriageway people walk at places.
 
     Returns:
         Empty, and saying why, without lights in the network or without a log.
@@ -105,7 +117,7 @@ def build_signals(
     links, left_out = _signalled(network, phases, settings)
     if not links:
         return Signals(left_out=left_out)
-    lamps = 3 if settings.design == "three_heads" else 2
+    lamps = 2 if settings.design == "two_heads" else 3
     courses: dict[tuple[str, int, bool], Course] = {}
     unique: dict[Course, Course] = {}
 
@@ -119,12 +131,40 @@ def build_signals(
             courses[key] = unique.setdefault(course, course)
         return courses[key]
 
-    heads, supports = sites(
-        network, links, index=index or build_lane_index(network), course_of=shown, lamps=lamps
-    )
+    index = build_lane_index(network) if around is None else around.index
+    heads, supports = sites(network, links, index=index, course_of=shown, lamps=lamps)
     if not heads:
         return Signals(left_out=left_out)
-    return Signals(_static(heads, supports), (_lamp_set(heads),), tuple(heads), left_out)
+    if settings.design == "countdown":
+        heads = [replace(head, counter=not head.walks) for head in heads]
+    heads = [
+        replace(head, position=head.position + up, foot=head.foot + up)
+        for head, up in zip(heads, _lift(heads, raised), strict=True)
+    ]
+    supports = [
+        replace(support, position=support.position + up)
+        for support, up in zip(supports, _lift(supports, raised), strict=True)
+    ]
+    static = static_parts(
+        heads, supports, distances=(_distances(heads, around), _distances(supports, around))
+    )
+    power = NIGHT_POWER if around is not None and around.dark else 1.0
+    return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)
+
+
+def _lift(things: list[Head] | list[Support], raised: HeightAt | None) -> Floats:
+    """By how much things move up to stand where people walk, (n, 3) [m]."""
+    up = np.zeros((len(things), 3))
+    if raised is not None and things:
+        up[:, 2] = raised(np.array([thing.foot[:2] for thing in things]))
+    return up
+
+
+def _distances(things: list[Head] | list[Support], around: Surroundings | None) -> Floats:
+    """How far things are from the nearest camera, (n,) [m]; 0 without one."""
+    if around is None or not len(around.viewpoints):
+        return np.zeros(len(things))
+    return around.distances(np.array([thing.position[:2] for thing in things]).reshape(-1, 2))
 
 
 def _signalled(
@@ -169,43 +209,3 @@ def _some(names: set[str]) -> str:
     """The first few names."""
     listed = sorted(names)
     return ", ".join(listed[:3]) + (", ..." if len(listed) > 3 else "")
-
-
-def _static(heads: Sequence[Head], supports: Sequence[Support]) -> tuple[StaticPart, ...]:
-    """Housings and poles, merged by material."""
-    bodies = {lamps: traffic_light.housing(lamps) for lamps in _STACK}
-    housings = [traffic_light.placed(bodies[head.lamps], head.position, head.yaw) for head in heads]
-    poles = [_support(support) for support in supports]
-    return tuple(
-        StaticPart(f"signals/{material}", "signals", Part(merge_meshes(meshes), material))
-        for material, meshes in (("signal_housing", housings), ("signal_pole", poles))
-    )
-
-
-def _support(support: Support) -> Mesh:
-    """A pole or a mast, with a crossbar for several heads."""
-    if support.reach:
-        mesh = traffic_light.mast(support.height, support.reach)
-    else:
-        mesh = traffic_light.pole(support.height)
-    if support.bar:
-        height = support.height - 0.4 if not support.reach else 2.9
-        mesh = merge_meshes([mesh, traffic_light.crossbar(support.bar, height)])
-    return traffic_light.placed(mesh, support.position, support.yaw)
-
-
-def _lamp_set(heads: Sequence[Head]) -> LampSet:
-    """All lenses as one mesh, and the names of the lamps."""
-    discs = [traffic_light.lens(i) for i in range(3)]
-    meshes: list[Mesh] = []
-    names: list[str] = []
-    count: Counter[tuple[str, int]] = Counter()
-    for head in heads:
-        number = count[head.tls, head.links[0]]
-        count[head.tls, head.links[0]] += 1
-        for i, colour in enumerate(_STACK[head.lamps]):
-            meshes.append(traffic_light.placed(discs[i], head.position, head.yaw))
-            names.append(f"{head.tls}/{head.links[0]}/{number}/{colour}")
-    sizes = [len(mesh.faces) for mesh in meshes]
-    lamp_of_face = np.repeat(np.arange(len(meshes)), sizes)
-    return LampSet(LAMP_SET, "signals", merge_meshes(meshes), lamp_of_face, tuple(names))

@@ -7,8 +7,8 @@ and the clear sky of a date, time and place (`sun`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -18,9 +18,10 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import SkySettings, SunSettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.model.scene import CloudLayer, Sky
+from sumo3dviz_pt.model.scene import CloudLayer, Colour, Sky
 from sumo3dviz_pt.scene.radiance_maps import read_exr_map, read_radiance_map
 from sumo3dviz_pt.scene.sun import SunPosition, local_time, sun_position
+from sumo3dviz_pt.shapes.cloud_maps import cloud_layer
 
 DEFAULT_PRESET = "sky_blue"
 """Used where a scene says nothing about its sky."""
@@ -31,23 +32,30 @@ NIGHT = (4.0e-7, 5.0e-7, 8.0e-7)
 NOON_IRRADIANCE = 3.1
 """On the ground at clear noon [scene units]: 100 klx, 32 kcd/m^2 per unit."""
 
+DARK = float(np.radians(-7.0))
+"""Sun below which stars, moon and city glow are there [rad]."""
+
+STARS = 17
+"""Seed of the stars of a sky that has no preset."""
+
 # Elevation of the sun [deg] and stops that make up for 0.8 of the light that the mean
 # of ground and sunlit wall lacks against noon: dusk stays darker than noon. Below
-# -6 degrees lamps of about 15 lx take over. Noon itself lies a little above 0,
-# because a picture with asphalt and sky at their true place beside a white wall
-# looks dim.
+# -6 degrees lamps take over: at night a street lit by 15 to 20 lx shows its asphalt at a
+# tenth of white, 8 cd/m^2. Noon itself lies a little above 0, because a picture with
+# asphalt and sky at their true place beside a white wall looks dim.
 _EXPOSURE = np.array(
     [
-        (-12.0, 10.2),
-        (-6.0, 10.0),
-        (-4.0, 9.2),
+        (-14.0, 12.0),
+        (-10.0, 11.8),
+        (-6.0, 10.9),
+        (-4.0, 9.3),
         (-2.0, 7.3),
-        (0.0, 5.2),
-        (2.0, 3.8),
-        (5.0, 2.8),
-        (10.0, 2.0),
-        (20.0, 1.2),
-        (30.0, 0.8),
+        (0.0, 5.5),
+        (2.0, 4.4),
+        (5.0, 3.4),
+        (10.0, 2.4),
+        (20.0, 1.3),
+        (30.0, 0.85),
         (45.0, 0.5),
         (60.0, 0.4),
         (90.0, 0.4),
@@ -65,6 +73,11 @@ class SkyPreset:
         turbidity: Of the clear sky behind the clouds, [1, 10].
         clouds: A sky asset's name, or None.
         exposure: Added to the exposure that the sun asks for [EV].
+        tint: What the sun's light and sky are multiplied with.
+        night: Radiance of the sky without sun and moon, scene units.
+        moon: `azimuth` and `elevation` of a full moon [deg], or None.
+        stars: Their seed, or None for none.
+        glow: Radiance of a city's light at the horizon, scene units.
         purpose: What it is for.
     """
 
@@ -72,6 +85,11 @@ class SkyPreset:
     turbidity: float = 3.0
     clouds: str | None = None
     exposure: float = 0.0
+    tint: Sequence[float] = (1.0, 1.0, 1.0)
+    night: Sequence[float] = NIGHT
+    moon: Mapping[str, float] | None = None
+    stars: int | None = None
+    glow: Sequence[float] = (0.0, 0.0, 0.0)
     purpose: str = ""
 
 
@@ -85,7 +103,7 @@ def base_exposure(elevation: float) -> float:
         elevation: Of the sun [rad].
 
     Returns:
-        EV; falls smoothly with the sun's elevation from 10.2 at night to 0.4.
+        EV; falls smoothly with the sun's elevation from 12 at night to 0.4.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -139,37 +157,58 @@ def read_clouds(name: str) -> tuple[CloudLayer, SunPosition]:
     """
     entry = catalog.find("skies", name)
     maps = read_exr_map(entry.folder / entry.meta["map"])
-    cover, sunlit, skylit = (np.ascontiguousarray(maps[..., index]) for index in range(3))
-    return CloudLayer(cover, sunlit, skylit), _angles(entry.meta["sun"])
+    lit_by = _angles(entry.meta["sun"])
+    return cloud_layer(maps, lit_from=lit_by.elevation), lit_by
 
 
 def preset_sky(settings: SkySettings, location: Location | None) -> Sky:
     """A preset, perhaps with the sun moved.
 
-    Clouds turn with the sun, so that they stay lit from its side.
+    Clouds turn with the sun or moon, so that they stay lit from its side.
 
     Raises:
         ConfigError: If the preset or its clouds do not exist, or are wrong.
     """
     name = settings.preset or DEFAULT_PRESET
-    try:
-        preset = SkyPreset(**catalog.template("sky", name))
-    except TypeError as error:
-        raise ConfigError(f"sky preset {name!r}: {error}") from error
+    preset = _preset(name)
     clouds, lit_by = read_clouds(preset.clouds) if preset.clouds else (None, None)
     own = lit_by if preset.sun is None else _angles(preset.sun)
     if own is None:
         raise ConfigError(f"sky preset {name!r} has neither sun nor clouds")
     sun = own if settings.sun is None else sun_of(settings.sun, location=location)
-    turned = 0.0 if lit_by is None else sun.azimuth - lit_by.azimuth
-    return Sky(
+    dark = sun.elevation < DARK
+    light = _angles(preset.moon) if dark and preset.moon is not None else sun
+    turned = 0.0 if lit_by is None else light.azimuth - lit_by.azimuth
+    sky = Sky(
         sun.direction,
         turbidity=preset.turbidity if settings.turbidity is None else settings.turbidity,
         clouds=clouds,
         rotation=float(np.radians(settings.rotation)) + turned,
-        night=NIGHT,
+        night=_colour(preset.night),
+        tint=_colour(preset.tint),
         exposure=base_exposure(sun.elevation) + preset.exposure,
     )
+    return _by_night(sky, preset) if dark else sky
+
+
+def _preset(name: str) -> SkyPreset:
+    """A preset by its name."""
+    try:
+        return SkyPreset(**catalog.template("sky", name))
+    except TypeError as error:
+        raise ConfigError(f"sky preset {name!r}: {error}") from error
+
+
+def _by_night(sky: Sky, preset: SkyPreset) -> Sky:
+    """Add what only shows when the sun is far down; by day nothing of it is built."""
+    moon = None if preset.moon is None else _angles(preset.moon).direction
+    return replace(sky, moon_direction=moon, stars=preset.stars, glow=_colour(preset.glow))
+
+
+def _colour(values: Sequence[float]) -> Colour:
+    """Three numbers of a preset."""
+    red, green, blue = (float(value) for value in values)
+    return red, green, blue
 
 
 def sun_sky(settings: SkySettings, location: Location | None) -> Sky:
@@ -184,6 +223,7 @@ def sun_sky(settings: SkySettings, location: Location | None) -> Sky:
         sun.direction,
         turbidity=3.0 if settings.turbidity is None else settings.turbidity,
         night=NIGHT,
+        stars=STARS if sun.elevation < DARK else None,
         exposure=base_exposure(sun.elevation),
     )
 

@@ -65,6 +65,14 @@ def surface_material(key: str, *, textured: bool) -> Bsdf:
     return matt((float(red), float(green), float(blue)))
 
 
+def shows_wear(key: str) -> bool:
+    """Whether a surface's material asks its meshes how worn and painted they are."""
+    if key == KERB or key.startswith("#") or _is_file(key):
+        return False
+    colour = catalog.find("surfaces", key).meta["bsdf"].get("base_color", {})
+    return isinstance(colour, dict) and bool(colour.get("wear"))
+
+
 def metres_per_tile(key: str) -> float:
     """How large a surface's texture is in the world [m]."""
     if key == KERB or key.startswith("#") or _is_file(key):

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
-from sumo3dviz_pt.scene.needs import Gaze, in_view
+from sumo3dviz_pt.scene.needs import Gaze, in_picture, in_view
 
 _SINK = 0.05  # how far the ground lies below the nearest road [m]
 _USUAL = 100.0  # distance that counts where no camera is known [m]
@@ -31,6 +31,7 @@ class Surroundings:
         seed: Of all chance.
         keep_clear: Distance that objects keep from cameras [m].
         gaze: Where cameras look, or None: then everything counts as seen.
+        dark: Whether lamps are lit.
     """
 
     index: LaneIndex
@@ -39,6 +40,7 @@ class Surroundings:
     seed: int
     keep_clear: float = 1.0
     gaze: Gaze | None = None
+    dark: bool = False
 
     def distances(self, places: Floats) -> Floats:
         """Horizontal distance of places, (n, 2) [m], to the nearest camera; 100 m without any."""
@@ -53,6 +55,13 @@ class Surroundings:
             return np.ones(len(places), dtype=np.bool_)
         centres = np.column_stack([places, self.height_at(places)])
         return np.asarray(in_view(self.gaze, centres, radius=radius).any(axis=1))
+
+    def pictured(self, places: Floats, *, radius: float) -> Bools:
+        """Which balls around places, (n, 2) [m], lie in some camera's picture, not behind it."""
+        if self.gaze is None or not len(places):
+            return np.ones(len(places), dtype=np.bool_)
+        centres = np.column_stack([places, self.height_at(places)])
+        return np.asarray(in_picture(self.gaze, centres, radius=radius).any(axis=1))
 
 
 def surroundings(

@@ -16,6 +16,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.scene.horizon import Land
 from sumo3dviz_pt.scene.roads_heights import surface_heights
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import area_rings
@@ -47,12 +48,15 @@ _BRIDGE_SIDE = 1.2
 HeightAt = Callable[[Floats], Floats]
 
 
-def terrain(roads: RoadLayout, network: Network) -> tuple[Mesh, HeightAt]:
+def terrain(
+    roads: RoadLayout, network: Network, *, land: Land | None = None
+) -> tuple[Mesh, HeightAt]:
     """The terrain's mesh, and a function that gives its height at points (n, 2) [m].
 
     Args:
         roads: What is built; the grid is fine around it.
         network: All roads, which give the heights further away.
+        land: Its hills are added, if given.
     """
     samples = road_samples(roads)
     lanes = np.concatenate([lane.shape for lane in network.lanes.values()])
@@ -63,6 +67,8 @@ def terrain(roads: RoadLayout, network: Network) -> tuple[Mesh, HeightAt]:
     thin = samples[:: max(len(samples) // 40_000, 1)]
     z = _blended(thin, lanes, x, y=y)
     z = _pushed_below(samples, x, y, z=z)
+    if land is not None:
+        z = z + _hills(land, x, y)
     field = RegularGridInterpolator((y, x), z, bounds_error=False, fill_value=None)
 
     def height_at(points: Floats) -> Floats:
@@ -70,6 +76,12 @@ def terrain(roads: RoadLayout, network: Network) -> tuple[Mesh, HeightAt]:
         return np.asarray(field(np.asarray(points)[:, 1::-1]))
 
     return height_field(x, y, z), height_at
+
+
+def _hills(land: Land, x: Floats, y: Floats) -> Floats:
+    """Height of the land's hills over the grid, (m, n) [m]."""
+    xx, yy = np.meshgrid(x, y)
+    return land.heights(np.column_stack([xx.ravel(), yy.ravel()])).reshape(xx.shape)
 
 
 def road_samples(roads: RoadLayout, *, spacing: float = 2.5) -> Floats:
@@ -106,7 +118,7 @@ def _grid_lines(near: Floats, whole: tuple[float, float]) -> Floats:
     fine = np.linspace(low, high, _count(high - low, _CELL, _MOST))
     before = np.linspace(begin, low, _count(low - begin, _COARSE, _MOST // 2))[:-1]
     after = np.linspace(high, end, _count(end - high, _COARSE, _MOST // 2))[1:]
-    beyond = np.geomspace(_COARSE, _FAR, 20)
+    beyond = np.geomspace(_COARSE, _FAR, 32)
     return np.concatenate([begin - beyond[::-1], before, fine, after, end + beyond])
 
 

@@ -10,13 +10,16 @@ from typing import Any
 
 import yaml
 
+from sumo3dviz_pt.shapes.box import BOX
 from sumo3dviz_pt.shapes.car import CAR
+from sumo3dviz_pt.shapes.cycle import CYCLE
 from sumo3dviz_pt.shapes.ply import write_ply
+from sumo3dviz_pt.shapes.variant import varied
 from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, builder_of
 
 _LOG = logging.getLogger(__name__)
 
-BUILDERS: Mapping[str, Builder] = {"car": CAR}
+BUILDERS: Mapping[str, Builder] = {"car": CAR, "box": BOX, "cycle": CYCLE}
 """By the word that a recipe has under `build`."""
 
 
@@ -30,6 +33,11 @@ def bake_vehicle(recipe: Mapping[str, Any]) -> BakedVehicle:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
     return builder_of(recipe, BUILDERS).bake(recipe)
+
+
+def has_hero(recipe: Mapping[str, Any]) -> bool:
+    """Whether vehicles of this kind have a level for close views."""
+    return "units" not in recipe and builder_of(recipe, BUILDERS).hero is not None
 
 
 def hero_vehicle(recipe: Mapping[str, Any]) -> HeroVehicle | None:
@@ -55,7 +63,7 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
     Raises:
         ConfigError: If the recipe is wrong.
     """
-    recipe = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
+    recipe = _read(folder)
     baked = bake_vehicle(recipe)
     files = []
     for prefix, meshes in (("", baked.parts), ("far_", baked.far)):
@@ -69,6 +77,12 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
     listing.write_text(yaml.safe_dump(_listing(baked), sort_keys=False), encoding="utf-8")
     _LOG.info("%s: %d files", folder.name, len(files))
     return (*files, listing)
+
+
+def _read(folder: Path) -> dict[str, Any]:
+    """A folder's recipe, completed by that of the asset which it varies."""
+    own: dict[str, Any] = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
+    return varied(_read(folder.parent / str(own["base"])), own) if "base" in own else own
 
 
 def _listing(baked: BakedVehicle) -> dict[str, Any]:

@@ -1,150 +1,155 @@
-"""Building models by name: shells with colours to draw from."""
+"""Building models by name: designs with sizes and colours to draw from."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.scene import Colour
-from sumo3dviz_pt.shapes.buildings import block, home, shop
-from sumo3dviz_pt.shapes.shell import Palette, Shell
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.shapes.building_designs import (
+    BUNGALOW,
+    CURTAIN_WALL,
+    GABLED,
+    HALL,
+    HIPPED,
+    OFFICE,
+    PAVILION,
+    PERIMETER,
+    ROW,
+    SLAB,
+    SUPERMARKET,
+    TENEMENT,
+)
+from sumo3dviz_pt.shapes.building_palettes import (
+    BRICKS,
+    CLAY,
+    DECKS,
+    FACADES,
+    GLAZED,
+    MODERN,
+    PANELS,
+    SHEETS,
+    SLATE,
+    Colours,
+)
+from sumo3dviz_pt.shapes.buildings import Design, raised, rectangle
+from sumo3dviz_pt.shapes.shell import Shell
+
+Span = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """A kind of building with its colours.
+    """A kind of building with its sizes and colours.
 
     Attributes:
-        build: Makes the shell of a seed and a level of detail.
-        walls: Wall colours to draw from.
-        roofs: Roof colours to draw from.
-        accents: Colours of doors, signs and blinds to draw from.
+        designs: To draw from.
+        width: Of the front [m].
+        depth: [m].
+        height: Of the walls [m].
+        colours: To draw from.
         variants: How many shells are told apart.
     """
 
-    build: Callable[[int, int], Shell]
-    walls: tuple[Colour, ...]
-    roofs: tuple[Colour, ...]
-    accents: tuple[Colour, ...]
+    designs: tuple[Design, ...]
+    width: Span
+    depth: Span
+    height: Span
+    colours: Colours
     variants: int = 5
 
+    def build(self, seed: int, level: int) -> Shell:
+        """The shell of a variant at a level of detail, its front at +x."""
+        rng = np.random.default_rng(seed)
+        width, depth, height = (
+            float(rng.uniform(*s)) for s in (self.width, self.depth, self.height)
+        )
+        design = self.designs[int(rng.integers(len(self.designs)))]
+        plan = self.plan(depth, width)
+        return raised(plan, design, height=height, level=level, seed=seed, fronts=(0,))
 
-BRICKWORK, PLASTERED, TILED = (0.27, 0.125, 0.09), (0.7, 0.7, 0.7), (0.24, 0.1, 0.065)
-"""Mean reflectances of the surfaces that stand for these colours nearby."""
+    @staticmethod
+    def plan(depth: float, width: float) -> Floats:
+        """Corners of the plan, front first, (4, 2) [m]."""
+        return rectangle(depth, width)
 
-SURFACES: Mapping[Colour, str] = {
-    BRICKWORK: "surface:brick",
-    PLASTERED: "surface:plaster",
-    TILED: "surface:roof_tiles",
-}
-"""Materials with textures, by their mean reflectance."""
-
-
-def palette(
-    style: Style,
-    rng: np.random.Generator,
-    wall_colour: Colour | None = None,
-    *,
-    textured: bool = False,
-) -> Palette:
-    """Colours of one building of a style; all roles that a shell may have.
-
-    Args:
-        style: What to draw from.
-        rng: Draws.
-        wall_colour: Instead of the style's.
-        textured: Whether walls and roofs with a colour of `SURFACES` show that surface;
-            from afar a plain colour looks the same and makes no noise.
-    """
-
-    def drawn(colours: tuple[Colour, ...]) -> Colour:
-        base, factor = colours[int(rng.integers(len(colours)))], rng.uniform(0.92, 1.08)
-        if base in SURFACES:
-            return base
-        r, g, b = np.clip(np.array(base) * factor, 0.01, 0.8)
-        return float(r), float(g), float(b)
-
-    def finish(material: str, colour: Colour) -> tuple[str, Colour | None]:
-        surface = SURFACES.get(colour) if textured else None
-        return (material, colour) if surface is None else (surface, None)
-
-    main, roof, accent = drawn(style.walls), drawn(style.roofs), drawn(style.accents)
-    main = wall_colour or main
-    pale: Colour = (0.55, 0.54, 0.51)
-
-    def mixed(share: float, other: Colour) -> Colour:
-        r, g, b = (share * m + (1 - share) * o for m, o in zip(main, other, strict=True))
-        return r, g, b
-
-    base = mixed(0.45, (0.3, 0.29, 0.27))
-    return {
-        "wall": finish("wall", main),
-        "base": ("wall", base),
-        "plinth": ("wall", (0.26, 0.25, 0.24)),
-        "reveal": ("wall", mixed(0.9, pale)),
-        "trim": ("wall", mixed(0.3, pale)),
-        "chimney": ("wall", (0.3, 0.14, 0.1)),
-        "roof": finish("roof", roof),
-        "deck": ("roof", (0.2,) * 3),
-        "band": ("sign", mixed(0.3, (0.03, 0.035, 0.04))),
-        "window": ("window", None),
-        "frame": ("frame", None),
-        "sill": ("frame", None),
-        "metal": ("metal_sheet", None),
-        "rail": ("signal_housing", None),
-        "blind": ("wall", mixed(0.2, (0.5, 0.48, 0.44))),
-        "door": ("sign", accent),
-        "sign": ("sign", accent),
-        "awning": ("sign", accent),
-        "letter": ("sign", (0.72, 0.72, 0.7)),
-    }
-
-
-_BRICK: tuple[Colour, ...] = (BRICKWORK, BRICKWORK, (0.36, 0.18, 0.12))
-_PLASTER: tuple[Colour, ...] = (
-    (0.62, 0.6, 0.55),
-    PLASTERED,
-    (0.58, 0.47, 0.28),
-    (0.56, 0.52, 0.44),
-    (0.55, 0.4, 0.3),
-    (0.48, 0.52, 0.5),
-)
-_TILES: tuple[Colour, ...] = (
-    TILED,
-    TILED,
-    (0.07, 0.072, 0.078),
-    (0.13, 0.085, 0.065),
-)
-_DECK: tuple[Colour, ...] = ((0.22, 0.215, 0.21), (0.16, 0.16, 0.165))
-_DOORS: tuple[Colour, ...] = (
-    (0.06, 0.09, 0.07),
-    (0.16, 0.075, 0.035),
-    (0.1, 0.02, 0.02),
-    (0.04, 0.06, 0.11),
-    (0.5, 0.5, 0.48),
-)
-_SIGNS: tuple[Colour, ...] = (
-    (0.42, 0.03, 0.03),
-    (0.03, 0.12, 0.34),
-    (0.03, 0.24, 0.09),
-    (0.55, 0.32, 0.03),
-    (0.05, 0.05, 0.055),
-    (0.3, 0.04, 0.16),
-)
 
 HOMES: Mapping[str, Style] = {
-    "plaster": Style(home, _PLASTER[:4], _TILES, _DOORS),
-    "brick": Style(home, _BRICK, _TILES[2:], _DOORS),
+    "plaster": Style(
+        (GABLED,),
+        (9.0, 11.5),
+        (8.2, 9.6),
+        (5.5, 6.0),
+        Colours(FACADES[:4], CLAY),
+        variants=6,
+    ),
+    "brick": Style((GABLED,), (9.0, 11.0), (8.4, 9.6), (5.5, 6.0), Colours(BRICKS, SLATE)),
+    "hipped": Style((HIPPED,), (11.0, 13.5), (9.5, 11.0), (5.4, 6.0), Colours(FACADES, CLAY)),
+    "bungalow": Style((BUNGALOW,), (12.0, 15.0), (9.0, 11.0), (3.1, 3.5), Colours(MODERN, DECKS)),
+    "row": Style(
+        (ROW,), (14.0, 17.5), (8.5, 9.5), (5.5, 6.2), Colours((*BRICKS, *FACADES[:3]), CLAY)
+    ),
 }
 """Family houses by model."""
 
-SHOPS: Mapping[str, Style] = {"pavilion": Style(shop, (*_PLASTER, BRICKWORK), _DECK, _SIGNS)}
+SHOPS: Mapping[str, Style] = {
+    "pavilion": Style(
+        (PAVILION,),
+        (12.0, 16.0),
+        (11.0, 13.0),
+        (4.4, 5.0),
+        Colours((*FACADES, *BRICKS), DECKS, use="shop"),
+    ),
+    "supermarket": Style(
+        (SUPERMARKET,),
+        (15.0, 17.0),
+        (12.0, 14.0),
+        (5.2, 6.0),
+        Colours((*PANELS, *BRICKS[:1]), DECKS, use="shop"),
+    ),
+    "hall": Style(
+        (HALL,), (13.0, 16.0), (13.0, 15.0), (5.6, 6.8), Colours(SHEETS, SHEETS, use="shop")
+    ),
+}
 """Shops by model."""
 
 BLOCKS: Mapping[str, Style] = {
-    "plaster": Style(block, _PLASTER, _DECK, _DOORS, variants=8),
-    "brick": Style(block, _BRICK, _DECK, _DOORS, variants=5),
+    "plaster": Style(
+        PERIMETER,
+        (17.0, 22.0),
+        (12.5, 14.0),
+        (15.5, 22.0),
+        Colours(FACADES, (*SLATE, *CLAY)),
+        variants=8,
+    ),
+    "brick": Style(
+        TENEMENT,
+        (16.0, 20.0),
+        (12.0, 13.5),
+        (14.5, 20.0),
+        Colours(BRICKS, DECKS),
+        variants=6,
+    ),
+    "slab": Style(
+        SLAB, (18.0, 22.0), (11.5, 13.0), (17.0, 27.0), Colours(PANELS, DECKS), variants=6
+    ),
+    "office": Style(
+        (OFFICE,),
+        (18.0, 22.0),
+        (13.0, 15.0),
+        (17.0, 26.0),
+        Colours(MODERN, DECKS, use="office"),
+        variants=4,
+    ),
+    "curtain_wall": Style(
+        (CURTAIN_WALL,),
+        (17.0, 21.0),
+        (13.0, 15.0),
+        (20.0, 29.0),
+        Colours(GLAZED, DECKS, use="office"),
+        variants=3,
+    ),
 }
-"""Apartment blocks by model."""
+"""Apartment and office blocks by model."""

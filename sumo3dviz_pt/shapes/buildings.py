@@ -1,22 +1,124 @@
-"""Family houses, shops, apartment blocks and buildings over any footprint.
+"""Buildings over any plan: a design says how, a height says how many storeys.
 
-Body frame: origin on the ground in the middle of the footprint, the front looks to +x.
-Walls reach 1 m below the ground, so that nothing floats on a slope.
+Body frame of those that stand at points: origin on the ground in the middle of the
+plan, the front looks to +x. Walls reach 1 m below the ground, so that nothing floats on
+a slope. Every wall draws its chances from a stream of its own, so that all levels of
+detail show the same windows.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+import shapely
+from shapely.geometry import Polygon
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.shapes.facade import FAR, NEAR, Facade, storey, wall, windows
-from sumo3dviz_pt.shapes.roofs import flat_roof, gable_roof, upright
-from sumo3dviz_pt.shapes.shell import Shell, box, joined, rectangles, stood_up
+from sumo3dviz_pt.shapes.building_balconies import Balconies, balconies, french_doors
+from sumo3dviz_pt.shapes.building_fronts import FOOT, door, gates, shops
+from sumo3dviz_pt.shapes.building_tops import chimneys, dormers, machines
+from sumo3dviz_pt.shapes.facade import FAR, NEAR, PROUD, Facade, storey, wall, windows
+from sumo3dviz_pt.shapes.roofs import (
+    flat_roof,
+    gable_roof,
+    gutters,
+    hip_roof,
+    inset,
+    is_convex,
+    mansard_roof,
+    upright,
+)
+from sumo3dviz_pt.shapes.shell import Shell, joined, rectangles, stood_up
 
-FOUNDATION = -1.0
+FOUNDATION = FOOT
 """How deep walls reach [m]."""
+
+_RISE = 2.7  # of mansard slopes [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """How a building looks, whatever its plan and height.
+
+    Attributes:
+        upper: Windows above the ground floor.
+        low: Windows of the ground floor; None as above.
+        sides: Windows of walls that are no fronts; None as on fronts.
+        ground: Height of the ground floor [m]; 0 as the others.
+        storey: Height of the others, about [m].
+        plinth: Height of the foot, and of the floor [m].
+        foot: What fronts have at the street.
+        unit: Distance between two doors [m].
+        roof: Which.
+        pitch: Of gabled and hipped roofs [rad].
+        parapet: Of flat roofs [m].
+        courses: How far bands between storeys reach out [m]; 0 for none.
+        cornice: How far the uppermost band reaches out [m]; 0 for none.
+        balconies: In front of which bays of fronts and backs.
+        dormers: Whether slopes have windows.
+        lift: Whether flat roofs carry a lift house.
+    """
+
+    upper: Facade
+    low: Facade | None = None
+    sides: Facade | None = None
+    ground: float = 0.0
+    storey: float = 3.0
+    plinth: float = 0.3
+    foot: Literal["door", "shops", "band", "gates"] = "door"
+    unit: float = 14.0
+    roof: Literal["flat", "gable", "hip", "mansard"] = "flat"
+    pitch: float = 0.7
+    parapet: float = 0.6
+    courses: float = 0.0
+    cornice: float = 0.0
+    balconies: Balconies = "none"
+    dormers: bool = False
+    lift: bool = False
+
+    def floors(self, height: float) -> tuple[float, Floats]:
+        """Where the ground floor ends, and the storeys above it begin and end [m].
+
+        Args:
+            height: Of the walls [m].
+        """
+        first = self.ground or self.plinth + self.storey
+        if height < first + 0.6 * self.storey:
+            return height, np.array([height])
+        count = max(round((height - first) / self.storey), 1)
+        return first, np.linspace(first, height, count + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class _Wall:
+    """One wall of a building, and what its parts need to know."""
+
+    design: Design
+    length: float
+    floors: Floats
+    first: float
+    front: bool
+    back: bool
+    level: int
+    seed: int
+    number: int
+
+    def chance(self, salt: int) -> np.random.Generator:
+        """A stream of its own for each use."""
+        return np.random.default_rng([self.seed, self.number, salt])
+
+    @property
+    def upper(self) -> Facade:
+        """Its windows above the ground floor."""
+        return self.design.upper if self.front or self.back else self.other
+
+    @property
+    def other(self) -> Facade:
+        """Windows of walls that are no fronts."""
+        return self.design.sides or self.design.upper
 
 
 def rectangle(depth: float, width: float) -> Floats:
@@ -25,193 +127,229 @@ def rectangle(depth: float, width: float) -> Floats:
     return np.array([[x, -y], [x, y], [-x, y], [-x, -y]])
 
 
-def home(seed: int, level: int, facade: Facade | None = None) -> Shell:
-    """A two-storey family house under a gabled roof; about 10 x 9 m."""
-    rng = np.random.default_rng(seed)
-    width, depth = rng.uniform(9.0, 11.5), rng.uniform(8.2, 9.6)
-    eaves, pitch = rng.uniform(5.0, 5.8), rng.uniform(0.66, 0.9)
-    # Shapes are drawn before windows are, so that all levels of detail agree.
-    along_front = bool(rng.random() < 0.65)
-    facade = facade or Facade(bay=2.7, width=1.1, height=1.3, sill=0.95, inset=0.14)
-    plan, floors = rectangle(depth, width), np.array([0.3, 0.3 + eaves / 2, eaves + 0.1])
-    parts: list[Shell] = [{"plinth": upright(plan, FOUNDATION, 0.3)}]
-    for i in range(4):
-        parts.append(_home_wall(plan[i], plan[(i + 1) % 4], floors, facade, (level, i == 0, rng)))
-    parts.append(
-        gable_roof(plan, floors[-1], pitch=pitch, ridge_along_first=along_front, level=level)
-    )
-    if level != FAR:
-        ridge = floors[-1] + np.tan(pitch) * (depth if along_front else width) / 2
-        x, y = (0.5, width * 0.28) if along_front else (-depth * 0.2, 0.6)
-        chimney = box((x - 0.3, y - 0.3, floors[-1]), (x + 0.3, y + 0.3, ridge + 0.7))
-        parts.append({"chimney": chimney})
-    return joined(parts)
-
-
-def _home_wall(
-    a: Floats, b: Floats, floors: Floats, facade: Facade, how: tuple[int, bool, np.random.Generator]
+def raised(
+    plan: Floats,
+    design: Design,
+    *,
+    height: float,
+    level: int,
+    seed: int,
+    fronts: Collection[int] = (0,),
 ) -> Shell:
-    """A wall of a house; the front has a door, a step and a canopy."""
-    level, front, rng = how
-    length = float(np.linalg.norm(b - a))
-    if level == FAR or not front:
-        return stood_up(wall(length, floors, facade, level=level, rng=rng), a, b)
-    openings = facade.openings(length, floors[0])
-    door = openings[len(openings) // 2].copy()
-    door[2:] = floors[0], floors[0] + 2.15
-    others = np.delete(openings, len(openings) // 2, axis=0)
-    row = np.concatenate([others, door[None]])
-    parts: list[Shell] = [
-        {"wall": storey(length, floors[0], floors[1], row[np.argsort(row[:, 0])])},
-        windows(others, facade, level=level, rng=rng),
-        wall(length, floors[1:], facade, level=level, rng=rng),
-        _door(door, level),
-    ]
-    return stood_up(joined(parts), a, b)
+    """A building over a plan.
 
-
-def _door(opening: Floats, level: int) -> Shell:
-    """A door leaf set back, a step and a canopy, in wall coordinates."""
-    u0, u1, z0, z1 = opening
-    leaf = {"door": rectangles(u0, u1, z0, z1, inward=0.1 if level == NEAR else 0.0)}
-    if level != NEAR:
-        return leaf
-    sides = rectangles([u0, u1], [u0, u1], z0, z1)
-    sides[:, 1:3, 1] = 0.1
-    sides[1] = sides[1, ::-1]
-    step = box((u0 - 0.3, -1.1, FOUNDATION), (u1 + 0.3, 0.0, z0), skip="bY")
-    canopy = box((u0 - 0.4, -1.0, z1 + 0.25), (u1 + 0.4, 0.0, z1 + 0.37), skip="Y")
-    return {**leaf, "reveal": sides, "plinth": step, "trim": canopy}
-
-
-def shop(seed: int, level: int) -> Shell:
-    """A single-storey shop with a glazed front and a sign band; 12-16 x 12 m."""
-    rng = np.random.default_rng(seed)
-    width, depth, height = rng.uniform(12.0, 16.0), rng.uniform(11.0, 13.0), rng.uniform(4.4, 5.2)
-    x, y = -depth * 0.2, width * rng.uniform(-0.3, 0.3)
-    plan, floors = rectangle(depth, width), np.array([0.0, height])
-    side = Facade(bay=4.2, width=1.6, height=0.9, sill=2.2, blinds=0.0)
-    parts: list[Shell] = [
-        {"plinth": upright(plan, FOUNDATION, 0.0)},
-        flat_roof(plan, height, parapet=0.7, level=level),
-    ]
-    for i in range(1, 4):
-        a, b = plan[i], plan[(i + 1) % 4]
-        made = wall(float(np.linalg.norm(b - a)), floors, side, level=level, rng=rng)
-        parts.append(stood_up(made, a, b))
-    parts.append(stood_up(_shop_front(width, height, level, rng), plan[0], plan[1]))
-    if level != FAR:
-        low, high = (x - 1.2, y - 0.9, height), (x + 1.2, y + 0.9, height + 1.3)
-        parts.append({"metal": box(low, high)})
-    return joined(parts)
-
-
-def _shop_front(width: float, height: float, level: int, rng: np.random.Generator) -> Shell:
-    """Glazing between piers, the sign band above it and an awning."""
-    count = max(int(width / 2.6), 3)
-    edges = np.linspace(0.5, width - 0.5, count + 1)
-    openings = np.stack([edges[:-1] + 0.12, edges[1:] - 0.12], axis=1)
-    low, high = np.full(count, 0.35), np.full(count, height - 1.5)
-    low[count // 2] = 0.05
-    openings = np.column_stack([openings, low, high])
-    glazing = Facade(inset=0.22, blinds=0.0, divided=False)
-    sign = box((0.4, -0.14, height - 1.25), (width - 0.4, 0.0, height - 0.3), skip="Y")
-    band = {"sign": sign if level != FAR else sign[[1]]}
-    front: Shell = {"wall": storey(width, 0.0, height, openings)}
-    if level == FAR:
-        u0, u1 = openings[0, 0], openings[-1, 1]
-        one = np.array([[u0, u1, 0.35, height - 1.5]])
-        return joined(
-            [
-                {"wall": storey(width, 0.0, height, one)},
-                band,
-                {"band": rectangles(u0, u1, 0.35, height - 1.5)},
-            ]
-        )
-    shade = rectangles(0.4, width - 0.4, height - 1.75, height - 1.35)
-    shade[:, :2, 1], shade[:, 2:, 1] = -1.3, -0.14
-    panes = windows(openings, glazing, level=level, rng=rng)
-    letters = _letters(width, height, rng) if level == NEAR else {}
-    return joined([front, panes, band, {"awning": shade}, letters])
-
-
-def _letters(width: float, height: float, rng: np.random.Generator) -> Shell:
-    """Pale blocks on the sign band that read as a name from the road."""
-    count = int(rng.integers(5, 10))
-    u0 = width / 2 + (np.arange(count) - count / 2) * 0.5
-    tall, wide = rng.choice([0.34, 0.5], count), rng.uniform(0.24, 0.38, count)
-    z0 = np.full(count, height - 1.0)
-    return {"letter": rectangles(u0, u0 + wide, z0, z0 + tall, inward=-0.15)}
-
-
-def block(seed: int, level: int, facade: Facade | None = None) -> Shell:
-    """An apartment block of five to nine storeys; about 16 x 14 m."""
-    rng = np.random.default_rng(seed)
-    width, depth = rng.uniform(15.0, 18.0), rng.uniform(12.5, 14.5)
-    storeys, tall = int(rng.integers(5, 10)), rng.uniform(2.85, 3.1)
-    facade = facade or Facade(bay=rng.uniform(3.0, 3.5), width=1.35, height=1.55)
-    plan = rectangle(depth, width)
-    ground = 3.6
-    floors: Floats = ground + tall * np.arange(float(storeys))
-    low = replace(facade, sill=1.0, height=1.9, width=1.7, blinds=0.1)
-    parts: list[Shell] = [{"plinth": upright(plan, FOUNDATION, 0.0)}]
-    for i in range(4):
-        a, b = plan[i], plan[(i + 1) % 4]
-        length = float(np.linalg.norm(b - a))
-        base = wall(length, np.array([0.0, ground]), low, level=level, rng=rng)
-        base["base"] = base.pop("wall")
-        upper = wall(length, floors, facade, level=level, rng=rng)
-        extras = [] if i % 2 else [_balconies(length, floors, facade, (level, seed + i))]
-        parts.append(stood_up(joined([base, upper, *extras]), a, b))
-    parts.append(flat_roof(plan, floors[-1], parapet=0.9, level=level))
-    parts.append(_cornice(plan, ground, level))
-    if level != FAR:
-        top = floors[-1]
-        parts.append({"wall": box((-2.2, -1.8, top), (1.8, 2.2, top + 2.4))})
-        parts.append({"metal": box((2.6, 2.5, top), (4.0, 3.7, top + 1.1))})
-    return joined(parts)
-
-
-def _balconies(length: float, floors: Floats, facade: Facade, how: tuple[int, int]) -> Shell:
-    """Slabs and parapets in front of every third bay, from the second storey up."""
-    level, seed = how
-    rng = np.random.default_rng([seed, 1])
-    openings = facade.openings(length, 0.0)
-    if level == FAR or not len(openings) or rng.random() < 0.25:
-        return {}
-    solid = bool(rng.random() < 0.5)
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
+        design: How it looks.
+        height: Of the walls up to the roof [m].
+        level: Level of detail.
+        seed: Of all chance.
+        fronts: Numbers of the walls that look at a street; wall i begins at corner i.
+    """
+    first, floors = design.floors(height)
+    after = np.roll(plan, -1, axis=0)
+    facing = _outward(plan)
     parts: list[Shell] = []
-    for u0, u1, *_ in openings[int(rng.integers(0, 2)) :: 3]:
-        for z in floors[1:-1]:
-            parts.append(
-                {"trim": box((u0 - 0.55, -1.15, z - 0.08), (u1 + 0.55, 0, z + 0.1), skip="Y")}
-            )
-            rail = "blind" if solid else "rail"
-            z0 = z + (0.1 if solid else 0.95)
-            parts.append(
-                {
-                    rail: box(
-                        (u0 - 0.55, -1.15, z0),
-                        (u1 + 0.55, 0, z + 1.02),
-                        skip="Ybt" if solid else "Y",
-                    )
-                }
-            )
-            if not solid and level == NEAR:
-                parts.append({"rail": _bars(u0 - 0.53, u1 + 0.53, z)})
+    for i, (a, b) in enumerate(zip(plan, after, strict=True)):
+        length = float(np.linalg.norm(b - a))
+        back = any(float(facing[i] @ facing[j]) < -0.8 for j in fronts)
+        one = _Wall(design, length, floors, first, i in fronts, back, level, seed, i)
+        parts.append(stood_up(joined(_wall_parts(one)), a, b))
+    parts.append(_bands(plan, design, (first, floors), level))
+    parts.append(_roof(plan, design, height, (level, seed)))
     return joined(parts)
 
 
-def _bars(u0: float, u1: float, z: float) -> Floats:
-    """Flat upright bars of a balcony's front, (n, 4, 3)."""
-    u = np.linspace(u0, u1, 9)
-    return rectangles(u - 0.02, u + 0.02, z + 0.1, z + 0.95, inward=-1.13)
+def _wall_parts(one: _Wall) -> list[Shell]:
+    """Ground floor, storeys and balconies of a wall."""
+    parts = [_ground(one)]
+    sort: Balconies = one.design.balconies if one.front or one.back else "none"
+    seed = one.seed * 8 + one.number
+    if len(one.floors) > 1:
+        rng, french = one.chance(2), french_doors(sort, seed)
+        parts.append(
+            wall(one.length, one.floors, one.upper, level=one.level, rng=rng, french=french)
+        )
+        how = (one.level, seed)
+        parts.append(balconies(one.length, one.floors, one.upper, sort=sort, how=how))
+    return parts
 
 
-def _cornice(plan: Floats, height: float, level: int) -> Shell:
-    """A ledge above the ground floor."""
-    if level != NEAR:
+def _ground(one: _Wall) -> Shell:
+    """The ground floor of a wall."""
+    design, length = one.design, one.length
+    how = (one.level, one.chance(1))
+    if one.front and length > 4.0:
+        if design.foot in ("shops", "band"):
+            return shops(length, one.first, how, sign="band" if design.foot == "band" else "each")
+        if design.foot == "gates":
+            return gates(length, one.first, how)
+    low = (
+        (design.low or design.upper) if one.front else (design.sides or design.low or design.upper)
+    )
+    openings = low.openings(length, design.plinth)
+    openings = openings[openings[:, 3] < one.first - 0.1]
+    doors = _door_places(one, openings) if one.front else openings[:0]
+    clear = np.ones(len(openings), dtype=np.bool_)
+    for u0, u1, *_ in doors.tolist():
+        clear &= (openings[:, 1] < u0 - 0.2) | (openings[:, 0] > u1 + 0.2)
+    row = np.concatenate([openings[clear], doors])
+    row = row[np.argsort(row[:, 0])]
+    if one.level == NEAR:
+        face = storey(length, design.plinth, one.first, row)
+    else:
+        face = rectangles(0.0, length, design.plinth, one.first)
+    role = "base" if design.ground else "wall"
+    made = windows(openings[clear], low, level=one.level, rng=one.chance(3))
+    leaves = [door(leaf, step=design.plinth, level=one.level) for leaf in doors]
+    return joined([{role: face}, made, *leaves])
+
+
+def _door_places(one: _Wall, openings: Floats) -> Floats:
+    """Doors in the place of some windows, (n, 4) as u0, u1, z0, z1 [m]."""
+    length, floor = one.length, one.design.plinth
+    tall = min(2.15 if one.first < 3.4 else 2.75, one.first - floor - 0.25)
+    if length < 2.2 or tall < 1.8:
+        return openings[:0]
+    count = max(round(length / one.design.unit), 1)
+    axes = (np.arange(count) + 0.5) * length / count
+    if len(openings):
+        middles = openings[:, :2].mean(axis=1)
+        nearest = np.abs(axes[:, None] - middles).argmin(axis=1)
+        axes = np.unique(middles[nearest])
+    half = np.full(len(axes), 0.55 if tall < 2.3 else 0.8)
+    return np.stack([axes - half, axes + half, 0 * axes + floor, 0 * axes + floor + tall], axis=1)
+
+
+def _bands(plan: Floats, design: Design, rows: tuple[float, Floats], level: int) -> Shell:
+    """The plinth, and bands that run around the building."""
+    first, floors = rows
+    parts: list[Shell] = [{"plinth": upright(plan, FOUNDATION, _foot(design))}]
+    shown = level != FAR
+    if shown and _foot(design) > 0.1:
+        parts.append(_belt(plan, (FOUNDATION, _foot(design)), 0.04, "plinth"))
+    if shown and design.ground and len(floors) > 1 and design.courses:
+        parts.append(_belt(plan, (first - 0.16, first + 0.1), design.courses + 0.05, "trim"))
+    if level == NEAR and design.courses:
+        for z in floors[1:-1].tolist():
+            parts.append(_belt(plan, (z - 0.1, z + 0.06), design.courses, "trim"))
+    if design.cornice:
+        top = float(floors[-1])
+        parts.append(_belt(plan, (top - 0.3, top + 0.02), design.cornice, "trim"))
+        if level == NEAR and design.cornice > 0.2:
+            parts.append(_belt(plan, (top - 0.62, top - 0.3), 0.4 * design.cornice, "trim"))
+    return joined(parts)
+
+
+def _foot(design: Design) -> float:
+    """Where walls begin [m]."""
+    return design.plinth if design.foot == "door" else 0.0
+
+
+def _belt(plan: Floats, heights: tuple[float, float], out: float, role: str) -> Shell:
+    """A band around a building: face, top and underside."""
+    outer = inset(plan, -out)
+    if outer is None:
         return {}
-    (x, y), (x1, y1) = plan.min(axis=0), plan.max(axis=0)
-    low, high = (x - 0.12, y - 0.12, height - 0.12), (x1 + 0.12, y1 + 0.12, height + 0.12)
-    return {"trim": box(low, high, skip="")}
+    low, high = heights
+    after, around = np.roll(plan, -1, axis=0), np.roll(outer, -1, axis=0)
+
+    def level(points: Floats, z: float) -> Floats:
+        return np.column_stack([points, np.full(len(points), z)])
+
+    top = np.stack([level(p, high) for p in (outer, around, after, plan)], axis=1)
+    under = np.stack([level(p, low) for p in (around, outer, plan, after)], axis=1)
+    faces = [upright(outer, low, high), top]
+    return {role: np.concatenate(faces if low < 0 else [*faces, under])}
+
+
+def _roof(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> Shell:
+    """The roof and what stands on it."""
+    level, _ = how
+    if design.roof == "hip" and is_convex(plan):
+        parts = [hip_roof(plan, height, pitch=design.pitch, level=level)]
+        return joined([*parts, gutters(plan, height, level)])
+    if design.roof in ("gable", "hip"):
+        return _gabled(plan, design, height, how)
+    if design.roof == "mansard":
+        return _mansard(plan, design, height, how)
+    flat = flat_roof(plan, height, parapet=design.parapet, level=level)
+    return joined([flat, machines(plan, height, lift=design.lift, how=how)])
+
+
+def _gabled(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> Shell:
+    """A gabled roof along the longer side of the plan, with chimneys."""
+    level, seed = how
+    around = shapely.get_coordinates(Polygon(plan).minimum_rotated_rectangle.exterior)
+    sides = around[1:3] - around[:2]
+    long, short = sorted(sides, key=lambda side: -float(side @ side))
+    pitch = design.pitch
+    parts = [gable_roof(plan, height, pitch=pitch, along=long, level=level)]
+    parts.append(gutters(plan, height, level))
+    if level != FAR and design.foot == "door" and float(long @ long) > 30.0:
+        ridge = height + np.tan(pitch) * float(np.linalg.norm(short)) / 2
+        parts.append(_attic(plan, design, (height, ridge), (level, seed, long)))
+        rng = np.random.default_rng([seed, 31])
+        middle = around[:4].mean(axis=0)
+        count = max(round(float(np.linalg.norm(long)) / design.unit), 1)
+        shares = (np.arange(count) + rng.uniform(0.25, 0.75)) / count - 0.5
+        spots = middle + shares[:, None] * long + 0.08 * short
+        inside = shapely.contains_xy(Polygon(plan).buffer(-0.5), spots[:, 0], spots[:, 1])
+        spots = spots[inside]
+        parts.append(chimneys(spots, height, np.full(len(spots), ridge + 0.5), level=level))
+    return joined(parts)
+
+
+def _attic(
+    plan: Floats, design: Design, heights: tuple[float, float], how: tuple[int, int, Floats]
+) -> Shell:
+    """A pair of windows in each gable that has room for them."""
+    (eaves, ridge), (level, seed, along) = heights, how
+    if ridge - eaves < 2.8:
+        return {}
+    facade = replace(design.upper, width=0.9, height=1.1, inset=-PROUD, mullions=0)
+    across = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+    parts: list[Shell] = []
+    for i, (a, b) in enumerate(zip(plan, np.roll(plan, -1, axis=0), strict=True)):
+        length = float(np.linalg.norm(b - a))
+        if length < 6.0 or abs(float((b - a) @ across)) < 0.97 * length:
+            continue
+        middle = length / 2 + np.array([-0.85, 0.85])
+        low = np.full(2, eaves + 0.45)
+        openings = np.stack([middle - 0.45, middle + 0.45, low, low + 1.1], axis=1)
+        rng = np.random.default_rng([seed, i, 43])
+        parts.append(stood_up(windows(openings, facade, level=level, rng=rng), a, b))
+    return joined(parts)
+
+
+def _mansard(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> Shell:
+    """A mansard roof with dormers and machines."""
+    level, seed = how
+    parts = [mansard_roof(plan, height, rise=_RISE, level=level)]
+    if inset(plan, 0.45 * _RISE) is None:
+        return parts[0]
+    facade = replace(
+        design.upper,
+        height=1.35,
+        sill=0.35,
+        width=1.05,
+        inset=0.08,
+        hood=False,
+        surround=0.0,
+        boards=False,
+        lintel=False,
+    )
+    for i, (a, b) in enumerate(zip(plan, np.roll(plan, -1, axis=0), strict=True)):
+        rng = np.random.default_rng([seed, i, 41])
+        slope = (height, 1 / 0.45, 0.25)
+        if design.dormers and level != FAR and float(np.linalg.norm(b - a)) > 5.0:
+            parts.append(dormers(a, b, slope=slope, facade=facade, how=(level, rng)))
+    parts.append(machines(plan, height + _RISE, lift=False, how=how))
+    return joined(parts)
+
+
+def _outward(plan: Floats) -> Floats:
+    """Unit normals of the walls of a plan, outwards, (n, 2)."""
+    along = np.roll(plan, -1, axis=0) - plan
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    return np.column_stack([along[:, 1], -along[:, 0]])

@@ -38,6 +38,7 @@ class CarShape:
         backlight: Rear window over z.
         crease: Height of the character line over d.
         fade: How strong the character line is over d.
+        ledge: Height of the doors' lower crease over d.
     """
 
     recipe: CarRecipe
@@ -51,6 +52,7 @@ class CarShape:
     backlight: Curve
     crease: Curve
     fade: Curve
+    ledge: Curve
 
     @property
     def half(self) -> float:
@@ -122,6 +124,7 @@ def car_shape(recipe: CarRecipe) -> CarShape:
         (length, wide + 0.09),
     ]
     fade = [(0.0, 0.0), (0.35, 0.2), (1.3, 1.0), (length - 0.8, 1.0), (length - 0.1, 0.3)]
+    ledge = [(0.0, low + 0.15), (0.3 * length, low + 0.15), (length, low + 0.25)]
     return CarShape(
         recipe,
         Curve.through(plan, smooth=0.15),
@@ -134,6 +137,7 @@ def car_shape(recipe: CarRecipe) -> CarShape:
         Curve.through(recipe.backlight, smooth=0.03),
         Curve.through(crease, smooth=0.2),
         Curve.through(fade, smooth=0.1),
+        Curve.through(ledge, smooth=0.1),
     )
 
 
@@ -143,12 +147,17 @@ def _side(shape: CarShape, d: Floats, z: Floats) -> Floats:
     low = recipe.clearance
     fade = shape.fade(d)
     rise = np.clip((z - low - 0.15) / 0.22, 0.0, 1.0)
-    below = 1.0 - np.exp(-np.maximum(shape.crease(d) - z, 0.0) / 0.06)
+    below = 1.0 - np.exp(-np.maximum(shape.crease(d) - z, 0.0) / 0.045)
     flank = shape.half * shape.plan(d) * shape.section(z)
     flank = flank - recipe.crease * fade * below * rise * rise * (3.0 - 2.0 * rise)
-    flank = flank + 0.010 * fade * np.exp(-(((z - low - 0.14) / 0.05) ** 2))
+    # The doors end over a ledge that catches the light.
+    ledge = shape.ledge(d)
+    under = np.exp(-np.maximum(z - ledge, 0.0) / 0.05) * np.clip((z - ledge + 0.10) / 0.10, 0.0, 1.0)
+    flank = flank + 0.016 * fade * under
     beyond = np.maximum(shape.from_axle(d, z) - recipe.arch_radius, 0.0)
     flare = 0.018 * np.exp(-((beyond / 0.085) ** 2)) * np.clip((z - low) / 0.1, 0.0, 1.0)
+    # Nothing of it is left at the bumpers, or it would dent the corners.
+    flare = flare * np.clip(np.minimum(d - 0.25, recipe.length - 0.3 - d) / 0.25, 0.0, 1.0)
     return np.asarray(flank + flare)
 
 

@@ -22,7 +22,7 @@ HOLE = -1
 FAR = 1.0
 """Value of a curve's field where it does not reach [m]."""
 
-_GAP = 0.004
+_GAP = 0.003
 _TOLERANCE = 0.0025
 
 
@@ -32,18 +32,22 @@ class Finish:
 
     Attributes:
         material: One of `MATERIALS`.
-        recess: How far the face is pushed in along d, positive backwards [m].
+        recess: How far the face is pushed into the body [m].
     """
 
     material: str
     recess: float = 0.0
 
 
-def finishes(panels: tuple[Panel, ...]) -> tuple[Finish, ...]:
-    """All finishes of a car; panel k has tag `len(MATERIALS) + k`, wheel wells have `HOLE`."""
-    plain = tuple(Finish(name) for name in MATERIALS)
-    signs = {"front": 1.0, "rear": -1.0}
-    return plain + tuple(Finish(p.material, p.recess * signs.get(p.view, 0.0)) for p in panels)
+def finishes(panels: tuple[Panel, ...], *, gap: float = 0.0) -> tuple[Finish, ...]:
+    """All finishes of a car; panel k has tag `len(MATERIALS) + k`, wheel wells have `HOLE`.
+
+    Args:
+        panels: Of the recipe.
+        gap: Depth of shut lines [m].
+    """
+    plain = tuple(Finish(name, gap if name == "gap" else 0.0) for name in MATERIALS)
+    return plain + tuple(Finish(panel.material, panel.recess) for panel in panels)
 
 
 def tag_of(material: str) -> int:
@@ -93,4 +97,4 @@ def cut_line(surface: Surface, shape: CarShape, line: Field, where: Where) -> Su
         surface = split(surface, _shifted(line, side))
     centroids = surface.centroids
     inside = (np.abs(line(*centroids.T)) < _GAP) & where(centroids, surface.face_normals)
-    return retag(surface, inside, tag_of("trim"), (tag_of("paint"),))
+    return retag(surface, inside, tag_of("gap"), (tag_of("paint"), tag_of("gap")))

@@ -9,19 +9,31 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Ints, Mesh
 from sumo3dviz_pt.shapes.car_body import CarShape, body_surface
+from sumo3dviz_pt.shapes.car_conform import land
 from sumo3dviz_pt.shapes.car_cuts import tag_of
 from sumo3dviz_pt.shapes.car_panels import cut_panels
-from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe
+from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe, Panel
 from sumo3dviz_pt.shapes.car_windows import cut_windows
 from sumo3dviz_pt.shapes.cutting import Surface
 from sumo3dviz_pt.shapes.simplify import simplify
-from sumo3dviz_pt.shapes.solids import lathe, mirrored, moved
+from sumo3dviz_pt.shapes.solids import box, lathe, mirrored, moved
 
 _SPACING = 0.08
-_HALF_FACES = 116
-_SEGMENTS = 8
+_HALF_FACES = 300
+_SEGMENTS = 12
 _OUTSET = 0.012
-_LAMPS = {"glass": "lamp_white", "lamp_red": "lamp_red"}
+_SHOWN = {
+    "lamp_clear": "lamp_clear",
+    "lamp_white": "lamp_white",
+    "lamp_red": "lamp_red",
+    "lamp_dark_red": "lamp_red",
+    "gap": "trim",
+    "trim": "trim",
+    "gloss_black": "trim",
+    "chrome": "chrome",
+}
+_SMALLEST = 0.012
+"""Panels with less area are not seen from afar [m2]."""
 
 
 def far_surface(shape: CarShape) -> Surface:
@@ -33,11 +45,11 @@ def far_surface(shape: CarShape) -> Surface:
     Returns:
         A surface whose tags are places in `MATERIALS`.
     """
-    lamps = _lamps_only(shape.recipe)
+    seen = _seen_panels(shape.recipe)
     surface = cut_windows(body_surface(shape, spacing=_SPACING), shape)
-    framed = Surface(surface.vertices, surface.faces, _retagged(surface, "trim", "glass"))
-    surface = cut_panels(framed, replace(shape, recipe=lamps))
-    names = [*MATERIALS, *(_LAMPS[panel.material] for panel in lamps.panels)]
+    framed = Surface(surface.vertices, surface.faces, _retagged(surface, "gloss_black", "glass"))
+    surface = cut_panels(framed, replace(shape, recipe=seen))
+    names = [*MATERIALS, *(_SHOWN[panel.material] for panel in seen.panels)]
     tags = np.array([tag_of(name) for name in names])[surface.tags]
     surface = simplify(
         Surface(surface.vertices, surface.faces, tags), faces=_HALF_FACES, largest=1.0
@@ -51,14 +63,39 @@ def _retagged(surface: Surface, old: str, new: str) -> Ints:
     return np.where(surface.tags == tag_of(old), tag_of(new), surface.tags)
 
 
-def _lamps_only(recipe: CarRecipe) -> CarRecipe:
-    """The recipe with the outlines of its lamps as its only panels."""
+def _seen_panels(recipe: CarRecipe) -> CarRecipe:
+    """The recipe with the outlines of lamps and large dark parts as its only panels."""
     panels = tuple(
-        replace(panel, recess=0.0, over=("paint",))
+        replace(panel, recess=0.0, over=("paint", "trim", "lamp_clear", "lamp_red"))
         for panel in recipe.panels
-        if panel.material in _LAMPS and "glass" not in panel.over
+        if panel.material in _SHOWN and _area(panel) > _SMALLEST
     )
     return replace(recipe, panels=panels)
+
+
+def _area(panel: Panel) -> float:
+    """Area of a panel's outline [m2]."""
+    a = np.asarray(panel.outline)
+    b = np.roll(a, -1, axis=0)
+    return abs(float((a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]).sum())) / 2.0
+
+
+def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
+    """Plates and mirrors as plain boxes.
+
+    Yields:
+        Material and mesh, in the body frame.
+    """
+    recipe = shape.recipe
+    for view, height in zip(("front", "rear"), recipe.plates, strict=True):
+        x = float(land(shape, view, [(0.0, height)]).points[0, 0])
+        low, high = (x - 0.03, -0.26, height - 0.056), (x + 0.03, 0.26, height + 0.056)
+        yield "plate", box(low, high)
+    d = recipe.cowl[0] + 0.38
+    z, y = float(shape.belt(d)) + 0.10, shape.half + 0.055
+    mirror = box((-d - 0.03, y - 0.1, z - 0.06), (-d + 0.05, y + 0.1, z + 0.06))
+    yield recipe.mirror, mirror
+    yield recipe.mirror, mirrored(mirror)
 
 
 def far_wheels(shape: CarShape, *, track: float) -> Iterator[tuple[str, Mesh]]:
@@ -76,7 +113,7 @@ def far_wheels(shape: CarShape, *, track: float) -> Iterator[tuple[str, Mesh]]:
     tyre = lathe([(r, -w), (r, w), (rim, w)], segments=_SEGMENTS, crease=0.8)
     disc = lathe([(rim, w), (0.0, w)], segments=_SEGMENTS, crease=0.9)
     for d in shape.recipe.axles:
-        for material, mesh in (("rubber", tyre), ("rim", disc)):
+        for material, mesh in (("rubber", tyre), ("disc", disc)):
             placed = moved(mesh, -d, track + _OUTSET, r)
             yield material, placed
             yield material, mirrored(placed)

@@ -1,6 +1,8 @@
-"""Shut lines of doors, bonnet and boot."""
+"""Shut lines of doors, bonnet, boot, bumpers and fuel flap."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from sumo3dviz_pt.shapes.car_body import PILLAR_LEAN, CarShape
 from sumo3dviz_pt.shapes.car_cuts import FAR, Where, cut_line
 from sumo3dviz_pt.shapes.car_panels import facing, projected
 from sumo3dviz_pt.shapes.cutting import Surface
-from sumo3dviz_pt.shapes.implicit import Field, intersect
+from sumo3dviz_pt.shapes.implicit import Field, intersect, rounded_box
 
 
 def cut_gaps(surface: Surface, shape: CarShape) -> Surface:
@@ -18,6 +20,10 @@ def cut_gaps(surface: Surface, shape: CarShape) -> Surface:
         line = _door(shape, first, last)
         surface = cut_line(surface, shape, line, lambda c, n: np.abs(n[:, 1]) > 0.3)
     surface = cut_line(surface, shape, _bonnet(shape), _on_bonnet(shape))
+    for line, where in _joints(shape):
+        surface = cut_line(surface, shape, line, where)
+    if shape.recipe.flap:
+        surface = cut_line(surface, shape, _flap(shape), lambda c, n: n[:, 1] > 0.5)
     for gap in shape.recipe.gaps:
         surface = cut_line(surface, shape, projected(gap, shape), facing(gap))
     return surface
@@ -41,6 +47,28 @@ def _door(shape: CarShape, first: float, last: float) -> Field:
         return np.where(y > 0.3, door, FAR)
 
     return field
+
+
+def _joints(shape: CarShape) -> Iterator[tuple[Field, Where]]:
+    """Where the bumpers meet the wings; the rear one runs around the car."""
+    if not shape.recipe.joints:
+        return
+    front, rear = shape.recipe.joints
+    first, last = shape.recipe.axles
+    yield (
+        lambda d, y, z: np.where(d < first, z - front + 0.05 * (d - first), FAR),
+        lambda c, n: (c[:, 0] < first) & (n[:, 1] > 0.4) & (np.abs(n[:, 2]) < 0.6),
+    )
+    yield (
+        lambda d, y, z: np.where(d > last, z - rear, FAR),
+        lambda c, n: (c[:, 0] > last) & (np.abs(n[:, 2]) < 0.7),
+    )
+
+
+def _flap(shape: CarShape) -> Field:
+    """The fuel flap."""
+    at, height = shape.recipe.flap
+    return lambda d, y, z: rounded_box(d - at, z - height, (0.085, 0.075), 0.03)
 
 
 def _bonnet(shape: CarShape) -> Field:

@@ -9,7 +9,7 @@ from sumo3dviz_pt.shapes.car_body import WELL_DEPTH, CarShape
 from sumo3dviz_pt.shapes.car_cuts import FAR, HOLE, Cut, Where, cut_region, finishes, tag_of
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, Panel
 from sumo3dviz_pt.shapes.cutting import Surface
-from sumo3dviz_pt.shapes.implicit import Field, intersect, polygon
+from sumo3dviz_pt.shapes.implicit import Field, intersect, polygon, rounded_box
 
 
 def cut_panels(surface: Surface, shape: CarShape) -> Surface:
@@ -38,6 +38,7 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
         return np.minimum(near, z - sill)
 
     surface = cut_region(surface, shape, Cut(dark, tag_of("trim")))
+    surface = _handle_cups(surface, shape)
     if not recipe.bed:
         return surface
     first, last, floor = recipe.bed
@@ -48,6 +49,23 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
         return np.where(z > floor - 0.1, inside, FAR)
 
     return cut_region(surface, shape, Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > floor - 0.02))
+
+
+def handle_places(shape: CarShape) -> tuple[tuple[float, float], ...]:
+    """(d, z) of the door handles [m]."""
+    behind = [last - 0.17 for _, last in shape.recipe.doors]
+    return tuple((d, float(shape.crease(d)) + shape.recipe.handle) for d in behind)
+
+
+def _handle_cups(surface: Surface, shape: CarShape) -> Surface:
+    """The dark hollows behind door handles."""
+    for d0, z0 in handle_places(shape):
+
+        def cup(d: Floats, y: Floats, z: Floats, d0: float = d0, z0: float = z0) -> Floats:
+            return rounded_box(d - d0 - 0.005, z - z0 + 0.002, (0.062, 0.024), 0.022)
+
+        surface = cut_region(surface, shape, Cut(cup, tag_of("gap"), lambda c, n: n[:, 1] > 0.5))
+    return surface
 
 
 def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:

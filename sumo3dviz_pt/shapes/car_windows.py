@@ -8,12 +8,13 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.shapes.car_body import PILLAR_LEAN, CarShape
 from sumo3dviz_pt.shapes.car_cuts import FAR, Cut, cut_region, tag_of
 from sumo3dviz_pt.shapes.cutting import Surface
-from sumo3dviz_pt.shapes.implicit import intersect
+from sumo3dviz_pt.shapes.implicit import intersect, rounded_box
 
 
 def cut_windows(surface: Surface, shape: CarShape) -> Surface:
-    """Cut side windows, windscreen and rear window into a body."""
+    """Cut side windows, windscreen and rear window into a body, and the cowl's dark strip."""
     surface = _side_windows(surface, shape)
+    surface = _cowl(surface, shape)
     surface = _windscreen(surface, shape)
     return _rear_window(surface, shape)
 
@@ -39,9 +40,55 @@ def _side_windows(surface: Surface, shape: CarShape) -> Surface:
         above = centroids[:, 2] > shape.belt(centroids[:, 0]) - 0.02
         return np.asarray((np.abs(normals[:, 1]) > 0.5) & above)
 
-    trim, glass = tag_of("trim"), tag_of("glass")
-    surface = cut_region(surface, shape, Cut(frame, trim, on_side))
-    return cut_region(surface, shape, Cut(pane, glass, on_side, (trim,)))
+    black, glass = tag_of("gloss_black"), tag_of("glass")
+    if recipe.frame != "gloss_black":
+        bright = Cut(lambda d, y, z: frame(d, y, z, inset=-0.013), tag_of(recipe.frame), on_side)
+        surface = cut_region(surface, shape, bright)
+    over = (tag_of("paint"), tag_of(recipe.frame))
+    surface = cut_region(surface, shape, Cut(frame, black, on_side, over))
+    surface = cut_region(surface, shape, Cut(pane, glass, on_side, (black,)))
+
+    def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
+        return intersect(frame(d, y, z, inset=0.07), -_seats_from_side(shape, d, z), 0.01)
+
+    return cut_region(surface, shape, Cut(beyond, tag_of("glass_seat"), on_side, (glass,)))
+
+
+def _seats_from_side(shape: CarShape, d: Floats, z: Floats) -> Floats:
+    """Seats and head rests in the side view, one row to each door."""
+    rows = np.full_like(d, FAR)
+    for _, last in shape.recipe.doors:
+        place = last - 0.12 + 0.25 * (z - 1.0)
+        floor = float(shape.belt(last))
+        back = rounded_box(d - place, z - floor + 0.08, (0.09, 0.19), 0.06)
+        head = rounded_box(d - place - 0.01, z - floor - 0.19, (0.05, 0.085), 0.04)
+        rows = np.minimum(rows, np.minimum(back, head))
+    return rows
+
+
+def _seats_from_ahead(shape: CarShape, y: Floats, z: Floats, low: float) -> Floats:
+    """Seats, head rests and the inner mirror as seen through the windscreen."""
+    away = np.abs(y) - 0.20 * shape.recipe.width
+    back = rounded_box(away, z - low - 0.02, (0.19, 0.16), 0.07)
+    head = rounded_box(away, z - low - 0.27, (0.11, 0.075), 0.05)
+    mirror = rounded_box(y, z - low - 0.345, (0.11, 0.03), 0.02)
+    return np.minimum(np.minimum(back, head), mirror)
+
+
+def _cowl(surface: Surface, shape: CarShape) -> Surface:
+    """The dark strip between bonnet and windscreen, where the wipers turn."""
+    recipe = shape.recipe
+
+    def strip(d: Floats, y: Floats, z: Floats) -> Floats:
+        behind = recipe.bonnet + 0.012 - 0.10 * (y / shape.half) ** 2 - d
+        side = y - (shape.half * shape.plan(d) * 0.955 - 0.075)
+        return intersect(intersect(behind, side, 0.05), z - recipe.cowl[1] - 0.03, 0.01)
+
+    def on_top(centroids: Floats, normals: Floats) -> Bools:
+        near = (centroids[:, 0] < recipe.header) & (centroids[:, 2] > recipe.shoulder)
+        return np.asarray((normals[:, 2] > 0.3) & near)
+
+    return cut_region(surface, shape, Cut(strip, tag_of("trim"), on_top))
 
 
 def _windscreen(surface: Surface, shape: CarShape) -> Surface:
@@ -59,10 +106,17 @@ def _windscreen(surface: Surface, shape: CarShape) -> Surface:
         near = (centroids[:, 0] < recipe.header + 0.3) & (centroids[:, 2] > low - 0.02)
         return np.asarray((normals[:, 0] < -0.2) & near)
 
-    trim = tag_of("trim")
-    surface = cut_region(surface, shape, Cut(rim, trim, ahead))
-    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.03), tag_of("glass"), ahead, (trim,))
-    return cut_region(surface, shape, pane)
+    black, over = tag_of("gloss_black"), (tag_of("paint"), tag_of("trim"))
+    surface = cut_region(surface, shape, Cut(rim, black, ahead, over))
+    glass = tag_of("glass")
+    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.03), glass, ahead, (black,))
+    surface = cut_region(surface, shape, pane)
+
+    def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
+        inside = np.maximum(rim(d, y, z, inset=0.11), low + 0.15 - z)
+        return intersect(inside, -_seats_from_ahead(shape, y, z, low + 0.09), 0.01)
+
+    return cut_region(surface, shape, Cut(beyond, tag_of("glass_seat"), ahead, (glass,)))
 
 
 def _rear_window(surface: Surface, shape: CarShape) -> Surface:
@@ -80,7 +134,7 @@ def _rear_window(surface: Surface, shape: CarShape) -> Surface:
         within = (centroids[:, 2] > low - 0.03) & (centroids[:, 0] > begin)
         return np.asarray((normals[:, 0] > 0.2) & within)
 
-    trim = tag_of("trim")
-    surface = cut_region(surface, shape, Cut(rim, trim, behind))
-    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.028), tag_of("glass"), behind, (trim,))
+    black = tag_of("gloss_black")
+    surface = cut_region(surface, shape, Cut(rim, black, behind))
+    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.028), tag_of("glass"), behind, (black,))
     return cut_region(surface, shape, pane)

@@ -11,13 +11,14 @@ import yaml
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.scene import CloudLayer
+from sumo3dviz_pt.shapes.cloud_maps import cloud_image
 from sumo3dviz_pt.shapes.clouds import CloudRecipe, make_clouds
 
 Encode = Callable[[Path, Image], None]
 """Writes an image, (h, w, 3), in half precision; the shapes know no file formats."""
 
-_COVER_STEPS, _LIGHT_STEPS = 255.0, 128.0
+CLOUD_LOSS = 300.0
+"""Level of DWAB compression: errors of 0.006 rms, a megabyte a sky."""
 
 
 def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
@@ -34,15 +35,6 @@ def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
         return CloudRecipe(sun=(float(sun[0]), float(sun[1])), **meta["recipe"])
     except (KeyError, TypeError) as error:
         raise ConfigError(f"a sky's asset.yaml is incomplete or wrong: {error}") from error
-
-
-def cloud_image(layer: CloudLayer) -> Image:
-    """Cover, sunlit and skylit as channels, (h, w, 3), in steps that compress well."""
-    light = np.stack([layer.sunlit, layer.skylit], axis=-1)
-    # Where there is no cloud its light does not matter; a constant packs best.
-    light[layer.cover < 0.5 / _COVER_STEPS] = 0.5
-    cover = np.round(layer.cover * _COVER_STEPS) / _COVER_STEPS
-    return np.dstack([cover, np.round(light * _LIGHT_STEPS) / _LIGHT_STEPS]).astype(np.float32)
 
 
 def bake_clouds(folder: Path, *, encode: Encode) -> Path:

@@ -1,33 +1,37 @@
 """Opens a vehicle for a camera inside it: no glass, no roof, no cabin.
 
 What remains is the bonnet, the low body (so that its shadow stays plausible) and a
-plain dashboard, which hides the road under the cabin.
+dashboard with the wheel, which hides the road under the cabin.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.shapes.cockpit import cockpit
 
 LOW_SHARE = 0.55
 """The body is kept below this share of its height."""
+
+_BONNET_ABOVE_BELT = 0.06
+"""What is ahead of the windscreen and higher is a mirror or a wiper [m]."""
 
 _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
 
 
-def cutaway(prototype: Prototype, *, cowl: float, belt: float) -> Prototype:
+def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> Prototype:
     """Keep what a driver sees of the own vehicle.
 
     Args:
         prototype: The whole body.
         cowl: x where bonnet and windscreen meet, at most 0 [m].
         belt: Height of the dashboard, about where the side windows begin [m].
+        eye: The driver's, (3,) [m].
 
     Returns:
         A body called `<name>~cockpit`.
@@ -35,11 +39,14 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float) -> Prototype:
     bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
     width = float(np.ptp(bounds[:, :, 1]))
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
-    parts = tuple(_opened(prototype.parts, cowl=cowl, low=low))
+    high = belt + _BONNET_ABOVE_BELT
+    parts = tuple(_opened(prototype.parts, cowl=cowl, low=low, high=high))
     if width > _NARROWEST_DASHBOARD:
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
-        parts = (*parts, Part(_dashboard(width, cowl=cowl, belt=belt, edge=edge), "interior"))
-    far = tuple(_opened(prototype.far, cowl=cowl, low=low))
+        front = min(cowl, -0.08)
+        inside = cockpit(width, front=front, belt=belt, edge=edge, eye=eye)
+        parts = (*parts, *(Part(mesh, material) for material, mesh in inside))
+    far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
     return Prototype(f"{prototype.name}~cockpit", parts, far)
 
 
@@ -81,12 +88,13 @@ def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
     return _compact(cut, faces[solid]), source[solid]
 
 
-def _opened(parts: tuple[Part, ...], *, cowl: float, low: float) -> list[Part]:
-    """The parts below `low` or ahead of the cowl; empty ones are left out."""
+def _opened(parts: tuple[Part, ...], *, cowl: float, low: float, high: float) -> list[Part]:
+    """The parts below `low`, or below `high` ahead of the cowl; empty ones are left out."""
     opened = []
     for part in parts:
         z = part.mesh.vertices[:, 2]
         below, above = _clipped(part, z - low), _clipped(part, low - z)
+        above = _clipped(above, above.mesh.vertices[:, 2] - high)
         ahead = _clipped(above, cowl - above.mesh.vertices[:, 0])
         opened += [rest for rest in (below, ahead) if len(rest.mesh.faces)]
     return opened
@@ -138,20 +146,3 @@ def _edge(mesh: Mesh, *, cowl: float) -> float:
     """Height of the bonnet's rear edge [m]; 0 where the mesh has none."""
     near = np.abs(mesh.vertices[:, 0] - cowl) < 0.05
     return float(mesh.vertices[near, 2].max(initial=0.0))
-
-
-def _dashboard(width: float, *, cowl: float, belt: float, edge: float) -> Mesh:
-    """A padded shelf from the bonnet's edge back across the cabin."""
-    front = min(cowl, -0.08)
-    profile = [
-        (front + 0.03, edge - 0.012),
-        (front - 0.10, (edge + belt) / 2.0 - 0.02),
-        (front - 0.30, belt - 0.015),
-        (front - 0.42, belt - 0.06),
-        (front - 0.45, max(belt - 0.5, 0.25)),
-    ]
-    half = width / 2.0 - 0.12
-    strips = [[(x, y, z) for x, z in pair for y in (half, -half)] for pair in pairwise(profile)]
-    quad = np.array([(0, 2, 1), (1, 2, 3)])
-    faces = np.concatenate([quad + 4 * k for k in range(len(strips))])
-    return Mesh(np.array(strips).reshape(-1, 3), faces)

@@ -18,6 +18,8 @@ _CLEAR = 2e-4
 _PULL = 0.003
 _ROUNDS = 4
 _SHORTEST = 0.022
+_NEAR = 0.2
+"""Faces with no corner so close to a curve are not touched by it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,12 +75,14 @@ def refine(surface: Surface, curve: Field, body: Field, *, tolerance: float) -> 
 
 def _touched(surface: Surface, curve: Field) -> Bools:
     """Faces in which the curve changes its sign, sampled at seven points."""
-    corners = surface.vertices[surface.faces]
+    near = (np.abs(curve(*surface.vertices.T)) < _NEAR)[surface.faces].any(axis=1)
+    corners = surface.vertices[surface.faces[near]]
     samples = np.concatenate(
         [corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(1, keepdims=True)], 1
     )
     signs = curve(*samples.reshape(-1, 3).T).reshape(-1, 7) < 0.0
-    return np.asarray(signs.any(axis=1) & ~signs.all(axis=1))
+    near[near] = signs.any(axis=1) & ~signs.all(axis=1)
+    return near
 
 
 def _halve(surface: Surface, pairs: Ints, body: Field, *, reach: float) -> Surface:

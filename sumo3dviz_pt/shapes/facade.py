@@ -1,21 +1,37 @@
 """Walls with windows, in wall coordinates: (along, inward, up) [m].
 
-Window sizes, the 0.2 m inset and the tilted panes are those of the look study
-(reflections that break up pane by pane are what makes a facade look real).
+Sizes, insets and tilted panes are those of the look study: reflections that break up
+pane by pane are what makes a facade look real. Panes are opaque; what would be seen
+behind them (rooms, blinds, curtains) is their colour, under the same reflection.
+
+Every window belongs to one of `CLASSES` classes, which is the number in the roles
+`room` and `low` (glass before a dark room, and before its lower part) and `drape`
+(glass before a blind or curtain); a palette gives each class its colour, and lights
+some of them at night.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.shapes.shell import Shell, joined, rectangles
 
 NEAR, MIDDLE, FAR = 0, 1, 2
 """Levels of detail."""
+
+CLASSES = 12
+"""How many sorts of rooms are told apart in a building."""
+
+SLACK = 0.01
+"""How far the corners of panes tilt out of their plane, at most [m]."""
+
+PROUD = 0.02
+"""How far panes lie before walls that have no holes for them [m]."""
 
 _TILT = 0.004  # standard deviation of a pane's corners from its plane [m]
 _FRAME = 0.06  # width of a window frame [m]
@@ -27,12 +43,17 @@ class Facade:
 
     Attributes:
         bay: Distance between window axes [m]; the wall's length rounds it.
-        width: Of a window [m].
+        width: Of a window [m]; 0 means as wide as the bay.
         height: Of a window [m].
         sill: Height above the floor [m].
         inset: Of the pane behind the wall [m].
-        blinds: Share of windows with a lowered blind, [0, 1].
-        divided: Whether a window has a mullion in the middle.
+        drapes: Share of windows with a blind or curtains, [0, 1].
+        mullions: Upright bars within a window.
+        transom: Height of a level bar, as a share of the window's; 0 for none.
+        boards: Whether sills reach out.
+        surround: Width of a pale band around each window [m]; 0 for none.
+        hood: Whether a small cornice crowns each window.
+        lintel: Whether a pale beam lies over each window.
     """
 
     bay: float = 3.1
@@ -40,18 +61,34 @@ class Facade:
     height: float = 1.5
     sill: float = 0.9
     inset: float = 0.16
-    blinds: float = 0.4
-    divided: bool = True
+    drapes: float = 0.45
+    mullions: int = 1
+    transom: float = 0.0
+    boards: bool = True
+    surround: float = 0.0
+    hood: bool = False
+    lintel: bool = False
 
     def openings(self, length: float, floor: float) -> Floats:
         """Windows of one storey, (k, 4) as u0, u1, z0, z1 [m]; none where there is no room."""
         count = int(length / self.bay + 0.35)
-        if count < 1 or length < self.width + 0.6:
+        if self.width <= 0.0:
+            return self._ribbon(length, floor)
+        if count < 1 or length < max(self.width + 0.6, 1.5):
             return np.zeros((0, 4))
         axes = (np.arange(count) + 0.5) * length / count
         low = np.full(count, floor + self.sill)
-        half = self.width / 2
+        half = min(self.width, length / count - 0.3) / 2
         return np.stack([axes - half, axes + half, low, low + self.height], axis=1)
+
+    def _ribbon(self, length: float, floor: float) -> Floats:
+        """Windows side by side along the whole wall, (k, 4) [m]."""
+        if length < 1.5:
+            return np.zeros((0, 4))
+        end = min(0.3, 0.1 * length)
+        edges = np.linspace(end, length - end, max(round((length - 2 * end) / self.bay), 1) + 1)
+        low = np.full(len(edges) - 1, floor + self.sill)
+        return np.stack([edges[:-1], edges[1:], low, low + self.height], axis=1)
 
 
 def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
@@ -64,7 +101,8 @@ def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
         openings: Within the storey, sorted along the wall, (k, 4) as u0, u1, z0, z1 [m].
     """
     u0, u1, z0, z1 = openings.T
-    piers = rectangles(np.append(0.0, u1), np.append(u0, length), low, high)
+    starts, ends = np.append(0.0, u1), np.append(u0, length)
+    piers = rectangles(starts, ends, low, high)[ends > starts + 1e-6]
     below = rectangles(u0, u1, low, z0)[z0 > low + 1e-6]
     above = rectangles(u0, u1, z1, high)[z1 < high - 1e-6]
     return np.concatenate([piers, below, above])
@@ -73,35 +111,96 @@ def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
 def windows(
     openings: Floats, facade: Facade, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """What fills the openings of a wall.
+    """What fills the openings of a wall; the same rooms and drapes at all levels.
 
     Args:
         openings: (k, 4) as u0, u1, z0, z1 [m].
         facade: How they look.
-        level: `NEAR` for reveals, frames and sills, `MIDDLE` for panes flush with the wall.
-        rng: Tilts the panes and lowers the blinds.
+        level: `NEAR` for reveals, frames and sills, else panes on the wall.
+        rng: Tilts the panes, chooses rooms and lowers the blinds.
     """
     if not len(openings):
         return {}
-    if level != NEAR:
-        return {"window": _upright(openings)}
-    u0, u1, z0, z1 = openings.T
-    inset, bar = facade.inset, _FRAME
-    panes = rectangles(u0 + bar, u1 - bar, z0 + bar, z1 - bar, inward=inset)
+    if level == FAR and facade.width <= 0.0:
+        # A ribbon of panes has one colour from afar.
+        openings = np.array([[openings[0, 0], openings[-1, 1], *openings[0, 2:]]])
+    inward = facade.inset if level == NEAR else -PROUD
+    panes = rectangles(*openings.T, inward=inward)
     # A pane stays plane: two of its edges tilt, the fourth corner follows.
-    tilt = rng.normal(0.0, _TILT, (len(panes), 2))
+    tilt = rng.normal(0.0, _TILT, (len(panes), 2)).clip(-SLACK, SLACK)
     panes[:, 1:3, 1] += tilt[:, :1]
     panes[:, 2:, 1] += tilt[:, 1:]
-    drop = rng.choice([0.25, 0.5, 0.9], len(panes)) * (z1 - z0)
-    low = np.maximum(z1 - drop, z0 + bar)
-    blind = rectangles(u0 + bar, u1 - bar, low, z1 - bar, inward=inset - 0.015)
-    return {
-        "window": panes,
-        "reveal": _reveals(openings, inset),
-        "frame": _frames(openings, inset - 0.02, facade.divided),
-        "blind": blind[rng.random(len(blind)) < facade.blinds],
-        "sill": _sills(openings),
-    }
+    filled = glazed(panes, facade.drapes, level=level, rng=rng)
+    if level == FAR:
+        return filled
+    filled["frame"] = _frames(openings, inward - 0.02, facade, edges=level == NEAR)
+    if level == NEAR:
+        filled["reveal"] = _reveals(openings, facade.inset)
+        filled.update(_dressing(openings, facade))
+    return filled
+
+
+def glazed(
+    panes: Floats, drapes: float, *, level: int, rng: np.random.Generator
+) -> dict[str, Floats]:
+    """Panes by what is behind them: `room` and `drape` with the number of a class.
+
+    Args:
+        panes: (k, 4, 3) [m], lower left corner first.
+        drapes: Share of panes with a blind or curtains, [0, 1].
+        level: From afar each pane has one colour.
+        rng: Chooses.
+    """
+    count = len(panes)
+    classes = rng.integers(0, CLASSES, count)
+    kind = np.where(rng.random(count) < drapes, rng.integers(1, 4, count), 0)
+    share = rng.choice([0.3, 0.5, 0.9], count)
+    if level == FAR:
+        closed = (kind == 1) & (share > 0.6)
+        return by_class({"room": (panes[~closed], classes[~closed])}) | by_class(
+            {"drape": (panes[closed], classes[closed])}
+        )
+    # Kind 1 is a blind from above, 2 a pair of curtains, 3 a net before the lower half.
+    one, zero = np.ones(count), np.zeros(count)
+    side = np.where(kind == 2, 0.12 + 0.2 * share, 0.0)
+    low = np.where(kind == 3, 0.35 + 0.2 * share, 0.0)
+    high = np.where(kind == 1, 1.0 - share, 1.0)
+    # Ceilings catch the light, the lower part of a room is furniture.
+    split = np.clip(0.42 * one if level == NEAR else low, low, high)
+    rooms = share_of_panes(panes, side, 1 - side, split, high)
+    below = share_of_panes(panes, side, 1 - side, low, split)[split > low]
+    covers = (
+        (kind == 1, (zero, one, high, one)),
+        (kind == 2, (zero, side, zero, one)),
+        (kind == 2, (1 - side, one, zero, one)),
+        (kind == 3, (zero, one, zero, low)),
+    )
+    drawn = [(share_of_panes(panes, *edges)[at], classes[at]) for at, edges in covers]
+    cloth = np.concatenate([quads for quads, _ in drawn])
+    return by_class(
+        {
+            "room": (rooms, classes),
+            "low": (below, classes[split > low]),
+            "drape": (cloth, np.concatenate([c for _, c in drawn])),
+        }
+    )
+
+
+def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
+    """Roles with numbers, from quads, (n, 4, 3), and their classes, (n,)."""
+    found: dict[str, Floats] = {}
+    for role, (some, classes) in quads.items():
+        for number in np.unique(classes).tolist():
+            found[f"{role}{number}"] = some[classes == number]
+    return found
+
+
+def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
+    """The part of each pane, (n, 4, 3), between shares of its width (a) and height (b)."""
+    origin = panes[:, 0]
+    along, up = panes[:, 1] - origin, panes[:, 3] - origin
+    corners = ((a0, b0), (a1, b0), (a1, b1), (a0, b1))
+    return np.stack([origin + along * a[:, None] + up * b[:, None] for a, b in corners], axis=1)
 
 
 def wall(
@@ -111,6 +210,7 @@ def wall(
     *,
     level: int,
     rng: np.random.Generator,
+    french: tuple[int, int] | None = None,
 ) -> dict[str, Floats]:
     """A wall of storeys with windows.
 
@@ -118,51 +218,29 @@ def wall(
         length: Of the wall [m].
         floors: Where storeys begin, and where the last one ends, (n + 1,) [m].
         facade: How its windows look.
-        level: Level of detail.
+        level: Level of detail; the wall has holes for its windows only nearby.
         rng: Tilts the panes and lowers the blinds.
+        french: Which windows reach the floor, above the lowest storey: the number of
+            the first, and how many from one to the next.
     """
-    if level == FAR:
-        return _bands(length, floors, facade)
     parts: list[Shell] = []
+    if level != NEAR:
+        parts.append({"wall": rectangles(0.0, length, floors[0], floors[-1])})
     for low, high in pairwise(floors.tolist()):
         openings = facade.openings(length, low)
-        parts.append({"wall": storey(length, low, high, openings)})
+        openings = openings[openings[:, 3] < high - 0.15]
+        if french and low > floors[0]:
+            openings[french[0] :: french[1], 2] = low + 0.08
+        if level == NEAR:
+            parts.append({"wall": storey(length, low, high, openings)})
         parts.append(windows(openings, facade, level=level, rng=rng))
     return joined(parts)
 
 
-def _bands(length: float, floors: Floats, facade: Facade) -> dict[str, Floats]:
-    """A wall seen from afar: a darker band per storey instead of windows."""
-    openings = facade.openings(length, 0.0)
-    if not len(openings):
-        every = rectangles(0.0, length, floors[0], floors[-1])
-        return {"wall": every}
-    low, high = floors[:-1] + facade.sill, floors[:-1] + facade.sill + facade.height
-    ends = np.append(low, floors[-1])
-    starts = np.append(floors[0], high)
-    u0, u1 = openings[0, 0], openings[-1, 1]
-    return {
-        "wall": np.concatenate(
-            [
-                rectangles(0.0, length, starts, ends),
-                rectangles(0.0, u0, low, high),
-                rectangles(u1, length, low, high),
-            ]
-        ),
-        "band": rectangles(u0, u1, low, high),
-    }
-
-
-def _upright(openings: Floats, inward: float = 0.0) -> Floats:
-    """Rectangles of openings, (k, 4, 3), behind the wall's face [m]."""
-    u0, u1, z0, z1 = openings.T
-    return rectangles(u0, u1, z0, z1, inward=inward)
-
-
 def _reveals(openings: Floats, inset: float) -> Floats:
     """The four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
-    front = _upright(openings)
-    back = _upright(openings, inset)
+    # They reach behind the tilted panes, so that no slit is left.
+    front, back = rectangles(*openings.T), rectangles(*openings.T, inward=inset + 2 * SLACK)
     rolled = [
         np.stack([front[:, i], front[:, j], back[:, j], back[:, i]], axis=1)
         for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -170,25 +248,53 @@ def _reveals(openings: Floats, inset: float) -> Floats:
     return np.concatenate(rolled)
 
 
-def _frames(openings: Floats, inward: float, divided: bool) -> Floats:
-    """Flat bars around each opening, and one in the middle if wanted."""
+def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> Floats:
+    """Flat bars around each opening if wanted, and those that divide it."""
     u0, u1, z0, z1 = openings.T
     bar = _FRAME
-    middle = (u0 + u1) / 2
-    bars = [
-        rectangles(u0, u1, z0, z0 + bar, inward=inward),
-        rectangles(u0, u1, z1 - bar, z1, inward=inward),
-        rectangles(u0, u0 + bar, z0 + bar, z1 - bar, inward=inward),
-        rectangles(u1 - bar, u1, z0 + bar, z1 - bar, inward=inward),
-        rectangles(middle - bar / 2, middle + bar / 2, z0 + bar, z1 - bar, inward=inward),
-    ]
-    return np.concatenate(bars if divided else bars[:-1])
+    bars = [rectangles(u0, u0, z0, z0)[:0]]
+    if edges:
+        bars += [
+            rectangles(u0, u1, z0, z0 + bar, inward=inward),
+            rectangles(u0, u1, z1 - bar, z1, inward=inward),
+            rectangles(u0, u0 + bar, z0 + bar, z1 - bar, inward=inward),
+            rectangles(u1 - bar, u1, z0 + bar, z1 - bar, inward=inward),
+        ]
+    for k in range(facade.mullions):
+        middle = u0 + (u1 - u0) * (k + 1) / (facade.mullions + 1)
+        bars.append(rectangles(middle - bar / 2, middle + bar / 2, z0, z1, inward=inward - 0.004))
+    if facade.transom and edges:
+        z = z0 + facade.transom * (z1 - z0)
+        bars.append(rectangles(u0, u1, z - bar / 2, z + bar / 2, inward=inward - 0.002))
+    return np.concatenate(bars)
 
 
-def _sills(openings: Floats) -> Floats:
-    """Boards in front of each opening: front and top, (2 k, 4, 3)."""
-    u0, u1, z0, _ = openings.T
-    front = rectangles(u0 - 0.08, u1 + 0.08, z0 - 0.06, z0, inward=-0.07)
-    top = front[:, [3, 2, 2, 3]].copy()
-    top[:, 2:, 1] = 0.0
-    return np.concatenate([front, top])
+def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
+    """What reaches out around windows: sills, surrounds, hoods and lintels."""
+    u0, u1, z0, z1 = openings.T
+    found: list[Shell] = []
+    if facade.boards:
+        found.append({"trim": _ledges(u0 - 0.08, u1 + 0.08, (z0 - 0.06, z0), 0.08)})
+    if facade.surround:
+        wide, out = facade.surround, -0.012
+        bands = [
+            rectangles(u0 - wide, u0, z0, z1 + wide, inward=out),
+            rectangles(u1, u1 + wide, z0, z1 + wide, inward=out),
+            rectangles(u0, u1, z1, z1 + wide, inward=out),
+        ]
+        found.append({"trim": np.concatenate(bands)})
+    if facade.hood:
+        z = z1 + facade.surround + 0.1
+        found.append({"trim": _ledges(u0 - 0.2, u1 + 0.2, (z, z + 0.13), 0.16)})
+    if facade.lintel:
+        found.append({"trim": rectangles(u0 - 0.12, u1 + 0.12, z1, z1 + 0.2, inward=-0.015)})
+    return joined(found)
+
+
+def _ledges(u0: Floats, u1: Floats, heights: tuple[Floats, Floats], out: float) -> Floats:
+    """Boards that reach out of a wall: front, top and underside, (3 k, 4, 3)."""
+    z0, z1 = heights
+    front = rectangles(u0, u1, z0, z1, inward=-out)
+    top, under = front[:, [3, 2, 2, 3]].copy(), front[:, [1, 0, 0, 1]].copy()
+    top[:, 2:, 1], under[:, 2:, 1] = 0.0, 0.0
+    return np.concatenate([front, top, under])

@@ -18,7 +18,8 @@ from sumo3dviz_pt.shapes.shell import box
 STEP = 2.0
 """Distance between the points of a fence's line [m]; every other one has a post."""
 
-_RAMP = 8.0  # length over which an end comes down [m]
+_RAMP = 9.0  # length over which an end comes down [m]
+_BURIED = 0.80  # how far it comes down: deeper than the beam's lower half [m]
 _NEAR = np.array(
     [
         (0.0, -0.155),
@@ -46,7 +47,7 @@ def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int
         level: 0 for the full profile, 1 for a flat beam on posts, 2 without posts.
     """
     keep = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
-    across = _leftward(line)
+    across = leftward(line)
     profile = _NEAR if level == 0 else _FAR
     parts = [_beam(line[keep], across[keep] * side, drop[keep], profile) for side in sides]
     if level < 2:
@@ -91,16 +92,19 @@ def _arc(line: Floats) -> Floats:
 
 
 def end_drop(line: Floats) -> Floats:
-    """How far the beam of a whole rail comes down towards both ends, (n,) [m]."""
+    """How far the beam of a whole rail comes down towards both ends, (n,) [m].
+
+    Both ends go into the ground, as rails must that have no other terminal.
+    """
     distance = _arc(line)
     total = distance[-1]
     ramp = min(_RAMP, total / 3)
     share = np.clip(np.minimum(distance, total - distance) / ramp, 0.0, 1.0)
-    drop: Floats = 0.62 * (1.0 - share * share * (3.0 - 2.0 * share))
+    drop: Floats = _BURIED * (1.0 - share * share * (3.0 - 2.0 * share))
     return drop
 
 
-def _leftward(line: Floats) -> Floats:
+def leftward(line: Floats) -> Floats:
     """Horizontal unit normals to the left, (n, 3)."""
     along = np.gradient(line, axis=0)
     left = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))])
@@ -132,7 +136,7 @@ def _posts(line: Floats, across: Floats, sink: Floats) -> Mesh:
     """Upright boxes with flat normals; posts of lowered ends are as low as the beam."""
     faces = box((-0.05, -0.03, -0.5), (0.05, 0.03, 0.72), skip="b")
     along = np.column_stack([across[:, 1], -across[:, 0], np.zeros(len(across))])
-    tall = np.maximum(0.72 - sink, 0.05)
+    tall = 0.70 - sink
     quads = np.broadcast_to(faces, (len(line), *faces.shape)).copy()
     quads[..., 2] = np.minimum(quads[..., 2], tall[:, None, None])
     placed = (

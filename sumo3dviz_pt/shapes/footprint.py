@@ -1,19 +1,22 @@
-"""Buildings over any footprint: walls with windows, gabled or flat roofs."""
+"""Buildings over any footprint: which design suits it, and its outline."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import shapely
+from shapely.geometry import Polygon
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.shapes.buildings import FOUNDATION
-from sumo3dviz_pt.shapes.facade import FAR, Facade, wall
-from sumo3dviz_pt.shapes.roofs import flat_roof, gable_roof, upright
-from sumo3dviz_pt.shapes.shell import Shell, joined, stood_up
+from sumo3dviz_pt.shapes.building_designs import SHED
+from sumo3dviz_pt.shapes.building_palettes import CLAY, FACADES, Colours
+from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, Style
+from sumo3dviz_pt.shapes.buildings import Design, raised
+from sumo3dviz_pt.shapes.shell import Shell
 
-_STOREY = 3.0
-_SHED = 30.0  # area below which a building has no windows [m2]
-_GABLED = 380.0  # area up to which a rectangle has a gabled roof [m2]
+_SMALL, _HOME, _LARGE = 30.0, 240.0, 1100.0  # areas of sheds, of homes, of halls [m2]
+_SHED_STYLE = Style((SHED,), (3.0, 5.0), (3.0, 5.0), (2.3, 3.0), Colours(FACADES, CLAY))
 
 
 def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
@@ -28,48 +31,81 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
     """
     if len(shape) < 3:
         return None
-    valid = shapely.make_valid(shapely.Polygon(shape[:, :2]))
+    valid = shapely.make_valid(Polygon(shape[:, :2]))
     parts = [p for p in shapely.get_parts(valid).tolist() if p.geom_type == "Polygon"]
     if not parts:
         return None
     largest = max(parts, key=lambda part: float(part.area)).simplify(tolerance)
-    if largest.area < 6.0:
+    if largest.area < 6.0 or largest.buffer(-0.3).is_empty:
         return None
     corners: Floats = shapely.get_coordinates(shapely.orient_polygons(largest).exterior)[:-1]
     return corners
 
 
-def extruded(plan: Floats, height: float, *, level: int, seed: int) -> Shell:
+def style_for(plan: Floats, height: float, *, share: float) -> Style:
+    """The style that suits a footprint.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        height: Of the walls [m].
+        share: In [0, 1); chooses among those that suit.
+    """
+    polygon = Polygon(plan)
+    if polygon.area < _SMALL:
+        return _SHED_STYLE
+    fits = _fitting(polygon, height)
+    return fits[int(share * len(fits))]
+
+
+def _fitting(polygon: Polygon, height: float) -> tuple[Style, ...]:
+    """Styles for a footprint, the usual ones more than once."""
+    around = polygon.minimum_rotated_rectangle
+    corners = shapely.get_coordinates(around.exterior)
+    sides = np.sort(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1))
+    slender, boxy = float(sides[1] / sides[0]), polygon.area > 0.8 * around.area
+    if height < 9.0:
+        return _low(polygon.area, height, slender if boxy else 0.0)
+    old = (BLOCKS["plaster"],) * 4 + (BLOCKS["brick"],) * 3
+    if height > 24.0:
+        return BLOCKS["slab"], BLOCKS["slab"], BLOCKS["office"], BLOCKS["curtain_wall"]
+    slabs = (BLOCKS["slab"],) * (3 if slender > 2.5 else 1)
+    return (*old, *slabs, BLOCKS["office"])
+
+
+def _low(area: float, height: float, slender: float) -> tuple[Style, ...]:
+    """Styles for low footprints; slender is 0 for those that are no rectangles."""
+    if area > _LARGE:
+        return SHOPS["hall"], SHOPS["hall"], SHOPS["supermarket"]
+    if area > _HOME or not slender:
+        return SHOPS["pavilion"], HOMES["bungalow"], BLOCKS["office"]
+    if height < 4.0:
+        return (HOMES["bungalow"],)
+    if slender > 1.9:
+        return HOMES["row"], HOMES["row"], HOMES["plaster"]
+    return HOMES["plaster"], HOMES["plaster"], HOMES["brick"], HOMES["hipped"]
+
+
+def extruded(
+    plan: Floats,
+    height: float,
+    *,
+    level: int,
+    seed: int,
+    style: Style,
+    fronts: Collection[int] = (),
+) -> Shell:
     """A building over a footprint.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].
         height: Of the walls above the ground [m].
         level: Level of detail.
-        seed: Tilts panes and lowers blinds.
+        seed: Of all chance.
+        style: Says which designs it may have.
+        fronts: Numbers of walls at a street; default the longest one.
     """
-    rng = np.random.default_rng(seed)
-    polygon = shapely.Polygon(plan)
-    storeys = max(round(height / _STOREY), 1)
-    floors = np.linspace(0.0, height, storeys + 1)
-    facade = Facade(bay=float(rng.uniform(2.7, 3.4)), width=1.15, height=1.35)
-    if polygon.area < _SHED:
-        facade = Facade(bay=1e9)
-    after = np.roll(plan, -1, axis=0)
-    parts: list[Shell] = [{"plinth": upright(plan, FOUNDATION, 0.0)}]
-    for a, b in zip(plan, after, strict=True):
-        length = float(np.linalg.norm(b - a))
-        parts.append(stood_up(wall(length, floors, facade, level=level, rng=rng), a, b))
-    parts.append(_roof(polygon, plan, height, level))
-    return joined(parts)
-
-
-def _roof(polygon: shapely.Polygon, plan: Floats, height: float, level: int) -> Shell:
-    """A gabled roof where the plan is nearly a rectangle, else a flat one."""
-    around = shapely.orient_polygons(polygon.minimum_rotated_rectangle)
-    if polygon.area > 0.86 * around.area and polygon.area < _GABLED and height < 12.0:
-        box = shapely.get_coordinates(around.exterior)[:-1]
-        first = np.linalg.norm(box[1] - box[0]) >= np.linalg.norm(box[2] - box[1])
-        pitch = 0.65 if polygon.area > _SHED else 0.35
-        return gable_roof(box, height, pitch=pitch, ridge_along_first=bool(first), level=level)
-    return flat_roof(plan, height, parapet=0.5, level=level if len(plan) <= 8 else FAR)
+    design: Design = style.designs[seed % len(style.designs)]
+    if not fronts:
+        after = np.roll(plan, -1, axis=0)
+        fronts = (int(np.argmax(np.linalg.norm(after - plan, axis=1))),)
+    return raised(plan, design, height=height, level=level, seed=seed, fronts=fronts)

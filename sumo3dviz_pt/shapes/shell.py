@@ -83,7 +83,11 @@ def box(low: Sequence[float], high: Sequence[float], *, skip: str = "b") -> Floa
 
 
 def paint(
-    shell: Shell, palette: Palette, *, tiles: Mapping[str, float] | None = None
+    shell: Shell,
+    palette: Palette,
+    *,
+    tiles: Mapping[str, float] | None = None,
+    shift: float = 0.0,
 ) -> tuple[Part, ...]:
     """Turn a shell into parts, one per material.
 
@@ -91,6 +95,7 @@ def paint(
         shell: Quads by role.
         palette: Says for every role of the shell what it is made of.
         tiles: Metres per tile of materials with a texture; they get texture coordinates.
+        shift: Moves textures, so that not all buildings have the same stains [tiles].
     """
     scales = tiles or {}
     quads: dict[str, list[Floats]] = {}
@@ -105,7 +110,9 @@ def paint(
     for material, some in quads.items():
         corners = np.concatenate(some)
         colours = np.concatenate(tints[material]) if material in tinted else None
-        uvs = upright_uvs(corners, tile=scales[material]) if material in scales else None
+        uvs = None
+        if material in scales:
+            uvs = upright_uvs(corners, tile=scales[material]) + np.array([shift, 0.0])
         parts.append(_part(material, corners, colours, uvs))
     return tuple(parts)
 
@@ -115,10 +122,11 @@ def upright_uvs(quads: Floats, *, tile: float) -> Floats:
 
     Neighbouring quads of one plane fit together, as brick courses must.
     """
-    normal = np.cross(quads[:, 1] - quads[:, 0], quads[:, 2] - quads[:, 0])
+    # Diagonals, because one of a quad's two triangles may have no area.
+    normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     along = np.stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))], axis=1)
-    level = np.abs(normal[:, 2]) > 0.999
+    level = np.linalg.norm(along, axis=1) < 0.04
     along[level] = (1.0, 0.0, 0.0)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     up = np.cross(normal, along)

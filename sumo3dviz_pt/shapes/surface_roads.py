@@ -47,9 +47,14 @@ def _cracks(recipe: Recipe) -> Floats:
 
 
 def asphalt(recipe: Recipe) -> Maps:
-    """Asphalt concrete; params `grain`, `stains`, `cracks`, `broadest` [m]."""
+    """Asphalt concrete; params `grain`, `mottle`, `stains`, `cracks`, `broadest` [m]."""
     grain = recipe.params.get("grain", 0.19)
     value = 1.0 + recipe.params.get("stains", 1.0) * _stains(recipe) + grain * _aggregate(recipe)
+    # Clusters of stones: what the eye sees of the aggregate from a few metres.
+    clusters = fractal(
+        recipe.shape, Band(0.35, recipe.waves(0.14), recipe.waves(0.02)), seed=recipe.seed + 8
+    )
+    value += recipe.params.get("mottle", 0.0) * soft(clusters, 2.0)
     # Chips of different rock: a little warmer or cooler than the binder.
     hue = 0.02 * fractal(recipe.shape, Band(1.2, recipe.waves(1.0)), seed=recipe.seed + 6)
     colour = np.stack([value * (1 + hue), value, value * (1 - hue)], axis=-1)

@@ -20,6 +20,7 @@ MAKERS: Mapping[str, Callable[[Recipe], Maps]] = MappingProxyType(
         "concrete": surface_roads.concrete,
         "paving": surface_roads.paving,
         "grass": surface_grounds.grass,
+        "litter": surface_grounds.litter,
         "gravel": surface_grounds.gravel,
         "sand": surface_grounds.sand,
         "chess": surface_grounds.chess,

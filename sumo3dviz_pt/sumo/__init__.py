@@ -8,6 +8,7 @@ from sumo3dviz_pt.sumo.find import find_scenario
 from sumo3dviz_pt.sumo.network import read_network
 from sumo3dviz_pt.sumo.scenario import read_scenario
 from sumo3dviz_pt.sumo.signals import read_signals
+from sumo3dviz_pt.sumo.stops import read_stops
 from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "read_network",
     "read_scenario",
     "read_signals",
+    "read_stops",
     "read_trajectories",
     "read_vehicle_types",
 ]

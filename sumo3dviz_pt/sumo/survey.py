@@ -29,7 +29,7 @@ class Survey:
         networks: `<net>`.
         trajectories: `<fcd-export>`.
         signals: `<tlsStates>`.
-        additional: Files with a POI or a polygon.
+        additional: Files with a POI, a polygon or a bus stop.
         vehicle_types: Route files, and additional files with a vType.
         configurations: SUMO's configurations.
     """
@@ -128,7 +128,7 @@ def _sorted_in(file: Path, root: str) -> Survey:
     if root in ADDITIONAL_ROOTS:
         tags = {element.tag for element in readable_elements(file)}
         return Survey(
-            additional=one if tags & {"poi", "poly"} else (),
+            additional=one if tags & {"poi", "poly", "busStop"} else (),
             vehicle_types=one if "vType" in tags else (),
         )
     places = {

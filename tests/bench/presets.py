@@ -60,7 +60,7 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
         "preset": preset,
         "size": list(size),
         "spp": production.quality.spp,
-        "in_view": len(state.movers) + len(state.distant),
+        "in_view": len(state.users),
         "load": loaded,
         "first": sum(frames[0].values()) - frames[0]["load"],
         "third": sum(frames[2].values()),

@@ -6,8 +6,9 @@ from builders import view_at
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.scene import needs
-from sumo3dviz_pt.scene.needs import Gaze, choose, chunks, in_view, plan_crowd
+from sumo3dviz_pt.scene import crowd, needs
+from sumo3dviz_pt.scene.crowd import Drawn, heroic, plan_crowd
+from sumo3dviz_pt.scene.needs import Gaze, choose, chunks, in_view
 
 ASPECT = 9 / 16
 SEEDS = st.integers(0, 2**32 - 1)
@@ -121,26 +122,40 @@ def test_frames_do_not_know_of_each_other(seed):
         np.testing.assert_array_equal(alone.far[:, 0], whole.far[:, n])
 
 
+def body_of(kind):
+    return Drawn(kind, (kind,), (kind,), (f"{kind}/hero", *[f"{kind}/wheel"] * 4))
+
+
 @pytest.mark.parametrize("people", [1, 150, 1500])
 def test_slots_suffice_for_every_frame(people):
     rng = np.random.default_rng(people)
     kinds = [f"body{k}" for k in range(5)]
-    bodies = [kinds[k] for k in rng.integers(0, 5, people)]
+    bodies = [body_of(kinds[k]) for k in rng.integers(0, 5, people)]
     frames = []
     for _ in range(2):
         views = views_of(rng, 7)
         frames.append((Gaze.of(views, aspect=ASPECT), *crowd_of(rng, people, 7, spread=250.0)))
     plan = plan_crowd(bodies, frames)
-    assert sum(plan.slots.near.values()) <= needs.MOST_SLOTS
+    assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
     assert 0 < plan.limit <= needs.MOST_NEAR
     for gaze, alive, positions in frames:
         for n in range(len(gaze.positions)):
             part = slice(n, n + 1)
-            choice = choose(gaze.slice(part), alive[:, part], positions[:, part], limit=plan.limit)
+            able = heroic(bodies, plan.heroes)
+            choice = choose(
+                gaze.slice(part),
+                alive[:, part],
+                positions[:, part],
+                limit=plan.limit,
+                heroic=able,
+            )
             for kind in kinds:
-                own = np.array([body == kind for body in bodies])
+                own = np.array([body.model == kind for body in bodies])
+                heroes = choice.hero[own].sum()
                 assert choice.near[own].sum() <= plan.slots.near.get(kind, 0)
                 assert choice.far[own].sum() <= plan.slots.far.get(kind, 0)
+                assert heroes <= plan.slots.near.get(f"{kind}/hero", 0)
+                assert 4 * heroes <= plan.slots.near.get(f"{kind}/wheel", 0)
     backwards = plan_crowd(bodies, frames[::-1])
     assert backwards == plan
 
@@ -148,14 +163,14 @@ def test_slots_suffice_for_every_frame(people):
 def test_the_limit_gives_way_where_bodies_are_many():
     """Different bodies in different frames add up to slots; then fewer are detailed."""
     kinds = [f"body{k}" for k in range(12)]
-    bodies = [kind for kind in kinds for _ in range(100)]
+    bodies = [Drawn(kind, (kind,), (kind,)) for kind in kinds for _ in range(100)]
     gaze = Gaze.of([view_at([0, 0, 5], heading=90)] * 12, aspect=ASPECT)
     positions = np.broadcast_to([20.0, 0.0, 0.0], (1200, 12, 3))
     alive = np.zeros((1200, 12), dtype=bool)
     for k in range(12):
         alive[100 * k : 100 * (k + 1), k] = True
     plan = plan_crowd(bodies, [(gaze, alive, positions)])
-    assert sum(plan.slots.near.values()) <= needs.MOST_SLOTS
+    assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
     assert plan.limit < needs.MOST_NEAR
     assert all(plan.slots.near[kind] + plan.slots.far[kind] == 100 for kind in kinds)
 

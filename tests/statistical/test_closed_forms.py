@@ -196,7 +196,7 @@ def tilted(normal, centre, half=1.0):
 @pytest.mark.parametrize("elevation", [8, 30, 65])
 def test_the_sun_on_tilted_planes_follows_the_cosine_law(elevation):
     """Radiance = albedo / pi x (sun x cosine + what the sky's map sends)."""
-    from sumo3dviz_pt.render.skymap import directions
+    from sumo3dviz_pt.render.panorama import directions
 
     sun = sun_at(140, elevation)
     tilts = [(0, 0), (30, 140), (60, 140), (42, 320), (55, 50), (75, 230)]

@@ -16,7 +16,8 @@ from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import constant_tint, plugin
 from sumo3dviz_pt.render.entries import sky_entry
-from sumo3dviz_pt.render.skymap import bake_sky, directions
+from sumo3dviz_pt.render.panorama import directions
+from sumo3dviz_pt.render.skymap import bake_sky
 from sumo3dviz_pt.scene.materials import MATERIALS, surface_bsdf
 from sumo3dviz_pt.scene.sky import build_sky
 

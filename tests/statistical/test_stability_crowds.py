@@ -47,11 +47,11 @@ def test_any_number_of_vehicles(tmp_path, vehicles, spacing):
     shot, frame, _, seconds = pictured(place)
     log.info("%d vehicles: CPU-seconds to build and to render %s", vehicles, seconds)
     assert len(shot.fleet.movers_at(5.0)) == vehicles
-    drawn = len(frame.movers) + len(frame.distant)
-    assert len(frame.movers) <= shot.limit
-    assert drawn == len({mover.id for mover in (*frame.movers, *frame.distant)})
+    drawn = len(frame.users)
+    assert len({mover.id for mover in frame.movers}) <= shot.limit
+    assert drawn == len([mover for mover in frame.everyone if not mover.part])
     room = sum(shot.data.slots.near.values()) + sum(shot.data.slots.far.values())
-    assert room < 1.2 * drawn + 50
+    assert room < 1.2 * len(frame.everyone) + 50
     if spacing == 18.0:
         assert 1 <= drawn < 100
     if vehicles >= 300 and spacing < 1:
@@ -62,7 +62,7 @@ def test_a_log_without_anyone(tmp_path):
     """Steps but no vehicles: the road lies empty, and nothing takes room."""
     place = write_scenario(tmp_path, vehicles=0)
     shot, frame, _, _ = pictured(place)
-    assert frame.movers == frame.distant == ()
+    assert frame.everyone == ()
     assert not shot.data.slots.near and not shot.data.slots.far
 
 

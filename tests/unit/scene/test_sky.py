@@ -21,14 +21,16 @@ def degrees(sky):
 
 
 def test_the_promised_presets_exist():
-    assert {"sky_blue", "sky_daycloud1", "sky_daycloud2", "sky_daycloud3"} <= set(PRESETS)
+    founding = {"sky_blue", "sky_halloween"}
+    founding |= {f"sky_daycloud{k}" for k in (1, 2, 3)} | {f"sky_night{k}" for k in (1, 2, 3)}
+    assert founding | {"sky_overcast", "sky_dawn", "sky_dusk"} <= set(PRESETS)
 
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_build(name):
     sky = build_sky(SkySettings(preset=name))
     assert np.linalg.norm(sky.sun_direction) == pytest.approx(1)
-    assert 1 <= sky.turbidity <= 10 and 0 <= sky.exposure < 3 and sky.image is None
+    assert 1 <= sky.turbidity <= 10 and 0 <= sky.exposure < 13.5 and sky.image is None
     assert SkyPreset(**catalog.template("sky", name)).purpose
 
 
@@ -51,6 +53,37 @@ def test_cloud_layers_have_their_characters(number, low, high):
     assert layer.cover[-2:].max() < 0.05
     inside = np.abs(np.diff(layer.cover, axis=1)).mean(axis=0).max()
     assert np.abs(layer.cover[:, 0] - layer.cover[:, -1]).mean() <= inside + 1e-6
+
+
+NIGHTS = ("sky_night1", "sky_night2", "sky_night3")
+
+
+def test_three_nights_differ():
+    stars, moon, town = (build_sky(SkySettings(preset=name)) for name in NIGHTS)
+    assert stars.stars is not None and stars.moon_direction is None and stars.clouds is None
+    assert moon.moon_direction is not None and moon.moon_direction[2] > 0.5
+    assert town.moon_direction is None and min(town.glow) > 5 * max(stars.glow)
+    assert all(sky.sun_direction[2] < np.sin(np.radians(-18)) for sky in (stars, moon, town))
+
+
+@pytest.mark.parametrize("name", NIGHTS)
+def test_by_day_nothing_of_the_night_is_built(name):
+    sky = build_sky(SkySettings(preset=name, sun={"azimuth": 90, "elevation": 20}))
+    assert sky.stars is None and sky.moon_direction is None and max(sky.glow) == 0
+
+
+def test_clouds_are_lit_from_the_moons_side():
+    layer, lit_by = read_clouds("sky_daycloud1")
+    sky = build_sky(SkySettings(preset="sky_night2"))
+    east, north, _ = sky.moon_direction
+    turned = np.arctan2(east, north) - lit_by.azimuth
+    assert np.cos(sky.rotation - turned) == pytest.approx(1)
+    assert layer.lit_from == pytest.approx(lit_by.elevation)
+
+
+def test_a_clear_night_by_angles_has_stars():
+    assert build_sky(SkySettings(sun={"azimuth": 0, "elevation": -20})).stars is not None
+    assert build_sky(SkySettings(sun={"azimuth": 0, "elevation": -4})).stars is None
 
 
 def test_nothing_said_means_the_default():
@@ -122,7 +155,7 @@ def test_contradictions_are_one_sentence(settings, message):
 
 
 @pytest.mark.parametrize(
-    ("content", "message"), [({"moon": 1}, "moon"), ({"turbidity": 3.0}, "neither sun nor clouds")]
+    ("content", "message"), [({"mooon": 1}, "mooon"), ({"turbidity": 3.0}, "neither sun nor clouds")]
 )
 def test_bad_presets_are_named(monkeypatch, content, message):
     monkeypatch.setattr(catalog, "template", lambda kind, name: content)
@@ -135,7 +168,7 @@ def test_exposure_falls_smoothly_with_the_sun():
     values = np.array([base_exposure(elevation) for elevation in elevations])
     steps = np.diff(values)
     assert steps.max() <= 1e-12 and steps.min() > -0.35
-    assert values[0] == pytest.approx(10.2) and values[-1] == pytest.approx(0.4)
+    assert values[0] == pytest.approx(12.0) and values[-1] == pytest.approx(0.4)
 
 
 def test_kinds_are_settings():

@@ -13,14 +13,14 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.scene.bodies import build_body, car_scale
+from sumo3dviz_pt.scene.bodies import build_body, model_scale
 from sumo3dviz_pt.scene.body_choice import (
-    CarChoice,
-    CarModel,
+    Model,
+    ModelChoice,
     PlainChoice,
-    car_models,
     choose,
     drawn_class,
+    models_for,
 )
 from sumo3dviz_pt.scene.chance import pick, share_of
 from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
@@ -30,10 +30,11 @@ CAR = VehicleType("car", "passenger", 5.0, 1.8, 1.5)
 BUS = VehicleType("bus", "bus", 12.0, 2.5, 3.4)
 WALKER = VehicleType("ped", "pedestrian", 0.215, 0.478, 1.719)
 TYPES = {kind.id: kind for kind in (CAR, BUS, WALKER)}
+CARS = frozenset(["passenger"])
 MODELS = (
-    CarModel("micro", (3.2, 1.6, 1.5)),
-    CarModel("hatch", (4.2, 1.8, 1.5), gui_shapes=("passenger/hatch",)),
-    CarModel("limousine", (5.2, 1.9, 1.5)),
+    Model("micro", CARS, (3.2, 1.6, 1.5)),
+    Model("hatch", CARS, (4.2, 1.8, 1.5), gui_shapes=("passenger/hatch",)),
+    Model("limousine", CARS, (5.2, 1.9, 1.5)),
 )
 
 
@@ -82,7 +83,7 @@ def test_three_quarters_of_cars_have_no_colour():
     [
         (CAR, "passenger"),
         (BUS, "bus"),
-        (VehicleType("x", "taxi", 4.5, 1.8, 1.5), "passenger"),
+        (VehicleType("x", "taxi", 4.5, 1.8, 1.5), "taxi"),
         (VehicleType("x", "passenger", 12.0, 2.5, 3.0), "truck"),
         (VehicleType("x", "passenger", 2.0, 0.8, 1.5), "motorcycle"),
         (VehicleType("x", "passenger", 7.1, 2.4, 2.4, "truck/semitrailer"), "truck"),
@@ -102,7 +103,7 @@ def test_drawn_class(kind, drawn):
 
 def test_choice_is_seeded_and_near_the_length():
     def drawn(kind, seed=0):
-        options = {"cars": MODELS, "own": {}, "seed": seed}
+        options = {"models": MODELS, "own": {}, "seed": seed}
         return [choose(kind, name=str(k), **options).model.name for k in range(300)]
 
     assert drawn(CAR) == drawn(CAR)
@@ -114,35 +115,39 @@ def test_choice_is_seeded_and_near_the_length():
 
 
 def test_without_models_cars_are_plain():
-    choice = choose(CAR, name="a", cars=(), own={}, seed=0)
+    choice = choose(CAR, name="a", models=(), own={}, seed=0)
     assert choice == PlainChoice("passenger", (5.0, 1.8, 1.5))
 
 
 def test_car_keeps_its_proportions_under_sumos_default():
-    scale = car_scale((4.2, 1.75, 1.46), wanted=(5.0, 1.8, 1.5))
+    scale = model_scale((4.2, 1.75, 1.46), wanted=(5.0, 1.8, 1.5))
     np.testing.assert_allclose(scale, 1.8 / 1.75)
-    scale = car_scale((6.0, 1.75, 1.46), wanted=(5.0, 1.8, 1.5))
+    scale = model_scale((6.0, 1.75, 1.46), wanted=(5.0, 1.8, 1.5))
     np.testing.assert_allclose(scale, 5 / 6)
 
 
 def test_car_takes_the_size_of_its_type():
-    np.testing.assert_allclose(car_scale((4.0, 2.0, 1.5), wanted=(4.4, 1.8, 1.65)), [1.1, 0.9, 1.1])
-    scale = car_scale((4.0, 2.0, 1.5), wanted=(4.4, 1.8, 1.5))
+    np.testing.assert_allclose(
+        model_scale((4.0, 2.0, 1.5), wanted=(4.4, 1.8, 1.65)), [1.1, 0.9, 1.1]
+    )
+    scale = model_scale((4.0, 2.0, 1.5), wanted=(4.4, 1.8, 1.5))
     assert scale[2] == pytest.approx(np.sqrt(1.1 * 0.9))
-    assert car_scale((4.0, 1.0, 1.0), wanted=(4.0, 2.0, 2.2)).max() == 1.25
-    np.testing.assert_allclose(car_scale((4.5, 1.8, 1.5), wanted=(4.5, 1.8, 3.4)), 1.0)
+    assert model_scale((4.0, 1.0, 1.0), wanted=(4.0, 2.0, 2.2)).max() == 1.25
+    np.testing.assert_allclose(model_scale((4.5, 1.8, 1.5), wanted=(4.5, 1.8, 3.4)), 1.0)
 
 
 def test_unknown_model_is_suggested():
     known = catalog.names("vehicles")
     with pytest.raises(ConfigError, match=f"vehicles.passenger.*did you mean '{known[0]}'"):
-        car_models([known[0] + "x"])
-    assert [car.name for car in car_models(known[:1])] == [known[0]]
+        models_for({"passenger": [known[0] + "x"]})
+    assert [
+        car.name for car in models_for({"passenger": known[:1]}) if "passenger" in car.vclasses
+    ] == [known[0]]
 
 
 def test_every_car_of_the_catalogue_can_be_built():
-    for model in car_models(()):
-        body = build_body(CarChoice(model, model.size), {})
+    for model in models_for({}):
+        body = build_body(ModelChoice(model, "passenger", model.size), {})
         low, high = _bounds(body.prototype)
         np.testing.assert_allclose(high[0], 0.0, atol=0.03)
         np.testing.assert_allclose(high[0] - low[0], model.size[0], atol=0.06)

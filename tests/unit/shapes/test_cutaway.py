@@ -8,6 +8,9 @@ from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.shapes.cutaway import clip, cutaway
 
 
+EYE = np.array([-2.1, 0.37, 1.2])
+
+
 def box(length=4.0, width=1.8, height=1.5):
     corners = np.array([(x, y, z) for x in (-1, 0) for y in (-0.5, 0.5) for z in (0, 1)])
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -44,25 +47,27 @@ def test_cutaway_leaves_bonnet_low_body_and_dashboard():
     mesh = box()
     tints = np.linspace(0, 0.5, len(mesh.faces) * 3).reshape(-1, 3)
     whole = Prototype("car", (Part(mesh, "paint", tints),), (Part(mesh, "paint"),))
-    opened = cutaway(whole, cowl=-1.0, belt=0.95)
+    opened = cutaway(whole, cowl=-1.0, belt=0.95, eye=EYE)
     assert opened.name == "car~cockpit"
     paint = [part for part in opened.parts if part.material == "paint"]
     for part in paint:
         high = part.mesh.vertices[part.mesh.vertices[:, 2] > 0.55 * 1.5 + 1e-9]
         assert (high[:, 0] >= -1.0 - 1e-9).all()
         assert len(part.tint) == len(part.mesh.faces)
-    assert max(part.mesh.vertices[:, 2].max() for part in paint) == pytest.approx(1.5)
+    assert max(part.mesh.vertices[:, 2].max() for part in paint) == pytest.approx(1.01)
     assert min(part.mesh.vertices[:, 0].min() for part in paint) == pytest.approx(-4.0)
-    dashboard = opened.parts[-1]
-    assert dashboard.material == "interior"
-    # It begins at the bonnet's edge, here as high as the box, and falls to the belt.
-    at_rest = dashboard.mesh.vertices[dashboard.mesh.vertices[:, 0] < -1.2]
-    assert at_rest[:, 2].max() < 0.95
-    assert dashboard.mesh.vertices[:, 2].max() == pytest.approx(1.5 - 0.012)
-    assert dashboard.mesh.vertices[:, 0].min() > -1.6
+    dashboard = next(part for part in opened.parts if part.material == "interior")
+    # It begins at the bonnet's edge and swells before the driver's eye, not the passenger's.
+    low, high = dashboard.mesh.bounds
+    assert -1.6 < low[0] < high[0] == pytest.approx(-0.97)
+    behind = dashboard.mesh.vertices[dashboard.mesh.vertices[:, 0] < -1.2]
+    assert behind[np.argmax(behind[:, 2]), 1] == pytest.approx(EYE[1], abs=0.15)
+    assert behind[:, 2].max() < EYE[2] - 0.15
+    wheel = [part for part in opened.parts if part.material == "trim"]
+    assert wheel and all(part.mesh.bounds[1, 2] < EYE[2] - 0.1 for part in wheel)
     assert opened.far
 
 
 def test_narrow_bodies_have_no_dashboard():
     whole = Prototype("bicycle", (Part(box(1.6, 0.6, 1.7), "paint"),), ())
-    assert {part.material for part in cutaway(whole, cowl=0.0, belt=1.0).parts} == {"paint"}
+    assert {part.material for part in cutaway(whole, cowl=0.0, belt=1.0, eye=EYE).parts} == {"paint"}

@@ -33,11 +33,11 @@ def test_repeated_points_do_no_harm_and_a_point_is_no_fence():
 def test_ends_come_down_to_the_ground():
     line = resampled(LINE)
     drop = end_drop(line)
-    assert drop[[0, -1]] == pytest.approx([0.62, 0.62])
+    assert drop[0] == drop[-1] > 0.76
     assert drop[len(drop) // 2] == 0.0
     mesh = fence(line, drop)
     start = mesh.vertices[np.abs(mesh.vertices[:, 0]) < 0.06]
-    assert start[:, 2].max() < 0.2
+    assert start[:, 2].max() < 0.0, "the end of the beam is in the ground"
     assert mesh.vertices[:, 2].min() < -0.4
 
 

@@ -11,6 +11,10 @@ from sumo3dviz_pt.shapes.surface_maps import BRIGHTEST, Recipe
 from sumo3dviz_pt.shapes.surfaces import MAKERS, make_surface
 
 NAMES = catalog.names("surfaces")
+GROUNDS = (
+    *("grass", "dry_grass", "forest", "gravel", "halloween"),
+    *("stone", "sand", "chess", "chesslarge"),
+)
 FAMILY_LIMIT, FILE_LIMIT = 25_000_000, 6_000_000
 
 
@@ -32,7 +36,7 @@ def small(name, pixels=128):
 def test_all_promised_surfaces_exist():
     roads = ["asphalt", "asphalt_old", "concrete", "paving", "bicycle"]
     walls = ["plaster", "brick", "roof_tiles"]
-    grounds = [f"ground_{kind}" for kind in ("grass", "stone", "sand", "chess", "chesslarge")]
+    grounds = [f"ground_{kind}" for kind in GROUNDS]
     assert set(roads + walls + grounds) <= set(NAMES)
 
 
@@ -116,3 +120,15 @@ def test_bad_recipes_are_named():
 
 def test_srgb_bytes_are_the_standards():
     assert srgb_bytes(np.array([-1, 0, 0.18, 1, 2])).tolist() == [0, 0, 118, 255, 255]
+
+
+@pytest.mark.parametrize("kind", ["grass", "dry_grass", "forest", "gravel", "halloween"])
+def test_natural_grounds_have_detail_but_no_single_eyecatcher(kind):
+    """Mean over 32 x 32 texels varies little against the whole, and grain is there."""
+    path = catalog.find("surfaces", f"ground_{kind}").folder / "albedo.png"
+    grey = linear(path).mean(axis=2)
+    side = len(grey) // 32
+    blocks = grey.reshape(32, side, 32, side).mean(axis=(1, 3))
+    assert grey.std() / grey.mean() > 0.15
+    assert np.abs(blocks / grey.mean() - 1).max() < 1.1
+    assert path.stat().st_size < 1_500_000

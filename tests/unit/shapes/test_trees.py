@@ -1,42 +1,101 @@
-"""Trees: budgets, one crown at all levels, natural tints."""
+"""Trees: budgets, one crown at all levels, species that look different, natural tints."""
 
 import time
 
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes.trees import SPECIES, tree
+from sumo3dviz_pt.shapes.trees import LEVELS, SHRUBS, SPECIES, tree
 
-BUDGETS = ((20_000, 34_000), (6_500, 14_000), (3_500, 4_800), (1_500, 2_700), (200, 280))
+BUDGETS = (
+    (20_000, 36_000),
+    (8_400, 12_800),
+    (3_400, 4_800),
+    (1_750, 2_400),
+    (700, 840),
+    (240, 280),
+)
+PLANTS = {**SPECIES, **SHRUBS}
 
 
-def area(part):
-    a, b, c = (part.mesh.vertices[part.mesh.faces[:, k]] for k in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+def areas_of(mesh):
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def crown_measures(species):
+    """Slenderness, height of the crown's foot, where it is widest, leaf hue, leaf area."""
+    kind = SPECIES[species]
+    leaves = tree(species, seed=2, level=2)[1]
+    points = leaves.mesh.vertices / kind.height
+    radius = np.hypot(points[:, 0], points[:, 1])
+    low, high = np.percentile(points[:, 2], (2, 98))
+    edges = np.linspace(low, high, 6)
+    row = np.clip(np.digitize(points[:, 2], edges) - 1, 0, 4)
+    widths = np.array([np.percentile(radius[row == k], 90) for k in range(5)])
+    tint = leaves.tint.mean(axis=0)
+    return np.array(
+        [
+            2.0 * widths.max(),
+            low,
+            widths[0] / widths.max(),
+            widths[4] / widths.max(),
+            2.0 * np.log(tint[1]),
+            np.log(kind.height),
+        ]
+    )
 
 
 @pytest.mark.parametrize("species", SPECIES)
-@pytest.mark.parametrize("level", range(5))
+@pytest.mark.parametrize("level", range(LEVELS))
 def test_budget_size_and_finite_geometry(species, level):
     parts = tree(species, seed=1, level=level)
     low, high = BUDGETS[level]
     assert low <= sum(len(part.mesh.faces) for part in parts) <= high
     points = np.concatenate([part.mesh.vertices for part in parts])
     assert np.isfinite(points).all()
-    assert points[:, 2].min() == pytest.approx(-0.3, abs=0.1)
-    assert 0.95 < points[:, 2].max() / SPECIES[species].height < 1.15
+    assert -0.5 < points[:, 2].min() < -0.1
+    assert 0.95 < points[:, 2].max() / SPECIES[species].height < 1.05
     for part in parts:
         assert np.allclose(np.linalg.norm(part.mesh.normals, axis=1), 1.0)
 
 
-@pytest.mark.parametrize("species", SPECIES)
-def test_levels_share_leaf_area_and_outline(species):
-    crowns = [tree(species, seed=3, level=level)[1] for level in range(5)]
-    areas = np.array([area(crown) for crown in crowns])
-    assert areas / areas[1] == pytest.approx(np.ones(5), rel=0.2)
-    spread = [np.percentile(c.mesh.vertices, (5, 95), axis=0) for c in crowns]
-    for one in spread:
-        assert np.abs(one - spread[1]).max() < 0.16 * SPECIES[species].height
+@pytest.mark.parametrize("species", PLANTS)
+def test_no_face_is_empty(species):
+    for level in (0, 2, 5):
+        for part in tree(species, seed=4, level=level):
+            assert areas_of(part.mesh).min() > 1e-9
+
+
+@pytest.mark.parametrize("species", PLANTS)
+def test_levels_share_leaf_area_outline_and_hue(species):
+    crowns = [tree(species, seed=3, level=level)[1] for level in range(LEVELS)]
+    areas = np.array([areas_of(crown.mesh).sum() for crown in crowns])
+    assert areas / areas[1] == pytest.approx(np.ones(LEVELS), rel=0.15)
+    size = np.ptp(crowns[0].mesh.bounds, axis=0)
+    for one in crowns:
+        assert (np.abs(one.mesh.bounds - crowns[0].mesh.bounds) <= 0.03 * size).all()
+        tint = one.tint.mean(axis=0)
+        assert tint == pytest.approx(crowns[0].tint.mean(axis=0), rel=0.12)
+
+
+def test_species_differ_in_habit():
+    measures = {name: crown_measures(name) for name in SPECIES}
+    names = list(measures)
+    for k, one in enumerate(names):
+        for other in names[k + 1 :]:
+            assert np.linalg.norm(measures[one] - measures[other]) > 0.25, (one, other)
+    assert measures["poplar"][0] < 0.6 * measures["oak"][0]
+    assert measures["spruce"][3] < 0.5 < measures["maple"][3]
+    assert measures["pine"][1] > 0.35 > measures["lime"][1]
+
+
+def test_birches_are_white_and_old_pines_red():
+    birch, pine = (tree(name, seed=1)[0] for name in ("birch", "pine"))
+    assert np.median(birch.tint, axis=0).min() > 0.15
+    upper = pine.mesh.vertices[pine.mesh.faces].mean(axis=1)[:, 2] > 7.0
+    red, _, blue = np.median(pine.tint[upper], axis=0)
+    assert red > 2.5 * blue
 
 
 def test_the_same_seed_gives_the_same_tree_and_another_another():
@@ -45,11 +104,19 @@ def test_the_same_seed_gives_the_same_tree_and_another_another():
     assert not np.array_equal(one, other)
 
 
-def test_leaves_have_natural_varied_tints():
-    tint = tree("maple", seed=1)[1].tint
-    assert tint.mean(axis=0) == pytest.approx([0.11, 0.2, 0.042], abs=0.03)
-    assert tint[:, 1].std() > 0.02
-    assert (tint > 0).all()
+@pytest.mark.parametrize("species", PLANTS)
+def test_leaves_have_natural_varied_tints(species):
+    tint = tree(species, seed=1)[1].tint
+    red, green, blue = tint.mean(axis=0)
+    assert green > red > blue > 0
+    assert 0.05 < green < 0.26
+    assert tint[:, 1].std() > 0.1 * green
+
+
+def test_trunks_flare_into_the_ground():
+    kind, bark = SPECIES["pine"], tree("pine", seed=1)[0].mesh
+    foot = bark.vertices[np.abs(bark.vertices[:, 2]) < 0.05, :2]
+    assert np.hypot(*foot.T).max() > 1.4 * kind.girth * kind.height
 
 
 def test_height_scales_the_whole_tree():

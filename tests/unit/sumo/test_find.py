@@ -56,7 +56,7 @@ def test_folder_by_content(tmp_path):
     assert files.network.name == "n"
     assert names(files.trajectories) == ["log.txt", "people"]
     assert names(files.signals) == ["full"]
-    assert names(files.additional) == ["trees.add.xml"]
+    assert names(files.additional) == ["stops.xml", "trees.add.xml"]
     assert sorted(names(files.vehicle_types)) == ["demand.xml", "types.add.xml"]
     assert files.missing == ()
 

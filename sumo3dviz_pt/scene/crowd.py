@@ -1,0 +1,144 @@
+"""Plans room for a shot's road users: how many bodies of each kind it shows at once.
+
+The renderer's slots are fixed before the first frame, so that nothing compiles later
+and no frame can run out of them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.scene import Slots
+from sumo3dviz_pt.scene.needs import MOST_NEAR, Choice, Gaze, choose
+
+MOST_SLOTS = 240
+"""Instances in one scene; the cost of recording them grows faster than their number."""
+
+MOST_HERO_MODELS = 8
+"""Models in full detail in one shot: at 60,000 triangles each, a third of the budget."""
+
+Frames = Sequence[tuple[Gaze, Bools, Floats]]
+"""Stretches of a shot: gaze, alive (k, n), positions (k, n, 3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """The prototypes that one road user is drawn with.
+
+    Attributes:
+        model: What it is a copy of.
+        near: Names, one for each part.
+        far: Likewise.
+        hero: Likewise; empty if there is no full detail.
+        posed: Whether it takes poses, and so is never instanced.
+    """
+
+    model: str
+    near: tuple[str, ...]
+    far: tuple[str, ...]
+    hero: tuple[str, ...] = ()
+    posed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CrowdPlan:
+    """How a shot draws its road users.
+
+    Attributes:
+        slots: Room for each body.
+        limit: Road users in detail in one frame, at most.
+        heroes: Models that are drawn in full detail where they are near enough.
+    """
+
+    slots: Slots
+    limit: int
+    heroes: frozenset[str] = frozenset()
+
+
+def plan_crowd(bodies: Sequence[Drawn], frames: Frames) -> CrowdPlan:
+    """Find how many bodies of each kind a shot shows at once.
+
+    Args:
+        bodies: Of each of the k road users.
+        frames: The whole shot.
+    """
+    heroes = _heroes(bodies, frames)
+    able = heroic(bodies, heroes)
+    limit = MOST_NEAR
+    while True:
+        slots = _slots(bodies, frames, limit=limit, able=able)
+        if sum(slots.near.values()) <= MOST_SLOTS or limit <= 8:
+            return CrowdPlan(slots, limit, heroes)
+        limit = limit * 3 // 4
+
+
+def heroic(bodies: Sequence[Drawn], heroes: frozenset[str]) -> Bools:
+    """Who can be drawn in full detail, (k,)."""
+    return np.array([bool(body.hero) and body.model in heroes for body in bodies], dtype=np.bool_)
+
+
+def _heroes(bodies: Sequence[Drawn], frames: Frames) -> frozenset[str]:
+    """The models that are near enough for full detail in most frames."""
+    able = np.array([bool(body.hero) for body in bodies], dtype=np.bool_)
+    seen: Counter[str] = Counter()
+    for gaze, alive, positions in frames:
+        choice = choose(gaze, alive, positions, limit=MOST_NEAR, heroic=able)
+        for k in np.flatnonzero(choice.hero.any(axis=1)).tolist():
+            seen[bodies[k].model] += int(choice.hero[k].sum())
+    ranked = sorted(seen, key=lambda model: (-seen[model], model))
+    return frozenset(ranked[:MOST_HERO_MODELS])
+
+
+def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) -> Slots:
+    """Most bodies of each kind at once."""
+    fixed = np.array([not body.posed for body in bodies], dtype=np.bool_)[:, None]
+    near, far, hero = (
+        _Members.of([getattr(body, level) for body in bodies]) for level in ("near", "far", "hero")
+    )
+    rigid: Counter[str] = Counter()
+    posed: Counter[str] = Counter()
+    distant: Counter[str] = Counter()
+    full: Counter[str] = Counter()
+    for gaze, alive, positions in frames:
+        choice: Choice = choose(gaze, alive, positions, limit=limit, heroic=able)
+        rigid |= near.most(choice.near & fixed)
+        posed |= near.most(choice.near & ~fixed)
+        distant |= far.most(choice.far)
+        full |= hero.most(choice.hero)
+    return Slots(_sorted(rigid + full), _sorted(distant), _sorted(posed))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Members:
+    """How many bodies of each prototype every road user needs."""
+
+    names: tuple[str, ...]
+    counts: Floats
+
+    @classmethod
+    def of(cls, needed: Sequence[tuple[str, ...]]) -> _Members:
+        """Collect the names that road users need."""
+        names = sorted({name for some in needed for name in some})
+        index = {name: row for row, name in enumerate(names)}
+        counts = np.zeros((len(names), len(needed)))
+        for column, some in enumerate(needed):
+            for name in some:
+                counts[index[name], column] += 1.0
+        return cls(tuple(names), counts)
+
+    def most(self, chosen: Bools) -> Counter[str]:
+        """Most bodies at once, by name, where the road users are chosen, (k, n)."""
+        if not chosen.any():
+            return Counter()
+        most = (self.counts @ chosen).max(axis=1)
+        return Counter({name: int(n) for name, n in zip(self.names, most, strict=True) if n})
+
+
+def _sorted(counts: Mapping[str, int]) -> dict[str, int]:
+    """By name, so that the order of frames does not matter."""
+    return {name: counts[name] for name in sorted(counts)}

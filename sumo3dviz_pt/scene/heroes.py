@@ -1,0 +1,96 @@
+"""Bodies in full detail: built when a shot first comes near them, then kept in the user's cache."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import shutil
+import tempfile
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.shapes.bake import has_hero, hero_vehicle
+from sumo3dviz_pt.shapes.ply import read_ply, write_ply
+
+_LOG = logging.getLogger(__name__)
+
+_LEVELS = ("hero", "wheel")
+
+
+def hero_exists(name: str) -> bool:
+    """Whether a vehicle of the catalogue has a level for close views."""
+    return has_hero(catalog.find("vehicles", name).meta)
+
+
+def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
+    """Bodies and wheels in full detail of vehicles of the catalogue.
+
+    Args:
+        names: Of vehicles that have them.
+
+    Returns:
+        `<name>/hero` and `<name>/wheel` by their names.
+    """
+    wanted = sorted(names)
+    missing = [name for name in wanted if not _folder(name).is_dir()]
+    for number, name in enumerate(missing):
+        _LOG.info("building %s in full detail (%d of %d)", name, number + 1, len(missing))
+        _build(name)
+    found = {}
+    for name in wanted:
+        for level in _LEVELS:
+            found[f"{name}/{level}"] = _read(name, level)
+    return found
+
+
+def _read(name: str, level: str) -> Prototype:
+    """One level from the cache."""
+    parts = tuple(
+        Part(read_ply(path), path.stem) for path in sorted((_folder(name) / level).glob("*.ply"))
+    )
+    return Prototype(f"{name}/{level}", parts, ())
+
+
+def _build(name: str) -> None:
+    """Build a vehicle into the cache; a half-built one never shows up there."""
+    made = hero_vehicle(catalog.find("vehicles", name).meta)
+    assert made is not None, name
+    target = _folder(name)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    work = Path(tempfile.mkdtemp(dir=target.parent, prefix=".building-"))
+    try:
+        for level, meshes in zip(_LEVELS, (made.body, made.wheel), strict=True):
+            _write(work / level, meshes)
+        if not target.is_dir():
+            work.rename(target)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _write(folder: Path, meshes: Mapping[str, Mesh]) -> None:
+    """Meshes by material as files."""
+    folder.mkdir()
+    for material, mesh in meshes.items():
+        write_ply(folder / f"{material}.ply", mesh)
+
+
+def _folder(name: str) -> Path:
+    """Where a vehicle lies in the cache: its recipe and our code are in the name."""
+    entry = catalog.find("vehicles", name)
+    digest = hashlib.blake2b(_code(), digest_size=8)
+    for path in catalog.recipe_files(entry):
+        digest.update(path.read_bytes())
+    return catalog.cache_root() / "vehicles" / f"{name}-{digest.hexdigest()}"
+
+
+@cache
+def _code() -> bytes:
+    """A digest of the code that builds vehicles."""
+    digest = hashlib.blake2b()
+    for path in sorted(catalog.package_folder("shapes").glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.digest()

@@ -1,0 +1,141 @@
+"""Everything of a shot that does not move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from sumo3dviz_pt.job import Job
+from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import (
+    Bsdf,
+    LampSet,
+    LeftOut,
+    StaticPart,
+)
+from sumo3dviz_pt.scene import needs
+from sumo3dviz_pt.scene.ground import build_ground
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.meadow import Meadow, build_meadow, lawn_of
+from sumo3dviz_pt.scene.roads import RoadParts, build_roads
+from sumo3dviz_pt.scene.roads_strips import BoundsXY
+from sumo3dviz_pt.scene.scenery import build_scenery
+from sumo3dviz_pt.scene.signals import Signals, build_signals
+from sumo3dviz_pt.scene.street import build_street, site_of
+from sumo3dviz_pt.scene.surroundings import Surroundings, surroundings
+from sumo3dviz_pt.scene.woods import Room, occupied
+
+ROAD_REACH = 2500.0
+"""Roads farther from every eye than this vanish in the haze [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """Everything that does not move.
+
+    Attributes:
+        static: In world coordinates.
+        materials: What it can be made of, by name.
+        roads: Where people walk, among others.
+        signals: The traffic lights.
+        lamps: Everything that stands and shines.
+        left_out: What was left out, and why.
+    """
+
+    static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
+    roads: RoadParts
+    signals: Signals
+    lamps: tuple[LampSet, ...]
+    left_out: tuple[LeftOut, ...]
+
+
+def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -> Place:
+    """Build roads, ground, scenery, street furniture and signals around a camera's path.
+
+    Args:
+        scenario: The simulation.
+        job: The scene file.
+        gaze: Where the camera is and looks.
+        dark: Whether lamps are lit.
+
+    Raises:
+        ConfigError: If a name in the scene file is unknown.
+    """
+    low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
+    region = (
+        float(low[0]) - ROAD_REACH,
+        float(low[1]) - ROAD_REACH,
+        float(high[0]) + ROAD_REACH,
+        float(high[1]) + ROAD_REACH,
+    )
+    network = scenario.network
+    path = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+    roads = build_roads(network, job.roads, textured=job.textured, region=region, focus=path)
+    ground = build_ground(
+        job.ground,
+        network,
+        roads=roads.layout,
+        textured=job.textured,
+        seed=job.seed,
+        room=Room(occupied(scenario.pois, scenario.polygons, gaze.positions), gaze),
+    )
+    around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
+    around = replace(around, dark=dark)
+    meadow = _meadow(scenario, job, roads, around)
+    scenery = build_scenery(
+        scenario.pois, scenario.polygons, job.objects, around=around, textured=job.textured
+    )
+    near = replace(network, connections=_connections_in(network, region))
+    signals = build_signals(
+        near, scenario.signals, job.signals, around=around, raised=roads.surface_height_at
+    )
+    site = site_of(scenario, around, roads=roads, ground=ground, supports=signals.feet)
+    street = build_street(scenario, job.street, site=site, dark=dark)
+    parts = (
+        *roads.static,
+        *ground.static,
+        *meadow.static,
+        *scenery.static,
+        *signals.static,
+        *street.static,
+    )
+    return Place(
+        tuple(part for part in parts if len(part.part.mesh.faces)),
+        {**MATERIALS, **roads.materials, **ground.materials, **scenery.materials},
+        roads,
+        signals,
+        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *street.lamps),
+        (*meadow.left_out, *scenery.left_out, *signals.left_out, *street.left_out),
+    )
+
+
+def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
+    """Lamps that change, with light paths that aim at them only when it is dark."""
+    return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
+
+
+def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:
+    """Blades of grass near the cameras; none where everything is plain."""
+    if not job.textured:
+        return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
+    lawn = lawn_of(
+        job.ground.texture,
+        paved=roads.layout.outline,
+        pois=scenario.pois,
+        polygons=scenario.polygons,
+        eyes=around.viewpoints,
+    )
+    return build_meadow(lawn, around=around)
+
+
+def _connections_in(network: Network, region: BoundsXY) -> tuple[Connection, ...]:
+    """Connections that begin within a box."""
+    x0, y0, x1, y1 = region
+
+    def inside(connection: Connection) -> bool:
+        x, y = network.lanes[connection.from_lane].shape[-1][:2]
+        return bool(x0 <= x <= x1 and y0 <= y <= y1)
+
+    return tuple(connection for connection in network.connections if inside(connection))

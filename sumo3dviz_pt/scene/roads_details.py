@@ -1,0 +1,194 @@
+"""Repairs and damage of carriageways: patches, sealed cracks, joints, manholes.
+
+Lanes are divided into stretches; each holds one detail at most, so none overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Edge
+from sumo3dviz_pt.scene.chance import pick, share_of
+from sumo3dviz_pt.scene.roads_cells import quad_polygons
+from sumo3dviz_pt.scene.roads_graded import Graded, graded_on, joined
+from sumo3dviz_pt.scene.roads_layout import RoadLayout
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
+from sumo3dviz_pt.scene.roads_wear import distance_to, is_driven
+from sumo3dviz_pt.shapes.bands import Band, band_along
+from sumo3dviz_pt.shapes.polyline import arc_length
+
+_STRETCH = 13.0
+"""Length of lane that holds one detail at most [m]."""
+
+_FARTHEST = 250.0
+"""Lanes farther from the camera's path [m] show none."""
+
+_MARGIN = 2.0
+"""Ends of stretches stay free [m]."""
+
+_KINDS = ("patch", "snake", "crack", "joint", "none")
+_CITY, _FAST = (0.13, 0.16, 0.16, 0.05, 0.50), (0.05, 0.09, 0.07, 0.07, 0.72)
+"""How likely a stretch has which kind."""
+
+_FAST_FROM = 20.0  # speed limit [m/s]
+_SEAL = 0.38  # factor of brightness of fresh bitumen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Place:
+    """A free stretch of lane."""
+
+    middle: Floats
+    half: float
+    start: float
+    end: float
+    name: str
+
+    def chance(self, word: str, low: float, high: float) -> float:
+        """A number between two bounds, always the same for a word."""
+        return low + (high - low) * share_of(0, "road", self.name, word)
+
+    def band(self, line: Floats, width: float) -> Floats:
+        """Quads of a ribbon along points beside the lane, (n, 2): station, offset to the left."""
+        stations = arc_length(self.middle) + 1e-9 * np.arange(len(self.middle))
+        across = band_along(self.middle, right=0.0, left=1.0)
+        foot, unit = across.right, across.left - across.right
+        at = [np.interp(line[:, 0], stations, column) for column in np.hstack([foot, unit]).T]
+        points = np.stack(at[:3], axis=1) + line[:, 1:] * np.stack(at[3:], axis=1)
+        return band_along(points, right=-0.5 * width, left=0.5 * width).whole()
+
+    def box(self, along: tuple[float, float], across: tuple[float, float]) -> Floats:
+        """Quads between two stations and two offsets to the left."""
+        band: Band = band_along(self.middle, right=across[0], left=across[1])
+        return band.quads(*along)
+
+
+def road_details(
+    layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None, fast: frozenset[str]
+) -> dict[str, Graded]:
+    """Details of lanes near the camera's path, by surface key.
+
+    Args:
+        layout: The roads.
+        surfaces: Those that show wear.
+        focus: Box around the camera's path [m]; without one no lane is near.
+        fast: Edges outside towns.
+    """
+    chosen: dict[str, list[Graded]] = {}
+    for strip, edge, free in near_lanes(layout, surfaces, focus):
+        for place in _places(strip, free):
+            weights = _FAST if edge in fast else _CITY
+            kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
+            found = [_graded(quads, factor) for quads, factor in _detail(place, kind) if len(quads)]
+            chosen.setdefault(strip.look.surface, []).extend(found)
+    return {surface: joined(pieces) for surface, pieces in chosen.items()}
+
+
+def is_fast(edge: Edge) -> bool:
+    """Whether an edge is a road outside towns, by its speed limit."""
+    return max(lane.speed for lane in edge.lanes) >= _FAST_FROM
+
+
+def near_lanes(
+    layout: RoadLayout, surfaces: frozenset[str], focus: BoundsXY | None
+) -> list[tuple[Strip, str, Bools]]:
+    """Driven strips near the camera's path, their edges, and which of their quads are whole."""
+    found = []
+    first = 0
+    for edge, group in layout.strips.items():
+        for strip in (s for s in group if not s.look.raised):
+            index = np.arange(first, first + len(strip.quads))
+            first += len(index)
+            if focus is None or strip.look.surface not in surfaces or not is_driven(strip):
+                continue
+            if distance_to(focus, strip.lane.shape).min() < _FARTHEST:
+                free = np.array([int(k) not in layout.cells.cutters for k in index])
+                found.append((strip, edge, free))
+    return found
+
+
+def _places(strip: Strip, free: Bools) -> list[_Place]:
+    """Stretches of a strip that no other road covers."""
+    middle = 0.5 * (strip.right + strip.left)
+    stations = arc_length(middle)
+    half = 0.5 * float(np.linalg.norm((strip.left - strip.right)[:, :2], axis=1).min())
+    count = int(stations[-1] / _STRETCH)
+    if half < 1.2 or np.min(np.diff(stations), initial=1.0) < 1e-6:
+        return []
+    places = []
+    for k in range(count):
+        start, end = (k * _STRETCH + _MARGIN, (k + 1) * _STRETCH - _MARGIN)
+        touched = (stations[1:] > start) & (stations[:-1] < end)
+        if free[touched].all():
+            places.append(_Place(middle, half, start, end, f"{strip.lane.id}:{k}"))
+    return places
+
+
+def _detail(place: _Place, kind: str) -> list[tuple[Floats, float]]:
+    """Quads of one detail, with their factors of brightness."""
+    makers = {"patch": _patch, "snake": _snake, "crack": _crack, "joint": _joint}
+    return makers[kind](place) if kind in makers else []
+
+
+def _patch(place: _Place) -> list[tuple[Floats, float]]:
+    """A rectangle of other asphalt with a sealed seam."""
+    length, width = place.chance("length", 1.2, 7.5), place.chance("width", 0.7, 2.0)
+    width = min(width, 2.0 * place.half - 0.3)
+    room = place.half - 0.5 * width - 0.1
+    middle = place.chance("side", -room, room)
+    start = place.start + place.chance("start", 0.0, place.end - place.start - length)
+    right, left, end = middle - 0.5 * width, middle + 0.5 * width, start + length
+    tone = place.chance("tone", 0.66, 0.86) if place.chance("age", 0, 1) < 0.7 else 1.13
+    seam = 0.035
+    rims = [
+        place.box((start, end), (right - seam, right)),
+        place.box((start, end), (left, left + seam)),
+        place.box((start - seam, start), (right - seam, left + seam)),
+        place.box((end, end + seam), (right - seam, left + seam)),
+    ]
+    return [(place.box((start, end), (right, left)), tone), *((rim, _SEAL) for rim in rims)]
+
+
+def _wander(place: _Place, count: int, step: float) -> Floats:
+    """A random walk of small steps that begins and ends near 0, (count,)."""
+    steps = [place.chance(f"wander{k}", -step, step) for k in range(count)]
+    walk = np.cumsum(steps)
+    return np.asarray(walk - np.linspace(walk[0], walk[-1], count))
+
+
+def _snake(place: _Place) -> list[tuple[Floats, float]]:
+    """A crack along the lane, sealed with bitumen."""
+    count = 14
+    length = place.chance("length", 4.0, place.end - place.start)
+    along = place.start + np.linspace(0.0, length, count)
+    side = place.chance("side", -0.6, 0.6) * place.half
+    across = np.clip(side + _wander(place, count, 0.16), 0.2 - place.half, place.half - 0.2)
+    width = place.chance("seal", 0.035, 0.075)
+    return [(place.band(np.stack([along, across], axis=1), width), _SEAL)]
+
+
+def _crack(place: _Place) -> list[tuple[Floats, float]]:
+    """An open crack across the lane."""
+    count = 11
+    across = np.linspace(-0.96, place.chance("end", 0.1, 0.96), count) * place.half
+    along = 0.5 * (place.start + place.end) + _wander(place, count, 0.14)
+    width = place.chance("gap", 0.012, 0.03)
+    return [(place.band(np.stack([along, across], axis=1)[::-1], width), 0.45)]
+
+
+def _joint(place: _Place) -> list[tuple[Floats, float]]:
+    """A straight sealed joint across the lane, where a day's work ended."""
+    at = place.chance("at", place.start, place.end)
+    return [(place.box((at, at + 0.06), (0.02 - place.half, place.half - 0.02)), _SEAL)]
+
+
+def _graded(quads: Floats, factor: float) -> Graded:
+    """Quads of one brightness."""
+    shares = np.tile([0.0, 1.0], (len(quads), 1))
+    wear = np.tile([factor, 0.0, 0.0], (len(quads), 2, 2, 1))
+    polygons: Sequence = quad_polygons(quads)
+    return graded_on(quads, shares, wear, polygons=polygons)

@@ -1,0 +1,141 @@
+"""Quads on the road whose wear and paint change across them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.shapes.planar import GRID, polygon_parts
+from sumo3dviz_pt.shapes.triangulate import triangulate_many
+
+_SAME_AREA = 1e-4
+"""Quads that lost less of their area [m2] than this count as whole."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Graded:
+    """Triangles with a wear at every vertex.
+
+    Attributes:
+        vertices: (n, 3) [m].
+        faces: Counter-clockwise, (m, 3).
+        wear: As in `Mesh`, (n, 3).
+    """
+
+    vertices: Floats
+    faces: Ints
+    wear: Floats
+
+
+NOTHING = Graded(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros((0, 3)))
+"""No triangles."""
+
+
+def joined(pieces: Sequence[Graded]) -> Graded:
+    """Several pieces as one."""
+    pieces = [piece for piece in pieces if len(piece.faces)]
+    if not pieces:
+        return NOTHING
+    starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])[:-1]
+    return Graded(
+        np.concatenate([piece.vertices for piece in pieces]),
+        np.concatenate([p.faces + start for p, start in zip(pieces, starts, strict=True)]),
+        np.concatenate([piece.wear for piece in pieces]),
+    )
+
+
+def columns(quads: Floats, shares: Floats) -> Floats:
+    """Points across quads, at their starts and ends.
+
+    Args:
+        quads: Corners, counter-clockwise from the right border's start, (n, 4, 3) [m].
+        shares: Places from the right border (0) to the left one (1), (n, k).
+
+    Returns:
+        (n, 2, k, 3) [m].
+    """
+    start, end = quads[:, [0, 3]], quads[:, [1, 2]]
+    rows = np.stack([start, end], axis=1)
+    right, left = rows[:, :, :1], rows[:, :, 1:]
+    return np.asarray(right + shares[:, None, :, None] * (left - right))
+
+
+def graded_quads(quads: Floats, shares: Floats, wear: Floats) -> Graded:
+    """Whole quads, cut lengthwise into columns.
+
+    Args:
+        quads: As in `columns`.
+        shares: Increasing, as in `columns`, (n, k).
+        wear: Of each column at the quad's start and end, (n, 2, k, 3).
+    """
+    points = columns(quads, shares)
+    count, _, width, _ = points.shape
+    corner = np.arange(count * 2 * width).reshape(count, 2, width)
+    a, b = corner[:, 0, :-1], corner[:, 1, :-1]
+    c, d = corner[:, 1, 1:], corner[:, 0, 1:]
+    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=-2)
+    flat = points.reshape(-1, 3)
+    return Graded(flat, _with_area(flat, faces.reshape(-1, 3)), wear.reshape(-1, 3))
+
+
+def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
+    """What of some triangles lies on a polygon, seen from above."""
+    corners = piece.vertices[piece.faces]
+    triangles = shapely.polygons(corners[..., :2])
+    shared = shapely.intersection(triangles, polygon, grid_size=GRID)
+    parts = [(part, k) for k, one in enumerate(shared) for part in polygon_parts(one)]
+    flat, faces, owner = triangulate_many([part for part, _ in parts])
+    if not len(faces):
+        return NOTHING
+    face = np.array([k for _, k in parts])[owner]
+    weights = _barycentric(flat, corners[face])
+    vertices = (weights[..., None] * corners[face]).sum(axis=1)
+    wear = (weights[..., None] * piece.wear[piece.faces][face]).sum(axis=1)
+    return Graded(np.column_stack([flat, vertices[:, 2]]), faces, wear)
+
+
+def graded_on(
+    quads: Floats, shares: Floats, wear: Floats, *, polygons: Sequence[shapely.Geometry]
+) -> Graded:
+    """Quads where they are whole, and what is left of those that were cut.
+
+    Args:
+        quads: As in `columns`.
+        shares: As in `graded_quads`.
+        wear: As in `graded_quads`.
+        polygons: What is left of each quad from above, (n,).
+    """
+    if not len(quads):
+        return NOTHING
+    x, y = quads[..., 0], quads[..., 1]
+    whole = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1))
+    left = shapely.area(np.asarray(polygons, dtype=object))
+    intact = (whole - left < _SAME_AREA) & (left > _SAME_AREA)
+    pieces = [graded_quads(quads[intact], shares[intact], wear[intact])]
+    for k in np.flatnonzero(~intact & (left > _SAME_AREA)):
+        one = graded_quads(quads[k : k + 1], shares[k : k + 1], wear[k : k + 1])
+        pieces.append(clipped(one, polygons[k]))
+    return joined(pieces)
+
+
+def _with_area(vertices: Floats, faces: Ints) -> Ints:
+    """Counter-clockwise faces without those of no area."""
+    a, b, c = (vertices[faces[:, k], :2] for k in range(3))
+    first, second = b - a, c - a
+    twice = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    # A quad inside a sharp bend folds over; its piece there would face down.
+    return np.asarray(faces[twice > 1e-7])
+
+
+def _barycentric(points: Floats, corners: Floats) -> Floats:
+    """Weights of a triangle's corners, (m, 3) each; for points, (m, 2), seen from above."""
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    first, second, away = b - a, c - a, points - a
+    twice = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    u = (away[:, 0] * second[:, 1] - away[:, 1] * second[:, 0]) / twice
+    v = (first[:, 0] * away[:, 1] - first[:, 1] * away[:, 0]) / twice
+    return np.stack([1.0 - u - v, u, v], axis=1)

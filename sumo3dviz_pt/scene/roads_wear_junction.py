@@ -1,0 +1,122 @@
+"""Wheel tracks and oil where ways cross a junction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.scene.roads_cells import Polygons
+from sumo3dviz_pt.scene.roads_graded import NOTHING, Graded, clipped, joined
+from sumo3dviz_pt.scene.roads_layout import RoadLayout
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
+from sumo3dviz_pt.scene.roads_wear import distance_to, is_driven, wear_across
+from sumo3dviz_pt.shapes.planar import polygon_parts
+
+_STEP = 0.3
+"""Distance of vertices [m]."""
+
+_FARTHEST = 140.0
+"""Junctions farther from the camera's path [m] show none."""
+
+_LARGEST = 5_000.0
+"""Junctions of more than this [m2] show none."""
+
+_DARKEST = 0.62
+"""Where many ways cross, wear ends at this factor."""
+
+_NOTICED = 0.985
+"""Places brighter than this are left out."""
+
+_SAME_START = 0.6
+"""Ways that begin closer than this [m] leave the same lane."""
+
+
+def junction_wear(
+    layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None
+) -> dict[str, Graded]:
+    """Wear of junctions near the camera's path, by surface key.
+
+    Args:
+        layout: The roads.
+        surfaces: Those that show wear.
+        focus: Box around the camera's path [m]; without one no junction is near.
+    """
+    chosen: dict[str, list[Graded]] = {}
+    cells = layout.cells
+    for index in np.flatnonzero(np.isnan(cells.quads[:, 0, 0])):
+        inside = layout.insides.get(cells.owners[index])
+        surface, polygon = cells.surfaces[index], cells.polygons[index]
+        if focus is None or inside is None or surface not in surfaces or polygon.is_empty:
+            continue
+        ways = [strip for strip in inside.ways if is_driven(strip)]
+        middle = shapely.get_coordinates(polygon.centroid)
+        if not ways or polygon.area > _LARGEST or distance_to(focus, middle)[0] > _FARTHEST:
+            continue
+        piece = _worn(polygon, ways)
+        heights = cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
+        vertices = np.column_stack([piece.vertices[:, :2], heights])
+        chosen.setdefault(surface, []).append(Graded(vertices, piece.faces, piece.wear))
+    return {surface: joined(pieces) for surface, pieces in chosen.items()}
+
+
+def _worn(polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:
+    """Wear on one polygon, at height 0."""
+    x0, y0, x1, y1 = polygon.bounds
+    x, y = np.arange(x0, x1 + _STEP, _STEP), np.arange(y0, y1 + _STEP, _STEP)
+    grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    factor = _factor(grid.reshape(-1, 2), ways).reshape(grid.shape[:2])
+    corner = np.arange(len(x) * len(y)).reshape(len(x), len(y))
+    a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
+    quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
+    flat = grid.reshape(-1, 2)
+    quads = quads[factor.reshape(-1)[quads].min(axis=1) < _NOTICED]
+    shapes = shapely.polygons(flat[quads])
+    shapely.prepare(polygon)
+    whole = shapely.contains_properly(polygon, shapes)
+    edge = ~whole & shapely.intersects(polygon, shapes)
+    wear = np.tile((1.0, 0.0, 0.0), (len(flat), 1))
+    wear[:, 0] = factor.reshape(-1)
+    points = np.column_stack([flat, np.zeros(len(flat))])
+    inner = Graded(points, _halves(quads[whole]), wear)
+    outer = Graded(points, _halves(quads[edge]), wear)
+    parts = [clipped(outer, part) for part in polygon_parts(polygon)] if edge.any() else []
+    return joined([_compact(inner), *parts]) if whole.any() or parts else NOTHING
+
+
+def _halves(quads: Floats) -> Floats:
+    """Two triangles of each quad."""
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def _compact(piece: Graded) -> Graded:
+    """A piece without unused vertices."""
+    used, faces = np.unique(piece.faces, return_inverse=True)
+    return Graded(piece.vertices[used], faces.reshape(-1, 3), piece.wear[used])
+
+
+def _factor(points: Floats, ways: Sequence[Strip]) -> Floats:
+    """Brightness at points, (n, 2) [m], as (n,).
+
+    Ways out of one lane share their tracks; those of different lanes add up.
+    """
+    lanes: list[tuple[Floats, Floats]] = []
+    for way in ways:
+        line = way.lane.shape[:, :2]
+        own = wear_across(_away(points, shapely.LineString(line)))
+        for k, (start, worn) in enumerate(lanes):
+            if np.hypot(*(start - line[0])) < _SAME_START:
+                lanes[k] = (start, np.minimum(worn, own))
+                break
+        else:
+            lanes.append((line[0], own))
+    total = np.prod([worn for _, worn in lanes], axis=0)
+    return np.asarray(np.maximum(total, _DARKEST))
+
+
+def _away(points: Floats, line: shapely.Geometry) -> Floats:
+    """Distance from points to a line [m], (n,)."""
+    spots: Polygons = np.asarray(shapely.points(points))
+    return np.asarray(shapely.distance(spots, line))

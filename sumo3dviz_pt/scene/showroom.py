@@ -1,0 +1,160 @@
+"""The catalogue as exhibits: every asset by itself, ready to be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import ObjectSettings
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Prototype, is_tinted
+from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body
+from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
+from sumo3dviz_pt.scene.drawing import Unit
+from sumo3dviz_pt.scene.fleet_colours import EUROPEAN
+from sumo3dviz_pt.scene.heroes import hero_prototypes
+from sumo3dviz_pt.scene.kinds import KINDS, Kind, body_of
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.scenery import material_of
+from sumo3dviz_pt.scene.surfaces import metres_per_tile, surface_material
+
+LEVELS = ("hero", "middle", "far")
+"""Of vehicles."""
+
+_SLAB = 8.0  # side of a surface's sample [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exhibit:
+    """One thing to look at.
+
+    Attributes:
+        title: Its name, and what else tells it apart.
+        parts: In a frame of their own, on the ground.
+        materials: What they are made of.
+    """
+
+    title: str
+    parts: tuple[Part, ...]
+    materials: Mapping[str, Bsdf] = field(default_factory=dict)
+
+    @property
+    def bounds(self) -> Floats:
+        """Lowest and highest corner, (2, 3) [m]."""
+        corners = np.stack([part.mesh.bounds for part in self.parts])
+        return np.stack([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+
+    @property
+    def triangles(self) -> int:
+        """In all."""
+        return sum(len(part.mesh.faces) for part in self.parts)
+
+
+def exhibits(family: str) -> Iterator[Exhibit]:
+    """Everything of a family.
+
+    Raises:
+        ConfigError: If there is no such family; the message suggests one.
+    """
+    if family not in FAMILIES:
+        hint = catalog.did_you_mean(family, FAMILIES)
+        raise ConfigError(f"there is no contact sheet of {family!r}{hint}")
+    yield from FAMILIES[family]()
+
+
+def _vehicles() -> Iterator[Exhibit]:
+    """All vehicles at the level at which films mostly show them."""
+    for number, body in enumerate(_bodies()):
+        yield _exhibit(body, "middle", number)
+
+
+def _levels() -> Iterator[Exhibit]:
+    """All vehicles at all levels of detail."""
+    for number, body in enumerate(_bodies()):
+        for level in LEVELS:
+            if level != "hero" or body.assembly.drawn.hero:
+                yield _exhibit(body, level, number)
+
+
+def _bodies() -> Iterator[Body]:
+    """All vehicles in their own size."""
+    shelf: Shelf = {}
+    for model in models_for({}):
+        choice = ModelChoice(model, sorted(model.vclasses)[0], model.size)
+        yield build_body(choice, shelf)
+
+
+def _exhibit(body: Body, level: str, number: int) -> Exhibit:
+    """A vehicle at a level of detail, in a colour of its own."""
+    colour = EUROPEAN.colours[(3 * number + 10) % len(EUROPEAN.colours)]
+    parts = [part for unit in body.assembly.units for part in _unit_parts(unit, level)]
+    painted = tuple(_painted(part, colour) for part in parts)
+    title = body.assembly.model if level == "middle" else f"{body.assembly.model}, {level}"
+    return Exhibit(title, painted, {**MATERIALS, **body.materials})
+
+
+def _unit_parts(unit: Unit, level: str) -> list[Part]:
+    """The meshes of one unit in the whole's frame."""
+    place = Transform.from_pose((unit.at, 0.0, 0.0))
+    if level != "hero":
+        parts = unit.prototype.far if level == "far" else unit.prototype.parts
+        return [Part(place.mesh(part.mesh), part.material, part.tint) for part in parts]
+    made: Mapping[str, Prototype] = hero_prototypes([unit.prototype.name])
+    found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.hero].parts]
+    for wheel in unit.wheels:
+        turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if wheel.at[1] < 0.0 else 0.0)
+        found += [Part(turned.mesh(p.mesh), p.material) for p in made[unit.wheel].parts]
+    return found
+
+
+def _painted(part: Part, colour: Colour) -> Part:
+    """A part whose mover's colour is known."""
+    if part.tint is not None or not is_tinted(MATERIALS.get(part.material, {})):
+        return part
+    return Part(part.mesh, part.material, np.tile(colour, (len(part.mesh.faces), 1)))
+
+
+def _objects(names: Sequence[str]) -> Callable[[], Iterator[Exhibit]]:
+    """All models of some kinds of static objects, nearest level."""
+
+    def shown() -> Iterator[Exhibit]:
+        for kind in KINDS:
+            if kind.name in names and kind.form == "point":
+                for model in kind.models:
+                    yield _object(kind, model)
+
+    return shown
+
+
+def _object(kind: Kind, model: str) -> Exhibit:
+    """One model of a kind."""
+    settings = ObjectSettings(model=(model,), variation=0.0)
+    parts = body_of(kind, settings, seed=1, name=model, level=0)
+    names = {part.material for part in parts}
+    materials = {name: material_of(name, textured=True) for name in names}
+    return Exhibit(f"{kind.name}: {model}", parts, materials)
+
+
+def _surfaces() -> Iterator[Exhibit]:
+    """Samples of all surfaces, lying on the ground."""
+    for name in catalog.names("surfaces"):
+        x, y = 0.5 * _SLAB * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1]])
+        top = np.column_stack([x, y, np.full(4, 0.05)])
+        uvs = np.column_stack([x, y]) / metres_per_tile(name)
+        mesh = Mesh(top, np.array([[0, 1, 2], [0, 2, 3]]), None, uvs)
+        yield Exhibit(name, (Part(mesh, name),), {name: surface_material(name, textured=True)})
+
+
+FAMILIES: Mapping[str, Callable[[], Iterator[Exhibit]]] = {
+    "vehicles": _vehicles,
+    "levels": _levels,
+    "trees": _objects(("trees", "shrubs", "hedges")),
+    "buildings": _objects(("homes", "shops", "blocks")),
+    "street": _objects(("furniture",)),
+    "surfaces": _surfaces,
+}
+"""Contact sheets by name."""

@@ -1,0 +1,198 @@
+"""Street lamps along urban roads and at POIs; by night they shine.
+
+Heads have `FLUX` lumens and shine downwards like Lambert's law says. A small area of
+luminous flux F at a height h then lights the spot below it with F / (pi h^2), which is 28 lx
+here, and less than 1 lx 30 m away: the range of EN 13201-2 classes M3 to M4 and of the
+tests of law 5 (5 to 30 lx below a lamp).
+
+References:
+    EN 13201-2:2015, Road lighting, table 1 (M3: 1.0 cd/m^2, M4: 0.75 cd/m^2 on average,
+    about 15 and 11 lx on asphalt of 0.07 cd/(m^2 lx)).
+    Colour: Planck's law at 4000 K in linear sRGB, the usual colour of such lamps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats, Transform, merge_meshes
+from sumo3dviz_pt.model.scene import LampSet, Part
+from sumo3dviz_pt.model.traffic import Poi
+from sumo3dviz_pt.scene.scenery import facing_roads
+from sumo3dviz_pt.scene.street_places import Border, Site, is_urban, spread
+from sumo3dviz_pt.shapes import street_lamp
+
+LAMP_SET = "street_lamps"
+"""Id of the lamp set."""
+
+WORDS = frozenset({"street_lamp", "lamp", "street_light"})
+"""Types of POIs that are lamps, in lower case."""
+
+LIT = 350.0
+"""Lamps farther than this from the camera's path shine no more [m]."""
+
+REACH = 600.0
+"""Lamps farther than this are not built [m]."""
+
+LOW, HIGH = 8.0, 10.0
+"""Height of the lens along ordinary and along wide roads [m]."""
+
+FLUX = {LOW: 5600.0, HIGH: 8800.0}
+"""Luminous flux of a head by its height [lm]."""
+
+_COLOUR = (1.0, 0.617, 0.381)
+_WEIGHT = (0.2126, 0.7152, 0.0722)
+_CANDELAS = 32_000.0  # cd/m^2 in a scene unit
+_SPACING = 30.0
+_BACK = 0.55  # from the kerb to the pole [m]
+_VERGE = 1.1  # the same where there is no sidewalk [m]
+_ENDS = (4.0, 14.0)  # kept clear after junctions and before them, where signals stand [m]
+_WIDE = 9.5  # carriageways from which lamps are high [m]
+_NARROW = 10.0  # both directions together; below, the two sides take turns [m]
+_LEVELS = (60.0, 150.0)
+_SHOWN = 14.0
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """A lamp.
+
+    Attributes:
+        place: Of its foot, x, y, z [m].
+        yaw: Towards the road [rad].
+        height: Of its lens above the foot [m].
+    """
+
+    place: tuple[float, float, float]
+    yaw: float
+    height: float
+
+
+def radiance(height: float) -> tuple[float, float, float]:
+    """Radiance of a lens that hangs at a height [m], in scene units."""
+    area = street_lamp.LENS[0] * street_lamp.LENS[1]
+    luminance = FLUX[height] / (np.pi * area) / _CANDELAS
+    scale = luminance / float(np.dot(_COLOUR, _WEIGHT))
+    red, green, blue = (scale * channel for channel in _COLOUR)
+    return red, green, blue
+
+
+def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> list[Lamp]:
+    """Lamps at POIs, and along urban edges.
+
+    Args:
+        borders: Of the edges near the camera.
+        pois: All of the scenario.
+        site: What is free; lamps are added to it.
+    """
+    lamps = _at_pois(pois, site)
+    widths = {(b.edge.from_junction, b.edge.to_junction): b.road for b in borders}
+    for border in borders:
+        if is_urban(border):
+            lamps += _along(border, widths, site)
+    return lamps
+
+
+def lamp_parts(lamps: Sequence[Lamp], site: Site, *, dark: bool) -> list[Part]:
+    """Poles, heads and, by day, lenses."""
+    around = site.around
+    places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
+    away = around.distances(places)
+    seen = around.seen(places, radius=_SHOWN)
+    shining = away < LIT
+    parts: list[Part] = []
+    for lamp, far, shown, lit in zip(lamps, away, seen, shining, strict=True):
+        if not shown:
+            continue
+        level = int(np.searchsorted(_LEVELS, far))
+        stand = Transform.from_pose(lamp.place, yaw=lamp.yaw)
+        meshes = [street_lamp.pole(lamp.height, level=level),
+                  street_lamp.head(lamp.height, level=level)]  # fmt: skip
+        parts.append(Part(stand.mesh(merge_meshes(meshes)), "galvanised"))
+        if not (dark and lit):
+            parts.append(Part(stand.mesh(street_lamp.lens(lamp.height)), "lamp_lens"))
+    return parts
+
+
+def lamp_set(lamps: Sequence[Lamp], site: Site) -> LampSet | None:
+    """What shines by night, near the camera's path; None if nothing does."""
+    places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
+    near = site.around.distances(places) < LIT
+    lit = [lamp for lamp, is_near in zip(lamps, near, strict=True) if is_near]
+    if not lit:
+        return None
+    meshes = [
+        Transform.from_pose(lamp.place, yaw=lamp.yaw).mesh(street_lamp.lens(lamp.height))
+        for lamp in lit
+    ]
+    return LampSet(
+        LAMP_SET,
+        "street lamps",
+        merge_meshes(meshes),
+        np.repeat(np.arange(len(lit)), [len(mesh.faces) for mesh in meshes]),
+        tuple(f"street_lamp/{i}" for i in range(len(lit))),
+        sampled=True,
+        radiance=np.array([radiance(lamp.height) for lamp in lit]),
+        weight=3.0,
+        tint=np.full((sum(len(mesh.faces) for mesh in meshes), 3), 0.5),
+    )
+
+
+def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
+    """Lamps that the scenario asks for; none on a road."""
+    wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
+    places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
+    near = site.around.distances(places) < REACH
+    free = near & ~site.around.index.covers(places, margin=0.1)
+    yaws = facing_roads(places, site.around.index)
+    heights = site.standing(places[free]) if free.any() else np.zeros(0)
+    site.use(places[free])
+    lamps = []
+    for i, z in zip(np.flatnonzero(free), heights, strict=True):
+        given = wanted[i].yaw
+        yaw = float(yaws[i]) if given is None else given
+        x, y = map(float, places[i])
+        lamps.append(Lamp((x, y, float(z)), yaw, LOW))
+    return lamps
+
+
+def _along(border: Border, widths: dict[tuple[str, str], float], site: Site) -> list[Lamp]:
+    """Lamps along one edge."""
+    edge = border.edge
+    twin = widths.get((edge.to_junction, edge.from_junction), 0.0)
+    wide = border.road > _WIDE or border.road + twin > 2 * _WIDE
+    # Narrow roads have lamps on their two sides in turn.
+    turns = bool(twin) and border.road + twin < _NARROW
+    spacing, shift = _SPACING, 0.5
+    if turns:
+        # Each side measures along its own direction, so a quarter makes them take turns.
+        spacing, shift = 2 * _SPACING, 0.25
+    at = spread(border.length, spacing, ends=_ENDS, shift=shift)
+    back = _BACK if border.walk > 0.0 else _VERGE
+    places, road, yaw = border.at(at, back)
+    keep = (
+        (site.around.distances(places) < REACH)
+        & site.free(places, radius=0.2)
+        & site.level_with(places, road)
+    )
+    keep &= ~_near_any(places, site.used[:1], 15.0)
+    places, yaws = places[keep], border.inward(yaw[keep])
+    heights = site.standing(places) if len(places) else np.zeros(0)
+    site.use(places)
+    return [
+        Lamp((float(x), float(y), float(z)), float(turn), HIGH if wide else LOW)
+        for (x, y), z, turn in zip(places, heights, yaws, strict=True)
+    ]
+
+
+def _near_any(places: Floats, others: Sequence[Floats], distance: float) -> Bools:
+    """Which places lie closer to others than a distance [m]."""
+    near = np.zeros(len(places), dtype=np.bool_)
+    for some in others:
+        if len(places) and len(some):
+            away = np.linalg.norm(places[:, None] - some[None], axis=2)
+            near |= away.min(axis=1) < distance
+    return near

@@ -1,0 +1,150 @@
+"""Which lamps of a vehicle are lit, and how bright they are.
+
+What the log says (SUMO's signal bits) counts; where it says nothing, vehicles brake when
+they slow down or stand. After sunset everyone has head and tail lamps on.
+
+References:
+    Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
+    cd, brake 60-260 cd), 6 (indicators 175-1000 cd in front, 50-500 behind), 23
+    (reversing 80-300 cd) and 65 (blue, 120-1700 cd). Head lamps towards oncoming eyes:
+    Regulation 112, point B50L, at most 350 cd.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.scene import (
+    CANDELAS_PER_UNIT,
+    Beam,
+    Colour,
+    Prototype,
+    RunningLights,
+)
+from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.shapes.beam import HALF_ANGLE, PEAK, beam_pattern
+
+BLINKS_PER_SECOND = 1.5
+"""Of indicators (UN Regulation 6: 60 to 120 a minute)."""
+
+_BRAKING = -0.8
+"""Vehicles that slow down faster show it [m/s^2]."""
+
+_STANDING = 0.3
+"""Slower vehicles stand, with a foot on the brake [m/s]."""
+
+_INTENSITIES: Mapping[str, tuple[float, Colour]] = {
+    "head": (300.0, (1.0, 0.96, 0.9)),
+    "tail": (10.0, (1.0, 0.02, 0.01)),
+    "brake": (110.0, (1.0, 0.02, 0.01)),
+    "left": (200.0, (1.0, 0.33, 0.0)),
+    "right": (200.0, (1.0, 0.33, 0.0)),
+    "reverse": (150.0, (1.0, 0.97, 0.92)),
+    "blue": (500.0, (0.02, 0.08, 1.0)),
+    "sign": (8.0, (1.0, 0.9, 0.6)),
+}
+"""Candelas on the axis and colour by role."""
+
+_BITS: Mapping[str, int] = {"right": 1, "left": 2, "brake": 8, "reverse": 128, "blue": 2048}
+"""SUMO's signal bits (VehicleSignals)."""
+
+_WARNING = 4  # both indicators
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Log:
+    """The signal bits of one vehicle, (n,) [s] and (n,)."""
+
+    times: Floats
+    bits: Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VehicleLights:
+    """Which lamps are lit.
+
+    Attributes:
+        logs: Signal bits by key of the vehicles whose log has them.
+        dark: Whether everyone has lights on.
+        seed: Of the indicators' phases.
+    """
+
+    logs: Mapping[str, _Log]
+    dark: bool
+    seed: int
+
+    def lit(self, key: str, time: float, *, speed: float, acceleration: float) -> frozenset[str]:
+        """Roles of the lamps of a vehicle that shine.
+
+        Args:
+            key: The vehicle's.
+            time: SUMO's time [s].
+            speed: [m/s].
+            acceleration: Negative where it slows down [m/s^2].
+        """
+        roles = {"head", "tail", "sign"} if self.dark else set()
+        log = self.logs.get(key)
+        if log is None:
+            stopping = acceleration < _BRAKING or speed < _STANDING
+            return frozenset(roles | {"brake"} if stopping else roles)
+        bits = int(log.bits[max(int(np.searchsorted(log.times, time + 1e-9)) - 1, 0)])
+        shown = {role for role, bit in _BITS.items() if bits & bit}
+        shown |= {"left", "right"} if bits & _WARNING else set()
+        if not self._blinks(key, time):
+            shown -= {"left", "right", "blue"}
+        return frozenset(roles | shown)
+
+    def _blinks(self, key: str, time: float) -> bool:
+        """Whether the vehicle's indicators are in the bright half of their period."""
+        return (time * BLINKS_PER_SECOND + share_of(self.seed, key, "blink")) % 1.0 < 0.5
+
+
+def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> VehicleLights:
+    """Read which vehicles have a log of their signals.
+
+    Args:
+        traces: Of everyone.
+        dark: Whether lamps are lit.
+        seed: The job's.
+    """
+    logs = {
+        trace.key: _Log(trace.times, np.maximum(trace.signals, 0))
+        for trace in traces
+        if trace.kind == "vehicle" and (trace.signals >= 0).any()
+    }
+    return VehicleLights(logs, dark, seed)
+
+
+def running_lights(
+    prototypes: Iterable[Prototype], *, dark: bool, left_hand: bool
+) -> RunningLights | None:
+    """The lamps that vehicles of a shot can light, or None if there are none.
+
+    Args:
+        prototypes: What is in view.
+        dark: Whether head and tail lamps are on.
+        left_hand: Whether traffic keeps left.
+    """
+    roles = {lamp.role for prototype in prototypes for lamp in prototype.lamps}
+    shown = roles if dark else roles - {"head", "tail", "sign"}
+    if not shown:
+        return None
+    intensity = {role: _intensity(*_INTENSITIES[role]) for role in sorted(shown)}
+    if not (dark and "head" in roles):
+        return RunningLights(intensity, None, dark)
+    pattern = beam_pattern(left_hand=left_hand)
+    peak = _intensity(2.0 * PEAK, _INTENSITIES["head"][1])
+    return RunningLights(intensity, Beam(pattern, HALF_ANGLE, peak), dark)
+
+
+def _intensity(candelas: float, colour: Colour) -> Colour:
+    """Radiant intensity of a lamp in scene units x m^2."""
+    scale = candelas / CANDELAS_PER_UNIT / float(np.array(colour) @ _LUMINANCE)
+    red, green, blue = (scale * channel for channel in colour)
+    return red, green, blue

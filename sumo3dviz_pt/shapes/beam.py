@@ -1,0 +1,60 @@
+"""The low beam of a head lamp, as a map of luminous intensity.
+
+References:
+    UN Regulation No. 112, class B, tables of the passing beam: what is asked for at the
+    points named in tests/unit/shapes/test_beam.py.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Image
+
+PEAK = 18_000.0
+"""Of one lamp [cd]: usual for halogen and LED lamps on the market."""
+
+HALF_ANGLE = float(np.radians(40.0))
+"""From straight ahead to the map's edge [rad]."""
+
+_CUTOFF = -0.57
+"""Below straight ahead: one per cent [deg]."""
+
+
+def low_beam(across: Floats, up: Floats) -> Floats:
+    """Luminous intensity of one lamp in right-hand traffic.
+
+    Args:
+        across: Angles to the right of straight ahead [deg].
+        up: Angles above straight ahead, of the same shape [deg].
+
+    Returns:
+        [cd], of that shape.
+    """
+    rise = np.clip(across * np.tan(np.radians(15.0)), 0.0, 2.0)
+    below = _CUTOFF + rise - up
+    sharp = np.clip(below / 0.25, 0.0, 1.0)
+    edge = sharp * sharp * (3.0 - 2.0 * sharp)
+    depth = 0.75 * np.exp(-np.maximum(below, 0.0) / 2.0)
+    depth += 0.25 * np.exp(-np.maximum(below, 0.0) / 8.0)
+    spread = 0.65 * np.exp(-((across / 7.0) ** 2)) + 0.35 * np.exp(-((across / 22.0) ** 2))
+    # Oncoming drivers sit to the left.
+    shy = 1.0 - 0.42 / (1.0 + np.exp((across + 1.5) / 0.5))
+    stray = 170.0 * np.exp(-np.maximum(-below, 0.0) / 8.0) * np.exp(-((across / 30.0) ** 2))
+    return np.asarray(PEAK * edge * depth * spread * shy + stray)
+
+
+def beam_pattern(size: int = 512, *, left_hand: bool = False) -> Image:
+    """The beam as a share of its peak, even in the tangent of the angle, (size, size).
+
+    Args:
+        size: Rows and columns; rows from above to below, columns from left to right.
+        left_hand: Whether oncoming traffic is on the right.
+    """
+    edge = np.tan(HALF_ANGLE)
+    steps = (np.arange(size) + 0.5) / size * 2.0 - 1.0
+    right, high = np.meshgrid(edge * steps, -edge * steps)
+    across = np.degrees(np.arctan(right))
+    up = np.degrees(np.arctan2(high, np.hypot(1.0, right)))
+    pattern = low_beam(-across if left_hand else across, up) / PEAK
+    return np.asarray(pattern, dtype=np.float32)

@@ -1,0 +1,190 @@
+"""Contact sheets: pictures of everything that users can choose by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.image.tonemap import develop
+from sumo3dviz_pt.job import SkySettings
+from sumo3dviz_pt.jobfile import quality_preset
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.scene import FrameState, Part, SceneData, Sky, StaticPart, View
+from sumo3dviz_pt.scene.materials import principled
+from sumo3dviz_pt.scene.sky import build_sky
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.render.session import Session
+    from sumo3dviz_pt.scene.showroom import Exhibit
+
+Pixels = NDArray[np.uint8]
+
+SKIES = "skies"
+"""The sheet that shows skies; the others show exhibits."""
+
+_APART = 120.0  # between exhibits, so that none stands in another's light [m]
+_COLUMNS = 4
+_FOV = math.radians(32.0)
+_SKY_FOV = math.radians(100.0)
+
+
+def sheet_names() -> tuple[str, ...]:
+    """All contact sheets."""
+    from sumo3dviz_pt.scene.showroom import FAMILIES
+
+    return (*FAMILIES, SKIES)
+
+
+def draw_sheet(
+    name: str,
+    path: Path,
+    *,
+    size: tuple[int, int] = (480, 270),
+    quality: str = "preview",
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Draw a contact sheet.
+
+    Args:
+        name: One of `sheet_names`.
+        path: The PNG to write.
+        size: Of each picture, width and height [px].
+        quality: A preset's name.
+        progress: Called with pictures done and in all.
+
+    Raises:
+        ConfigError: If there is no such sheet or preset, or matplotlib is missing.
+    """
+    made = []
+    pictures = _skies(size, quality) if name == SKIES else _exhibits(name, size, quality)
+    for title, pixels, total in pictures:
+        made.append((title, pixels))
+        if progress is not None:
+            progress(len(made), total)
+    _compose(made, path, size)
+
+
+def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
+    """The western and upper part of every sky, and what it does to a few things."""
+    names = catalog.template_names("sky")
+    for name in names:
+        sky = build_sky(SkySettings(preset=name))
+        heading = math.pi / 2 if sky.sun_direction is None else _towards(sky.sun_direction) + 0.5
+        view = View(_looking((0.0, 0.0, 2.0), yaw=heading, pitch=math.radians(22)), _SKY_FOV)
+        with _showing(_still_life(), sky, size, quality) as session:
+            yield name, _picture(session, view, sky), len(names)
+
+
+def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
+    """Every exhibit from the front; what is long from both ends."""
+    from sumo3dviz_pt.scene.showroom import exhibits
+
+    shown = list(exhibits(name))
+    sky = build_sky(SkySettings(preset="sky_daycloud1"))
+    with _showing(shown, sky, size, quality) as session:
+        for number, exhibit in enumerate(shown):
+            title = f"{exhibit.title} ({exhibit.triangles:,})"
+            view = _view_of(exhibit, at=_place(number), aspect=size[1] / size[0])
+            yield title, _picture(session, view, sky), len(shown)
+
+
+def _place(number: int) -> Floats:
+    """Where an exhibit stands [m]."""
+    return np.array([_APART * number, 0.0, 0.0])
+
+
+def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
+    """From the front, the left and a little above; the whole exhibit fills the picture."""
+    low, high = exhibit.bounds
+    middle, half = (low + high) / 2 + at, (high - low) / 2
+    direction = np.array([1.0, 0.9, 0.35])
+    direction /= np.linalg.norm(direction)
+    radius = float(np.linalg.norm(half)) * (0.9 if half[2] > max(half[:2]) else 0.62)
+    away = radius / math.sin(math.atan(math.tan(_FOV / 2) * aspect)) + 0.3
+    eye = middle + direction * away
+    eye[2] = max(eye[2], 0.4)
+    return View(_aimed(eye, middle), _FOV)
+
+
+def _aimed(eye: Floats, target: Floats) -> Transform:
+    """A camera's frame at a point, looking at another [m]."""
+    ahead = target - eye
+    yaw = math.atan2(ahead[1], ahead[0])
+    return _looking(eye, yaw=yaw, pitch=math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])))
+
+
+def _looking(eye: Sequence[float] | Floats, *, yaw: float, pitch: float) -> Transform:
+    """A camera's frame at a point [m]; angles in radians, pitch upwards."""
+    return Transform.from_pose(np.asarray(eye, dtype=np.float64), yaw=yaw, pitch=pitch)
+
+
+def _towards(direction: Floats) -> float:
+    """Yaw of a direction [rad]."""
+    return math.atan2(float(direction[1]), float(direction[0]))
+
+
+def _still_life() -> list[Exhibit]:
+    """A white ball and a wall would do, but a car says more."""
+    from sumo3dviz_pt.scene.showroom import exhibits
+
+    return [next(iter(exhibits("vehicles")))]
+
+
+@contextmanager
+def _showing(
+    shown: Sequence[Exhibit], sky: Sky, size: tuple[int, int], quality: str
+) -> Iterator[Session]:
+    """All exhibits in one scene, far apart, on grey ground."""
+    from sumo3dviz_pt.render.backend import choose_backend
+    from sumo3dviz_pt.render.session import RenderSettings, Session
+
+    materials = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9, specular=0.2)}
+    static = [StaticPart("ground", "ground", Part(_ground(len(shown)), "ground"))]
+    for number, exhibit in enumerate(shown):
+        materials |= dict(exhibit.materials)
+        for index, part in enumerate(exhibit.parts):
+            mesh = Transform.from_pose(_place(number)).mesh(part.mesh)
+            moved = Part(mesh, part.material, part.tint)
+            static.append(StaticPart(f"{number}/{index}", "exhibit", moved))
+    data = SceneData(materials, tuple(static), {}, (), sky)
+    settings = RenderSettings(size, quality_preset(quality), 1, white=2.0**-sky.exposure)
+    with Session(data, choose_backend(), settings) as session:
+        yield session
+
+
+def _ground(count: int) -> Mesh:
+    """A plane under all exhibits."""
+    x0, x1, y = -3000.0, _APART * count + 3000.0, 3000.0
+    corners = np.array([[x0, -y, 0.0], [x1, -y, 0.0], [x1, y, 0.0], [x0, y, 0.0]])
+    return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def _picture(session: Session, view: View, sky: Sky) -> Pixels:
+    """One view, developed."""
+    radiance = session.render(FrameState(0.0, view, ())).radiance
+    return develop(radiance, exposure=sky.exposure)
+
+
+def _compose(pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int]) -> None:
+    """Pictures with their titles, a few in a row."""
+    from sumo3dviz_pt.report.plots import new_figure, save_figure
+
+    columns = min(_COLUMNS, len(pictures))
+    rows = -(-len(pictures) // columns)
+    width = columns * size[0] / 110 * 1.02
+    figure: Any = new_figure(width, rows * (size[1] + 26) / 110)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis, (title, pixels) in zip(axes.flat, pictures, strict=False):
+        axis.imshow(pixels)
+        axis.set_title(title, fontsize=8, pad=2)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save_figure(figure, path)

@@ -1,0 +1,92 @@
+"""Which lamps of a vehicle shine, and how brightly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Prototype, VehicleLamp
+from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+def trace(bits=-1, *, name="a", kind="vehicle"):
+    ones = np.ones(3)
+    signals = np.broadcast_to(bits, 3).astype(int)
+    times = np.arange(3.0)
+    return Trace(name, kind, "", times, np.zeros((3, 3)), ones, ones, ones, signals * 0, signals)
+
+
+def lit(bits=-1, *, dark=False, time=1.0, speed=10.0, acceleration=0.0):
+    lights = vehicle_lights([trace(bits)], dark=dark, seed=3)
+    return lights.lit("vehicle:a", time, speed=speed, acceleration=acceleration)
+
+
+def test_by_day_nothing_shines_without_a_reason():
+    assert lit() == frozenset()
+    assert lit(acceleration=0.5) == frozenset()
+
+
+def test_by_night_everybody_has_lights_on():
+    assert {"head", "tail"} <= lit(dark=True)
+    assert {"head", "tail"} <= lit(0, dark=True), "whatever the log says"
+
+
+@pytest.mark.parametrize(("speed", "acceleration"), [(10, -2.0), (0.0, 0.0), (0.1, 0.3)])
+def test_who_slows_down_or_stands_brakes(speed, acceleration):
+    assert "brake" in lit(speed=speed, acceleration=acceleration)
+
+
+def test_the_log_knows_better():
+    assert "brake" not in lit(0, acceleration=-5.0)
+    assert "brake" in lit(8)
+    assert lit([0, 8, 0], time=1.2) == {"brake"}
+    assert lit([0, 8, 0], time=0.9) == frozenset()
+    assert lit([0, 8, 0], time=2.5) == frozenset()
+    assert lit([0, 0, 8], time=-1.0) == frozenset(), "before its first row"
+
+
+def test_indicators_blink():
+    times = np.arange(0, 2, 0.01)
+    shown = np.array(["right" in lit(1, time=t) for t in times])
+    assert shown.mean() == pytest.approx(0.5, abs=0.02)
+    changes = np.count_nonzero(np.diff(shown))
+    assert changes in (5, 6, 7), "1.5 a second"
+    both = [lit(4, time=t) for t in times]
+    assert all(("left" in roles) == ("right" in roles) for roles in both)
+    assert any("left" in roles for roles in both)
+
+
+def body(*roles):
+    lamps = tuple(VehicleLamp(role, (0.0, 0.0, 0.7), (0.1, 0.1), 0.0) for role in roles)
+    return Prototype("body", (), (), lamps)
+
+
+def test_scenes_without_lamps_have_none():
+    assert running_lights([body()], dark=True, left_hand=False) is None
+    assert running_lights([body("head", "tail")], dark=False, left_hand=False) is None
+
+
+def test_beams_are_for_the_night():
+    day = running_lights([body("head", "brake")], dark=False, left_hand=False)
+    assert day is not None and day.beam is None and not day.sampled
+    assert set(day.intensity) == {"brake"}
+    night = running_lights([body("head", "brake")], dark=True, left_hand=False)
+    assert night is not None and night.beam is not None and night.sampled
+
+
+def test_intensities_are_candelas():
+    lights = running_lights([body("tail", "brake", "head")], dark=True, left_hand=False)
+    assert lights is not None
+    candelas = {
+        role: float(np.array(power) @ LUMINANCE) * CANDELAS_PER_UNIT
+        for role, power in lights.intensity.items()
+    }
+    assert 4 <= candelas["tail"] <= 17
+    assert 60 <= candelas["brake"] <= 260
+    assert candelas["brake"] > 5 * candelas["tail"]
+    assert lights.beam is not None
+    peak = float(np.array(lights.beam.intensity) @ LUMINANCE) * CANDELAS_PER_UNIT
+    assert peak == pytest.approx(36_000, rel=1e-6)
