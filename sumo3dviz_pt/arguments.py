@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from sumo3dviz_pt.errors import ConfigError
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.pipeline import Request
 
 PROGRAM = "sumo3dviz-pt"
 
@@ -37,6 +40,7 @@ def build_parser() -> argparse.ArgumentParser:
         _add_develop,
         _add_converge,
         _add_report,
+        _add_assets,
         _add_doctor,
     ):
         add(commands)
@@ -139,6 +143,15 @@ def _add_converge(commands: Any) -> None:
     _add_overrides(sub)
 
 
+def _add_assets(commands: Any) -> None:
+    sub = commands.add_parser("assets", help="the library: as a table, as pictures, made again")
+    sub.add_argument("action", choices=("list", "sheet", "build"), help="what to do")
+    sub.add_argument("chosen", nargs="*", help="families, or family/name to build; default all")
+    sub.add_argument("-o", "--output", type=Path, help="folder for sheets, or to build in")
+    sub.add_argument("--quality", default="preview", help="of the sheets [preview]")
+    sub.add_argument("--size", type=_size, default=(480, 270), help="of each picture [480x270]")
+
+
 def _add_doctor(commands: Any) -> None:
     commands.add_parser("doctor", help="versions, variant, libLLVM, threads, memory, ffmpeg")
 
@@ -174,3 +187,25 @@ def _range(text: str) -> tuple[int, int]:
     if not (first.isdigit() and after.isdigit()):
         raise argparse.ArgumentTypeError(f"{text!r} is no range; write it like 10:20")
     return int(first), int(after)
+
+
+def overrides_of(options: argparse.Namespace) -> dict[str, str]:
+    """What --set says: values by key.
+
+    Raises:
+        ConfigError: If a key has no value.
+    """
+    pairs = [item.partition("=") for item in options.set]
+    for key, sign, _ in pairs:
+        if not sign:
+            raise ConfigError(f"{key!r} has no value; write it like quality=draft", key="--set")
+    return {key.strip(): value for key, _, value in pairs}
+
+
+def request_of(options: argparse.Namespace) -> Request:
+    """What still and render ask for."""
+    from sumo3dviz_pt.pipeline import Request
+
+    return Request(
+        options.camera, options.quality, options.size, options.spp, options.seed, options.variant
+    )

@@ -13,9 +13,10 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.arguments import PROGRAM, build_parser
+from sumo3dviz_pt.arguments import PROGRAM, build_parser, overrides_of, request_of
 from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError, interrupted
 
 if TYPE_CHECKING:
@@ -65,24 +66,6 @@ class _Notes(logging.Handler):
 def _log_to_stderr() -> None:
     """Show warnings as plain sentences."""
     logging.basicConfig(level=logging.WARNING, handlers=[_Notes()], force=True)
-
-
-def _overrides(options: argparse.Namespace) -> dict[str, str]:
-    """What --set says."""
-    pairs = [item.partition("=") for item in options.set]
-    for key, sign, _ in pairs:
-        if not sign:
-            raise ConfigError(f"{key!r} has no value; write it like quality=draft", key="--set")
-    return {key.strip(): value for key, _, value in pairs}
-
-
-def _request(options: argparse.Namespace) -> Request:
-    """What still and render ask for."""
-    from sumo3dviz_pt.pipeline import Request
-
-    return Request(
-        options.camera, options.quality, options.size, options.spp, options.seed, options.variant
-    )
 
 
 # Commands ---------------------------------------------------------------------------------
@@ -150,7 +133,7 @@ def _check(options: argparse.Namespace) -> int:
 
     if options.stress:
         return _stress(options)
-    report = check_scene(load_job(options.scene, _overrides(options)))
+    report = check_scene(load_job(options.scene, overrides_of(options)))
     print(json.dumps(report, indent=1) if options.json else in_words(report))
     return 0
 
@@ -166,7 +149,7 @@ def _stress(options: argparse.Namespace) -> int:
     cases = chosen(options.only)
     with _progress() as show, _without_notes():
         report = put_under_stress(
-            load_job(options.scene, _overrides(options)),
+            load_job(options.scene, overrides_of(options)),
             StressOrder(options.camera, options.time, options.variant),
             cases=cases,
             on_case=lambda news: show(news.name, news.done, news.total, news.seconds_left),
@@ -184,11 +167,11 @@ def _still(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline import check_target, render_still
 
     check_target(options.output, suffixes=(".png", ".exr"))
-    job = load_job(options.scene, _overrides(options))
+    job = load_job(options.scene, overrides_of(options))
     with _progress() as show:
         still = render_still(
             job,
-            _request(options),
+            request_of(options),
             options.time,
             after_pass=lambda done, total: show(options.output.name, done, total, 0.0),
         )
@@ -217,7 +200,7 @@ def _render(options: argparse.Namespace) -> int:
             options.discard_frames,
         )
         try:
-            _print_film(_film(load_job(scene, _overrides(options)), _request(options), order))
+            _print_film(_film(load_job(scene, overrides_of(options)), request_of(options), order))
         except Sumo3dvizError as error:
             if len(options.scene) == 1:
                 raise
@@ -293,7 +276,7 @@ def _converge(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.pipeline import Request
     from sumo3dviz_pt.report.converge import Order, converge
 
-    job = load_job(options.scene, _overrides(options))
+    job = load_job(options.scene, overrides_of(options))
     request = Request(options.camera, size=options.size, variant=options.variant)
     order = Order(
         options.output,
@@ -356,6 +339,41 @@ def _progress() -> Iterator[Callable[[str, int, int, float], None]]:
             print(file=sys.stderr)
 
 
+def _assets(options: argparse.Namespace) -> int:
+    """List, draw or rebuild the library."""
+    from sumo3dviz_pt.library import build, listing
+
+    if options.action == "sheet":
+        return _sheets(options)
+    if options.action == "list":
+        print("\n".join(listing(options.chosen)))
+        return 0
+    with _progress() as show:
+        for name, done, total in build(options.chosen, into=options.output):
+            show(name, done, total, 0.0)
+    return 0
+
+
+def _sheets(options: argparse.Namespace) -> int:
+    """Draw contact sheets."""
+    from pathlib import Path
+
+    from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
+
+    folder = options.output or Path()
+    for name in options.chosen or sheet_names():
+        order = SheetOrder(name, folder / f"sheet_{name}.png", options.size, options.quality)
+        with _progress() as show:
+            draw_sheet(order, progress=partial(_shown, show, name))
+        print(f"wrote {order.path}")
+    return 0
+
+
+def _shown(show: Callable[[str, int, int, float], None], name: str, done: int, total: int) -> None:
+    """Progress without a forecast."""
+    show(name, done, total, 0.0)
+
+
 _COMMANDS: Mapping[str, Callable[[argparse.Namespace], int]] = {
     "demo": _demo,
     "init": _init,
@@ -365,6 +383,7 @@ _COMMANDS: Mapping[str, Callable[[argparse.Namespace], int]] = {
     "develop": _develop,
     "converge": _converge,
     "report": _report,
+    "assets": _assets,
     "doctor": _doctor,
 }
 

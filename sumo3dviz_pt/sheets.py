@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,33 +45,42 @@ def sheet_names() -> tuple[str, ...]:
     return (*FAMILIES, SKIES)
 
 
-def draw_sheet(
-    name: str,
-    path: Path,
-    *,
-    size: tuple[int, int] = (480, 270),
-    quality: str = "preview",
-    progress: Callable[[int, int], None] | None = None,
-) -> None:
-    """Draw a contact sheet.
+@dataclass(frozen=True, slots=True)
+class SheetOrder:
+    """Which sheet to draw.
 
-    Args:
+    Attributes:
         name: One of `sheet_names`.
         path: The PNG to write.
         size: Of each picture, width and height [px].
         quality: A preset's name.
+    """
+
+    name: str
+    path: Path
+    size: tuple[int, int] = (480, 270)
+    quality: str = "preview"
+
+
+def draw_sheet(order: SheetOrder, *, progress: Callable[[int, int], None] | None = None) -> None:
+    """Draw a contact sheet.
+
+    Args:
+        order: Which one, and where to.
         progress: Called with pictures done and in all.
 
     Raises:
         ConfigError: If there is no such sheet or preset, or matplotlib is missing.
     """
     made = []
-    pictures = _skies(size, quality) if name == SKIES else _exhibits(name, size, quality)
+    size, quality = order.size, order.quality
+    sheet = _skies if order.name == SKIES else partial(_exhibits, order.name)
+    pictures = sheet(size, quality)
     for title, pixels, total in pictures:
         made.append((title, pixels))
         if progress is not None:
             progress(len(made), total)
-    _compose(made, path, size)
+    _compose(made, order.path, size)
 
 
 def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
@@ -103,14 +115,17 @@ def _place(number: int) -> Floats:
 def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
     """From the front, the left and a little above; the whole exhibit fills the picture."""
     low, high = exhibit.bounds
-    middle, half = (low + high) / 2 + at, (high - low) / 2
+    middle = (low + high) / 2
     direction = np.array([1.0, 0.9, 0.35])
     direction /= np.linalg.norm(direction)
-    radius = float(np.linalg.norm(half)) * (0.9 if half[2] > max(half[:2]) else 0.62)
-    away = radius / math.sin(math.atan(math.tan(_FOV / 2) * aspect)) + 0.3
-    eye = middle + direction * away
-    eye[2] = max(eye[2], 0.4)
-    return View(_aimed(eye, middle), _FOV)
+    left = np.array([direction[1], -direction[0], 0.0]) / math.hypot(*direction[:2])
+    up = np.cross(-direction, left)
+    corners = np.array(list(product(*zip(low, high, strict=True)))) - middle
+    wide = math.tan(_FOV / 2)
+    needed = np.maximum(np.abs(corners @ left), np.abs(corners @ up) / aspect) / wide
+    away = float((needed + corners @ direction).max()) * 1.06 + 0.2
+    eye = middle + direction * away + at
+    return View(_aimed(np.maximum(eye, [-np.inf, -np.inf, 0.4]), middle + at), _FOV)
 
 
 def _aimed(eye: Floats, target: Floats) -> Transform:

@@ -52,7 +52,8 @@ class ClearDome:
         rows = _blend(self.elevation, elevation)
         folded = np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
         columns = _blend(self.azimuth, folded)
-        return np.einsum("an,nmc,bm->abc", rows, self.radiance, columns, optimize=True)
+        found = np.einsum("an,nmc,bm->abc", rows, self.radiance, columns, optimize=True)
+        return np.asarray(found)
 
 
 def _blend(known: Floats, asked: Floats) -> Floats:

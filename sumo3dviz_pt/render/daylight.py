@@ -39,7 +39,7 @@ LOWEST = np.radians(-24.0)
 
 _MODEL_ENDS, _MODEL_ALONE = np.radians(2.0), np.radians(8.0)
 _COARSE = (128, 256)
-_PALE = np.array([1.0, 0.995, 1.05])
+_PALE = np.array([0.98, 0.996, 1.10])
 _CLOUD_HEIGHT = 6_000.0  # from where clouds see the sun for a while after it has set [m]
 
 # Sun elevation [deg] and what to multiply `sunsky`'s sky and sun with, at turbidity 3.
@@ -189,7 +189,7 @@ class _Model:
         radiance = np.maximum(radiance, 0.0) * UNITS_PER_SUNSKY
         # At the horizon the model is turquoise; aerosol makes the real one whitish.
         high = np.arcsin(towards[:, :1, 2:])
-        pale = 0.55 * np.exp(-((high / np.radians(5.0)) ** 2))
+        pale = 0.42 * np.exp(-((high / np.radians(5.0)) ** 2))
         grey = (radiance @ LUMINANCE)[..., None] * _PALE
         return np.asarray(radiance * (1.0 - pale) + grey * pale)
 

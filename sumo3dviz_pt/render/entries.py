@@ -98,9 +98,7 @@ def _disc(sun: Sun) -> Any:
         face = (_moon_face()[..., None] * sun.radiance).astype(np.float32)
         radiance = {"type": "bitmap", "bitmap": mi.Bitmap(face), "raw": True}
     emitter = {"type": "area", "radiance": radiance}
-    return mi.load_dict(
-        {"type": "disk", "to_world": _facing(sun.direction), "emitter": emitter}
-    )
+    return mi.load_dict({"type": "disk", "to_world": _facing(sun.direction), "emitter": emitter})
 
 
 def _moon_face(rings: int = 24, around: int = 96) -> Floats:

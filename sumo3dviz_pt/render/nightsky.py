@@ -63,7 +63,7 @@ def glow(horizon: tuple[float, float, float], size: tuple[int, int]) -> Image:
     lobes += 0.40 * np.exp(5.0 * (np.cos(around - 3.9) - 1.0))
     reach = np.exp(-degrees / 30.0)[:, None]
     shape = fall[:, None] * (0.75 + lobes[None, :] * reach)
-    return (shape[..., None] * np.asarray(horizon)).astype(np.float32)
+    return np.asarray(shape[..., None] * np.asarray(horizon), dtype=np.float32)
 
 
 def _add_stars(dome: Image, *, seed: int) -> None:

@@ -142,7 +142,7 @@ def _disc(lamp: VehicleLamp) -> Floats:
     left = np.array([-np.sin(lamp.yaw), np.cos(lamp.yaw), 0.0])
     across = 0.5 * lamp.size[0] * np.cos(_TURN)[:, None] * left
     up = 0.5 * lamp.size[1] * np.sin(_TURN)[:, None] * np.array([0.0, 0.0, 1.0])
-    return np.concatenate([np.zeros((1, 3)), across + up]) + np.array(lamp.at)
+    return np.asarray(np.concatenate([np.zeros((1, 3)), across + up]) + np.array(lamp.at))
 
 
 class Beams:

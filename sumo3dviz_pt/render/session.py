@@ -15,7 +15,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job import Quality
-from sumo3dviz_pt.model.geometry import Floats, Image, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.render import convert, guides
 from sumo3dviz_pt.render.backend import Backend
@@ -28,10 +28,10 @@ from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.lamps import Lamps, register_lamps
 from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.paint import register_paint
-from sumo3dviz_pt.render.stained import register_stained
 from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, report
 from sumo3dviz_pt.render.running_lamps import RunningLamps
 from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
+from sumo3dviz_pt.render.stained import register_stained
 from sumo3dviz_pt.render.untiled import is_worn, register_untiled, wear_attributes
 
 

@@ -168,7 +168,10 @@ def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]
         aslant = _aslant(float(light.towards[2]), float(np.sin(sky.clouds.lit_from)))
         lit += layer[..., 1:2] * (light.aloft * aslant / np.pi).astype(np.float32)
     dome, lit = dome * (1 - cover), lit * cover
-    lit *= np.float32(_room(dome, lit, _clear_light(air, light), cover))
+    direct = _direct(light)
+    through = 0.0 if light is None else 1.0 - float(at(cover[..., 0], light.towards, share=0.5))
+    most = _most(float(air @ LUMINANCE) + direct, cover) - direct * through
+    lit *= np.float32(_room(most - float(dome_irradiance(dome) @ LUMINANCE), lit))
     if max(sky.glow) > 0.0:
         lit += cover * layer[..., 2:] * (_FROM_BELOW * glow(sky.glow, size))
     return dome + lit, cover[..., 0]
@@ -179,23 +182,27 @@ def _aslant(sine: float, baked: float) -> float:
     return min(1.0, (max(sine, 0.0) + _SIDES) / (baked + _SIDES))
 
 
-def _clear_light(air: Floats, light: _Light | None) -> float:
-    """Horizontal luminous irradiance without clouds, scene units."""
-    direct = 0.0 if light is None else light.ground * max(float(light.towards[2]), 0.0)
-    return float((air + direct) @ LUMINANCE)
+def _direct(light: _Light | None) -> float:
+    """Horizontal luminous irradiance from the disc without clouds, scene units."""
+    if light is None:
+        return 0.0
+    return float(light.ground @ LUMINANCE) * max(float(light.towards[2]), 0.0)
 
 
-def _room(behind: Image, lit: Image, clear: float, cover: Image) -> float:
-    """Factor that keeps clouds from adding more light than clouds do.
+def _most(clear: float, cover: Image) -> float:
+    """Luminous irradiance that a cover leaves of a clear sky's at most.
 
     Kasten and Czeplak 1980, Solar Energy 24(2), doi:10.1016/0038-092X(80)90391-6: N of
     cloud leave 1 - 0.75 N^3.4 of the clear sky's light, on average.
     """
     share = float(dome_irradiance(cover)[0]) / np.pi
-    most = _MOST * clear * (1.0 - 0.75 * min(share, 1.0) ** 3.4)
-    left = most - float(dome_irradiance(behind) @ LUMINANCE)
+    return _MOST * clear * (1.0 - 0.75 * min(share, 1.0) ** 3.4)
+
+
+def _room(left: float, lit: Image) -> float:
+    """Factor that keeps clouds from adding more luminous irradiance than is left for them."""
     made = float(dome_irradiance(lit) @ LUMINANCE)
-    return min(1.0, max(left, 0.25 * made) / max(made, 1e-30))
+    return min(1.0, max(left, 0.1 * made) / max(made, 1e-30))
 
 
 def _horizon(dome: Image) -> Image:

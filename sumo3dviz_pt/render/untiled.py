@@ -226,13 +226,13 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             self.roughness = float(props.get("roughness", 0.0))
             worn = bool(props.get("wear", False))
             attribute = {"type": "mesh_attribute", "name": WEAR_ATTRIBUTE}
-            self.wear = mi.load_dict(attribute) if worn else None
+            self.wear: Any = mi.load_dict(attribute) if worn else None
 
         def _level(self, si: Any, dice: Any) -> Any:
-            """Level whose texels are about as large as a pixel; in between by chance."""
+            """Level whose texels are one to two pixels large; in between by chance."""
             slant = dr.rsqrt(dr.maximum(dr.abs(si.wi.z), 0.02))
             texels = si.t * slant * (_PIXEL * self.size / self.tile)
-            level = dr.log2(dr.clip(texels, 1.0, 1e6)) + dice - 0.5
+            level = dr.log2(dr.clip(texels, 1.0, 1e6)) + dice
             return mi.UInt32(dr.clip(level, 0.0, self.levels - 1.0))
 
         def _pick(self, uv: Any, level: Any, shift: Any, active: Any) -> Any:
@@ -286,15 +286,23 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             return dr.clip(colour, 0.002, 0.85)
 
         def _rough(self, si: Any, active: Any) -> Any:
-            """Roughness: stones' tops are polished, more so in tracks; paint is smoother."""
-            deviation, noise = self._blended(si, active)
-            relief = self._relief(deviation)
-            value = self.roughness - 0.05 * relief + 0.06 * noise
+            """Roughness: broad differences, polish in tracks, smoother paint; no texels."""
+            noise = mi.Float(0.0)
+            if self.uneven > 0:
+                near = _corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
+                noise = near.unevenness
+            value = self.roughness + 0.07 * noise
             if self.wear is not None:
-                wear = self.wear.eval_3(si, active)
-                polish = 0.9 * dr.clip(1.0 - wear.x, 0.0, 0.3)
-                value = dr.lerp(value - polish, _PAINT_ROUGHNESS, self._share(wear, relief, noise))
+                wear = self._wear_at(si, active)
+                polish = 0.4 * dr.clip(1.0 - wear.x, 0.0, 0.3)
+                share = self._share(wear, mi.Float(0.0), 0.5 * noise)
+                value = dr.lerp(value - polish, _PAINT_ROUGHNESS, share)
             return dr.clip(value, 0.1, 1.0)
+
+        def _wear_at(self, si: Any, active: Any) -> Any:
+            """The mesh's wear; Mitsuba finds NaN in very slim triangles of plain roads."""
+            wear = self.wear.eval_3(si, active)
+            return dr.select(wear.x > 0.0, wear, mi.Color3f(*UNWORN))
 
         def _share(self, wear: Any, relief: Any, noise: Any) -> Any:
             """Share of paint that is left; it goes first where stones stand out."""
@@ -303,7 +311,7 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
 
         def _worn(self, si: Any, colour: Any, *, relief: Any, noise: Any, active: Any) -> Any:
             """A colour with its wear and paint."""
-            wear = self.wear.eval_3(si, active)
+            wear = self._wear_at(si, active)
             white, yellow = (mi.Color3f(paint) for paint in _PAINTS)
             paint = (white + wear.z * (yellow - white)) * (1.0 + 0.035 * relief + 0.06 * noise)
             return dr.lerp(colour * wear.x, paint, self._share(wear, relief, noise))

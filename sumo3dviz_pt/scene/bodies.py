@@ -7,7 +7,7 @@ users can bring their own files.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import Any
@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Prototype, VehicleLamp
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype, VehicleLamp
 from sumo3dviz_pt.scene.body_choice import (
     CAR_CLASSES,
     DEFAULT_CAR,
@@ -29,13 +29,13 @@ from sumo3dviz_pt.scene.body_choice import (
     UserChoice,
 )
 from sumo3dviz_pt.scene.drawing import Assembly, Unit
-from sumo3dviz_pt.scene.materials import principled, two_sided
+from sumo3dviz_pt.scene.materials import MATERIALS, principled, two_sided
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
 from sumo3dviz_pt.shapes.bake import has_hero
 from sumo3dviz_pt.shapes.people import figure, stride_length
 from sumo3dviz_pt.shapes.plain_bodies import plain_body
 from sumo3dviz_pt.shapes.ply import read_ply
-from sumo3dviz_pt.shapes.user_mesh import read_user_mesh
+from sumo3dviz_pt.shapes.user_mesh import UserVehicle, read_user_vehicle
 from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 _LARGEST_STRETCH = 1.25
@@ -133,7 +133,8 @@ def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
 def _wheel(row: Mapping[str, Any]) -> WheelPlace:
     """A wheel as `baked.yaml` lists it."""
     x, y, z = (float(value) for value in row["at"])
-    return WheelPlace((x, y, z), float(row["radius"]), bool(row["steered"]))
+    turned = bool(row.get("reversed", False))
+    return WheelPlace((x, y, z), float(row["radius"]), bool(row["steered"]), turned)
 
 
 def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:
@@ -142,7 +143,7 @@ def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) ->
     if vclass not in CAR_CLASSES:
         seat = class_seat(vclass, np.array(size))
         return seat if "eye" not in meta else replace(seat, eye=scale * np.array(meta["eye"]))
-    dash = meta["recipe"]["cowl"][1]
+    _, dash = meta.get("recipe", {}).get("cowl", (0.0, 0.64 * float(meta["height"])))
     cowl = scale * np.array([float(meta["cowl"]), 0.0, float(dash)])
     return car_seat(scale * np.array(meta["eye"]), cowl=cowl)
 
@@ -189,16 +190,18 @@ def _person(look: str, recipe: Mapping[str, Any]) -> Prototype:
 
 @build_body.register
 def _(choice: UserChoice, shelf: Shelf) -> Body:
-    """A user's own mesh, as large as it is."""
+    """A user's own model, as large as it is or as long as its vType."""
     digest = hashlib.blake2b(str(choice.path).encode("utf-8"), digest_size=3).hexdigest()
     name = f"{choice.path.stem}-{digest}"
-    meshes = read_user_mesh(choice.path)
-    bounds = np.stack([mesh.bounds for mesh, _ in meshes])
+    made = read_user_vehicle(choice.path, materials=MATERIALS)
+    bounds = np.stack([mesh.bounds for mesh, _ in made.pieces])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
-    parts, materials = _user_parts(meshes, name)
-    unit = Unit(_shelved(shelf, name, lambda: Prototype(name, parts, parts)))
-    seat = class_seat(choice.vclass, size)
-    return Body(Assembly(name, (unit,)), np.ones(3), _size(size), seat, materials)
+    factor = choice.length / float(size[0]) if made.fitted else 1.0
+    parts, materials = _user_parts(made, name)
+    unit = Unit(_shelved(shelf, name, lambda: Prototype(name, parts, parts, made.lamps)))
+    drawn = _size(factor * size)
+    seat = class_seat(choice.vclass, np.array(drawn))
+    return Body(Assembly(name, (unit,)), np.full(3, factor), drawn, seat, materials)
 
 
 def model_scale(model: Size, *, wanted: Size, car: bool = True) -> Floats:
@@ -243,15 +246,14 @@ def _lamp(row: Mapping[str, Any]) -> VehicleLamp:
     return VehicleLamp(str(row["role"]), (x, y, z), (width, height), float(row["yaw"]))
 
 
-def _user_parts(
-    meshes: Sequence[tuple[Mesh, Colour | None]], name: str
-) -> tuple[tuple[Part, ...], dict[str, Bsdf]]:
-    """Parts and their materials; what has no colour is painted."""
+def _user_parts(made: UserVehicle, name: str) -> tuple[tuple[Part, ...], dict[str, Bsdf]]:
+    """Parts and the materials that are not ours; open surfaces are seen from both sides."""
     parts, materials = [], {}
-    for number, (mesh, colour) in enumerate(meshes):
-        material = "paint" if colour is None else f"{name}/{number}"
-        if colour is not None:
-            materials[material] = two_sided(principled(colour, roughness=0.35))
+    for number, (mesh, finish) in enumerate(made.pieces):
+        material = finish.named or f"{name}/{number}"
+        if not finish.named:
+            look = principled(finish.colour, roughness=finish.roughness, metallic=finish.metallic)
+            materials[material] = two_sided(look)
         parts.append(Part(mesh, material))
     return tuple(parts), materials
 

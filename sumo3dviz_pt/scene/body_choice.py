@@ -125,10 +125,11 @@ class PlainChoice:
 
 @dataclass(frozen=True, slots=True)
 class UserChoice:
-    """A user's own file, in its own size."""
+    """A user's own file, for a vType of this length [m]."""
 
     path: Path
     vclass: str
+    length: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +191,7 @@ def _figure(kind: VehicleType, looks: Sequence[Look], chance: float) -> FigureCh
     weights = [
         look.share * float(np.exp(-(o**2))) + 1e-9 for look, o in zip(looks, off, strict=True)
     ]
-    return FigureChoice(looks[pick(weights.tolist(), chance)].name, kind.height)
+    return FigureChoice(looks[pick(weights, chance)].name, kind.height)
 
 
 def _key_of(vclass: str) -> str:
@@ -247,7 +248,7 @@ def choose(
     vclass = drawn_class(kind)
     for pattern, path in own.items():
         if fnmatchcase(name, pattern) or fnmatchcase(kind.id, pattern):
-            return UserChoice(path, vclass)
+            return UserChoice(path, vclass, kind.length)
     if vclass == "pedestrian" and looks:
         return _figure(kind, looks, share_of(seed, name, "look"))
     size = (kind.length, kind.width, kind.height)

@@ -97,7 +97,7 @@ def _wheel_matrix(body: Floats, place: WheelPlace) -> Floats:
     """Placement of a wheel on a stretched body: round, and on the ground, (4, 4)."""
     scale = np.linalg.norm(body[:3, :3], axis=0)
     turned = body[:3, :3] / scale
-    if place.at[1] < 0.0:
+    if (place.at[1] < 0.0) != place.reversed:
         turned = turned * np.array([-1.0, -1.0, 1.0])
     matrix = np.eye(4)
     matrix[:3, :3] = turned * scale[2]

@@ -39,7 +39,7 @@ class Kind:
         form: `point`, `line` or `area`: what places it.
         models: What users can choose from.
         levels: Distances at which the next coarser level of detail begins [m].
-        cost: Usual triangles of each level (of 40 m of a line).
+        cost: Usual triangles of each level (of 40 m of a line or of walls).
         body: Radius and lowest and highest height that a camera must not be in [m].
     """
 
@@ -115,7 +115,12 @@ KINDS: tuple[Kind, ...] = (
         (12.0, 0.0, 32.0),
     ),
     Kind(
-        "buildings", frozenset({"building", "buildings"}), "area", (), (90.0, 300.0), (900, 300, 90)
+        "buildings",
+        frozenset({"building", "buildings"}),
+        "area",
+        (),
+        (90.0, 300.0),
+        (2800, 560, 150),
     ),
 )
 """Every kind of static object."""

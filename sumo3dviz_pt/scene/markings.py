@@ -13,6 +13,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.markings_across import stop_paint, zebra_paint
+from sumo3dviz_pt.scene.markings_arrows import arrow_paint
 from sumo3dviz_pt.scene.markings_lines import YELLOW, Paint, centre_paint, edge_paint
 from sumo3dviz_pt.scene.markings_through import through_paint
 from sumo3dviz_pt.scene.roads_cells import Cells, quad_polygons, without_overlaps
@@ -27,7 +28,7 @@ from sumo3dviz_pt.shapes.triangulate import triangulate_many
 _SOFT_EDGE = 0.03
 """Width of the worn rim of paint [m]."""
 
-_EDGE_SHARE, _AGEING = 0.30, 0.22
+_EDGE_SHARE, _AGEING = 0.30, 0.42
 """Share of paint at the very edge, and how much of it the oldest paint has lost."""
 
 
@@ -44,7 +45,7 @@ def road_paint(
             network.edges[key], strips, settings, open_side=inner if key in shared else ""
         )
     ]
-    across = stop_paint(network, layout.strips)
+    across = [*stop_paint(network, layout.strips), *arrow_paint(network, layout.strips)]
     zebras = zebra_paint(network, region=region) if settings.markings else []
     return [*zebras, *across, *centre, *lines, *through_paint(network, settings, layout.insides)]
 
@@ -83,12 +84,10 @@ def graded_paint(paint: Sequence[Paint], layout: RoadLayout) -> Graded:
     """
     cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
     yellow = np.array([name == YELLOW for name in cells.surfaces], dtype=np.float64)
-    ages = [
-        share_of(0, "paint", owner, name)
-        for owner, name in zip(cells.owners, cells.surfaces, strict=True)
-    ]
+    names = zip(cells.owners, cells.surfaces, strict=True)
+    ages = [share_of(0, "paint", owner, name) for owner, name in names]
     quads = _lengthwise(cells.quads)
-    width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).min(axis=1)
+    width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
     soft = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
     shares = np.stack([0 * soft, soft, 1 - soft, 1 + 0 * soft], axis=1)
     wear = np.zeros((len(quads), 2, 4, 3))

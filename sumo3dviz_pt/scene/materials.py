@@ -108,7 +108,8 @@ MATERIALS: Mapping[str, Bsdf] = {
     "enamel_red": principled((0.22, 0.014, 0.012), roughness=0.25),
     "engine": principled((0.22, 0.22, 0.225), roughness=0.45, metallic=0.8),
     # Heavy vehicles
-    "pane": principled((0.050, 0.056, 0.058), roughness=0.05),
+    "pane_dark": principled((0.050, 0.056, 0.058), roughness=0.05),
+    "bellows_dark": principled((0.045, 0.046, 0.048), roughness=0.8),
     "chassis": principled((0.030, 0.030, 0.032), roughness=0.6),
     "aluminium": principled((0.60, 0.61, 0.62), roughness=0.32, metallic=0.9),
     "coat_white": principled((0.60, 0.60, 0.585), roughness=0.28),
@@ -123,6 +124,7 @@ MATERIALS: Mapping[str, Bsdf] = {
     "line_white": principled((0.62, 0.62, 0.6), roughness=0.5, specular=0.4),
     "line_yellow": principled((0.6, 0.38, 0.05), roughness=0.5, specular=0.4),
     "steel": two_sided(principled((0.45, 0.46, 0.47), roughness=0.4, metallic=0.9)),
+    "kerb_joint": principled((0.1, 0.098, 0.092), roughness=0.9),
     "kerb": principled((0.36, 0.355, 0.34), roughness=0.8, specular=0.3),
     "signal_housing": principled((0.02, 0.022, 0.02), roughness=0.5, specular=0.35),
     "signal_lens": principled(TINT, roughness=0.12),

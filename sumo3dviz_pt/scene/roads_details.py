@@ -5,7 +5,6 @@ Lanes are divided into stretches; each holds one detail at most, so none overlap
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +17,7 @@ from sumo3dviz_pt.scene.roads_graded import Graded, graded_on, joined
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
 from sumo3dviz_pt.scene.roads_wear import distance_to, is_driven
-from sumo3dviz_pt.shapes.bands import Band, band_along
+from sumo3dviz_pt.shapes.bands import Band, band_along, on_lane
 from sumo3dviz_pt.shapes.polyline import arc_length
 
 _STRETCH = 13.0
@@ -30,9 +29,10 @@ _FARTHEST = 250.0
 _MARGIN = 2.0
 """Ends of stretches stay free [m]."""
 
-_KINDS = ("patch", "snake", "crack", "joint", "none")
-_CITY, _FAST = (0.13, 0.16, 0.16, 0.05, 0.50), (0.05, 0.09, 0.07, 0.07, 0.72)
-"""How likely a stretch has which kind."""
+_KINDS = ("patch", "snake", "crack", "joint", "manhole", "none")
+_CITY, _FAST = (0.13, 0.16, 0.14, 0.05, 0.07, 0.45), (0.05, 0.09, 0.07, 0.07, 0.0, 0.72)
+_VILLAGE = (0.13, 0.16, 0.14, 0.05, 0.0, 0.52)
+"""How likely a stretch has which kind: in towns, outside, on streets without footways."""
 
 _FAST_FROM = 20.0  # speed limit [m/s]
 _SEAL = 0.38  # factor of brightness of fresh bitumen
@@ -52,13 +52,13 @@ class _Place:
         """A number between two bounds, always the same for a word."""
         return low + (high - low) * share_of(0, "road", self.name, word)
 
+    def at(self, flat: Floats) -> Floats:
+        """Quads given by station and offset to the left, (n, 4, 2), as (n, 4, 3)."""
+        return on_lane(flat, self.middle)
+
     def band(self, line: Floats, width: float) -> Floats:
         """Quads of a ribbon along points beside the lane, (n, 2): station, offset to the left."""
-        stations = arc_length(self.middle) + 1e-9 * np.arange(len(self.middle))
-        across = band_along(self.middle, right=0.0, left=1.0)
-        foot, unit = across.right, across.left - across.right
-        at = [np.interp(line[:, 0], stations, column) for column in np.hstack([foot, unit]).T]
-        points = np.stack(at[:3], axis=1) + line[:, 1:] * np.stack(at[3:], axis=1)
+        points = on_lane(line, self.middle)
         return band_along(points, right=-0.5 * width, left=0.5 * width).whole()
 
     def box(self, along: tuple[float, float], across: tuple[float, float]) -> Floats:
@@ -79,9 +79,11 @@ def road_details(
         fast: Edges outside towns.
     """
     chosen: dict[str, list[Graded]] = {}
+    # Sewers lie below streets with footways.
+    town = {key for key, group in layout.strips.items() if any(s.look.raised for s in group)}
     for strip, edge, free in near_lanes(layout, surfaces, focus):
         for place in _places(strip, free):
-            weights = _FAST if edge in fast else _CITY
+            weights = _FAST if edge in fast else _CITY if edge in town else _VILLAGE
             kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
             found = [_graded(quads, factor) for quads, factor in _detail(place, kind) if len(quads)]
             chosen.setdefault(strip.look.surface, []).extend(found)
@@ -131,6 +133,7 @@ def _places(strip: Strip, free: Bools) -> list[_Place]:
 def _detail(place: _Place, kind: str) -> list[tuple[Floats, float]]:
     """Quads of one detail, with their factors of brightness."""
     makers = {"patch": _patch, "snake": _snake, "crack": _crack, "joint": _joint}
+    makers["manhole"] = _manhole
     return makers[kind](place) if kind in makers else []
 
 
@@ -186,9 +189,31 @@ def _joint(place: _Place) -> list[tuple[Floats, float]]:
     return [(place.box((at, at + 0.06), (0.02 - place.half, place.half - 0.02)), _SEAL)]
 
 
+def _manhole(place: _Place) -> list[tuple[Floats, float]]:
+    """A round cover with studs in a collar of fresh asphalt."""
+    at = np.array([0.5 * (place.start + place.end), place.chance("side", -0.25, 0.25)])
+    rows = [(0.0, 0.07), (0.07, 0.14), (0.14, 0.21), (0.21, 0.27)]
+    found = [(_ring(place, at, (0.31, 0.42), odd=None), 0.70)]
+    found.append((_ring(place, at, (0.27, 0.31), odd=None), 0.30))
+    for number, row in enumerate(rows):
+        found += [
+            (_ring(place, at, row, odd=bool(number % 2)), 0.33),
+            (_ring(place, at, row, odd=not number % 2), 0.55),
+        ]
+    return found
+
+
+def _ring(place: _Place, at: Floats, radii: tuple[float, float], *, odd: bool | None) -> Floats:
+    """Quads of every second sector of a ring, or of all of them."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 17)
+    spoke = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    inner, outer = (at + radius * spoke for radius in radii)
+    flat = np.stack([inner[:-1], outer[:-1], outer[1:], inner[1:]], axis=1)
+    return place.at(flat if odd is None else flat[int(odd) :: 2])
+
+
 def _graded(quads: Floats, factor: float) -> Graded:
     """Quads of one brightness."""
     shares = np.tile([0.0, 1.0], (len(quads), 1))
     wear = np.tile([factor, 0.0, 0.0], (len(quads), 2, 2, 1))
-    polygons: Sequence = quad_polygons(quads)
-    return graded_on(quads, shares, wear, polygons=polygons)
+    return graded_on(quads, shares, wear, polygons=quad_polygons(quads))

@@ -9,11 +9,22 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.scene.roads_cells import Polygons
 from sumo3dviz_pt.shapes.planar import GRID, polygon_parts
 from sumo3dviz_pt.shapes.triangulate import triangulate_many
 
 _SAME_AREA = 1e-4
 """Quads that lost less of their area [m2] than this count as whole."""
+
+_SLIMMEST = 120.0
+"""Quads are cut until they are at most this many times longer than wide.
+
+Mitsuba finds the place in a triangle from differences of products in single precision:
+a thousand times longer than wide, it finds NaN.
+"""
+
+_THINNEST = 0.25 / _SLIMMEST
+"""Triangles less high than this share of their longest side are left out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,11 +106,11 @@ def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
     weights = _barycentric(flat, corners[face])
     vertices = (weights[..., None] * corners[face]).sum(axis=1)
     wear = (weights[..., None] * piece.wear[piece.faces][face]).sum(axis=1)
-    return Graded(np.column_stack([flat, vertices[:, 2]]), faces, wear)
+    return Graded(np.column_stack([flat, vertices[:, 2]]), _with_area(flat, faces), wear)
 
 
 def graded_on(
-    quads: Floats, shares: Floats, wear: Floats, *, polygons: Sequence[shapely.Geometry]
+    quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons
 ) -> Graded:
     """Quads where they are whole, and what is left of those that were cut.
 
@@ -113,22 +124,45 @@ def graded_on(
         return NOTHING
     x, y = quads[..., 0], quads[..., 1]
     whole = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1))
-    left = shapely.area(np.asarray(polygons, dtype=object))
+    left = shapely.area(polygons)
     intact = (whole - left < _SAME_AREA) & (left > _SAME_AREA)
-    pieces = [graded_quads(quads[intact], shares[intact], wear[intact])]
+    pieces = [graded_quads(*_shortened(quads[intact], shares[intact], wear[intact]))]
     for k in np.flatnonzero(~intact & (left > _SAME_AREA)):
-        one = graded_quads(quads[k : k + 1], shares[k : k + 1], wear[k : k + 1])
-        pieces.append(clipped(one, polygons[k]))
+        one = slice(k, k + 1)
+        piece = graded_quads(*_shortened(quads[one], shares[one], wear[one]))
+        pieces.append(clipped(piece, polygons[k]))
     return joined(pieces)
 
 
+def _shortened(quads: Floats, shares: Floats, wear: Floats) -> tuple[Floats, Floats, Floats]:
+    """Quads, places and wear as in `graded_quads`, cut across until none is too slim."""
+    sides = np.linalg.norm((quads[:, [1, 2]] - quads[:, [0, 3]])[..., :2], axis=-1).max(axis=1)
+    width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
+    column = width * np.diff(shares, axis=1).min(axis=1)
+    rows = np.maximum(np.ceil(sides / np.maximum(_SLIMMEST * column, 0.05)), 1).astype(np.int64)
+    index = np.repeat(np.arange(len(quads)), rows)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(rows) - rows, rows)
+    low = (step / rows[index])[:, None, None]
+    high = ((step + 1) / rows[index])[:, None, None]
+    start, end = quads[index][:, [0, 3]], quads[index][:, [1, 2]]
+    near, far = start + low * (end - start), start + high * (end - start)
+    cut = np.stack([near[:, 0], far[:, 0], far[:, 1], near[:, 1]], axis=1)
+    first, last = wear[index][:, 0], wear[index][:, 1]
+    between = np.stack([first + low * (last - first), first + high * (last - first)], axis=1)
+    return cut, shares[index], between
+
+
 def _with_area(vertices: Floats, faces: Ints) -> Ints:
-    """Counter-clockwise faces without those of no area."""
-    a, b, c = (vertices[faces[:, k], :2] for k in range(3))
-    first, second = b - a, c - a
+    """Counter-clockwise faces that are no slivers.
+
+    A quad inside a sharp bend folds over, and its piece there would face down; slivers
+    have no area once they are single floats.
+    """
+    corners = vertices[faces][..., :2]
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     twice = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    # A quad inside a sharp bend folds over; its piece there would face down.
-    return np.asarray(faces[twice > 1e-7])
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
+    return np.asarray(faces[twice > _THINNEST * longest**2])
 
 
 def _barycentric(points: Floats, corners: Floats) -> Floats:

@@ -11,9 +11,11 @@ from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.markings import decal_meshes, graded_paint, lifted, road_paint
+from sumo3dviz_pt.scene.markings_lines import Paint
 from sumo3dviz_pt.scene.rails import rail_paint, sleeper_paint
 from sumo3dviz_pt.scene.roads_details import is_fast, road_details
 from sumo3dviz_pt.scene.roads_graded import Graded
+from sumo3dviz_pt.scene.roads_joints import JOINT, kerb_joints
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
 from sumo3dviz_pt.scene.roads_style import PAVING
@@ -115,10 +117,12 @@ def road_layers(
     else:
         layers += _plain("markings", paint, base, _PAINT)
     layers += _plain("rails/sleepers", sleeper_paint(layout), base, _PAINT)
+    if base.worn:
+        layers.append(("road/joints", JOINT, kerb_joints(layout, focus=base.focus)))
     return layers + _plain("rails", rail_paint(layout), base, _RAILS)
 
 
-def _plain(family: str, paint: Sequence, base: Base, lift: float) -> list[Named]:
+def _plain(family: str, paint: Sequence[Paint], base: Base, lift: float) -> list[Named]:
     """A layer of constant colours."""
     meshes = decal_meshes(paint, base.layout, surface=base.below, lift=lift)
     return [(family, name, mesh) for name, mesh in meshes.items()]

@@ -15,10 +15,10 @@ from sumo3dviz_pt.scene.roads_graded import NOTHING, Graded, graded_on, joined
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
 
-TRACK_PLACE, TRACK_WIDTH, TRACK_LOSS = 0.85, 0.30, 0.14
+TRACK_PLACE, TRACK_WIDTH, TRACK_LOSS = 0.85, 0.30, 0.17
 """Wheel tracks: distance from the lane's middle [m], Gaussian width [m], lost brightness."""
 
-OIL_WIDTH, OIL_LOSS = 0.26, 0.27
+OIL_WIDTH, OIL_LOSS = 0.27, 0.34
 """Drips along the lane's middle: Gaussian width [m], lost brightness."""
 
 _FINE = (0.0, 0.16, 0.34, 0.55, 0.85, 1.15, 1.5)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.scene.roads_cells import Polygons
 from sumo3dviz_pt.scene.roads_graded import NOTHING, Graded, clipped, joined
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
@@ -15,7 +15,7 @@ from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
 from sumo3dviz_pt.scene.roads_wear import distance_to, is_driven, wear_across
 from sumo3dviz_pt.shapes.planar import polygon_parts
 
-_STEP = 0.3
+_STEP = 0.34
 """Distance of vertices [m]."""
 
 _FARTHEST = 140.0
@@ -86,7 +86,7 @@ def _worn(polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:
     return joined([_compact(inner), *parts]) if whole.any() or parts else NOTHING
 
 
-def _halves(quads: Floats) -> Floats:
+def _halves(quads: Ints) -> Ints:
     """Two triangles of each quad."""
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 

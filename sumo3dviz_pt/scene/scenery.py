@@ -119,13 +119,13 @@ def build_scenery(
         plain = [part for part in parts if not part.material.startswith("lamp:")]
         static += merged(kind.name, plain)
     names = sorted({part.part.material for part in static})
-    materials = {name: _material(name, textured=textured) for name in names}
+    materials = {name: material_of(name, textured=textured) for name in names}
     if not around.dark and any(kind.name in {*STYLES, "buildings"} for kind, _, _ in groups):
         left_out.append(LeftOut("lit windows", "it is day"))
     return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining))
 
 
-def _material(name: str, *, textured: bool) -> Bsdf:
+def material_of(name: str, *, textured: bool) -> Bsdf:
     """A named material, or one that shows a surface."""
     if name.startswith("cladding:"):
         return cladding_material(name, textured=textured)
@@ -236,7 +236,7 @@ def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -
     measured = []
     for kind, _, items in groups:
         pieces = np.ones(len(items))
-        if kind.form == "line":
+        if kind.form != "point":  # walls and fences by their length
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
             pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
         measured.append((kind, _level_distances(kind, _places(items), around), pieces))

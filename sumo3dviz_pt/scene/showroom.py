@@ -11,16 +11,20 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Prototype, is_tinted
+from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Poses, Prototype, is_tinted
 from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body
 from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
 from sumo3dviz_pt.scene.drawing import Unit
-from sumo3dviz_pt.scene.fleet_colours import EUROPEAN
+from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN
 from sumo3dviz_pt.scene.heroes import hero_prototypes
-from sumo3dviz_pt.scene.kinds import KINDS, Kind, body_of
+from sumo3dviz_pt.scene.houses import STYLES, Chance, house_parts
+from sumo3dviz_pt.scene.kinds import KINDS, PLANTS, body_of
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.scenery import material_of
 from sumo3dviz_pt.scene.surfaces import metres_per_tile, surface_material
+from sumo3dviz_pt.shapes import street_lamp, street_signs, traffic_light
+from sumo3dviz_pt.shapes.people import figure
+from sumo3dviz_pt.shapes.street_furniture import FURNITURE
 
 LEVELS = ("hero", "middle", "far")
 """Of vehicles."""
@@ -118,25 +122,70 @@ def _painted(part: Part, colour: Colour) -> Part:
     return Part(part.mesh, part.material, np.tile(colour, (len(part.mesh.faces), 1)))
 
 
-def _objects(names: Sequence[str]) -> Callable[[], Iterator[Exhibit]]:
-    """All models of some kinds of static objects, nearest level."""
-
-    def shown() -> Iterator[Exhibit]:
-        for kind in KINDS:
-            if kind.name in names and kind.form == "point":
-                for model in kind.models:
-                    yield _object(kind, model)
-
-    return shown
+def _people() -> Iterator[Exhibit]:
+    """Everyone in the middle of a step, in clothes of different colours."""
+    for number, look in enumerate(catalog.names("people")):
+        parts, poses = figure(catalog.find("people", look).meta["recipe"])
+        colour = CLOTHES.colours[(5 * number) % len(CLOTHES.colours)]
+        dressed = (_painted(part, colour) for part in _posed(parts, poses, 1 + number % 8))
+        yield Exhibit(look, tuple(dressed), MATERIALS)
 
 
-def _object(kind: Kind, model: str) -> Exhibit:
-    """One model of a kind."""
-    settings = ObjectSettings(model=(model,), variation=0.0)
-    parts = body_of(kind, settings, seed=1, name=model, level=0)
-    names = {part.material for part in parts}
-    materials = {name: material_of(name, textured=True) for name in names}
-    return Exhibit(f"{kind.name}: {model}", parts, materials)
+def _posed(parts: Sequence[Part], poses: Poses, pose: int) -> Iterator[Part]:
+    """The parts of a body in one of its poses."""
+    first = 0
+    for part in parts:
+        own = slice(first, first + len(part.mesh.vertices))
+        mesh = Mesh(poses.vertices[pose, own], part.mesh.faces, poses.normals[pose, own])
+        yield Part(mesh, part.material, part.tint)
+        first = own.stop
+
+
+def _plants() -> Iterator[Exhibit]:
+    """All species, nearest level."""
+    for kind in KINDS:
+        if kind.name in PLANTS:
+            for model in kind.models:
+                settings = ObjectSettings(model=(model,), variation=0.0)
+                parts = body_of(kind, settings, seed=1, name=model, level=0)
+                yield Exhibit(model, parts, MATERIALS)
+
+
+def _buildings() -> Iterator[Exhibit]:
+    """All models of buildings, nearest level."""
+    for kind in KINDS:
+        for model in STYLES.get(kind.name, ()):
+            settings = ObjectSettings(model=(model,), variation=0.0)
+            parts = house_parts(kind, settings, Chance(1, model), level=0)
+            materials = {part.material: material_of(part.material, textured=True) for part in parts}
+            yield Exhibit(f"{kind.name}: {model}", parts, materials)
+
+
+def _street() -> Iterator[Exhibit]:
+    """Furniture, signs, signals and lamps, turned so that they face +x."""
+    turn = Transform.from_pose((0.0, 0.0, 0.0), yaw=np.pi)
+    for shown in _facing_traffic():
+        parts = (Part(turn.mesh(part.mesh), part.material, part.tint) for part in shown.parts)
+        yield Exhibit(shown.title, tuple(parts), MATERIALS)
+
+
+def _facing_traffic() -> Iterator[Exhibit]:
+    """What stands along streets, looking to -x."""
+    for name, build in FURNITURE.items():
+        yield Exhibit(name, tuple(build(0)), MATERIALS)
+    signs = {"speed limit": street_signs.speed_limit(50), "stop": street_signs.stop()}
+    signs |= {"give way": street_signs.give_way(), "priority": street_signs.priority_road()}
+    for name, face in signs.items():
+        yield Exhibit(name, tuple(street_signs.on_post(face)), MATERIALS)
+    yield Exhibit("exit board", tuple(street_signs.exit_board(("NORD",))), MATERIALS)
+    lamp = [Part(street_lamp.pole(8.0), "galvanised"), Part(street_lamp.head(8.0), "galvanised")]
+    yield Exhibit("street lamp", tuple(lamp), MATERIALS)
+    for lamps in (2, 3):
+        up = Transform.from_pose((0.0, 0.0, 2.4))
+        head = [Part(up.mesh(traffic_light.housing(lamps)), "signal_housing")]
+        head += [Part(up.mesh(traffic_light.border(lamps)), "signal_border")]
+        pole = Part(traffic_light.pole(2.4 + 0.3 * lamps), "signal_pole")
+        yield Exhibit(f"signal, {lamps} heads", (*head, pole), MATERIALS)
 
 
 def _surfaces() -> Iterator[Exhibit]:
@@ -152,9 +201,10 @@ def _surfaces() -> Iterator[Exhibit]:
 FAMILIES: Mapping[str, Callable[[], Iterator[Exhibit]]] = {
     "vehicles": _vehicles,
     "levels": _levels,
-    "trees": _objects(("trees", "shrubs", "hedges")),
-    "buildings": _objects(("homes", "shops", "blocks")),
-    "street": _objects(("furniture",)),
+    "people": _people,
+    "trees": _plants,
+    "buildings": _buildings,
+    "street": _street,
     "surfaces": _surfaces,
 }
 """Contact sheets by name."""

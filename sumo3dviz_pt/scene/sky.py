@@ -20,7 +20,7 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scene import CloudLayer, Colour, Sky
 from sumo3dviz_pt.scene.radiance_maps import read_exr_map, read_radiance_map
-from sumo3dviz_pt.scene.sun import SunPosition, local_time, sun_position
+from sumo3dviz_pt.scene.sun import SunPosition, convergence, local_time, sun_position
 from sumo3dviz_pt.shapes.cloud_maps import cloud_layer
 
 DEFAULT_PRESET = "sky_blue"
@@ -128,7 +128,12 @@ def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
     latitude, longitude = settings.place or _place(location)
     offset = longitude / 15.0 if settings.utc_offset is None else settings.utc_offset
     when = local_time(settings.date, settings.time, utc_offset=offset)
-    return sun_position(when, latitude=np.radians(latitude), longitude=np.radians(longitude))
+    latitude, longitude = float(np.radians(latitude)), float(np.radians(longitude))
+    sun = sun_position(when, latitude=latitude, longitude=longitude)
+    turned = 0.0
+    if location is not None:
+        turned = convergence(location.projection, latitude=latitude, longitude=longitude)
+    return SunPosition((sun.azimuth - turned) % (2 * np.pi), sun.elevation)
 
 
 def _place(location: Location | None) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from sumo3dviz_pt.scene.roads import RoadParts
 from sumo3dviz_pt.scene.roads_heights import heights_near
 from sumo3dviz_pt.scene.scenery import merged
 from sumo3dviz_pt.scene.street_furniture import furniture_parts, place_furniture, place_stops
-from sumo3dviz_pt.scene.street_lamps import REACH, lamp_parts, lamp_set, place_lamps
+from sumo3dviz_pt.scene.street_lamps import REACH, lamp_parts, lamp_sets, place_lamps
 from sumo3dviz_pt.scene.street_places import Border, Site, borders_near, crossing_areas
 from sumo3dviz_pt.scene.street_signs import GANTRY_REACH, place_signs
 from sumo3dviz_pt.scene.surroundings import HeightAt, Surroundings
@@ -65,7 +65,6 @@ def build_street(
     auto = settings.lamps == "auto"
     lamps = place_lamps(near if auto else [], scenario.pois, site)
     pieces = place_furniture(near, scenario.pois, site, auto=settings.furniture == "auto")
-    shining = lamp_set(lamps, site) if dark else None
     parts: dict[str, Sequence[Part]] = {
         "street lamps": lamp_parts(lamps, site, dark=dark),
         "signs": [*signs, *stop_signs],
@@ -74,7 +73,7 @@ def build_street(
     static = [part for family in FAMILIES for part in merged(family, parts[family])]
     return StreetParts(
         tuple(static),
-        () if shining is None else (shining,),
+        lamp_sets(lamps, site) if dark else (),
         _absent(parts, settings, cramped),
     )
 

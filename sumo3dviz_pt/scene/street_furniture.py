@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -89,9 +90,15 @@ def furniture_parts(pieces: Sequence[Piece], site: Site) -> list[Part]:
     parts: list[Part] = []
     for piece, is_far in zip(pieces, far, strict=True):
         stand = Transform.from_pose(piece.place, yaw=piece.yaw)
-        for part in FURNITURE[piece.name](int(is_far)):
+        for part in _body(piece.name, int(is_far)):
             parts.append(Part(stand.mesh(part.mesh), part.material, part.tint))
     return parts
+
+
+@cache
+def _body(name: str, level: int) -> tuple[Part, ...]:
+    """The parts of a piece in its own frame."""
+    return tuple(FURNITURE[name](level))
 
 
 def place_stops(

@@ -13,12 +13,13 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import LampSet, Part
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.scene.scenery import facing_roads
@@ -26,7 +27,7 @@ from sumo3dviz_pt.scene.street_places import Border, Site, is_urban, spread
 from sumo3dviz_pt.shapes import street_lamp
 
 LAMP_SET = "street_lamps"
-"""Id of the lamp set."""
+"""Beginning of the ids of lamp sets."""
 
 WORDS = frozenset({"street_lamp", "lamp", "street_light"})
 """Types of POIs that are lamps, in lower case."""
@@ -47,12 +48,14 @@ _COLOUR = (1.0, 0.617, 0.381)
 _WEIGHT = (0.2126, 0.7152, 0.0722)
 _CANDELAS = 32_000.0  # cd/m^2 in a scene unit
 _SPACING = 30.0
+_SHIFTS = np.array([0.0, 2.5, -2.5, 5.0, -5.0, 7.5, -7.5])  # other places of a lamp [m]
 _BACK = 0.55  # from the kerb to the pole [m]
 _VERGE = 1.1  # the same where there is no sidewalk [m]
 _ENDS = (4.0, 14.0)  # kept clear after junctions and before them, where signals stand [m]
 _WIDE = 9.5  # carriageways from which lamps are high [m]
 _NARROW = 10.0  # both directions together; below, the two sides take turns [m]
 _LEVELS = (60.0, 150.0)
+_RINGS = ((0.0, 70.0, 6.0), (70.0, 160.0, 3.0), (160.0, LIT, 1.5))
 _SHOWN = 14.0
 
 
@@ -89,10 +92,11 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
         site: What is free; lamps are added to it.
     """
     lamps = _at_pois(pois, site)
+    given = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
     widths = {(b.edge.from_junction, b.edge.to_junction): b.road for b in borders}
     for border in borders:
         if is_urban(border):
-            lamps += _along(border, widths, site)
+            lamps += _along(border, widths, site, given)
     return lamps
 
 
@@ -109,35 +113,53 @@ def lamp_parts(lamps: Sequence[Lamp], site: Site, *, dark: bool) -> list[Part]:
             continue
         level = int(np.searchsorted(_LEVELS, far))
         stand = Transform.from_pose(lamp.place, yaw=lamp.yaw)
-        meshes = [street_lamp.pole(lamp.height, level=level),
-                  street_lamp.head(lamp.height, level=level)]  # fmt: skip
-        parts.append(Part(stand.mesh(merge_meshes(meshes)), "galvanised"))
+        parts.append(Part(stand.mesh(_body(lamp.height, level)), "galvanised"))
         if not (dark and lit):
             parts.append(Part(stand.mesh(street_lamp.lens(lamp.height)), "lamp_lens"))
     return parts
 
 
-def lamp_set(lamps: Sequence[Lamp], site: Site) -> LampSet | None:
-    """What shines by night, near the camera's path; None if nothing does."""
+@cache
+def _body(height: float, level: int) -> Mesh:
+    """Pole and head of a lamp."""
+    return merge_meshes(
+        [street_lamp.pole(height, level=level), street_lamp.head(height, level=level)]
+    )
+
+
+def lamp_sets(lamps: Sequence[Lamp], site: Site) -> tuple[LampSet, ...]:
+    """What shines by night, near the camera's path, in rings of distance.
+
+    A path picks a set by its weight and then a lamp by its area. In one set of all, a near
+    lamp would rarely be picked and then count so much that the firefly cap cut it off.
+    """
     places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
-    near = site.around.distances(places) < LIT
-    lit = [lamp for lamp, is_near in zip(lamps, near, strict=True) if is_near]
-    if not lit:
-        return None
+    away = site.around.distances(places)
+    found = []
+    for number, (low, high, weight) in enumerate(_RINGS):
+        ring = [lamp for lamp, d in zip(lamps, away.tolist(), strict=True) if low <= d < high]
+        if ring:
+            found.append(_ring(f"{LAMP_SET}_{number}", ring, weight))
+    return tuple(found)
+
+
+def _ring(name: str, lamps: Sequence[Lamp], weight: float) -> LampSet:
+    """One lamp set."""
     meshes = [
         Transform.from_pose(lamp.place, yaw=lamp.yaw).mesh(street_lamp.lens(lamp.height))
-        for lamp in lit
+        for lamp in lamps
     ]
+    mesh = merge_meshes(meshes)
     return LampSet(
-        LAMP_SET,
+        name,
         "street lamps",
-        merge_meshes(meshes),
-        np.repeat(np.arange(len(lit)), [len(mesh.faces) for mesh in meshes]),
-        tuple(f"street_lamp/{i}" for i in range(len(lit))),
+        mesh,
+        np.repeat(np.arange(len(lamps)), [len(lens.faces) for lens in meshes]),
+        tuple(f"{name}/{i}" for i in range(len(lamps))),
         sampled=True,
-        radiance=np.array([radiance(lamp.height) for lamp in lit]),
-        weight=3.0,
-        tint=np.full((sum(len(mesh.faces) for mesh in meshes), 3), 0.5),
+        radiance=np.array([radiance(lamp.height) for lamp in lamps]),
+        weight=weight,
+        tint=np.full((len(mesh.faces), 3), 0.5),
     )
 
 
@@ -159,8 +181,10 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
     return lamps
 
 
-def _along(border: Border, widths: dict[tuple[str, str], float], site: Site) -> list[Lamp]:
-    """Lamps along one edge."""
+def _along(
+    border: Border, widths: Mapping[tuple[str, str], float], site: Site, given: Floats
+) -> list[Lamp]:
+    """Lamps along one edge, away from given ones."""
     edge = border.edge
     twin = widths.get((edge.to_junction, edge.from_junction), 0.0)
     wide = border.road > _WIDE or border.road + twin > 2 * _WIDE
@@ -172,14 +196,19 @@ def _along(border: Border, widths: dict[tuple[str, str], float], site: Site) -> 
         spacing, shift = 2 * _SPACING, 0.25
     at = spread(border.length, spacing, ends=_ENDS, shift=shift)
     back = _BACK if border.walk > 0.0 else _VERGE
-    places, road, yaw = border.at(at, back)
-    keep = (
+    if not len(at):
+        return []
+    # Where something else stands, the lamp moves along a little.
+    tries = np.clip(at[:, None] + _SHIFTS, 1.0, max(border.length - 1.0, 1.0))
+    places, road, yaw = border.at(tries.reshape(-1), back)
+    good = (
         (site.around.distances(places) < REACH)
         & site.free(places, radius=0.2)
         & site.level_with(places, road)
-    )
-    keep &= ~_near_any(places, site.used[:1], 15.0)
-    places, yaws = places[keep], border.inward(yaw[keep])
+        & ~_near_any(places, given, _SPACING / 2)
+    ).reshape(tries.shape)
+    first = np.flatnonzero(good.any(axis=1)) * len(_SHIFTS) + good.argmax(axis=1)[good.any(axis=1)]
+    places, yaws = places[first], border.inward(yaw[first])
     heights = site.standing(places) if len(places) else np.zeros(0)
     site.use(places)
     return [
@@ -188,11 +217,9 @@ def _along(border: Border, widths: dict[tuple[str, str], float], site: Site) -> 
     ]
 
 
-def _near_any(places: Floats, others: Sequence[Floats], distance: float) -> Bools:
-    """Which places lie closer to others than a distance [m]."""
-    near = np.zeros(len(places), dtype=np.bool_)
-    for some in others:
-        if len(places) and len(some):
-            away = np.linalg.norm(places[:, None] - some[None], axis=2)
-            near |= away.min(axis=1) < distance
-    return near
+def _near_any(places: Floats, others: Floats, distance: float) -> Bools:
+    """Which places, (n, 2), lie closer to others, (m, 2), than a distance [m]."""
+    if not len(places) or not len(others):
+        return np.zeros(len(places), dtype=np.bool_)
+    away = np.linalg.norm(places[:, None] - others[None], axis=2)
+    return np.asarray(away.min(axis=1) < distance)

@@ -120,10 +120,10 @@ class Site:
             )
         if len(self.lines.geometries):
             clear[self.lines.query(spots, predicate="dwithin", distance=radius + 0.3)[0]] = False
-        for others in (self.taken, *self.used):
-            if len(others):
-                away = np.hypot(*(places[:, None] - others[None]).transpose(2, 0, 1))
-                clear &= away.min(axis=1) > radius + 1.0
+        others = np.concatenate([self.taken, *self.used])
+        if len(others):
+            away = np.hypot(*(places[:, None] - others[None]).transpose(2, 0, 1))
+            clear &= away.min(axis=1) > radius + 1.0
         if len(self.around.viewpoints):
             clear &= self.around.distances(places) > radius + _CAMERA
         return clear

@@ -59,7 +59,7 @@ def place_signs(network: Network, borders: Sequence[Border], site: Site) -> list
     for border in borders:
         if "railway" in border.edge.type:
             continue
-        for wish in (*_limit(network, border, links), *_priority(network, border, links)):
+        for wish in (*_limit(network, border, links), *_priority(border, links)):
             parts += _posted(wish, border, site)
         parts += _exit(network, border, links, site)
     return parts
@@ -72,16 +72,19 @@ class Links:
     Attributes:
         into: Those that lead into an edge, by its id.
         out: Those that lead out of it.
+        at: Those that cross a junction, by its id.
     """
 
     into: Mapping[str, list[Connection]]
     out: Mapping[str, list[Connection]]
+    at: Mapping[str, list[Connection]]
 
 
 def _links(network: Network) -> Links:
     """Sort connections by the normal edges that they join."""
     into: dict[str, list[Connection]] = {}
     out: dict[str, list[Connection]] = {}
+    at: dict[str, list[Connection]] = {}
     for link in network.connections:
         start, end = (
             network.edges[network.lanes[k].edge_id] for k in (link.from_lane, link.to_lane)
@@ -89,7 +92,8 @@ def _links(network: Network) -> Links:
         if start.function == end.function == "normal":
             out.setdefault(start.id, []).append(link)
             into.setdefault(end.id, []).append(link)
-    return Links(into, out)
+            at.setdefault(start.to_junction, []).append(link)
+    return Links(into, out, at)
 
 
 def limit_of(edge: Edge) -> int:
@@ -113,7 +117,7 @@ def _limit(network: Network, border: Border, links: Links) -> list[Wish]:
     return [Wish(shapes.speed_limit(number), min(9.0, border.length / 3))]
 
 
-def _priority(network: Network, border: Border, links: Links) -> list[Wish]:
+def _priority(border: Border, links: Links) -> list[Wish]:
     """Stop, give way or priority where an edge ends without a signal."""
     own = [k for k in links.out.get(border.edge.id, []) if k.direction not in ("t", "T")]
     if not own or any(link.tls for link in own) or border.length < 15.0:
@@ -126,12 +130,7 @@ def _priority(network: Network, border: Border, links: Links) -> list[Wish]:
     main = {link.state for link in own if link.direction in ("s", "R", "L")} or states
     if "m" in main or "=" in states:
         return [Wish(shapes.give_way(), at)]
-    others = [
-        link
-        for edge in network.edges.values()
-        if edge.to_junction == border.edge.to_junction and edge.function == "normal"
-        for link in links.out.get(edge.id, [])
-    ]
+    others = links.at.get(border.edge.to_junction, [])
     fast = "motorway" in border.edge.type
     if not fast and "M" in main and any(link.state in ("m", "s") for link in others):
         return [Wish(shapes.priority_road(), max(border.length - 35.0, border.length / 2))]
@@ -212,8 +211,8 @@ def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
     ahead = names[pick([1.0] * len(names), share_of(seed, border.edge.id, "ahead"))]
     span = border.road
     return [
-        (min(2.2, span / 4), shapes.board((exit_name,), "exit", height=0.42)),
-        (0.68 * span, shapes.board((ahead,), "down", height=0.42)),
+        (min(2.2, span / 4), shapes.board((exit_name,), "exit", height=0.5)),
+        (0.68 * span, shapes.board((ahead,), "down", height=0.5)),
     ]
 
 

@@ -76,3 +76,21 @@ def band_along(line: Floats, *, right: float, left: float, reference: Floats | N
     measured = line if reference is None or len(reference) != len(line) else reference
     stations = np.maximum.accumulate(arc_length(measured) + np.arange(len(line)) * 1e-9)
     return Band(line + right * across, line + left * across, stations)
+
+
+def on_lane(points: Floats, middle: Floats) -> Floats:
+    """Carry points from a lane's own plane onto it.
+
+    Args:
+        points: Station along it and offset to the left, (..., 2) [m].
+        middle: Its middle line, (n, 3) [m], n >= 2.
+
+    Returns:
+        (..., 3) [m].
+    """
+    band = band_along(middle, right=0.0, left=1.0)
+    foot, unit = (
+        np.stack([np.interp(points[..., 0], band.stations, c) for c in line.T], axis=-1)
+        for line in (band.right, band.left - band.right)
+    )
+    return np.asarray(foot + points[..., 1:] * unit)

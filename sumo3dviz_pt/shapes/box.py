@@ -13,15 +13,22 @@ from sumo3dviz_pt.shapes.box_hull import shell_of, surface_at
 from sumo3dviz_pt.shapes.box_lamps import find_lamps
 from sumo3dviz_pt.shapes.box_pieces import build_piece, far_piece
 from sumo3dviz_pt.shapes.box_recipe import BoxRecipe, read_box
-from sumo3dviz_pt.shapes.box_wheels import far_box_wheels, wheels_of
+from sumo3dviz_pt.shapes.box_wheels import (
+    far_box_wheels,
+    hero_wheel,
+    inner_tyres,
+    is_reversed,
+    wheels_of,
+)
 from sumo3dviz_pt.shapes.solids import by_material
-from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, WheelPlace
+from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, WheelPlace
 
 Piece = tuple[str, Mesh]
 """Material and mesh."""
 
 _FLIP = np.array([-1.0, 1.0, 1.0])
 _FAR_FACES = 260
+_HERO_FACES = 2
 
 
 def build_box(recipe: BoxRecipe) -> BakedVehicle:
@@ -36,6 +43,18 @@ def build_box(recipe: BoxRecipe) -> BakedVehicle:
     far += [_forward(*p) for p in far_box_wheels(recipe.wheel, recipe.axles)]
     lamps = tuple(find_lamps(recipe.lamps, [mesh for _, mesh in near]))
     return BakedVehicle(by_material(near), by_material(far), lamps, _wheel_places(recipe))
+
+
+def hero_box(recipe: BoxRecipe) -> HeroVehicle:
+    """Build the level for close views: finer shells, wheels of their own.
+
+    Twin wheels turn without their inner tyres, which stay with the body.
+    """
+    hulls = tuple(replace(hull, faces=_HERO_FACES * hull.faces) for hull in recipe.hulls)
+    body = _level(recipe, _near_bodies(replace(recipe, hulls=hulls)), _pieces(recipe, far=False))
+    body += [_forward(*p) for axle in recipe.axles for p in inner_tyres(recipe.wheel, axle)]
+    wheel = [_forward(*piece) for piece in hero_wheel(recipe.wheel, recipe.axles)]
+    return HeroVehicle(by_material(body), by_material(wheel))
 
 
 def _near_bodies(recipe: BoxRecipe) -> Iterator[Piece]:
@@ -98,11 +117,16 @@ def _wheel_places(recipe: BoxRecipe) -> tuple[WheelPlace, ...]:
     """Where the wheels turn, left and right of each axle."""
     radius = recipe.wheel.radius
     return tuple(
-        WheelPlace((-axle.at, side * (axle.out - 0.5 * recipe.wheel.width), radius), radius, axle.steered)
+        WheelPlace(
+            (-axle.at, side * (axle.out - 0.5 * recipe.wheel.width), radius),
+            radius,
+            axle.steered,
+            is_reversed(recipe.wheel, axle),
+        )
         for axle in recipe.axles
         for side in (1.0, -1.0)
     )
 
 
-BOX = Builder(lambda recipe: build_box(read_box(recipe)))
+BOX = Builder(lambda recipe: build_box(read_box(recipe)), lambda recipe: hero_box(read_box(recipe)))
 """Vans, buses, lorries and their trailers."""

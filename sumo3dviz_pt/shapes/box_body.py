@@ -19,7 +19,7 @@ from sumo3dviz_pt.shapes.box_cuts import (
 )
 from sumo3dviz_pt.shapes.box_hull import Shell, shell_of, shell_surface
 from sumo3dviz_pt.shapes.box_recipe import BoxRecipe, Hull, Panel
-from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, weld
+from sumo3dviz_pt.shapes.cutting import Surface, corner_normals, share_normals, weld
 from sumo3dviz_pt.shapes.simplify import simplify
 from sumo3dviz_pt.shapes.solids import mirrored, moved
 from sumo3dviz_pt.shapes.wheel import well_shell
@@ -29,7 +29,8 @@ Piece = tuple[str, Mesh]
 
 _TILT = 0.006
 _FAR_SPACING = 2.2
-_FAR_PANEL = 0.05
+_FAR_PANEL = 0.09
+_FAR_CREASE = 0.5
 _FAR_LAMP = 0.008
 
 
@@ -40,7 +41,7 @@ def hull_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
     surface = shell_surface(shell, spacing=hull.spacing)
     for side in _sides(hull):
         cut = simplify(cut_shell(surface, shell, wells, side=side), faces=hull.faces)
-        for material, mesh in _half(shell, cut):
+        for material, mesh in _half(shell, cut, fine=True):
             yield from _placed(material, mesh, side)
     if wells is not None:
         for material, mesh in _well_pieces(recipe, hull):
@@ -61,10 +62,10 @@ def _placed(material: str, mesh: Mesh, side: str) -> Iterator[Piece]:
         yield material, mirrored(mesh)
 
 
-def _half(shell: Shell, surface: Surface) -> Iterator[Piece]:
+def _half(shell: Shell, surface: Surface, *, fine: bool) -> Iterator[Piece]:
     """Meshes of one half, finish by finish."""
     known = finishes(shell)
-    owner, normals = corner_normals(shell.field, surface)
+    owner, normals = corner_normals(shell.field, surface) if fine else _face_normals(surface)
     corners, normals = owner.reshape(-1, 3), normals.reshape(-1, 3, 3)
     for tag in np.unique(surface.tags[surface.tags != HOLE]).tolist():
         chosen = surface.tags == tag
@@ -80,10 +81,22 @@ def _half(shell: Shell, surface: Surface) -> Iterator[Piece]:
             yield finish.material, walls(surface.vertices, corners[chosen], shift)
 
 
+def _face_normals(surface: Surface) -> tuple[Ints, Floats]:
+    """Shading normals of a coarse surface, whose faces lie too far off its field."""
+    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
+    owner = surface.faces.reshape(-1)
+    areas = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+    return owner, share_normals(owner, areas, crease=_FAR_CREASE)
+
+
 def _tilted(surface: Surface, corners: Ints, normals: Floats, finish: Finish, tag: int) -> Floats:
     """Normals of panes, each a little off the next, so that reflections break at mullions."""
     panel = finish.panel
-    if finish.material not in ("glass", "pane") or panel is None or panel.view in ("front", "rear", "top"):
+    if (
+        finish.material not in ("glass", "pane_dark")
+        or panel is None
+        or panel.view in ("front", "rear", "top")
+    ):
         return normals
     number = number_of(surface.vertices[corners].mean(axis=1)[:, 0], panel)
     along = ((0.618 * number + 0.377 * tag) % 1.0 - 0.5) * 2.0 * _TILT
@@ -146,7 +159,7 @@ def far_hull(hull: Hull, recipe: BoxRecipe, *, faces: int) -> Iterator[Piece]:
     for side in _sides(plain):
         cut = cut_shell(surface, shell, None, side=side)
         cut = simplify(cut, faces=faces, largest=0.08)
-        for material, mesh in _half(shell, cut):
+        for material, mesh in _half(shell, cut, fine=False):
             yield from _placed(material, mesh, side)
 
 
@@ -160,5 +173,3 @@ def _seen_far(panel: Panel) -> bool:
     points = np.asarray(panel.outline)
     area = float(np.prod(points.max(axis=0) - points.min(axis=0)))
     return area > (_FAR_LAMP if panel.material.startswith("lamp") else _FAR_PANEL)
-
-

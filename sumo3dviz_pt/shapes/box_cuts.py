@@ -139,8 +139,8 @@ def projected(panel: Panel, shell: Shell) -> Field:
         if panel.view not in ("front", "rear"):
             return polygon(_folded(d, panel), z, outline, radius=panel.radius)
         inside = polygon(_folded(np.abs(y), panel), z, outline, radius=panel.radius)
-        depth = d - low if panel.view == "front" else high - d
-        return np.where(depth < panel.reach, inside, _FAR)
+        depth = (d - low if panel.view == "front" else high - d) - panel.reach
+        return np.where(depth < _FAR, np.maximum(inside, depth), _FAR)
 
     return field
 
@@ -156,7 +156,7 @@ def number_of(u: Floats, panel: Panel) -> Floats:
     count, step = panel.repeat
     first = np.asarray(panel.outline, dtype=np.float64)[:, 0]
     middle = 0.5 * (first.min() + first.max())
-    return np.clip(np.round((u - middle) / step), 0, count - 1)
+    return np.asarray(np.clip(np.round((u - middle) / step), 0, count - 1))
 
 
 def _both_sides(outline: Floats) -> Floats:
@@ -172,7 +172,7 @@ def _both_sides(outline: Floats) -> Floats:
 def facing(panel: Panel) -> tuple[int, float, float]:
     """Axis, sign and least cosine of the faces that a panel may retag."""
     axis, sign = _AXES[panel.view]
-    return axis, sign, 0.1 if axis == 0 else 0.45
+    return axis, sign, -0.1 if axis == 0 else 0.45
 
 
 def _chosen(surface: Surface, where: tuple[int, float, float] | None) -> Bools:
@@ -212,4 +212,3 @@ def _cut_line(
         surface = split(surface, beside)
     inside = (np.abs(line(*surface.centroids.T)) < half) & _chosen(surface, facing(panel))
     return retag(surface, inside, tag, over)
-

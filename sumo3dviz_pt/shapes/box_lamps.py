@@ -12,6 +12,7 @@ from sumo3dviz_pt.model.scene import VehicleLamp
 from sumo3dviz_pt.shapes.box_recipe import LampSpot
 
 _BEFORE = 0.004
+_PROBED = 0.3  # of a lamp's size, to either side of its middle
 _OTHER_SIDE = {"left": "right", "right": "left"}
 
 
@@ -30,7 +31,7 @@ def find_lamps(spots: Iterable[LampSpot], meshes: Iterable[Mesh]) -> Iterator[Ve
         sides = (1.0, -1.0) if abs(spot.at[0]) > 0.02 else (1.0,)
         for side in sides:
             y, z = side * spot.at[0], spot.at[1]
-            x = _surface(corners, y, z, front=spot.view == "front")
+            x = _foremost(corners, (y, z), spot)
             if not np.isfinite(x):
                 raise ConfigError("lies beside the vehicle", key=f"recipe.lamps[{number}]")
             role = spot.role if y * spot.at[0] >= 0.0 else _OTHER_SIDE.get(spot.role, spot.role)
@@ -39,8 +40,19 @@ def find_lamps(spots: Iterable[LampSpot], meshes: Iterable[Mesh]) -> Iterator[Ve
             yield VehicleLamp(role, (x, y, z), spot.size, yaw)
 
 
+def _foremost(corners: Floats, at: tuple[float, float], spot: LampSpot) -> float:
+    """Foremost x of a surface behind a flat lamp [m]; not a number beside the vehicle."""
+    front = spot.view == "front"
+    if not np.isfinite(_surface(corners, *at, front=front)):
+        return float("nan")
+    width, height = (_PROBED * size for size in spot.size)
+    shifts = ((0.0, 0.0), (width, 0.0), (-width, 0.0), (0.0, height), (0.0, -height))
+    found = [_surface(corners, at[0] + dy, at[1] + dz, front=front) for dy, dz in shifts]
+    return float(np.nanmax(found) if front else np.nanmin(found))
+
+
 def _surface(corners: Floats, y: float, z: float, *, front: bool) -> float:
-    """x at which a ray along the vehicle first meets one of its faces, (m, 3, 3) [m]."""
+    """Where (x) a ray along the vehicle first meets one of its faces, (m, 3, 3) [m]."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     (ay, az), (by, bz), (cy, cz) = a[:, 1:].T, b[:, 1:].T, c[:, 1:].T
     area = (by - ay) * (cz - az) - (bz - az) * (cy - ay)

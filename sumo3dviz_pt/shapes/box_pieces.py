@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.shapes.box_letters import letter_runs
 from sumo3dviz_pt.shapes.box_recipe import Piece
 from sumo3dviz_pt.shapes.solids import box, lathe, mirrored, moved, shaded, superellipsoid, tube
@@ -18,6 +18,8 @@ from sumo3dviz_pt.shapes.triangulate import triangulate
 
 Ground = Callable[[str, Floats], float]
 """Coordinate of the surface along a view, at a point (d, y, z) whose own there is ignored."""
+
+_SHARP = 1e-4
 
 _SIGNS = {"front": -1.0, "rear": 1.0, "left": 1.0, "right": -1.0, "side": 1.0, "top": 1.0}
 
@@ -64,19 +66,19 @@ def _set_down(mesh: Mesh, view: str, axis: int, ground: Ground) -> Mesh:
 
 def bevelled(low: Sequence[float], high: Sequence[float], *, bevel: float) -> Mesh:
     """A box between two corners whose edges are bevelled and shaded round [m]."""
-    low, high = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
-    bevel = min(bevel, 0.45 * float((high - low).min()))
-    if bevel < 1e-4:
-        return box(low.tolist(), high.tolist())
-    signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)], dtype=float)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    corners = np.array([low, high], dtype=np.float64)
+    middle, half = corners.mean(axis=0), 0.5 * (corners[1] - corners[0])
+    bevel = min(bevel, 0.9 * float(half.min()))
+    if bevel < _SHARP:
+        return box(low, high)
+    signs = np.array(list(np.ndindex(2, 2, 2)), dtype=np.float64) * 2.0 - 1.0
     # Each corner of the box becomes a triangle: one vertex for each face that meets there.
-    inset = half - bevel
-    corners = np.stack([signs * np.where(np.eye(3)[a] > 0, half, inset) for a in range(3)], axis=1)
-    return shaded((middle + corners).reshape(-1, 3), _BEVEL_FACES, crease=0.9)
+    sizes = np.where(np.eye(3) > 0.0, half, half - bevel)
+    vertices = middle + signs[:, None, :] * sizes
+    return shaded(vertices.reshape(-1, 3), _BEVEL_FACES, crease=0.9)
 
 
-def _bevel_faces() -> np.ndarray:
+def _bevel_faces() -> Ints:
     """Triangles of a bevelled box: 6 sides, 12 bevels, 8 corners; outward."""
     signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
     inset = np.stack([signs * np.where(np.eye(3)[a] > 0, 1.0, 0.8) for a in range(3)], axis=1)
@@ -122,15 +124,21 @@ def _plate(piece: Piece) -> Mesh:
     area = float((outline[:-1, 0] * outline[1:, 1] - outline[1:, 0] * outline[:-1, 1]).sum())
     if area < 0.0:
         ring, after = after, ring
-    walls = [np.stack([ring, after, after + count], 1), np.stack([ring, after + count, ring + count], 1)]
+    walls = [
+        np.stack([ring, after, after + count], 1),
+        np.stack([ring, after + count, ring + count], 1),
+    ]
     solid = np.concatenate([faces[:, ::-1], faces + count, *walls])
     uvw = np.concatenate(
-        [np.column_stack([flat, np.full(count, first)]), np.column_stack([flat, np.full(count, last)])]
+        [
+            np.column_stack([flat, np.full(count, first)]),
+            np.column_stack([flat, np.full(count, last)]),
+        ]
     )
     return _from_plane(uvw, solid, piece.view, crease=0.5)
 
 
-def _from_plane(uvw: Floats, faces: np.ndarray, view: str, *, crease: float) -> Mesh:
+def _from_plane(uvw: Floats, faces: Ints, view: str, *, crease: float) -> Mesh:
     """Turn (u, v, w), w towards the looker from +, into (d, y, z) by the view's plane."""
     u, v, w = uvw.T
     if view == "top":
@@ -178,8 +186,16 @@ def _sheet(piece: Piece) -> Mesh:
     sign = _SIGNS[piece.view]
     points[..., axis] = (high if sign > 0 else low)[axis] + sign * (lift - amplitude)
     rows, columns = grid_u.shape
-    i, j = (k.reshape(-1) for k in np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij"))
-    a, b, c, e = i * columns + j, (i + 1) * columns + j, (i + 1) * columns + j + 1, i * columns + j + 1
+    i, j = (
+        k.reshape(-1)
+        for k in np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij")
+    )
+    a, b, c, e = (
+        i * columns + j,
+        (i + 1) * columns + j,
+        (i + 1) * columns + j + 1,
+        i * columns + j + 1,
+    )
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, e], 1)])
     # In (u, v) this is counter-clockwise; (d, z) and its likes are seen from -y.
     mirror = (axis == 1) != (sign < 0)
@@ -187,10 +203,10 @@ def _sheet(piece: Piece) -> Mesh:
 
 
 def _wave_steps(low: float, high: float, pitch: float) -> Floats:
-    """Places of a sheet's vertices: four to a wave, or the ends where there is none."""
+    """Places of a sheet's vertices: three to a wave, or the ends where there is none."""
     if pitch > high - low:
         return np.array([low, high])
-    return np.linspace(low, high, 4 * max(1, round((high - low) / pitch)) + 1)
+    return np.linspace(low, high, 3 * max(1, round((high - low) / pitch)) + 1)
 
 
 def _waves(u: Floats, pitch: float) -> Floats:
@@ -264,7 +280,7 @@ def _mudguard(piece: Piece) -> Mesh:
     return moved(mesh, *piece.low)
 
 
-def _outward(vertices: Floats, faces: np.ndarray) -> np.ndarray:
+def _outward(vertices: Floats, faces: Ints) -> Ints:
     """Turn all faces of a closed mesh if it is inside out."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     inside_out = float((a * np.cross(b, c)).sum()) < 0.0

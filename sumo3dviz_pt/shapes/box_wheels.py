@@ -16,6 +16,7 @@ Piece = tuple[str, Mesh]
 _SEGMENTS = 24
 _HOLES = 8
 _TWIN_GAP = 0.03
+_DEEP, _SHALLOW = 0.62, 0.30  # dish of reversed wheels, in half widths
 
 
 def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
@@ -26,15 +27,33 @@ def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
         axle: Where they are.
     """
     middle = axle.out - 0.5 * wheel.width
-    style = axle.style or wheel.style
-    pieces = list(build_box_wheel(wheel, style=style))
-    if axle.twin:
-        inner = moved(_tyre(wheel, segments=16), 0.0, -wheel.width - _TWIN_GAP, 0.0)
-        pieces.append(("rubber", inner))
-    for material, mesh in pieces:
+    for material, mesh in build_box_wheel(wheel, style=axle.style or wheel.style):
         placed = moved(mesh, axle.at, middle, wheel.radius)
         yield material, placed
         yield material, mirrored(placed)
+    yield from inner_tyres(wheel, axle)
+
+
+def inner_tyres(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
+    """The inner tyres of an axle with twin wheels, in the frame (d, y, z)."""
+    if axle.twin:
+        middle = axle.out - 1.5 * wheel.width - _TWIN_GAP
+        placed = moved(_tyre(wheel, segments=16), axle.at, middle, wheel.radius)
+        yield "rubber", placed
+        yield "rubber", mirrored(placed)
+
+
+def is_reversed(wheel: Wheel, axle: Axle) -> bool:
+    """Whether an axle's wheels are mounted the other way round: bulging inwards."""
+    return wheel.style == "convex" and axle.style == "concave"
+
+
+def hero_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
+    """One wheel that serves for all axles: where some are reversed, it has two faces."""
+    yield from build_box_wheel(wheel, style=wheel.style)
+    if any(is_reversed(wheel, axle) for axle in axles):
+        for material, mesh in _rim(wheel, "concave", depth=_SHALLOW):
+            yield material, mirrored(mesh)
 
 
 def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
@@ -45,25 +64,41 @@ def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
         style: As of `Wheel`.
     """
     yield "rubber", _tyre(wheel, segments=_SEGMENTS)
+    yield from _rim(wheel, style)
+
+
+def _rim(wheel: Wheel, style: str, *, depth: float = _DEEP) -> Iterator[Piece]:
+    """Lip, dish, hub, hand holes and nuts, towards +y."""
     r, w = wheel.radius * wheel.rim, 0.5 * wheel.width
+    dish, hub, bolts = _profiles(style, depth)
     # The bead seat stands out from the tyre and runs in to the dish.
     lip = [(r + 0.012, 0.80 * w), (r + 0.008, 0.90 * w), (r - 0.016, 0.88 * w)]
-    if style == "convex":
-        dish = [(0.90 * r, 0.42 * w), (0.78 * r, 0.55 * w), (0.63 * r, 0.86 * w), (0.46 * r, 0.86 * w)]
-        hub = [(0.43 * r, 0.86 * w), (0.41 * r, 1.10 * w), (0.30 * r, 1.16 * w), (0.0, 1.18 * w)]
-        nuts, seat = 0.585 * r, 0.86 * w
-    elif style == "concave":
-        dish = [(0.93 * r, 0.1 * w), (0.90 * r, -0.42 * w), (0.72 * r, -0.62 * w), (0.48 * r, -0.62 * w)]
-        hub = [(0.42 * r, -0.62 * w), (0.40 * r, 0.35 * w), (0.30 * r, 0.52 * w), (0.0, 0.54 * w)]
-        nuts, seat = 0.60 * r, -0.62 * w
-    else:
-        dish = [(0.93 * r, 0.52 * w), (0.84 * r, 0.56 * w), (0.62 * r, 0.70 * w), (0.40 * r, 0.66 * w)]
-        hub = [(0.34 * r, 0.66 * w), (0.32 * r, 0.80 * w), (0.0, 0.84 * w)]
-        nuts, seat = 0.50 * r, 0.68 * w
+    dish = [(r * radius, w * y) for radius, y in dish]
     yield wheel.material, lathe([*lip, *dish], segments=_SEGMENTS, crease=0.55)
-    yield "trim" if style == "concave" else wheel.material, lathe(hub, segments=14, crease=0.5)
-    yield "trim", _around(_hole(dish[1], dish[2]), count=_HOLES, radius=0.0)
-    yield "chrome", _around(_nut(nuts, seat), count=10 if style != "cap" else 5, radius=0.0)
+    turned = lathe([(r * radius, w * y) for radius, y in hub], segments=14, crease=0.5)
+    yield "trim" if style == "concave" else wheel.material, turned
+    yield "trim", _around(_hole(dish[1], dish[2]), count=_HOLES)
+    count = 5 if style == "cap" else 10
+    yield "chrome", _around(_nut(r * bolts[0], w * bolts[1]), count=count)
+
+
+Profile = list[tuple[float, float]]
+"""(radius, y) as shares of the rim's radius and of half the tyre's width."""
+
+
+def _profiles(style: str, depth: float) -> tuple[Profile, Profile, tuple[float, float]]:
+    """Dish, hub, and where the nuts stand."""
+    if style == "convex":
+        dish = [(0.90, 0.42), (0.78, 0.55), (0.63, 0.86), (0.46, 0.86)]
+        hub = [(0.43, 0.86), (0.41, 1.10), (0.30, 1.16), (0.0, 1.18)]
+        return dish, hub, (0.585, 0.86)
+    if style == "concave":
+        dish = [(0.93, 0.1), (0.90, 0.2 - depth), (0.72, -depth), (0.48, -depth)]
+        hub = [(0.42, -depth), (0.40, 0.35), (0.30, 0.52), (0.0, 0.54)]
+        return dish, hub, (0.60, -depth)
+    dish = [(0.93, 0.52), (0.84, 0.56), (0.62, 0.70), (0.40, 0.66)]
+    hub = [(0.34, 0.66), (0.32, 0.80), (0.0, 0.84)]
+    return dish, hub, (0.50, 0.68)
 
 
 def _tyre(wheel: Wheel, *, segments: int) -> Mesh:
@@ -96,7 +131,9 @@ def _hole(outer: tuple[float, float], inner: tuple[float, float]) -> Mesh:
     a, b, c = vertices[faces[0]]
     if np.cross(b - a, c - a)[1] < 0.0:
         faces = faces[:, ::-1]
-    normal = np.cross(vertices[faces[0, 1]] - vertices[faces[0, 0]], vertices[faces[0, 2]] - vertices[faces[0, 0]])
+    normal = np.cross(
+        vertices[faces[0, 1]] - vertices[faces[0, 0]], vertices[faces[0, 2]] - vertices[faces[0, 0]]
+    )
     normal /= np.linalg.norm(normal)
     return Mesh(vertices, faces, np.tile(normal, (8, 1)))
 
@@ -107,7 +144,7 @@ def _nut(radius: float, seat: float) -> Mesh:
     return moved(nut, 0.0, 0.0, radius)
 
 
-def _around(mesh: Mesh, *, count: int, radius: float) -> Mesh:
+def _around(mesh: Mesh, *, count: int) -> Mesh:
     """Copies of a mesh around the y axis."""
     turns = 2.0 * np.pi * (np.arange(count) + 0.5) / count
     return merge_meshes([_turned(mesh, float(turn)) for turn in turns])

@@ -59,7 +59,14 @@ class Manner:
     thick: float = 0.55
 
 
-def trunk(height: float, radius: float, *, rng: np.random.Generator, top: float = 0.92) -> Branches:
+def trunk(
+    height: float,
+    radius: float,
+    *,
+    rng: np.random.Generator,
+    top: float = 0.92,
+    crooked: float = 0.007,
+) -> Branches:
     """A slightly crooked stem; its foot is 0.3 m deep in the ground.
 
     Args:
@@ -67,9 +74,10 @@ def trunk(height: float, radius: float, *, rng: np.random.Generator, top: float 
         radius: Above the root flare [m].
         rng: Makes it crooked.
         top: Where the stem ends, as a share of the height.
+        crooked: Sideways step between its nine points, as a share of the height.
     """
     z = np.linspace(0.0, top * height, 9)
-    wander = np.cumsum(rng.normal(0, 0.007 * height, (9, 2)), axis=0)
+    wander = np.cumsum(rng.normal(0, crooked * height, (9, 2)), axis=0)
     # A tree stands upright at its foot.
     wander -= wander[:1] + (wander[1:2] - wander[:1]) * np.array([[0.0], *[[1.0]] * 8])
     points = np.column_stack([wander, z])

@@ -31,7 +31,7 @@ def balconies(
     """
     level, seed = how
     openings = facade.openings(length, 0.0)
-    if sort == "none" or not len(openings) or (level == FAR and sort != "gallery"):
+    if sort == "none" or not len(openings) or (level == FAR and sort == "iron"):
         return {}
     if sort == "gallery":
         return joined(
@@ -82,9 +82,9 @@ def _handrail(u0: float, u1: float, z: float, level: int) -> Shell:
     """A rail along the top of the parapet's front and sides."""
     if level != NEAR:
         return {}
-    front = box((u0, -_DEEP - 0.01, z), (u1, -_DEEP + 0.05, z + 0.05), skip="")
-    left = box((u0, -_DEEP + 0.05, z), (u0 + 0.06, 0.0, z + 0.05), skip="Yy")
-    right = box((u1 - 0.06, -_DEEP + 0.05, z), (u1, 0.0, z + 0.05), skip="Yy")
+    front = box((u0, -_DEEP - 0.01, z), (u1, -_DEEP + 0.05, z + 0.05), skip="bxX")
+    left = box((u0, -_DEEP + 0.05, z), (u0 + 0.06, 0.0, z + 0.05), skip="YybX")
+    right = box((u1 - 0.06, -_DEEP + 0.05, z), (u1, 0.0, z + 0.05), skip="Yybx")
     return {"rail": np.concatenate([front, left, right])}
 
 

@@ -109,6 +109,7 @@ SLAB = (
     ),
     Design(
         upper=replace(_POSTWAR, bay=3.0, width=1.45),
+        sides=replace(_PARTY, bay=6.0),
         ground=3.2,
         storey=2.8,
         plinth=0.5,

@@ -4,7 +4,8 @@ References:
     EN 12464-1:2021 (light and lighting of work places): offices 500 lx, sales areas
     300 lx; homes have about 100 lx in rooms in use. What is seen through a window is then
     illuminance x reflectance / pi (Lambert), with 0.6 for walls and less for what stands
-    there: homes about 20 cd/m2, offices 60, shops 4 to 55 and 110 at the ceiling.
+    there: homes about 20 cd/m2, offices 45 (behind tinted panes), shops 2 to 36 and 80 at
+    the ceiling.
     CIE 150:2017, table on bright signs: at most 400 cd/m2 in suburbs, 800 in towns.
 """
 
@@ -27,8 +28,8 @@ WINDOWS, SHOPS = "lamp:windows", "lamp:shops"
 """Materials of parts that become lamps; their tint is a luminance by channel [cd/m2]."""
 
 _LIT = {"home": 0.35, "office": 0.3, "shop": 0.15}  # shares of lit rooms in the evening
-_LUMINANCE = {"home": 22.0, "office": 60.0, "shop": 40.0}  # median [cd/m2]
-_GOODS = (4.0, 8.0, 14.0, 22.0, 34.0, 55.0)  # what stands in lit shops [cd/m2]
+_LUMINANCE = {"home": 22.0, "office": 45.0, "shop": 40.0}  # median [cd/m2]
+_GOODS = (2.0, 5.0, 9.0, 14.0, 22.0, 36.0)  # what stands in lit shops [cd/m2]
 _LUMA = np.array([0.2126, 0.7152, 0.0722])
 # Lamps of 2700 K, 3500 K and 5000 K, and a television, as a camera set to 4000 K sees them.
 _HUES: Mapping[str, Floats] = {
@@ -72,10 +73,10 @@ def lit_roles(
     if rng.random() < 0.75:
         for number in range(GOODS):
             goods = lamp * rng.uniform(0.82, 1.0, 3)
-            shown = 110.0 if number == 0 else float(rng.choice(_GOODS))
+            shown = 80.0 if number == 0 else float(rng.choice(_GOODS))
             found[f"shop{number}"] = (SHOPS, _shining(goods, shown))
     for number, sign in enumerate(signs):
-        on, luminance = rng.random(), rng.uniform(40.0, 160.0)
+        on, luminance = rng.random(), rng.uniform(30.0, 120.0)
         if on < 0.7:
             # Acrylic glass lit from behind: pale colours of the board.
             found[f"sign{number}"] = (SHOPS, _shining(np.array(sign) / max(sign) + 0.06, luminance))

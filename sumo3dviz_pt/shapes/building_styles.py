@@ -133,7 +133,7 @@ BLOCKS: Mapping[str, Style] = {
         variants=6,
     ),
     "slab": Style(
-        SLAB, (18.0, 22.0), (11.5, 13.0), (17.0, 27.0), Colours(PANELS, DECKS), variants=6
+        SLAB, (18.0, 22.0), (11.5, 13.0), (15.0, 25.0), Colours(PANELS, DECKS), variants=6
     ),
     "office": Style(
         (OFFICE,),

@@ -18,7 +18,7 @@ from sumo3dviz_pt.shapes.car_lamps import car_lamps
 from sumo3dviz_pt.shapes.car_ornaments import ornaments
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe, read_recipe
 from sumo3dviz_pt.shapes.car_shell import Piece, body_pieces, surface_pieces
-from sumo3dviz_pt.shapes.solids import by_material, mirrored, moved
+from sumo3dviz_pt.shapes.solids import by_material, mirrored, moved, solid_faces
 from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, WheelPlace
 from sumo3dviz_pt.shapes.wheel import build_wheel
 
@@ -49,8 +49,8 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
 def build_hero(recipe: CarRecipe) -> HeroVehicle:
     """Build the level of a car for close views."""
     near, _ = _near(car_shape(recipe), HERO)
-    wheel = build_wheel(recipe.wheel, fine=True)
-    return HeroVehicle(by_material(_painted(recipe, near)), wheel)
+    wheel = build_wheel(recipe.wheel, fine=True).items()
+    return HeroVehicle(by_material(_painted(recipe, near)), by_material(_painted(recipe, wheel)))
 
 
 def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
@@ -76,9 +76,9 @@ def _fitted(lamp: VehicleLamp, fit: Transform) -> VehicleLamp:
 
 
 def _painted(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
-    """Pieces with the material that this car is painted with."""
+    """Pieces as they are stored, with the material that this car is painted with."""
     for material, mesh in pieces:
-        yield recipe.body if material == "paint" else material, mesh
+        yield recipe.body if material == "paint" else material, solid_faces(mesh)
 
 
 def _far_pieces(shape: CarShape) -> Iterator[Piece]:

@@ -152,7 +152,9 @@ def _side(shape: CarShape, d: Floats, z: Floats) -> Floats:
     flank = flank - recipe.crease * fade * below * rise * rise * (3.0 - 2.0 * rise)
     # The doors end over a ledge that catches the light.
     ledge = shape.ledge(d)
-    under = np.exp(-np.maximum(z - ledge, 0.0) / 0.05) * np.clip((z - ledge + 0.10) / 0.10, 0.0, 1.0)
+    under = np.exp(-np.maximum(z - ledge, 0.0) / 0.05) * np.clip(
+        (z - ledge + 0.10) / 0.10, 0.0, 1.0
+    )
     flank = flank + 0.016 * fade * under
     beyond = np.maximum(shape.from_axle(d, z) - recipe.arch_radius, 0.0)
     flare = 0.018 * np.exp(-((beyond / 0.085) ** 2)) * np.clip((z - low) / 0.1, 0.0, 1.0)
@@ -195,7 +197,9 @@ def _cabin(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:
     rear = (d - (shape.backlight(above) - 0.13 * across**2.5)) / np.hypot(1.0, slope)
     cabin = intersect(side, front, 0.055)
     cabin = intersect(cabin, rear, 0.07)
-    return np.maximum(intersect(cabin, roof, 0.085), shape.belt(d) - 0.10 - z)
+    # It begins within the lower body, whatever the windows' edge does.
+    floor = np.minimum(shape.belt(d) - 0.10, shape.top(d) - 0.15)
+    return np.maximum(intersect(cabin, roof, 0.085), floor - z)
 
 
 def _bed(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -104,7 +105,7 @@ def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
     """A polyline with its corners and points between them no further apart than a step [m]."""
     points = np.asarray(path, dtype=np.float64)
     pieces = [points[:1]]
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in pairwise(points):
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
         pieces.append(a + (b - a) * np.linspace(0.0, 1.0, count + 1)[1:, None])
     return np.concatenate(pieces)
@@ -125,10 +126,11 @@ def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bo
     across = np.cross(normals, along)
     across /= np.linalg.norm(across, axis=1, keepdims=True) + 1e-12
     bevel = min(0.25 * width, 0.5 * (height + depth), 0.004)
-    section = ((-1, 0, -depth), (-1, 0, height - bevel), (-1, 1, height))
-    section += ((1, -1, height), (1, 0, height - bevel), (1, 0, -depth))
-    if not bevelled:
-        section = ((-1, 0, -depth), (-1, 0, height), (1, 0, height), (1, 0, -depth))
+    section: list[tuple[float, float, float]]
+    section = [(-1, 0, -depth), (-1, 0, height), (1, 0, height), (1, 0, -depth)]
+    if bevelled:
+        edges = [(-1, 0, height - bevel), (-1, 1, height), (1, -1, height), (1, 0, height - bevel)]
+        section = [section[0], *edges, section[3]]
     rings = [
         points + (side * width / 2 + inwards * bevel) * across + level * normals
         for side, inwards, level in section

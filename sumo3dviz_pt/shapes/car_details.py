@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.car_conform import Level, bar, closed, land, resampled
 from sumo3dviz_pt.shapes.car_ornaments import Piece

@@ -14,19 +14,27 @@ from sumo3dviz_pt.shapes.car_ornaments import Piece
 from sumo3dviz_pt.shapes.solids import box, moved, shaded, superellipsoid
 from sumo3dviz_pt.shapes.street_strokes import lettering
 
-EQUIPMENT = ("taxi_sign", "light_bar")
-"""Names that a recipe may give."""
-
 _SIGN = (0.075, 0.23, 0.062)
 _BLOCK = (0.115, 0.2, 0.05)
 _CLEAR = 0.006
+_LETTERS_OUT = 0.008
+"""Letters clear the body's triangles, which lie within some millimetres of its field [m]."""
 
 
 def equipment(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """What stands on the roof."""
-    at = _place(shape)
-    sides = max(10, level.sides)
+    """What stands on the roof, and the letters on the flanks."""
     yield from _side_text(shape)
+    yield from roof_equipment(shape, max(10, level.sides))
+
+
+def roof_equipment(shape: CarShape, sides: int) -> Iterator[Piece]:
+    """What stands on the roof.
+
+    Args:
+        shape: The body.
+        sides: Facets of round pieces.
+    """
+    at = _place(shape)
     if shape.recipe.equipment == "taxi_sign":
         yield from _sign(at, sides)
     elif shape.recipe.equipment == "light_bar":
@@ -63,7 +71,7 @@ def _side_text(shape: CarShape) -> Iterator[Piece]:
     faces = numbers.reshape(-1, 3)
     for side in (1.0, -1.0):
         spots = land(shape, "side", np.column_stack([d + side * flat[:, 0], z + flat[:, 1]]))
-        places = (spots.points + 0.003 * spots.normals) * [1.0, side, 1.0]
+        places = (spots.points + _LETTERS_OUT * spots.normals) * [1.0, side, 1.0]
         yield str(material), shaded(places, faces, crease=1.0)
 
 
@@ -71,7 +79,7 @@ def _sign(at: Floats, sides: int) -> Iterator[Piece]:
     """A box with letters on a black foot."""
     x, y, z = at
     yield "gloss_black", moved(box((-0.07, -0.2, -0.02), (0.07, 0.2, 0.016)), x, y, z)
-    body = superellipsoid(_SIGN, squareness=5.0, segments=sides * 2, rings=sides)
+    body = superellipsoid(_SIGN, squareness=5.0, segments=2 * sides, rings=sides)
     yield "lamp_sign", moved(body, x, y, z + 0.075)
     letters = lettering("TAXI", height=0.075, weight=0.2, gap=0.34).reshape(-1, 2)
     for sign in (1.0, -1.0):
@@ -89,4 +97,4 @@ def _bar(at: Floats, sides: int) -> Iterator[Piece]:
         block = superellipsoid(_BLOCK, squareness=4.0, segments=sides, rings=max(6, sides // 2))
         yield "lamp_blue", moved(block, x, y + 0.95 * side, z + 0.075)
     middle = superellipsoid((0.1, 0.19, 0.042), squareness=5.0, segments=sides, rings=6)
-    yield "livery_white", moved(middle, x, y, z + 0.07)
+    yield "lamp_bowl", moved(middle, x, y, z + 0.07)

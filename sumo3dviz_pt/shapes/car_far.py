@@ -11,23 +11,27 @@ from sumo3dviz_pt.model.geometry import Ints, Mesh
 from sumo3dviz_pt.shapes.car_body import CarShape, body_surface
 from sumo3dviz_pt.shapes.car_conform import land
 from sumo3dviz_pt.shapes.car_cuts import tag_of
+from sumo3dviz_pt.shapes.car_equipment import roof_equipment
 from sumo3dviz_pt.shapes.car_panels import cut_panels
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe, Panel
 from sumo3dviz_pt.shapes.car_windows import cut_windows
 from sumo3dviz_pt.shapes.cutting import Surface
 from sumo3dviz_pt.shapes.simplify import simplify
-from sumo3dviz_pt.shapes.solids import box, lathe, mirrored, moved
+from sumo3dviz_pt.shapes.solids import box, lathe, mirrored, moved, superellipsoid
 
 _SPACING = 0.08
 _HALF_FACES = 300
 _SEGMENTS = 12
 _OUTSET = 0.012
+_FEW_SIDES = 6
 _SHOWN = {
-    "lamp_clear": "lamp_clear",
+    # What a dark housing with bright lights in it comes to.
+    "lamp_clear": "disc",
     "lamp_white": "lamp_white",
     "lamp_red": "lamp_red",
     "lamp_dark_red": "lamp_red",
-    "gap": "trim",
+    "livery_blue": "livery_blue",
+    "gap": "gap",
     "trim": "trim",
     "gloss_black": "trim",
     "chrome": "chrome",
@@ -66,7 +70,7 @@ def _retagged(surface: Surface, old: str, new: str) -> Ints:
 def _seen_panels(recipe: CarRecipe) -> CarRecipe:
     """The recipe with the outlines of lamps and large dark parts as its only panels."""
     panels = tuple(
-        replace(panel, recess=0.0, over=("paint", "trim", "lamp_clear", "lamp_red"))
+        replace(panel, recess=0.0, over=("paint", "trim", "gap", "disc", "lamp_red"))
         for panel in recipe.panels
         if panel.material in _SHOWN and _area(panel) > _SMALLEST
     )
@@ -81,7 +85,7 @@ def _area(panel: Panel) -> float:
 
 
 def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
-    """Plates and mirrors as plain boxes.
+    """Plates, mirrors and what stands on the roof.
 
     Yields:
         Material and mesh, in the body frame.
@@ -93,9 +97,11 @@ def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
         yield "plate", box(low, high)
     d = recipe.cowl[0] + 0.38
     z, y = float(shape.belt(d)) + 0.10, shape.half + 0.055
-    mirror = box((-d - 0.03, y - 0.1, z - 0.06), (-d + 0.05, y + 0.1, z + 0.06))
+    cap = superellipsoid((0.07, 0.11, 0.068), squareness=2.6, segments=6, rings=4)
+    mirror = moved(cap, -d + 0.02, y, z)
     yield recipe.mirror, mirror
     yield recipe.mirror, mirrored(mirror)
+    yield from roof_equipment(shape, _FEW_SIDES)
 
 
 def far_wheels(shape: CarShape, *, track: float) -> Iterator[tuple[str, Mesh]]:

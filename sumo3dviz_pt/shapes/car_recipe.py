@@ -53,6 +53,10 @@ STYLES = ("projector", "reflector", "eye", "fog", "badge", "tip")
 """Kinds of round pieces."""
 
 
+EQUIPMENT = ("", "taxi_sign", "light_bar")
+"""What a car may carry on its roof."""
+
+
 @dataclass(frozen=True, slots=True)
 class WheelRecipe:
     """Wheels of a car.
@@ -274,6 +278,12 @@ class CarRecipe:
     strips: tuple[Strip, ...] = ()
     discs: tuple[Disc, ...] = ()
     gaps: tuple[Panel, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check names, which no type can."""
+        named = (self.frame, self.mirror, self.grip, self.rail, self.body)
+        _check(named, MATERIALS, "material", "body")
+        _check((self.equipment,), EQUIPMENT, "equipment", "equipment")
 
     @property
     def arch_radius(self) -> float:

@@ -68,9 +68,18 @@ def surface_pieces(
         chosen = surface.tags == tag
         at = corners[chosen].reshape(-1)
         places = surface.vertices[at] + known[tag].recess * inwards[at]
-        yield known[tag].material, _forward(weld(at, places, normals[chosen].reshape(-1, 3)))
+        facing = _facing(places, normals[chosen].reshape(-1, 3))
+        yield known[tag].material, _forward(weld(at, places, facing))
     for tag, mesh in _walls(surface, inwards, np.array([finish.recess for finish in known])):
         yield known[tag].material, _forward(mesh)
+
+
+def _facing(places: Floats, normals: Floats) -> Floats:
+    """Normals of corners, (3m, 3), but those of their faces where the two disagree."""
+    a, b, c = places.reshape(-1, 3, 3).transpose(1, 0, 2)
+    flat = np.cross(b - a, c - a)
+    flat = np.repeat(flat / (np.linalg.norm(flat, axis=1, keepdims=True) + 1e-20), 3, axis=0)
+    return np.where((flat * normals).sum(axis=1, keepdims=True) < 0.1, flat, normals)
 
 
 def _inwards(shape: CarShape, surface: Surface) -> Floats:
@@ -121,7 +130,7 @@ def _quads(a: Floats, b: Floats, c: Floats, d: Floats) -> Mesh:
     kept = (length > 1e-9) & (np.linalg.norm(np.cross(c - a, d - a), axis=1) > 1e-9)
     corners = np.stack([a, b, c, d], axis=1)[kept].reshape(-1, 3)
     first = 4 * np.arange(kept.sum())[:, None]
-    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]])
+    faces = np.concatenate([first + np.array([0, 1, 2]), first + np.array([0, 2, 3])])
     return Mesh(corners, faces, np.repeat(normal[kept] / length[kept, None], 4, axis=0))
 
 

@@ -24,4 +24,5 @@ def cloud_layer(image: Image, *, lit_from: float) -> CloudLayer:
     cover = np.clip(image[..., 0], 0.0, 1.0)
     cover = np.where(cover > 0.992, 1.0, np.where(cover < 0.004, 0.0, cover))
     light = np.maximum(image[..., 1:], 0.0) / np.maximum(cover, 0.02)[..., None]
-    return CloudLayer(cover, light[..., 0].copy(), light[..., 1].copy(), lit_from)
+    sunlit, skylit = (np.ascontiguousarray(light[..., part], np.float32) for part in (0, 1))
+    return CloudLayer(np.asarray(cover, np.float32), sunlit, skylit, lit_from)

@@ -108,10 +108,10 @@ def _field(recipe: Cumulus) -> _Field:
     where = wide + 0.55 * broad
     where = (where - np.quantile(where, 1.0 - recipe.cover)) / where.std()
     sun = towards_of(*recipe.sun)
-    where = _drifted(where, recipe, sun).astype(np.float32)
+    drifted = _drifted(where, recipe, sun).astype(np.float32)
     coarse = _billows(recipe.texels, (0.50, 0.30, 0.20), rng=rng)
     fine = _billows(recipe.texels // 2, (0.46, 0.32, 0.22), rng=rng)
-    return _Field(where, coarse, fine, recipe, sun.astype(np.float32))
+    return _Field(drifted, coarse, fine, recipe, sun.astype(np.float32))
 
 
 def _drifted(where: Floats, recipe: Cumulus, sun: Floats) -> Floats:
@@ -201,8 +201,8 @@ def _sunlight(clouds: _Field, points: Singles, cosine: Singles, chance: Singles)
     light = np.zeros(len(points), np.float32)
     for octave in range(4):
         fade, share = 0.26**octave, 0.62**octave
-        light += np.float32(share) * np.exp(-np.float32(fade) * depth) * _phase(
-            cosine, 0.55**octave
+        light += (
+            np.float32(share) * np.exp(-np.float32(fade) * depth) * _phase(cosine, 0.55**octave)
         )
     # Powder: light needs some depth to turn round (Schneider 2015).
     powder = 1.0 - 0.45 * np.exp(-2.2 * depth) * np.clip(0.5 - 0.5 * cosine, 0.0, 1.0)
@@ -215,10 +215,11 @@ def _skylight(clouds: _Field, points: Singles, density: Singles) -> Singles:
     recipe = clouds.recipe
     height = np.clip((points[:, 2] - recipe.base) / recipe.depth, 0.0, 1.0)
     chance = np.full(len(points), 0.5, np.float32)
-    above = points + np.float32([0.0, 0.0, 0.12 * recipe.depth])
+    above = points + np.array([0.0, 0.0, 0.12 * recipe.depth], np.float32)
     over = _density(clouds, above, chance, fine=False)
-    open_sky = (0.66 + 0.55 * np.sqrt(height)) * (1.0 - 0.22 * density)
-    return np.asarray(open_sky * (1.0 - 0.30 * over))
+    open_sky = (0.60 + 0.55 * np.sqrt(height)) * (1.0 - 0.22 * density)
+    lumps = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
+    return np.asarray(open_sky * (1.0 - 0.20 * over) * (0.78 + 0.45 * lumps))
 
 
 def march(recipe: Cumulus, towards: Floats) -> Floats:
@@ -246,8 +247,8 @@ def _through(clouds: _Field, towards: Singles, *, rng: np.random.Generator) -> S
     rays = _Rays(
         towards,
         recipe.base / towards[:, 2],
-        recipe.depth / towards[:, 2] / recipe.steps,
-        towards @ clouds.sun,
+        np.asarray(recipe.depth / towards[:, 2] / recipe.steps, np.float32),
+        np.asarray(towards @ clouds.sun, np.float32),
         np.ones(len(towards), np.float32),
         np.zeros((len(towards), 2), np.float32),
     )

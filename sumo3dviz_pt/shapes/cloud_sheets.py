@@ -105,4 +105,4 @@ def stratus(towards: Floats, *, seed: int) -> Floats:
     seen = smoothstep(0.0, 0.30, towards[:, 2]) * 0.85 + 0.15
     thin = np.exp(seen * (-0.15 * thick - 0.09 * np.clip(flank, -2.0, 2.0)))
     glow = thin * (1.0 + 2.0 * towards[:, 2]) / 3.0 * 1.3
-    return np.column_stack([np.ones(len(towards)), 0.22 * glow, 0.45 * glow])
+    return np.column_stack([np.ones(len(towards)), 0.17 * glow, 0.50 * glow])

@@ -58,9 +58,10 @@ def bicycle(recipe: Mapping[str, Any]) -> Machine:
     pitch = tuple(float(-0.16 - 0.16 * np.sin(turn + shift - 0.6)) for shift in (np.pi, 0.0))
     hips = (_SADDLE[0] + (0.06 if sporty else 0.0), 0.0, _SADDLE[2] + 0.105)
     grasp = Grasp(hips, lean, grip, feet, -0.30, (pitch[0], pitch[1]), roll=0.25)
+    x, _, z = _tail(recipe)
     lamps = (
         lamp("head", (-0.425, 0.0, 0.800), (0.05, 0.05)),
-        lamp("tail", (-1.655, 0.0, 0.640), (0.07, 0.04), back=True),
+        lamp("tail", (x - 0.003, 0.0, z), (0.05 if sporty else 0.08, 0.04), back=True),
     )
     return Machine(
         wheel=Wheel(_R, 0.016 if sporty else 0.021),
@@ -84,6 +85,7 @@ def _bicycle(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
     if not fine.small:
         return
     yield from _drive(float(recipe.get("turn", 0.6)), fine)
+    yield from _lamps(recipe, fine)
     if not recipe.get("sporty", False):
         yield from _town(recipe, fine)
 
@@ -189,6 +191,22 @@ def _drive(turn: float, fine: Fineness) -> Iterator[Piece]:
             yield "lamp_amber", moved(light, 0.0, _PEDAL_Y * s, 0.0)
 
 
+def _tail(recipe: Mapping[str, Any]) -> Point:
+    """Where the tail lamp is: on the rack, or below the saddle."""
+    return (-1.655, 0.0, 0.640) if not recipe.get("sporty") else (-1.172, 0.0, 0.790)
+
+
+def _lamps(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Head lamp, tail lamp and the reflector above it."""
+    x, _, z = _tail(recipe)
+    yield from round_lamp((-0.445, 0.0, 0.800), 0.030, fine, shell="trim", lens="lamp_white")
+    yield "trim", tube([(-0.46, 0.0, 0.79), (-0.52, 0.0, 0.75)], radius=0.007, sides=4)
+    half = 0.025 if recipe.get("sporty") else 0.040
+    yield "trim", box((x + 0.005, -half - 0.005, z - 0.025), (x + 0.045, half + 0.005, z + 0.050))
+    yield "lamp_red", box((x, -half, z - 0.020), (x + 0.005, half, z + 0.020))
+    yield "lamp_red", box((x, -half, z + 0.024), (x + 0.005, half, z + 0.046))
+
+
 def _town(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
     """Mudguards, lamps, reflectors, rack, stand, chain guard, basket."""
     count = 16 if fine.segments > 30 else 10
@@ -206,11 +224,6 @@ def _town(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
         yield from tubes([(rail, 0.006), (leg, 0.005)], "trim", fine)
     for x in (-1.30, -1.42, -1.54, -1.61):
         yield "trim", tube([(x, -0.062, deck), (x, 0.062, deck)], radius=0.005, sides=4)
-    yield from round_lamp((-0.445, 0.0, 0.800), 0.030, fine, shell="trim", lens="lamp_white")
-    yield "trim", tube([(-0.46, 0.0, 0.79), (-0.52, 0.0, 0.75)], radius=0.007, sides=4)
-    yield "trim", box((-1.650, -0.045, 0.615), (-1.630, 0.045, 0.690))
-    yield "lamp_red", box((-1.655, -0.040, 0.620), (-1.650, 0.040, 0.660))
-    yield "lamp_red", box((-1.655, -0.040, 0.664), (-1.650, 0.040, 0.686))
     for x in (_FRONT[0], _REAR[0]):
         for a in (0.4, 3.5):
             place = (x + 0.22 * np.cos(a), 0.0, _R + 0.22 * np.sin(a))

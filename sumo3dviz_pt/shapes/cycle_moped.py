@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.shapes.cycle_machine import Machine
 from sumo3dviz_pt.shapes.cycle_parts import (
     Fineness,
@@ -32,8 +33,8 @@ _REAR: Point = (-1.580, 0.0, _R)
 def moped(recipe: Mapping[str, Any]) -> Machine:
     """A scooter of 50 cubic centimetres with leg shield and floor."""
     grasp = Grasp(
-        (-1.255, 0.0, 0.885),
-        0.07,
+        (-1.190, 0.0, 0.885),
+        0.12,
         (-0.705, 0.285, 1.045),
         ((-0.690, 0.115, 0.335), (-0.690, -0.115, 0.335)),
         -0.45,
@@ -42,7 +43,7 @@ def moped(recipe: Mapping[str, Any]) -> Machine:
         roll=0.2,
     )
     lamps = (
-        lamp("head", (-0.388, 0.0, 0.768), (0.16, 0.09)),
+        lamp("head", (-0.380, 0.0, 0.768), (0.16, 0.07)),
         lamp("tail", (-1.842, 0.0, 0.700), (0.18, 0.06), back=True),
         lamp("brake", (-1.842, 0.0, 0.700), (0.18, 0.06), back=True),
         *(
@@ -94,6 +95,7 @@ def _moped(fine: Fineness) -> Iterator[Piece]:
         yield "trim", box((-0.56, -0.05, 0.25), (-0.26, 0.05, 0.45))
         return
     yield from _moped_front(fine)
+    yield from _moped_trim()
     yield from _moped_rear(fine)
 
 
@@ -127,7 +129,22 @@ def _moped_front(fine: Fineness) -> Iterator[Piece]:
         (0.402, 0.770, 0.062, 0.055, 0.100, 2.6),
         (0.470, 0.780, 0.075, 0.065, 0.125, 2.8),
     )
-    yield "lamp_white", loft(lens, rings=5, sides=14)
+    yield "lamp_clear", loft(lens, rings=5, sides=14)
+    for y in (-0.05, 0.05):
+        bulb = (
+            (0.383, 0.768, 0.012, 0.012, 0.014, 2.2),
+            (0.390, 0.769, 0.034, 0.030, 0.036, 2.4),
+            (0.420, 0.770, 0.036, 0.032, 0.038, 2.4),
+        )
+        yield "lamp_bowl", moved(loft(bulb, rings=3, sides=10), 0.0, y, 0.0)
+    yield (
+        "lamp_white",
+        loft(
+            ((0.386, 0.768, 0.006, 0.006, 0.075, 4.0), (0.415, 0.768, 0.008, 0.008, 0.080, 4.0)),
+            rings=2,
+            sides=8,
+        ),
+    )
     cowl = (
         (0.600, 1.000, 0.020, 0.040, 0.080, 2.4),
         (0.625, 1.005, 0.050, 0.065, 0.125, 2.6),
@@ -143,6 +160,19 @@ def _moped_front(fine: Fineness) -> Iterator[Piece]:
     yield "glass", loft(screen, rings=3, sides=10)
 
 
+def _moped_trim() -> Iterator[Piece]:
+    """Gaps between panels, grille and edge strips."""
+    for s in (1.0, -1.0):
+        seam = [(-1.075, 0.186 * s, 0.40), (-1.25, 0.206 * s, 0.485), (-1.55, 0.203 * s, 0.60)]
+        yield "gap", tube(seam, radius=0.004, sides=4)
+        edge = [(-0.575, 0.196 * s, 0.36), (-0.585, 0.203 * s, 0.64), (-0.580, 0.150 * s, 0.905)]
+        yield "chrome", tube(edge, radius=0.007, sides=5)
+        kick = box((-1.00, -0.012, 0.262), (-0.58, 0.012, 0.284))
+        yield "rim", moved(kick, 0.0, 0.186 * s, 0.0)
+    for z in (0.545, 0.570, 0.595):
+        yield "gap", box((-0.430, -0.075, z), (-0.405, 0.075, z + 0.010))
+
+
 def _moped_bar(s: float, fine: Fineness) -> Iterator[Piece]:
     """One half of the bar."""
     yield "trim", tube([(-0.69, 0.08 * s, 1.025), (-0.715, 0.34 * s, 1.040)], radius=0.014, sides=6)
@@ -153,7 +183,7 @@ def _moped_bar(s: float, fine: Fineness) -> Iterator[Piece]:
     lever = [(-0.665, 0.20 * s, 1.030), (-0.640, 0.26 * s, 1.028), (-0.675, 0.35 * s, 1.022)]
     yield "rim", tube(lever, radius=0.007, sides=5)
     if s > 0:
-        yield from mirrors((-0.650, 0.370, 1.235), (-0.680, 0.215, 1.040), fine)
+        yield from mirrors((-0.650, 0.325, 1.235), (-0.680, 0.215, 1.040), fine)
 
 
 def _moped_rear(fine: Fineness) -> Iterator[Piece]:

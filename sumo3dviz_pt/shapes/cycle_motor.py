@@ -199,6 +199,11 @@ def _engine(fine: Fineness) -> Iterator[Piece]:
         yield "rubber", tube(peg, radius=0.014, sides=6)
         hanger = [(-1.21, 0.14 * s, 0.52), (-1.18, 0.16 * s, 0.395)]
         yield "rim", tube(hanger, radius=0.016, sides=6)
+    yield from _final_drive()
+
+
+def _final_drive() -> Iterator[Piece]:
+    """Chain, sprocket and spring."""
     chain = [(-1.20, 0.105, 0.43), (_REAR[0], 0.105, _R + 0.095)]
     yield "trim", tube(chain, radius=0.010, sides=4)
     yield "trim", tube([(-1.20, 0.105, 0.36), (_REAR[0], 0.105, _R - 0.095)], radius=0.010, sides=4)

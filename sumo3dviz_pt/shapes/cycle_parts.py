@@ -189,14 +189,21 @@ def facing(mesh: Mesh, at: Point, *, yaw: float = 0.0, pitch: float = 0.0) -> Me
 def round_lamp(
     at: Point, radius: float, fine: Fineness, *, shell: str, lens: str, back: bool = False
 ) -> Iterator[Piece]:
-    """A bowl with a domed lens that looks forward, or backward."""
+    """A bowl with a mirror and a bulb that looks forward, or backward."""
     yaw = np.pi if back else 0.0
     segments = 14 if fine.small else 6
     bowl = [(0.0, -1.1 * radius), (0.62 * radius, -0.9 * radius), (0.97 * radius, -0.15 * radius)]
     bowl += [(1.04 * radius, 0.0), (1.04 * radius, 0.06 * radius), (0.92 * radius, 0.07 * radius)]
     yield shell, facing(lathe(bowl, segments=segments, crease=0.7), at, yaw=yaw)
-    dome = [(0.93 * radius, 0.05 * radius), (0.6 * radius, 0.20 * radius), (0.0, 0.28 * radius)]
-    yield lens, facing(lathe(dome, segments=segments, crease=1.2), at, yaw=yaw)
+    if not fine.small:
+        disc = [(0.93 * radius, 0.05 * radius), (0.0, 0.1 * radius)]
+        yield lens, facing(lathe(disc, segments=segments), at, yaw=yaw)
+        return
+    mirror = [(0.93, 0.07), (0.78, -0.14), (0.52, -0.34), (0.24, -0.44)]
+    bulb = [(0.24, -0.44), (0.24, -0.12), (0.14, 0.0), (0.0, 0.03)]
+    for material, profile in (("lamp_bowl", mirror), (lens, bulb)):
+        scaled = [(radius * r, radius * y) for r, y in profile]
+        yield material, facing(lathe(scaled, segments=segments, crease=1.2), at, yaw=yaw)
 
 
 def lamp(role: str, at: Point, size: tuple[float, float], *, back: bool = False) -> VehicleLamp:

@@ -12,7 +12,8 @@ from sumo3dviz_pt.model.scene import Colour, Part
 from sumo3dviz_pt.shapes.cycle_parts import Piece, Point
 from sumo3dviz_pt.shapes.figure_posture import Hold, Posture, Step, about_y, about_z
 from sumo3dviz_pt.shapes.figure_rig import SIDES
-from sumo3dviz_pt.shapes.people import LEVELS, Recipe, in_posture
+from sumo3dviz_pt.shapes.figure_wardrobe import Recipe
+from sumo3dviz_pt.shapes.people import LEVELS, in_posture
 
 CLOTHES: Mapping[str, Colour] = {
     "skin": (0.45, 0.28, 0.2),

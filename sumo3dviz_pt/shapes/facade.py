@@ -35,6 +35,7 @@ PROUD = 0.02
 
 _TILT = 0.004  # standard deviation of a pane's corners from its plane [m]
 _FRAME = 0.06  # width of a window frame [m]
+_NARROW = 1.0  # windows narrower than this are not seen from afar [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +131,8 @@ def windows(
     tilt = rng.normal(0.0, _TILT, (len(panes), 2)).clip(-SLACK, SLACK)
     panes[:, 1:3, 1] += tilt[:, :1]
     panes[:, 2:, 1] += tilt[:, 1:]
-    filled = glazed(panes, facade.drapes, level=level, rng=rng)
+    ribbon = level == FAR and facade.width <= 0.0
+    filled = glazed(panes, 0.0 if ribbon else facade.drapes, level=level, rng=rng)
     if level == FAR:
         return filled
     filled["frame"] = _frames(openings, inward - 0.02, facade, edges=level == NEAR)
@@ -229,6 +231,8 @@ def wall(
     for low, high in pairwise(floors.tolist()):
         openings = facade.openings(length, low)
         openings = openings[openings[:, 3] < high - 0.15]
+        if level == FAR and 0.0 < facade.width < _NARROW:
+            continue
         if french and low > floors[0]:
             openings[french[0] :: french[1], 2] = low + 0.08
         if level == NEAR:

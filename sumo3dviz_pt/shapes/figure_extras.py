@@ -9,7 +9,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.shapes.figure_rig import Measures
 from sumo3dviz_pt.shapes.figure_skin import Cloth, Piece, hemmed, trunk_weights, tube_piece
-from sumo3dviz_pt.shapes.figure_stack import Stack, rope
+from sumo3dviz_pt.shapes.figure_stack import Stack, rope, swollen, turns
 from sumo3dviz_pt.shapes.figure_trunk import NECK, Fit, trunk_stack
 
 
@@ -51,20 +51,18 @@ def scarf(body: Measures, cloth: Cloth, *, count: int) -> Iterator[Piece]:
     """A thick loop around the neck with one hanging end."""
     h, low = body.height, float(body.z(0.845))
     turn = np.linspace(0.0, 2.0 * np.pi, 13)
-    wide = 0.058 * h
-    path = np.stack(
-        [wide * 0.95 * np.cos(turn) - 0.006 * h, wide * np.sin(turn), low - 0.010 * np.cos(turn)],
-        axis=1,
-    )
-    path[-1] += [0.006, 0.0, -0.02]
-    rings = rope(path, 0.027 + 0.005 * np.sin(3.0 * turn), count, flat=np.array([0.0, 0.0, 0.01]))
-    yield _bound(body, rings, cloth)
-    front = trunk_stack(body, Fit(0.55, NECK, 0.036, 0.6))
-    share = np.linspace(0.80, 0.62, 5)
+    wide = 0.048 * h
+    drop = 0.022 * (1.0 + np.cos(turn))
+    path = np.stack([wide * np.cos(turn) - 0.004 * h, wide * np.sin(turn), low - drop], axis=1)
+    path[-1] += [0.008, 0.004, -0.03]
+    yield _bound(body, rope(path, 0.030 + 0.005 * np.sin(3.0 * turn), count), cloth)
+    front = trunk_stack(body, Fit(0.55, NECK, 0.030, 0.6))
+    share = np.array([0.825, 0.79, 0.75, 0.71, 0.67, 0.645])
     level = (share - 0.55) / (NECK - 0.55) * front.last
-    path = front.points(level, np.full(5, 0.22))
-    path[:, 0] += 0.012
-    yield _bound(body, rope(path, np.full(5, 0.038), count, flat=np.array([1.0, 0.0, 0.0])), cloth)
+    path = front.points(level, np.array([0.10, 0.17, 0.21, 0.23, 0.26, 0.27]))
+    path[:, 0] += 0.014
+    wide_end = np.array([0.026, 0.032, 0.036, 0.039, 0.042, 0.044])
+    yield _bound(body, rope(path, wide_end, count, flat=np.array([1.0, 0.0, 0.3])), cloth)
 
 
 def _bound(body: Measures, rings: Floats, cloth: Cloth) -> Piece:
@@ -88,25 +86,35 @@ def folded_hood(body: Measures, cloth: Cloth) -> Piece:
     return _bound(body, rope(path, 0.016 + 0.030 * behind**2, 6), cloth)
 
 
-def _pack(body: Measures, middle: Floats, half: Floats, cloth: Cloth, *, power: float) -> Piece:
+def _pack(
+    body: Measures, middle: Floats, half: Floats, cloth: Cloth, *, power: float, fine: bool = True
+) -> Piece:
     """A soft box bound to the trunk."""
-    lift = np.array([-0.98, -0.85, 0.0, 0.75, 0.97])
-    slim = np.array([0.72, 0.97, 1.0, 0.93, 0.62])
+    lift = np.array([-0.98, -0.85, 0.0, 0.75, 0.97]) if fine else np.array([-0.9, 0.9])
+    slim = np.array([0.72, 0.97, 1.0, 0.93, 0.62]) if fine else np.array([0.9, 0.9])
     rows = [
         (*middle[:2], *(half[0] * s,) * 2, half[1] * s, *(middle[2] + half[2] * z,) * 2, power)
         for z, s in zip(lift, slim, strict=True)
     ]
-    rings = Stack(np.array(rows)).grid(6, 12)
+    rings = Stack(np.array(rows)).grid(6, 12) if fine else _corners(rows)
     weights = trunk_weights(body, np.tile(middle, (rings[..., 0].size, 1)))
     return tube_piece(rings, weights, cloth, lids="bottom top")
 
 
-def backpack(body: Measures, cloth: Cloth, ease: float) -> Iterator[Piece]:
+def _corners(rows: list[tuple[float, ...]]) -> Floats:
+    """Two rings of four corners."""
+    turn = turns(4, offset=0.5)
+    return swollen(Stack(np.array(rows)).grid(np.array([0.0, 1.0]), turn))
+
+
+def backpack(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[Piece]:
     """A pack with a pocket and two straps."""
     h = body.height
     back = -0.066 * h * body.build**0.5 - ease
     main = np.array([back - 0.075, 0.0, float(body.z(0.715))])
-    yield _pack(body, main, np.array([0.085, 0.148, 0.225]), cloth, power=3.4)
+    yield _pack(body, main, np.array([0.085, 0.148, 0.225]), cloth, power=3.4, fine=fine)
+    if not fine:
+        return
     pocket = main + np.array([-0.078, 0.0, -0.075])
     yield _pack(body, pocket, np.array([0.040, 0.115, 0.110]), cloth, power=3.0)
     shape = trunk_stack(body, Fit(0.60, NECK, ease + 0.004, 0.4))
@@ -118,11 +126,13 @@ def backpack(body: Measures, cloth: Cloth, ease: float) -> Iterator[Piece]:
         yield _bound(body, rope(path + 0.006 * away, np.full(7, 0.030), 4, flat=away), cloth)
 
 
-def shoulder_bag(body: Measures, cloth: Cloth, ease: float) -> Iterator[Piece]:
+def shoulder_bag(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[Piece]:
     """A bag at the right hip on a strap over the left shoulder."""
     h = body.height
     hip = np.array([0.01, -0.100 * h * body.build**0.5 - ease - 0.055, float(body.z(0.50))])
-    yield _pack(body, hip, np.array([0.150, 0.050, 0.125]), cloth, power=3.2)
+    yield _pack(body, hip, np.array([0.150, 0.050, 0.125]), cloth, power=3.2, fine=fine)
+    if not fine:
+        return
     shape = trunk_stack(body, Fit(0.50, NECK, ease + 0.010, 0.7))
     for s in (1.0, -1.0):
         share = np.array([0.832, 0.80, 0.74, 0.68, 0.62, 0.58])

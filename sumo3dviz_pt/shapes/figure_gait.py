@@ -90,7 +90,7 @@ def _hip_height(body: Measures, phase: float) -> float:
     """Height of the hips: lowest just after each heel strike [m]."""
     top = float(joints(body)["pelvis"][2])
     swing = np.cos(4.0 * np.pi * (phase - 0.30))
-    return float(top - 0.0148 * body.height + 0.0088 * body.height * swing)
+    return float(top - 0.0168 * body.height + 0.0088 * body.height * swing)
 
 
 def _arm(phase: float) -> Swing:

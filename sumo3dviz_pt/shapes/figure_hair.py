@@ -10,7 +10,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.shapes.figure_head import Skull, covering, head_angles
 from sumo3dviz_pt.shapes.figure_skin import Cloth, Folds, Piece, carried
-from sumo3dviz_pt.shapes.figure_stack import Stack, closed, ramp
+from sumo3dviz_pt.shapes.figure_stack import Stack, closed, ramp, swollen
 
 Heights = Mapping[float, float]
 """Height over the chin [m] by angle from the front [deg]."""
@@ -61,8 +61,8 @@ STYLES: Mapping[str, Style] = {
     "crop": Style(_SHORT, (0.008, 0.005), rough=0.001),
     "full": Style(_SHORT, (0.026, 0.013), rough=0.007),
     "receding": Style(_RING, (0.002, 0.009), rough=0.002),
-    "long": Style(_LONG, (0.024, 0.016), rough=0.006),
-    "bob": Style(_BOB, (0.026, 0.020), rough=0.004),
+    "long": Style(_LONG, (0.020, 0.013), rough=0.007),
+    "bob": Style(_BOB, (0.020, 0.013), rough=0.006),
     "tied": Style(_SHORT, (0.012, 0.009), rough=0.002),
     "bun": Style(_SHORT, (0.012, 0.009), rough=0.002),
     "cap": Style(_CAP, (0.018, 0.012), "cloth", rough=0.0),
@@ -82,7 +82,9 @@ def cover_levels(skull: Skull, styles: tuple[str, ...], *, fine: bool) -> Floats
     return np.min(levels, axis=0) if levels else None
 
 
-def headwear(skull: Skull, style: str, cloth: Cloth, *, fine: bool) -> Iterator[Piece]:
+def headwear(
+    skull: Skull, style: str, cloth: Cloth, *, fine: bool, under: bool = False
+) -> Iterator[Piece]:
     """Hair or something worn, with its tail, brim or visor.
 
     Args:
@@ -90,20 +92,21 @@ def headwear(skull: Skull, style: str, cloth: Cloth, *, fine: bool) -> Iterator[
         style: One of `STYLES`.
         cloth: What it is made of.
         fine: Whether to model locks and details.
+        under: Whether something else is worn over it.
     """
     chosen = STYLES[style]
-    yield _shell(skull, chosen, cloth, fine=fine)
+    rows = (4 if under else 9) if fine else 3
+    yield _shell(skull, chosen, cloth, fine=fine, rows=rows)
     extra = _EXTRAS.get(style)
     if extra is not None and fine:
         yield from extra(skull, cloth)
 
 
-def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool) -> Piece:
+def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -> Piece:
     """A shell from its edge, drawn in under itself, to the crown."""
     angles = head_angles(fine=fine)
-    rows = 9 if fine else 3
     low = covering(skull, style.edge, angles)
-    share = np.linspace(0.0, 1.0, rows)[:, None] ** 1.15
+    share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, rows))[:, None] ** 1.1
     levels = low + (19.0 - low) * share
     turn = np.broadcast_to(angles, levels.shape)
     heights = _drop(skull, style, angles, share)
@@ -117,7 +120,8 @@ def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool) -> Piece:
     locks = style.rough * Folds.of(len(style.edge), slant=0.8)(points * 1.6)
     points = points + away * (thick + locks)[..., None]
     inner = _base(skull, levels[:1], turn[:1], heights[:1]) - 0.006 * away[:1]
-    shape = closed(skull.world(np.concatenate([inner, points])), bottom=False, top=True)
+    rings = np.concatenate([inner, points]) if fine else swollen(points)
+    shape = closed(skull.world(rings), bottom=False, top=True)
     piece = carried(shape, "head", cloth)
     return _streaked(piece, len(angles)) if cloth.material == "hair" and fine else piece
 

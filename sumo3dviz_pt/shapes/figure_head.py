@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.scene import Colour
 from sumo3dviz_pt.shapes.figure_rig import Measures
 from sumo3dviz_pt.shapes.figure_skin import Cloth, Piece, carried, weighed
-from sumo3dviz_pt.shapes.figure_stack import Stack, closed, ramp
+from sumo3dviz_pt.shapes.figure_stack import Stack, closed, ramp, swollen
 
 CHIN_TO_TOP = 0.231
 
@@ -43,7 +43,7 @@ _MAN = (
     (0.000, 0.0, 0.0130, 0.018, 0.0120, 0.2305, 0.230, 2.0),
 )
 _TURNS = np.radians([0, 6, 13, 21, 31, 44, 60, 80, 104, 130, 156])
-_COARSE = (0.0, 4.0, 11.0, 16.0)
+_COARSE = (0.0, 4.0, 12.0, 16.5)
 
 EYE = (0.031, 0.1115)
 """y and z of the eyes over the chin [m]."""
@@ -60,6 +60,7 @@ class Face:
         brow: Factor of the ridge over the eyes.
         lips: Factor of their redness.
         beard: 0 shaven, 1 full, in the hair's colour.
+        eyes: Factor of their size.
         hair: Reflectance of hair and eyebrows.
     """
 
@@ -69,6 +70,7 @@ class Face:
     brow: float = 1.0
     lips: float = 1.0
     beard: float = 0.0
+    eyes: float = 1.0
     hair: Colour = (0.03, 0.02, 0.014)
 
 
@@ -103,6 +105,10 @@ class Skull:
         # A child's face is low under a high forehead.
         low = (rows[:, 5:7] > 0) & (rows[:, 5:7] < 0.15)
         squeezed = rows[:, 5:7] * 0.88
+        cheeks = np.exp(-(((rows[:, 5] - 0.085) / 0.03) ** 2))
+        rows[:, 4] *= 1.0 + body.child * (0.05 * cheeks - 0.13 * ramp(0.055, 0.0, rows[:, 5]))
+        rows[3:8, 2] *= 1.0 - 0.07 * body.child
+        rows[8:13, 2] *= 1.0 - 0.03 * body.child
         rows[:, 5:7] += body.child * np.where(low, squeezed - rows[:, 5:7], 0.0)
         place = np.array([0.002, 0.0, body.height - CHIN_TO_TOP * body.head])
         # The neck ends where the trunk begins, whatever the head's size.
@@ -163,7 +169,7 @@ def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> I
     angles = head_angles(fine=fine)
     levels = np.arange(20.0) if fine else np.array(_COARSE)
     points = skull.surface(*np.meshgrid(levels, angles, indexing="ij"))
-    vertices, faces = closed(skull.world(points), bottom=False, top=True)
+    vertices, faces = closed(swollen(skull.world(points)), bottom=False, top=True)
     level = np.append(np.repeat(levels, len(angles)), 19.0)
     if fine and cover is not None:
         hidden = level > np.append(np.tile(cover, len(levels)), 0.0) + 1.0
@@ -174,7 +180,11 @@ def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> I
     local = (vertices[faces].mean(axis=1) - skull.place) / skull.size
     yield Piece(vertices, faces, weights, "complexion", _colours(skull.face, local))
     if fine:
-        yield from _ears(skull)
+        if (
+            cover is None
+            or cover[len(_TURNS) - 3] > skull.level_at(angles[8:9], np.array([0.09]))[0]
+        ):
+            yield from _ears(skull)
         yield from _eyes(skull)
         yield from _mouth(skull)
 
@@ -195,10 +205,12 @@ def _colours(face: Face, at: Floats) -> Floats:
     tint = skin * (1.0 + front[:, None] * warm[:, None] * np.array([0.05, -0.10, -0.12]))
     socket = front * np.exp(-(((np.abs(y) - EYE[0]) / 0.017) ** 2) - ((z - EYE[1]) / 0.012) ** 2)
     tint = tint * (1.0 - 0.30 * socket[:, None])
-    grown = (x > -0.01) & (z < 0.072 - 0.5 * np.maximum(0.05 - x, 0.0) * (x < 0.04) + 0.02)
-    grown &= (z > -0.012) & ((z < 0.066) | (np.abs(y) > 0.03))
-    share = face.beard * grown[:, None]
-    return np.asarray(tint * (1.0 - share) + share * (0.8 * hair + 0.1 * skin))
+    # A beard covers jaw, chin and upper lip and thins out towards the cheeks.
+    jaw = ramp(0.074, 0.050, z - 0.35 * np.maximum(0.06 - x, 0.0)) * ramp(-0.03, 0.0, x)
+    lip = np.exp(-((y / 0.022) ** 4) - ((z - 0.061) / 0.006) ** 2)
+    grown = np.maximum(jaw * ramp(-0.03, -0.005, z), lip)
+    share = (face.beard * grown)[:, None]
+    return np.asarray(tint * (1.0 - share) + share * (0.75 * hair + 0.12 * skin))
 
 
 def _ears(skull: Skull) -> Iterator[Piece]:
@@ -269,7 +281,7 @@ def _sheet(
     origin: tuple[float, float] = EYE,
 ) -> Piece:
     """A small patch on the face, from rows (outward, low, high) about an eye's middle."""
-    rows = np.array(outline)
+    rows = np.array(outline) * (skull.face.eyes if origin is EYE else 1.0)
     away, z = np.repeat(origin[0] + rows[:, 0], 2), origin[1] + rows[:, 1:].reshape(-1)
     angles = np.arcsin(np.clip(away / 0.0905, -1.0, 1.0))
     points = skull.surface(skull.level_at(angles, z), angles)

@@ -21,7 +21,7 @@ from sumo3dviz_pt.shapes.figure_skin import (
     tube_piece,
     weighed,
 )
-from sumo3dviz_pt.shapes.figure_stack import Stack, between, closed, ramp, rope, turns
+from sumo3dviz_pt.shapes.figure_stack import Stack, between, closed, ramp, rope, swollen, turns
 
 _ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
 _ARM_BARE = (*_ARM, (0.10, 0.027), (0.16, 0.0245), (0.185, 0.0235), (0.22, 0.0245), (0.328, 0.0150))
@@ -59,7 +59,7 @@ class Cut:
     ease: float = 0.0
     flare: float = 0.0
     loose: float = 1.0
-    folds: float = 0.017
+    folds: float = 0.015
     seed: int = 0
     start: float = 0.0
 
@@ -106,7 +106,7 @@ def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
     near = ramp(0.055 * h, -0.012 * h, along)[::-1, None]
     rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
     rings[..., 1] -= near * SIDES[side] * 0.012 * h
-    rings = hemmed(rings, depth=0.008) if counts[0] > 4 else rings
+    rings = hemmed(rings, depth=0.008) if counts[1] > 4 else rings
     weights = arm_weights(body, rings.reshape(-1, 3), side)
     return tube_piece(rings, weights, cloth, lids="top")
 
@@ -147,7 +147,7 @@ def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
     rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
     if cut.end > 0.95 and cut.loose > 0.5:
         rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts[1])), 0.0)
-    rings = hemmed(rings, depth=0.010) if counts[0] > 4 else rings
+    rings = hemmed(rings, depth=0.010) if counts[1] > 4 else rings
     weights = leg_weights(body, rings.reshape(-1, 3), side, foot=0.6 - 0.25 * cut.loose)
     return tube_piece(rings, weights, cloth, lids="top")
 
@@ -159,7 +159,7 @@ def _around(middle: Floats, deep: Floats, wide: Floats, count: int) -> Floats:
         [deep[:, None] * np.cos(turn), wide[:, None] * np.sin(turn), np.zeros((len(deep), count))],
         axis=-1,
     )
-    return np.asarray(middle[:, None] + offset)
+    return swollen(middle[:, None] + offset)
 
 
 _SHOE = (
@@ -192,7 +192,7 @@ def shoe(
     rest = joints(body)
     s, place = SIDES[side], rest[f"foot_{side}"] * [1.0, 1.0, 0.0]
     rows = np.array(_SHOE)
-    if heel > 0.0:
+    if heel > 0.0 and counts[0] > 4:
         shaft = rows[-1] + [0.0, 0.0, -0.006, -0.014, 0.003, heel, heel, 0.0]
         rows = np.concatenate([rows, shaft[None]])
     rings = Stack(rows).grid(min(counts[0], len(rows)), counts[1])
@@ -202,8 +202,9 @@ def shoe(
     rings = place + rings * body.foot * [1.0, slim, 1.0]
     split = round(counts[0] * 3 / 8)
     ball = place[0] + 0.115 * body.foot
+    rings = swollen(rings)
     halves = ((rings[: split + 1], sole, "bottom"), (rings[split:], upper, "top"))
-    for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom top"),):
+    for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom"),):
         toes = ramp(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
         weights = weighed(toes.size, {f"foot_{side}": 1.0 - toes, f"toes_{side}": toes})
         yield tube_piece(part, weights, cloth, lids=lids)

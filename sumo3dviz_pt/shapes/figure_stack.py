@@ -75,6 +75,16 @@ def turns(count: int, *, offset: float = 0.0) -> Floats:
     return 2.0 * np.pi * (np.arange(count) + offset) / count
 
 
+def swollen(rings: Floats) -> Floats:
+    """Widen coarse rings, (k, m, 3), until they enclose what the curves through them do."""
+    count = rings.shape[1]
+    if count > 6:
+        return rings
+    middle = rings.mean(axis=1, keepdims=True)
+    factor = np.sqrt(2.0 * np.pi / (count * np.sin(2.0 * np.pi / count)))
+    return np.asarray(middle + (rings - middle) * [factor, factor, 1.0])
+
+
 def ring_faces(rows: int, columns: int, *, first: int = 0) -> Ints:
     """Outward triangles between rings that run counter-clockwise seen from above."""
     i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")

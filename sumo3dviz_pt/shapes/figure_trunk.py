@@ -19,7 +19,7 @@ from sumo3dviz_pt.shapes.figure_skin import (
     trunk_weights,
     tube_piece,
 )
-from sumo3dviz_pt.shapes.figure_stack import Stack, ramp, turns
+from sumo3dviz_pt.shapes.figure_stack import Stack, ramp, swollen, turns
 
 _MAN = (
     # level, middle x, front, back, half width, as shares of the stature
@@ -85,7 +85,7 @@ class Fit:
     ease: float = 0.012
     drape: float = 0.5
     flare: float = 0.0
-    folds: float = 0.023
+    folds: float = 0.018
     quilted: float = 0.0
     seed: int = 0
 
@@ -167,7 +167,7 @@ class Garment:
         """The garment itself; below the hips it sways with the legs."""
         shares = np.linspace(self.fit.hem, self.fit.top, counts[0])
         rings = self.rings(shares, turns(counts[1]))
-        rings = hemmed(rings) if counts[0] > 6 else rings
+        rings = hemmed(rings) if counts[0] > 6 else swollen(rings)
         points = rings.reshape(-1, 3)
         lids = "" if self.fit.top > 0.7 else "top"
         if self.fit.hem > 0.44:
@@ -216,9 +216,9 @@ def seat(body: Measures, cloth: Cloth, *, counts: tuple[int, int], ease: float) 
     """The upper part of trousers, closed below."""
     garment = Garment.of(body, Fit(CROTCH, WAIST + 0.005, ease, 0.15, folds=0.003))
     shares = np.linspace(CROTCH, WAIST + 0.005, counts[0])
-    rings = garment.rings(shares, turns(counts[1]))
+    rings = swollen(garment.rings(shares, turns(counts[1])))
     floor = rings[0].mean(axis=0) + (rings[0] - rings[0].mean(axis=0)) * [0.75, 0.80, 1.0]
     floor[:, 2] -= 0.010 * body.height
     rings = np.concatenate([floor[None], rings])
     weights = trunk_weights(body, rings.reshape(-1, 3))
-    return tube_piece(rings, weights, cloth, lids="bottom top")
+    return tube_piece(rings, weights, cloth, lids="bottom")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Colour
 from sumo3dviz_pt.shapes.figure_extras import collar, folded_hood, scarf
 from sumo3dviz_pt.shapes.figure_limbs import Cut
@@ -86,6 +87,9 @@ BOTTOMS: Mapping[str, Bottom] = {
 Recipe = Mapping[str, Any]
 """A look's `recipe`."""
 
+TRUNK_RINGS = 14
+"""Rings of a garment on the trunk in the middle level."""
+
 _DARK = Cloth("cloth", (0.02, 0.02, 0.022))
 
 
@@ -115,11 +119,17 @@ def _strip(wide: float, own: Cloth | None) -> Callable[[Recipe, Garment, Cloth],
     """A strip down the front."""
 
     def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-        shares = np.linspace(garment.fit.hem, 0.835, 10)
-        edge = np.full(10, wide)
-        yield garment.patch(shares, -edge, edge, own or cloth, lift=0.008)
+        shares = _rows(garment)
+        edge = np.full(len(shares), wide)
+        yield garment.patch(shares, -edge, edge, own or cloth, lift=0.005)
 
     return sew
+
+
+def _rows(garment: Garment) -> Floats:
+    """Levels of the garment's own rings below the neck, so that a strip lies flat on them."""
+    shares = np.linspace(garment.fit.hem, garment.fit.top, TRUNK_RINGS)
+    return np.asarray(shares[shares < 0.838])
 
 
 def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
@@ -131,8 +141,9 @@ def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
 
 def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
     """The front edge of a coat, over the other side."""
-    shares = np.linspace(garment.fit.hem, 0.825, 10)
-    yield garment.patch(shares, np.full(10, -0.10), np.full(10, 0.16), cloth, lift=0.007)
+    shares = _rows(garment)
+    edge = np.ones(len(shares))
+    yield garment.patch(shares, -0.10 * edge, 0.16 * edge, cloth, lift=0.006)
 
 
 def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:

@@ -39,7 +39,9 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
     if largest.area < 6.0 or largest.buffer(-0.3).is_empty:
         return None
     corners: Floats = shapely.get_coordinates(shapely.orient_polygons(largest).exterior)[:-1]
-    return corners
+    # Simplifying keeps a ring's two ends, even where they coincide.
+    kept: Floats = corners[np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1) > 0.05]
+    return kept if len(kept) > 2 else None
 
 
 def style_for(plan: Floats, height: float, *, share: float) -> Style:

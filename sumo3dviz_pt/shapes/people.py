@@ -8,6 +8,8 @@ A recipe is the content of `recipe` in an asset's `asset.yaml`:
     top: {cut: jacket, colour: null}       # null takes the wearer's colour
     bottom: {cut: trousers, colour: [r, g, b]}
     shoes: {colour: [r, g, b], sole: [r, g, b], shaft: 0.0}
+    hose, gloves, scarf: {colour: [r, g, b]}    # tights under a skirt; scarf with `top.with`
+    shirt, tie: [r, g, b]                       # under a blazer
     carries: [{what: backpack, colour: [r, g, b]}]
     seed: 3
 """
@@ -34,6 +36,7 @@ from sumo3dviz_pt.shapes.figure_trunk import Garment, seat
 from sumo3dviz_pt.shapes.figure_wardrobe import (
     BOTTOMS,
     TOPS,
+    TRUNK_RINGS,
     Bottom,
     Recipe,
     Top,
@@ -62,7 +65,7 @@ class Detail:
 
 
 LEVELS: Mapping[str, Detail] = {
-    "middle": Detail((14, 18), (11, 8), (13, 9), (8, 10), fine=True),
+    "middle": Detail((TRUNK_RINGS, 18), (11, 8), (13, 9), (8, 10), fine=True),
     "far": Detail((4, 6), (3, 4), (3, 4), (2, 4), fine=False),
 }
 """Levels of detail by name."""
@@ -131,10 +134,9 @@ def clothed(recipe: Recipe, detail: Detail) -> Iterator[Piece]:
     yield from _headed(recipe, body, face, detail)
     yield from _upper(recipe, body, replace(top, fit=replace(top.fit, seed=seed)), detail)
     yield from _lower(recipe, body, bottom, detail)
-    if detail.fine:
-        for item in recipe.get("carries", ()):
-            make = {"backpack": backpack, "shoulder_bag": shoulder_bag}[item["what"]]
-            yield from make(body, _cloth(item, "leather"), top.fit.ease)
+    for item in recipe.get("carries", ()):
+        make = {"backpack": backpack, "shoulder_bag": shoulder_bag}[item["what"]]
+        yield from make(body, _cloth(item, "leather"), top.fit.ease, fine=detail.fine)
 
 
 def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Iterator[Piece]:
@@ -143,13 +145,14 @@ def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Itera
     worn = recipe.get("head", ())
     cover = cover_levels(skull, tuple(item["style"] for item in worn), fine=detail.fine)
     yield from head(skull, body, cover=cover, fine=detail.fine)
-    for item in worn:
+    for number, item in enumerate(worn if detail.fine else worn[:1]):
         if item["style"] not in STYLES:
             raise ConfigError(f"no style is called {item['style']!r}; known: {', '.join(STYLES)}")
         own = face.hair if STYLES[item["style"]].material == "hair" else None
         material = str(item.get("material", STYLES[item["style"]].material))
         colour = colour_of(item["colour"]) if item.get("colour") else own
-        yield from headwear(skull, item["style"], Cloth(material, colour), fine=detail.fine)
+        cloth = Cloth(material, colour)
+        yield from headwear(skull, item["style"], cloth, fine=detail.fine, under=number > 0)
 
 
 def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator[Piece]:
@@ -161,10 +164,11 @@ def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator
     gloves = _cloth(recipe["gloves"], "leather") if "gloves" in recipe else skin
     for number, side in enumerate(SIDES):
         cut = replace(top.sleeve, seed=top.fit.seed + 17 * number + 1)
-        yield arm(body, side, cut, cloth, detail.arm)
+        rows = detail.arm[0] if cut.end > 0.5 else max(2, detail.arm[0] // 2)
+        yield arm(body, side, cut, cloth, (rows, detail.arm[1]))
         if cut.end < 0.9:
             bare = replace(BARE, start=max(cut.end - 0.16, 0.0))
-            yield arm(body, side, bare, skin, (max(2, detail.arm[0] - 4), detail.arm[1]))
+            yield arm(body, side, bare, skin, (max(2, detail.arm[0] - 3), detail.arm[1]))
         curl = float(recipe.get("curl", 0.28))
         yield from hand(body, side, gloves, curl=curl, fine=detail.fine)
     if detail.fine:
@@ -179,8 +183,8 @@ def _lower(recipe: Recipe, body: Measures, bottom: Bottom, detail: Detail) -> It
     hose = _cloth(recipe["hose"], "cloth") if "hose" in recipe else skin
     seed = int(recipe.get("seed", 0))
     if bottom.legs is not None:
-        rows = (max(2, detail.trunk[0] // 3), detail.trunk[1])
-        yield seat(body, cloth, counts=rows, ease=0.4 * bottom.legs.ease + 0.002)
+        counts = (max(2, detail.trunk[0] // 3), detail.trunk[1])
+        yield seat(body, cloth, counts=counts, ease=0.4 * bottom.legs.ease + 0.002)
     if bottom.skirt is not None:
         fit = replace(bottom.skirt, seed=seed + 5)
         yield Garment.of(body, fit).piece(cloth, (detail.trunk[0] * 2 // 3, detail.trunk[1]))
@@ -188,7 +192,8 @@ def _lower(recipe: Recipe, body: Measures, bottom: Bottom, detail: Detail) -> It
     for number, side in enumerate(SIDES):
         if bottom.legs is not None:
             cut = replace(bottom.legs, seed=seed + 31 * number + 2)
-            yield leg(body, side, cut, cloth, detail.leg)
+            rows = detail.leg[0] if cut.end > 0.5 else max(2, detail.leg[0] // 2)
+            yield leg(body, side, cut, cloth, (rows, detail.leg[1]))
         if bottom.legs is None or bottom.legs.end < 0.9:
             start = 0.37 if bottom.legs is None else bottom.legs.end - 0.12
             count = max(2, detail.leg[0] - 4)

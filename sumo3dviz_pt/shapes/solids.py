@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -184,6 +185,14 @@ def fitted(
     anchor = np.array([high[0], 0.5 * (low[1] + high[1]), low[2]])
     fit = Transform.from_pose(-anchor * scale, scale=scale)
     return [(material, fit.mesh(mesh)) for material, mesh in pieces]
+
+
+def solid_faces(mesh: Mesh) -> Mesh:
+    """A mesh without the faces that lose their area when it is stored as float32."""
+    corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    kept = np.linalg.norm(across, axis=1) > 1e-12
+    return mesh if kept.all() else replace(mesh, faces=mesh.faces[kept])
 
 
 def by_material(pieces: Iterable[tuple[str, Mesh]]) -> dict[str, Mesh]:

@@ -142,7 +142,13 @@ def ribbon(points: Floats, width: float) -> Floats:
     mitre = (before + after) / np.maximum(1.0 + (before * after).sum(axis=1), 0.4)[:, None]
     left, right = points + mitre * width / 2, points - mitre * width / 2
     quads = np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
-    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    # At sharp bends the inner side turns over; what is left of it has no area.
+    a, b = faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
+    twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    faces[twice < 0] = faces[twice < 0][:, ::-1]
+    drawn: Floats = faces[np.abs(twice) > 1e-9]
+    return drawn
 
 
 def fan(outline: Iterable[Sequence[float]] | Floats) -> Floats:

@@ -96,7 +96,13 @@ def tree(
 
 def _skeleton(kind: Species, rng: np.random.Generator) -> tuple[Branches, ...]:
     """Trunk, boughs, branches and twigs."""
-    stem = trunk(kind.height, kind.girth * kind.height, rng=rng, top=kind.top)
+    stem = trunk(
+        kind.height,
+        kind.girth * kind.height,
+        rng=rng,
+        top=kind.top,
+        crooked=0.055 * kind.wobble,
+    )
     orders = [stem, _boughs(kind, stem, rng)]
     for count, share_of in zip(kind.fork, (0.5, 0.5), strict=True):
         parent = orders[-1]

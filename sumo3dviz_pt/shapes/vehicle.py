@@ -1,4 +1,4 @@
-"""Builds any vehicle from its recipe: what every builder gives, and which builder a recipe names."""
+"""Builds any vehicle from its recipe: what builders give, and which one a recipe names."""
 
 from __future__ import annotations
 
@@ -22,11 +22,13 @@ class WheelPlace:
         at: Its centre in the body's frame [m].
         radius: Of the tyre [m]; `at` lies as high, so that it stands on the ground.
         steered: Whether it steers.
+        reversed: Whether its inner face looks outwards, as that of twin wheels does.
     """
 
     at: tuple[float, float, float]
     radius: float
     steered: bool = False
+    reversed: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -51,7 +51,8 @@ def test_asset_has_a_licence_and_all_its_files(family: str, name: str) -> None:
     assert entry.meta["licence"] == "BSD-3-Clause"
     assert entry.meta["recipe"], "made by our own code, so the recipe is there"
     named = set(files_named_in(dict(entry.meta)))
-    assert named, "an asset without files"
+    # People are built when they are first needed.
+    assert named or entry.meta.get("kind") == "person", "an asset without files"
     present = {path.name for path in entry.folder.iterdir()} - {"asset.yaml", "baked.yaml"}
     assert named == present
     assert all((entry.folder / file).stat().st_size > 0 for file in named)
@@ -86,8 +87,8 @@ def test_material_reflects_less_than_it_gets(name: str) -> None:
 def test_vehicle_uses_known_materials_and_has_a_far_level(name: str) -> None:
     meta = catalog.find("vehicles", name).meta
     assert {part["material"] for part in [*meta["parts"], *meta["far"]]} <= set(MATERIALS)
-    assert 2.0 < meta["length"] < 20.0
-    assert 1.2 < meta["width"] < 2.6
+    assert 1.0 < meta["length"] < 20.0
+    assert 0.6 < meta["width"] < 2.6
 
 
 def test_kinds_of_presets() -> None:

@@ -19,6 +19,7 @@ from sumo3dviz_pt.model.scene import Part, Prototype, Slots
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.compound import is_plain
 from sumo3dviz_pt.render.convert import plugin
+from sumo3dviz_pt.render.untiled import register_untiled
 from sumo3dviz_pt.scene.materials import MATERIALS, matt, principled, surface_bsdf, two_sided
 
 pytestmark = pytest.mark.slow
@@ -28,8 +29,8 @@ GAIN = 1.02
 
 WHITE = (0.85, 0.85, 0.85)
 SURFACES = catalog.names("surfaces")
-TINTED = ("paint", "cloth", "wall", "roof", "sign", "leaf")
-BODIES = (*TINTED, "chrome", "rim", "glass")
+TINTED = ("paint", "cloth", "wall", "roof", "sign")
+BODIES = (*TINTED, "leaf", "chrome", "rim", "glass")
 
 
 PLAIN = {
@@ -131,6 +132,12 @@ def test_nothing_that_is_drawn_makes_light(furnace, name):
 def test_paint_is_as_bright_as_its_colour(furnace, name):
     """A coat adds some, rough paint loses some; another instance's colour would show."""
     assert furnace[0][name].mean() == pytest.approx(0.85, abs=0.05)
+
+
+def test_a_ball_of_leaves_glows_by_what_shines_through_them(furnace):
+    """Half of 0.85 comes back at once (r); as much goes in (t) and leaves after bounces."""
+    r = t = 0.425
+    assert furnace[0]["near leaf"].mean() == pytest.approx(r + t * t / (1 - r), abs=0.05)
 
 
 @pytest.mark.parametrize("name", PLAIN)
@@ -252,11 +259,13 @@ def test_principled_gains_at_grazing_angles_what_is_known(sweep):
 def own_albedos():
     """Directional albedo of every material and surface in its own colours, by name."""
     choose_backend("llvm")
+    register_untiled()
     found = {}
     for name, bsdf in MATERIALS.items():
         found[name] = seen_along(plugin(bsdf, tint={"type": "rgb", "value": [0.8] * 3}))
     for name in SURFACES:
-        found[f"surface:{name}"] = seen_along(surface_bsdf(catalog.find("surfaces", name)))
+        own = surface_bsdf(catalog.find("surfaces", name))
+        found[f"surface:{name}"] = seen_along(plugin(own, tint={}))
     return found
 
 

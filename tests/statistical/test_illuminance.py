@@ -37,6 +37,7 @@ from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.image.tonemap import develop_float
 from sumo3dviz_pt.job import SkySettings
 from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.daylight import UNITS_PER_SUNSKY
 from sumo3dviz_pt.render.panorama import directions
 from sumo3dviz_pt.render.skymap import CANDELAS_PER_UNIT, bake_sky
@@ -46,6 +47,13 @@ pytestmark = pytest.mark.slow
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 ALBEDO = 0.5
+
+
+@pytest.fixture(autouse=True, scope="module")
+def variant():
+    choose_backend("llvm")
+
+
 QUALITY = RAW.model_copy(update={"spp": 64, "pass_spp": 64})
 
 
@@ -190,7 +198,9 @@ def test_the_full_moon_gives_a_quarter_of_a_lux(elevation):
     assert abs(lux - baked) <= 0.002 * baked + sidak_z(2) * error
 
 
-@pytest.mark.parametrize(("name", "low", "high"), [("1", 0.005, 0.05), ("2", 0.1, 0.3), ("3", 0.02, 0.12)])
+@pytest.mark.parametrize(
+    ("name", "low", "high"), [("1", 0.005, 0.05), ("2", 0.1, 0.3), ("3", 0.02, 0.12)]
+)
 def test_nights_have_their_light(name, low, high):
     """Moonless, a full moon at 42 degrees, a city's glow on clouds (0.02 to 0.1 lx)."""
     assert low <= bake_sky(build_sky(SkySettings(preset=f"sky_night{name}"))).illuminance <= high

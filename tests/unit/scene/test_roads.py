@@ -242,7 +242,7 @@ def test_zebra_bars_lie_along_the_traffic():
 
 def test_paint_lies_five_millimetres_up_and_never_on_footways():
     roads = built("crossing")
-    paint = part(roads, "markings/line_white")
+    paint = part(roads, "markings/asphalt")
     assert paint.vertices[:, 2] == pytest.approx(0.005)
     middles = paint.vertices[paint.faces].mean(axis=1)
     inside = shapely.STRtree(shapely.buffer(roads.layout.raised, -0.02)).query(
@@ -360,7 +360,7 @@ def test_slopes_follow_the_lanes_and_meet_the_junction():
         here = road.vertices[np.abs(road.vertices[:, 0] - x) < 1e-6]
         assert len(here) and here[:, 2] == pytest.approx(z, abs=1e-6)
     assert road.normals[:, 2].min() > 0.9
-    paint = part(roads, "markings/line_white").vertices
+    paint = part(roads, "markings/asphalt").vertices
     above = paint[:, 2] - np.interp(paint[:, 0], known_x, known_z)
     assert above == pytest.approx(0.015, abs=0.02)
     faces = part(roads, "road/faces/kerb").vertices

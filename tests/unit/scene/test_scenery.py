@@ -55,9 +55,7 @@ def build(
 ):
     where = replace(surroundings(network or road(), seed=seed, **around), dark=dark)
     settings = settings or ObjectsSettings()
-    return build_scenery(
-        pois, polygons, settings, around=where, budget=budget, textured=textured
-    )
+    return build_scenery(pois, polygons, settings, around=where, budget=budget, textured=textured)
 
 
 def of(scenery, family):
@@ -401,5 +399,5 @@ def test_polygons_have_their_shops_and_doors_at_the_street():
     around = surroundings(road(), seed=1)
     plan = np.array([(100, 20), (130, 20), (130, 40), (100, 40)], float)
     assert street_walls(plan, around) == (0,)
-    assert street_walls(plan + [0, 200], around) == ()
+    assert street_walls(plan + np.array([0, 200]), around) == ()
     assert street_walls(plan, surroundings(road(empty=True), seed=1)) == ()

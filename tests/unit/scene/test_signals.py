@@ -243,3 +243,65 @@ def test_links_of_internal_lanes_and_empty_values():
     signals = build([edge("in", 0.0), inner, out()], [link(0, ":B_0_0")], phases("G"))
     assert signals.heads == ()
     assert Signals().radiance_at(0.0) == {}
+
+
+def digits(signals, time):
+    """What the counters of all heads show, two characters a head."""
+    from sumo3dviz_pt.shapes.street_figures import BARS, SEGMENTS
+
+    rows = signals.radiance_at(time)["signals"][sum(head.lamps for head in signals.heads) :]
+    bars = rows.any(axis=1).reshape(-1, 7)
+    signs = {frozenset(segments): sign for sign, segments in SEGMENTS.items()}
+    shown = [signs[frozenset(b for b, lit in zip(BARS, row, strict=True) if lit)] for row in bars]
+    return ["".join(shown[k : k + 2]) for k in range(0, len(shown), 2)]
+
+
+@pytest.mark.parametrize(
+    ("time", "shown"),
+    [(0.0, "27"), (0.5, "27"), (1.0, "26"), (26.5, " 1"), (27.0, " 3"), (29.5, " 1"),
+     (30.0, "30"), (59.9, " 1"), (60.0, "  "), (95.0, "  "), (-1.0, "  ")],
+)  # fmt: skip
+def test_counters_count_down_to_the_next_change(time, shown):
+    """Green until 27 s (then interpolated yellow), red from 30 s, green from 60 s on."""
+    log = {"J": SignalPhases("J", (0.0, 30.0, 60.0), ("G", "r", "G"))}
+    signals = build([edge("in", 0.0), out()], [link(0)], log, design="countdown")
+    assert digits(signals, time) == [shown]
+
+
+def test_counters_shine_in_the_colour_of_their_lamp_and_people_have_none():
+    signals = build_signals(
+        crossing_network(), phases("rG", "Gr", "ry"), SignalSettings(design="countdown")
+    )
+    assert [head.counter for head in signals.heads] == [not head.walks for head in signals.heads]
+    rows = signals.radiance_at(3.0)["signals"]
+    assert len(rows) == len(signals.lamps[0].lamps) == 3 + 2 * 2 + 14
+    lit = rows[7:][rows[7:].any(axis=1)]
+    assert np.array_equal(lit, np.tile(RADIANCE["red"], (len(lit), 1)))
+    assert len(set(signals.lamps[0].lamps)) == len(rows)
+
+
+def test_heads_stand_as_high_as_people_do():
+    made = network([edge("in", 0.0), out()], [link(0)])
+    flat = build_signals(made, phases("G"), SignalSettings())
+    raised = build_signals(
+        made, phases("G"), SignalSettings(), raised=lambda places: np.full(len(places), 0.12)
+    )
+    assert raised.heads[0].position[2] - flat.heads[0].position[2] == pytest.approx(0.12)
+
+
+def test_far_heads_are_plainer_and_signals_are_dimmed_by_night():
+    from dataclasses import replace
+
+    from sumo3dviz_pt.scene.surroundings import surroundings
+
+    made = network([edge("in", 0.0), out()], [link(0)])
+    counts = []
+    for x in (100.0, 2000.0):
+        around = surroundings(made, seed=1, viewpoints=np.array([[x, 0.0, 2.0]]))
+        signals = build_signals(made, phases("G"), SignalSettings(), around=around)
+        counts.append(sum(len(part.part.mesh.faces) for part in signals.static))
+    assert counts[1] < counts[0] / 3
+    night = build_signals(
+        made, phases("G"), SignalSettings(), around=replace(around, dark=True)
+    ).radiance_at(0.0)["signals"]
+    assert 0.2 < night.max() / signals.radiance_at(0.0)["signals"].max() < 0.6

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.scene.sun import direction_of, local_time, sun_position
+from sumo3dviz_pt.scene.sun import convergence, direction_of, local_time, sun_position
 
 PLACES = {
     "Munich": (48.137, 11.575),
@@ -53,6 +53,39 @@ def test_agrees_with_another_algorithm(place, date):
         assert elevation == pytest.approx(other_elevation, abs=0.02)
         turn = (azimuth - other_azimuth + 180) % 360 - 180
         assert abs(turn) * math.cos(math.radians(elevation)) < 0.02
+
+
+@pytest.mark.parametrize("year", [1955, 1987, 2000, 2026, 2049])
+def test_agrees_to_a_tenth_of_a_degree_over_years_latitudes_and_hours(year):
+    worst = 0.0
+    for number in range(160):
+        when = dt.datetime(year, 1, 1, tzinfo=dt.UTC) + dt.timedelta(hours=number * 54.7)
+        place = (-66.0 + (number * 37) % 137, -180.0 + (number * 83) % 360)
+        azimuth, elevation = degrees(when, place, refraction=False)
+        other_azimuth, other_elevation = michalsky(when, *place)
+        turn = abs((azimuth - other_azimuth + 180) % 360 - 180)
+        across = turn * math.cos(math.radians(elevation))
+        worst = max(worst, abs(elevation - other_elevation), across)
+    assert worst < 0.1
+
+
+@pytest.mark.parametrize(
+    ("projection", "place", "known"),
+    [
+        # East of the middle meridian, north of the equator: grid north lies to the east.
+        ("+proj=utm +zone=32 +ellps=WGS84", (48.137, 11.575), 1.918),
+        ("+proj=utm +zone=31", (41.4, 2.15), -0.562),
+        ("+proj=utm +zone=56 +south", (-33.87, 151.21), 0.998),
+        ("+proj=tmerc +lon_0=9", (50.0, 10.0), 0.766),
+        ("+proj=merc", (50.0, 10.0), 0.0),
+        ("!", (50.0, 10.0), 0.0),
+        ("-", (50.0, 10.0), 0.0),
+    ],
+)
+def test_grid_north(projection, place, known):
+    latitude, longitude = np.radians(place)
+    found = convergence(projection, latitude=latitude, longitude=longitude)
+    assert math.degrees(found) == pytest.approx(known, abs=0.01)
 
 
 def test_nrels_worked_example():

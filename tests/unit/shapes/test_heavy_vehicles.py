@@ -121,8 +121,8 @@ class TestEveryHeavyVehicle:
             sign = 1.0 if lamp["yaw"] == 0.0 else -1.0
             assert -meta["length"] - 0.05 <= at[0] <= 0.1
             # Nothing of the body lies before the lamp.
-            near = np.abs(corners[..., 1:] - at[1:]).max(axis=(1, 2)) < 0.1
-            assert (sign * (corners[near, :, 0] - at[0])).max(initial=-1.0) < 0.08
+            near = (np.abs(corners[..., 1:] - at[1:]) < 0.4 * np.array(lamp["size"])).all((1, 2))
+            assert (sign * (corners[near, :, 0] - at[0])).max(initial=-1.0) < 0.02
         roles = sorted(lamp["role"] for lamp in meta["lamps"] if abs(lamp["at"][1]) > 0.02)
         places = sorted(
             (round(abs(lamp["at"][1]), 3), round(lamp["at"][2], 3), lamp["yaw"])
@@ -188,7 +188,9 @@ def test_doors_are_on_the_right_only():
     own["recipe"]["hulls"][0]["panels"] = [{"view": "right", "outline": door, "material": "glass"}]
     low, high = bake_vehicle(own).parts["glass"].bounds
     assert high[1] < -0.9
-    np.testing.assert_allclose([low[0], high[0], low[2], high[2]], [-1.8, -1.0, 0.7, 2.2], atol=0.02)
+    np.testing.assert_allclose(
+        [low[0], high[0], low[2], high[2]], [-1.8, -1.0, 0.7, 2.2], atol=0.02
+    )
 
 
 def test_repeated_panes_and_recesses():
@@ -214,9 +216,13 @@ def test_repeated_panes_and_recesses():
 @pytest.mark.parametrize("view", ["front", "rear", "left", "right"])
 def test_texts_look_along_their_view(view):
     own = small()
-    low, high = ([-0.01, -0.8, 1.0], [0.03, 0.8, 1.4]) if view in ("front", "rear") else (
-        [1.0, -0.01, 1.0],
-        [3.0, 0.01, 1.4],
+    low, high = (
+        ([-0.01, -0.8, 1.0], [0.03, 0.8, 1.4])
+        if view in ("front", "rear")
+        else (
+            [1.0, -0.01, 1.0],
+            [3.0, 0.01, 1.4],
+        )
     )
     own["recipe"]["pieces"] = [
         {"kind": "text", "material": "lamp_amber", "view": view, "cling": view}
@@ -233,9 +239,12 @@ def test_texts_look_along_their_view(view):
         ({"kind": "block", "low": [0, 0, 1], "high": [1, 0.5, 2], "round": 0.0}, 0.5),
         ({"kind": "plate", "outline": [[0, 1], [1, 1], [0, 2]], "span": [0.2, 0.6]}, 0.2),
         ({"kind": "turned", "view": "d", "outline": [[0, 0], [0.3, 0], [0.3, 1], [0, 1]]}, 0.275),
-        ({"kind": "dome", "low": [0, 0, 1], "high": [1, 1, 2]}, 0.7),
+        ({"kind": "dome", "low": [0, 0, 1], "high": [1, 1, 2]}, 0.6),
         ({"kind": "rod", "outline": [[0, 0, 1], [1, 0, 1]], "round": 0.1}, 0.026),
-        ({"kind": "mudguard", "span": [0.2, 0.5], "round": 0.5, "outline": [[0, 0], [180, 0]]}, 0.01),
+        (
+            {"kind": "mudguard", "span": [0.2, 0.5], "round": 0.5, "outline": [[0, 0], [180, 0]]},
+            0.01,
+        ),
     ],
     ids=lambda value: value["kind"] if isinstance(value, dict) else "",
 )
@@ -255,7 +264,7 @@ def test_sheets_bulge_outwards_between_their_fixed_lines():
     ]
     mesh = bake_vehicle(own).parts["tarpaulin"]
     assert (mesh.normals[:, 1] > 0.5).all()
-    np.testing.assert_allclose(mesh.bounds[:, 1], [1.15, 1.2], atol=1e-3)
+    np.testing.assert_allclose(mesh.bounds[:, 1], [1.15, 1.2], atol=0.006)
 
 
 def test_bevelled_boxes_are_closed():

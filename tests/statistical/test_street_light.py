@@ -1,0 +1,48 @@
+"""What a street lamp gives to the ground, by rendering, against its closed form."""
+
+import numpy as np
+import pytest
+from builders import (
+    RAW,
+    constant_sky,
+    diffuse,
+    frame_of,
+    plane,
+    scene_of,
+    session_of,
+    static,
+    view_at,
+)
+
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOW, Lamp, lamp_sets
+from sumo3dviz_pt.scene.street_places import Site
+from sumo3dviz_pt.scene.surroundings import Surroundings
+
+pytestmark = pytest.mark.slow
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+CANDELAS = 32_000.0
+ALBEDO = 0.5
+
+
+def site():
+    around = Surroundings(None, None, np.zeros((0, 3)), 0)
+    return Site(around, None, None, None, None)
+
+
+@pytest.mark.parametrize("away", [0.0, 6.0, 15.0])
+@pytest.mark.parametrize("height", [LOW, HIGH])
+def test_a_lamp_gives_the_light_of_its_flux(height, away):
+    """E = F h^2 / (pi (h^2 + d^2)^2) at a distance d beside the spot below the lens."""
+    lamps = lamp_sets([Lamp((0.0, 0.0, 0.0), 0.0, height)], site())
+    materials = {"g": diffuse(ALBEDO), "signal_lens": MATERIALS["signal_lens"]}
+    ground = static("g", plane(60), "g")
+    scene = scene_of([ground], materials, sky=constant_sky(0.0), lamps=lamps)
+    quality = RAW.model_copy(update={"spp": 256, "pass_spp": 64})
+    with session_of(scene, size=(8, 8), quality=quality) as session:
+        view = view_at([1.5, away, 5.0], pitch=-90, fov=3)
+        radiance = session.render(frame_of(view)).radiance.mean(axis=(0, 1), dtype=np.float64)
+    lux = float(radiance @ LUMINANCE) * np.pi / ALBEDO * CANDELAS
+    known = FLUX[height] * height**2 / np.pi / (height**2 + away**2) ** 2
+    assert lux == pytest.approx(known, rel=0.03)

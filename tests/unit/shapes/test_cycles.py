@@ -1,0 +1,166 @@
+"""Two-wheelers with riders: the baked files of the catalogue and their builder."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.catalog import find, names
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.shapes import cycle
+from sumo3dviz_pt.shapes.bake import bake_folder
+from sumo3dviz_pt.shapes.cycle_rider import CLOTHES, PALM, posture
+from sumo3dviz_pt.shapes.figure_posture import matrices
+from sumo3dviz_pt.shapes.figure_rig import BONES, joints
+from sumo3dviz_pt.shapes.people import measures
+from sumo3dviz_pt.shapes.ply import read_ply
+
+CYCLES = tuple(
+    name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "cycle"
+)
+CLASSES = {"bicycle", "moped", "motorcycle", "scooter"}
+
+
+@cache
+def files(name: str, level: str):
+    entry = find("vehicles", name)
+    return {row["material"]: read_ply(entry.folder / row["mesh"]) for row in entry.meta[level]}
+
+
+@cache
+def hero(name: str):
+    return cycle.hero(find("vehicles", name).meta)
+
+
+def faces_of(meshes) -> int:
+    return sum(len(mesh.faces) for mesh in meshes.values())
+
+
+def bounds_of(meshes):
+    bounds = np.stack([mesh.bounds for mesh in meshes.values()])
+    return bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+
+
+def test_every_class_has_one_and_they_are_small():
+    assert {find("vehicles", name).meta["vclass"] for name in CYCLES} == CLASSES
+    folders = [find("vehicles", name).folder for name in CYCLES]
+    assert sum(path.stat().st_size for f in folders for path in f.iterdir()) < 4e6
+
+
+@pytest.mark.parametrize("name", CYCLES)
+class TestEveryCycle:
+    @pytest.mark.parametrize(("level", "most"), [("parts", 12_000), ("far", 1000)])
+    def test_keeps_its_budget(self, name, level, most):
+        assert most / 4 < faces_of(files(name, level)) < most
+
+    def test_its_hero_has_a_wheel_of_its_own(self, name):
+        made = hero(name)
+        assert faces_of(made.body) + 2 * faces_of(made.wheel) < 80_000
+        low, high = bounds_of(made.wheel)
+        radius = find("vehicles", name).meta["wheels"][0]["radius"]
+        np.testing.assert_allclose([low[2], high[2]], [-radius, radius], atol=0.004)
+        assert abs(low[1] + high[1]) < 0.08
+
+    @pytest.mark.parametrize("level", ["parts", "far"])
+    def test_is_as_large_as_it_says(self, name, level):
+        meta = find("vehicles", name).meta
+        low, high = bounds_of(files(name, level))
+        slack = 0.02 if level == "parts" else 0.09
+        assert low[2] == pytest.approx(0.0, abs=0.012)
+        assert high[0] == pytest.approx(0.0, abs=slack)
+        assert low[0] == pytest.approx(-meta["length"], abs=slack)
+        assert high[2] == pytest.approx(meta["height"], abs=slack)
+        assert high[1] - low[1] <= meta["width"] + slack
+
+    @pytest.mark.parametrize("level", ["parts", "far", "body", "wheel"])
+    def test_has_no_empty_faces_and_normals_point_outward(self, name, level):
+        meshes = files(name, level) if level in ("parts", "far") else getattr(hero(name), level)
+        assert set(meshes) <= set(MATERIALS)
+        for mesh in meshes.values():
+            a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+            flat = np.cross(b - a, c - a)
+            assert np.linalg.norm(flat, axis=1).min() > 1e-11
+            agree = (flat[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0
+            assert agree.mean() > (0.85 if level == "far" else 0.95)
+            np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
+
+    def test_closed_pieces_are_not_inside_out(self, name):
+        for material in ("rubber", "trim"):
+            mesh = files(name, "parts")[material]
+            a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+            assert (a * np.cross(b, c)).sum() > 0
+
+    def test_wheels_stand_on_the_ground(self, name):
+        meta = find("vehicles", name).meta
+        front, rear = meta["wheels"]
+        assert front["steered"] and not rear["steered"]
+        assert front["at"][0] > rear["at"][0]
+        for place in (front, rear):
+            assert place["at"][2] == place["radius"]
+
+    def test_lamps_are_where_light_comes_from(self, name):
+        meta = find("vehicles", name).meta
+        roles = {lamp["role"] for lamp in meta["lamps"]}
+        assert {"head", "tail"} <= roles
+        if meta["vclass"] in ("moped", "motorcycle"):
+            assert {"brake", "left", "right"} <= roles
+        for lamp in meta["lamps"]:
+            x, ahead = lamp["at"][0], abs(lamp["yaw"]) < 1.0
+            assert -meta["length"] - 0.02 < x < 0.0
+            assert ahead == (x > -0.5 * meta["length"])
+
+    def test_the_rider_sits_and_holds(self, name):
+        """Hips, hands and feet are within 4 cm of saddle, grips and pedals."""
+        machine = cycle.machine_of(find("vehicles", name).meta)
+        body = measures(find("vehicles", name).meta["recipe"]["rider"])
+        rest, grasp = joints(body), machine.grasp
+        posed = dict(zip(BONES, matrices(body, posture(grasp)), strict=True))
+
+        def carried(bone: str, point):
+            return posed[bone][:, :3] @ point + posed[bone][:, 3]
+
+        np.testing.assert_allclose(carried("pelvis", rest["pelvis"]), grasp.hips, atol=0.001)
+        for side, s in (("l", 1.0), ("r", -1.0)):
+            wrist, finger = rest[f"hand_{side}"], rest[f"finger_{side}"]
+            along = (finger - wrist) / np.linalg.norm(finger - wrist)
+            palm = np.array([0.0, -s, 0.0])
+            palm -= (palm @ along) * along
+            held = (
+                carried(f"forearm_{side}", wrist),
+                wrist + PALM[0] * along + PALM[1] * palm / np.linalg.norm(palm),
+            )
+            assert np.linalg.norm(held[0] - carried(f"hand_{side}", wrist)) < 0.02
+            grip = np.array(grasp.grip) * [1.0, s, 1.0]
+            assert np.linalg.norm(carried(f"hand_{side}", held[1]) - grip) < 0.04
+            ball = rest[f"toes_{side}"] * [1.0, 1.0, 0.0]
+            foot = grasp.feet[0 if side == "l" else 1]
+            assert np.linalg.norm((carried(f"foot_{side}", ball) - foot)[[0, 2]]) < 0.04
+            ankle = rest[f"foot_{side}"]
+            reach = carried(f"shank_{side}", ankle) - carried(f"foot_{side}", ankle)
+            assert np.linalg.norm(reach) < 0.02
+
+
+@pytest.mark.parametrize("name", ["bicycle_sport", "motorcycle"])
+def test_baking_gives_the_files_that_travel(name, tmp_path):
+    entry = find("vehicles", name)
+    recipe = (entry.folder / "asset.yaml").read_bytes()
+    (tmp_path / "asset.yaml").write_bytes(recipe)
+    written = {path.name: path.read_bytes() for path in bake_folder(tmp_path)}
+    again = {path.name: path.read_bytes() for path in bake_folder(tmp_path)}
+    assert written == again
+    assert set(written) == {path.name for path in entry.folder.iterdir()} - {"asset.yaml"}
+    for row in entry.meta["parts"]:
+        assert len(read_ply(tmp_path / row["mesh"]).faces) == row["triangles"]
+
+
+def test_clothes_have_the_colours_that_riders_are_sorted_by():
+    for name, colour in CLOTHES.items():
+        assert tuple(MATERIALS[name]["base_color"]["value"]) == colour
+
+
+def test_an_unknown_model_is_an_error():
+    with pytest.raises(ConfigError, match="unicycle"):
+        cycle.machine_of({"recipe": {"model": "unicycle"}})
