@@ -196,7 +196,7 @@ def _most(clear: float, cover: Image) -> float:
     cloud leave 1 - 0.75 N^3.4 of the clear sky's light, on average.
     """
     share = float(dome_irradiance(cover)[0]) / np.pi
-    return _MOST * clear * (1.0 - 0.75 * min(share, 1.0) ** 3.4)
+    return float(_MOST * clear * (1.0 - 0.75 * min(share, 1.0) ** 3.4))
 
 
 def _room(left: float, lit: Image) -> float:

@@ -117,7 +117,6 @@ MATERIALS: Mapping[str, Bsdf] = {
     "coat_red": principled((0.42, 0.012, 0.010), roughness=0.22),
     "coat_blue": principled((0.012, 0.06, 0.26), roughness=0.28),
     "coat_yellow": principled((0.66, 0.46, 0.02), roughness=0.35),
-    "coat_green": principled((0.02, 0.2, 0.06), roughness=0.35),
     "coat_orange": principled((0.62, 0.16, 0.015), roughness=0.35),
     "tarpaulin": principled(TINT, roughness=0.5),
     # Streets

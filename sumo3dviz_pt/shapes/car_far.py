@@ -24,9 +24,9 @@ _HALF_FACES = 300
 _SEGMENTS = 12
 _OUTSET = 0.012
 _FEW_SIDES = 6
+_LIGHTS = ("projector", "reflector", "eye")
 _SHOWN = {
-    # What a dark housing with bright lights in it comes to.
-    "lamp_clear": "disc",
+    "lamp_clear": "lamp_clear",
     "lamp_white": "lamp_white",
     "lamp_red": "lamp_red",
     "lamp_dark_red": "lamp_red",
@@ -70,7 +70,7 @@ def _retagged(surface: Surface, old: str, new: str) -> Ints:
 def _seen_panels(recipe: CarRecipe) -> CarRecipe:
     """The recipe with the outlines of lamps and large dark parts as its only panels."""
     panels = tuple(
-        replace(panel, recess=0.0, over=("paint", "trim", "gap", "disc", "lamp_red"))
+        replace(panel, recess=0.0, over=("paint", "trim", "gap", "lamp_clear", "lamp_red"))
         for panel in recipe.panels
         if panel.material in _SHOWN and _area(panel) > _SMALLEST
     )
@@ -85,7 +85,7 @@ def _area(panel: Panel) -> float:
 
 
 def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
-    """Plates, mirrors and what stands on the roof.
+    """Plates, mirrors, head lamps and what stands on the roof.
 
     Yields:
         Material and mesh, in the body frame.
@@ -101,6 +101,13 @@ def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
     mirror = moved(cap, -d + 0.02, y, z)
     yield recipe.mirror, mirror
     yield recipe.mirror, mirrored(mirror)
+    for disc in recipe.discs:
+        if disc.style in _LIGHTS:
+            x, y, z = land(shape, disc.view, [disc.at]).points[0]
+            half = 0.75 * disc.radius
+            light = box((x - 0.02, y - half, z - half), (x + 0.004, y + half, z + half))
+            yield "lamp_white", light
+            yield "lamp_white", mirrored(light)
     yield from roof_equipment(shape, _FEW_SIDES)
 
 

@@ -2,7 +2,9 @@
 
 All recipe coordinates are d, the distance behind the front bumper, |y| and the height
 z, in metres. Splines are lists of pairs: (d, z) for lines of the side elevation, (z, d)
-for the outlines of nose, tail and rear window.
+for the outlines of nose, tail and rear window. What can shine names its `role`; the
+lamps of `baked.yaml` follow from that. An asset with a `base` says only what differs
+from that other asset (see `variant`).
 """
 
 from __future__ import annotations

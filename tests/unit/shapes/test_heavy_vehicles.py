@@ -12,7 +12,7 @@ from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.shapes.bake import bake_folder, bake_vehicle
+from sumo3dviz_pt.shapes.bake import bake_folder, bake_vehicle, hero_vehicle
 from sumo3dviz_pt.shapes.box_letters import letter_runs
 from sumo3dviz_pt.shapes.box_pieces import bevelled
 from sumo3dviz_pt.shapes.box_recipe import read_box
@@ -20,7 +20,7 @@ from sumo3dviz_pt.shapes.ply import read_ply
 
 HEAVY = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "box"]
 WHOLES = ["articulated_bus", "semitrailer_truck", "tanker_truck"]
-WHITE_GAIN = 0.13
+MIRRORS = 0.13
 """Mirrors and the like stick out of the declared width by no more than this share."""
 
 
@@ -94,7 +94,7 @@ class TestEveryHeavyVehicle:
         assert -0.01 <= high[0] <= 0.35
         assert low[0] == pytest.approx(-meta["length"], abs=0.05)
         assert meta["height"] - 0.05 <= high[2] <= meta["height"] + 0.2
-        assert meta["width"] / 2 - 0.06 <= high[1] <= (0.5 + WHITE_GAIN) * meta["width"]
+        assert meta["width"] / 2 - 0.06 <= high[1] <= (0.5 + MIRRORS) * meta["width"]
         assert low[1] == pytest.approx(-high[1], abs=0.12)
 
     @pytest.mark.parametrize(("level", "least", "most"), [("parts", 6e3, 17e3), ("far", 300, 1400)])
@@ -180,6 +180,20 @@ def test_a_box_on_wheels_has_lamps_and_wheels():
     assert [lamp.role for lamp in baked.lamps] == ["left", "right"]
     np.testing.assert_allclose([lamp.at[0] for lamp in baked.lamps], -4.004, atol=1e-3)
     assert [wheel.steered for wheel in baked.wheels] == [True, True, False, False]
+
+
+def test_close_views_have_wheels_of_their_own_with_two_faces():
+    own = small()
+    own["recipe"]["axles"][1] |= {"style": "concave", "twin": True}
+    hero, baked = hero_vehicle(own), bake_vehicle(own)
+    assert hero is not None
+    assert "rim" not in hero.body
+    # Inner tyres stay with the body, well inside.
+    assert np.abs(hero.body["rubber"].vertices[:, 1]).max() < 0.75
+    low, high = hero.wheel["rim"].bounds
+    assert low[1] < -0.1 < 0.1 < high[1]
+    assert hero.wheel["rubber"].bounds[1, 2] == pytest.approx(0.4)
+    assert [wheel.reversed for wheel in baked.wheels] == [False, False, True, True]
 
 
 def test_doors_are_on_the_right_only():
