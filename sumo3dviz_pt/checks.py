@@ -77,9 +77,7 @@ def _shot(
         count * sum(len(part.mesh.faces) for part in data.prototypes[name].far)
         for name, count in data.slots.far.items()
     )
-    far += sum(
-        count * data.prototypes[name].triangles for name, count in data.slots.posed.items()
-    )
+    far += sum(count * data.prototypes[name].triangles for name, count in data.slots.posed.items())
     total = sum(families.values()) + bodies + far
     return {
         "camera": camera,

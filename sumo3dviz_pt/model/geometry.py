@@ -18,6 +18,9 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Image = NDArray[np.float32]
 
+Colour = tuple[float, float, float]
+"""Linear sRGB primaries; a reflectance in [0, 0.85] or a radiance."""
+
 
 UNWORN = (1.0, 0.0, 0.0)
 """The `wear` of a road as it was built."""

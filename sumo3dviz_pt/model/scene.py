@@ -17,16 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Image, Ints, Mesh, Transform, frozen
-
-Colour = tuple[float, float, float]
-"""Linear sRGB primaries; a reflectance in [0, 0.85] or a radiance."""
+from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Mesh, Transform, frozen
+from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
 
 Bsdf = Mapping[str, Any]
 """A material in Mitsuba's words."""
-
-CANDELAS_PER_UNIT = 32_000.0
-"""Luminance of radiance 1 [cd/m^2]: a sunlit white wall has about 1."""
 
 ORIGIN_GRID = 250.0
 """Spacing of the renderer's possible origins [m]."""
@@ -78,24 +73,6 @@ class StaticPart:
     id: str
     family: str
     part: Part
-
-
-@dataclass(frozen=True, slots=True)
-class VehicleLamp:
-    """A lamp on a body: a flat ellipse that shines away from it.
-
-    Attributes:
-        role: What lights it: `head`, `tail`, `brake`, `left`, `right`, `reverse`, `blue`,
-            `sign`.
-        at: Its centre in the body's frame, a few millimetres before the lens [m].
-        size: Its width and height [m].
-        yaw: Where it shines, from the body's +x [rad]: 0 forward, pi backward.
-    """
-
-    role: str
-    at: tuple[float, float, float]
-    size: tuple[float, float]
-    yaw: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,39 +141,6 @@ class Mover:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LampSet:
-    """Lamps that stand still, as one mesh; their radiance may change from frame to frame.
-
-    Attributes:
-        id: Unique, such as `signals`.
-        family: As in `StaticPart`.
-        mesh: All lenses, in world coordinates.
-        lamp_of_face: Which lamp each face belongs to, (m,).
-        lamps: Lamp names, such as `J1/3/green`.
-        sampled: Whether light paths aim at them (night); in daylight they are
-            only seen, which costs nothing.
-        radiance: Of lamps that never change, (lamps, 3); None for those that a
-            frame's state lights.
-        weight: How often paths aim at this set, against 1 for an ordinary one.
-        tint: Linear reflectance of each face's glass, (m, 3); None for dark grey.
-    """
-
-    id: str
-    family: str
-    mesh: Mesh
-    lamp_of_face: Ints
-    lamps: tuple[str, ...]
-    sampled: bool = False
-    radiance: Floats | None = None
-    weight: float = 1.0
-    tint: Floats | None = None
-
-    def __post_init__(self) -> None:
-        """Freeze the index."""
-        object.__setattr__(self, "lamp_of_face", frozen(self.lamp_of_face, np.int64))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class CloudLayer:
     """Clouds over the upper hemisphere, equirectangular.
 
@@ -257,38 +201,6 @@ class Sky:
             if given is not None:
                 direction = np.asarray(given, dtype=np.float64)
                 object.__setattr__(self, name, frozen(direction / np.linalg.norm(direction)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Beam:
-    """What a vehicle's head lamps throw on the road.
-
-    Attributes:
-        pattern: Share of the peak, (n, n), rows from above to below, columns from left
-            to right, straight ahead in the middle; even in the tangent of the angle.
-        half_angle: From the middle to the pattern's edge [rad].
-        intensity: Peak of both lamps, scene units x m^2.
-    """
-
-    pattern: Image
-    half_angle: float
-    intensity: Colour
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RunningLights:
-    """Lamps on vehicles.
-
-    Attributes:
-        intensity: On the axis of one lamp by role, scene units x m^2; roles that are
-            missing never shine.
-        beam: Of head lamps, or None by day.
-        sampled: As in `LampSet`.
-    """
-
-    intensity: Mapping[str, Colour]
-    beam: Beam | None = None
-    sampled: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import Bsdf, Colour, View
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
+from sumo3dviz_pt.model.scene import Bsdf, View
 from sumo3dviz_pt.render.paint import paint_texture
 from sumo3dviz_pt.render.stained import stained_texture
 from sumo3dviz_pt.render.untiled import PERIOD, UNTILED, untiled_texture

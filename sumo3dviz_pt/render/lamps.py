@@ -17,7 +17,8 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import FrameState, LampSet
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.render import convert
 
 _PLUGIN = "sumo3dviz_lamps"

@@ -14,16 +14,9 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import (
-    Beam,
-    Colour,
-    FrameState,
-    Mover,
-    RunningLights,
-    SceneData,
-    VehicleLamp,
-)
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
+from sumo3dviz_pt.model.lamps import Beam, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.lamps import UNTINTED, lamp_texture
 

@@ -23,7 +23,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
-from sumo3dviz_pt.model.scene import FrameState, LampSet
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.report.stress_cases import Case
 
 MARGIN = 1.05

@@ -16,7 +16,8 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype, VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype
 from sumo3dviz_pt.scene.body_choice import (
     CAR_CLASSES,
     DEFAULT_CAR,

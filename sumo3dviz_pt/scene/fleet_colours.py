@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.model.scene import Colour
+from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.scene.chance import pick, share_of
 from sumo3dviz_pt.scene.surfaces import colour_of

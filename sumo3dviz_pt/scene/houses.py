@@ -12,7 +12,8 @@ import shapely
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Floats, merge_meshes
-from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Bsdf, LampSet, Part
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
+from sumo3dviz_pt.model.scene import Bsdf, Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.kinds import Kind, colour_in, drawn_model

@@ -11,8 +11,8 @@ import numpy as np
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.scene.chance import pick, share_of
 from sumo3dviz_pt.scene.surfaces import colour_of
 from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS

@@ -13,7 +13,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from sumo3dviz_pt.catalog import Entry, find
-from sumo3dviz_pt.model.scene import Bsdf, Colour
+from sumo3dviz_pt.model.geometry import Colour
+from sumo3dviz_pt.model.scene import Bsdf
 
 TINT: Bsdf = {"type": "tint"}
 
@@ -119,6 +120,10 @@ MATERIALS: Mapping[str, Bsdf] = {
     "coat_yellow": principled((0.66, 0.46, 0.02), roughness=0.35),
     "coat_orange": principled((0.62, 0.16, 0.015), roughness=0.35),
     "tarpaulin": principled(TINT, roughness=0.5),
+    # Trains and ships
+    "bogie": principled((0.042, 0.036, 0.031), roughness=0.75, specular=0.3),
+    "wheel_steel": principled((0.42, 0.41, 0.40), roughness=0.35, metallic=0.9),
+    "deck": principled((0.15, 0.045, 0.035), roughness=0.7, specular=0.3),
     # Streets
     "line_white": principled((0.62, 0.62, 0.6), roughness=0.5, specular=0.4),
     "line_yellow": principled((0.6, 0.38, 0.05), roughness=0.5, specular=0.4),

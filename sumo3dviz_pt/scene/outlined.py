@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from sumo3dviz_pt.job import ObjectSettings
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene.kinds import FENCES, Kind, colour_in
 from sumo3dviz_pt.scene.lane_index import LaneIndex

@@ -6,14 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from sumo3dviz_pt.job import Job
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.scene import (
-    Bsdf,
-    LampSet,
-    LeftOut,
-    StaticPart,
-)
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.ground import build_ground
 from sumo3dviz_pt.scene.materials import MATERIALS

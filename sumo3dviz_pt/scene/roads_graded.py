@@ -109,9 +109,7 @@ def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
     return Graded(np.column_stack([flat, vertices[:, 2]]), _with_area(flat, faces), wear)
 
 
-def graded_on(
-    quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons
-) -> Graded:
+def graded_on(quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons) -> Graded:
     """Quads where they are whole, and what is left of those that were cut.
 
     Args:

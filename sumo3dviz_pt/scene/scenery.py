@@ -11,7 +11,8 @@ import shapely
 
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes
-from sumo3dviz_pt.model.scene import Bsdf, LampSet, LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.fitting import fitted

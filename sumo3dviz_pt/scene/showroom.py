@@ -10,8 +10,8 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import Bsdf, Colour, Part, Poses, Prototype, is_tinted
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
+from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, Prototype, is_tinted
 from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body
 from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
 from sumo3dviz_pt.scene.drawing import Unit

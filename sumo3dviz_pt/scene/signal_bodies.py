@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
-from sumo3dviz_pt.model.scene import Colour, LampSet, Part, StaticPart
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.scene.aspects import GREEN, RED, YELLOW
 from sumo3dviz_pt.scene.signal_sites import ARM_BOTTOM, Head, Support
 from sumo3dviz_pt.shapes import street_figures, traffic_light

@@ -10,8 +10,9 @@ import numpy as np
 
 from sumo3dviz_pt.job import SignalSettings
 from sumo3dviz_pt.model.geometry import Floats, frozen
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
-from sumo3dviz_pt.model.scene import LampSet, LeftOut, StaticPart
+from sumo3dviz_pt.model.scene import LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.scene.aspects import GREEN, RED, YELLOW, Course, course_of, with_yellow
 from sumo3dviz_pt.scene.lane_index import build_lane_index

@@ -16,9 +16,9 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import SkySettings, SunSettings
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Colour, Image
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.model.scene import CloudLayer, Colour, Sky
+from sumo3dviz_pt.model.scene import CloudLayer, Sky
 from sumo3dviz_pt.scene.radiance_maps import read_exr_map, read_radiance_map
 from sumo3dviz_pt.scene.sun import SunPosition, convergence, local_time, sun_position
 from sumo3dviz_pt.shapes.cloud_maps import cloud_layer

@@ -10,8 +10,9 @@ import shapely
 
 from sumo3dviz_pt.job import StreetSettings
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.scene import LampSet, LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.scene.ground import GroundParts
 from sumo3dviz_pt.scene.kinds import kind_of
 from sumo3dviz_pt.scene.roads import RoadParts

@@ -20,7 +20,8 @@ from functools import cache
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, Transform, merge_meshes
-from sumo3dviz_pt.model.scene import LampSet, Part
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.scene.scenery import facing_roads
 from sumo3dviz_pt.scene.street_places import Border, Site, is_urban, spread

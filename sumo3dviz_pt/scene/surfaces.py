@@ -6,8 +6,8 @@ from pathlib import Path
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Bsdf, Colour
+from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.scene import Bsdf
 from sumo3dviz_pt.scene.materials import matt, surface_bsdf, surface_scale
 from sumo3dviz_pt.scene.radiance_maps import read_linear
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import VehicleSettings
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Transform
-from sumo3dviz_pt.model.scene import Bsdf, Colour, Mover, Prototype, View
+from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
+from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
 from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body

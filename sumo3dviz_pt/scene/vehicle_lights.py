@@ -17,14 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
-from sumo3dviz_pt.model.scene import (
-    CANDELAS_PER_UNIT,
-    Beam,
-    Colour,
-    Prototype,
-    RunningLights,
-)
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, RunningLights
+from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.shapes.beam import HALF_ANGLE, PEAK, beam_pattern

@@ -13,13 +13,14 @@ import yaml
 from sumo3dviz_pt.shapes.box import BOX
 from sumo3dviz_pt.shapes.car import CAR
 from sumo3dviz_pt.shapes.cycle import CYCLE
+from sumo3dviz_pt.shapes.hulls import HULL
 from sumo3dviz_pt.shapes.ply import write_ply
 from sumo3dviz_pt.shapes.variant import varied
 from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, builder_of
 
 _LOG = logging.getLogger(__name__)
 
-BUILDERS: Mapping[str, Builder] = {"car": CAR, "box": BOX, "cycle": CYCLE}
+BUILDERS: Mapping[str, Builder] = {"car": CAR, "box": BOX, "cycle": CYCLE, "hull": HULL}
 """By the word that a recipe has under `build`."""
 
 

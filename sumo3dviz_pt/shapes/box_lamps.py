@@ -8,7 +8,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.box_recipe import LampSpot
 
 _BEFORE = 0.004

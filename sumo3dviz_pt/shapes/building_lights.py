@@ -16,8 +16,7 @@ from typing import Literal
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Colour
+from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.shapes.building_fronts import GOODS
 from sumo3dviz_pt.shapes.facade import CLASSES
 

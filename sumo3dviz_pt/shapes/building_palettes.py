@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.scene import Colour
+from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.shapes.building_fronts import GOODS
 from sumo3dviz_pt.shapes.building_lights import Use, lit_roles
 from sumo3dviz_pt.shapes.facade import CLASSES

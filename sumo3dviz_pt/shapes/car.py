@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.car_body import CarShape, car_shape
 from sumo3dviz_pt.shapes.car_conform import Level
 from sumo3dviz_pt.shapes.car_cuts import Finish

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.car_conform import Level, land
 from sumo3dviz_pt.shapes.car_ornaments import Piece

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.car_conform import land
 from sumo3dviz_pt.shapes.car_recipe import CarRecipe, Points

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.cycle_parts import Fineness, Piece, Wheel
 from sumo3dviz_pt.shapes.cycle_rider import Grasp
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.figure_stack import Stack, closed
 from sumo3dviz_pt.shapes.solids import box, lathe, moved, shaded, tube
 

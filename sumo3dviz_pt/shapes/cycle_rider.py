@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Mesh
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shapes.cycle_parts import Piece, Point
 from sumo3dviz_pt.shapes.figure_posture import Hold, Posture, Step, about_y, about_z
 from sumo3dviz_pt.shapes.figure_rig import SIDES

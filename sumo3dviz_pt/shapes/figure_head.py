@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
-from sumo3dviz_pt.model.scene import Colour
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 from sumo3dviz_pt.shapes.figure_rig import Measures
 from sumo3dviz_pt.shapes.figure_skin import Cloth, Piece, carried, weighed
 from sumo3dviz_pt.shapes.figure_stack import Stack, closed, ramp, swollen

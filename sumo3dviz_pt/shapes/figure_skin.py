@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
-from sumo3dviz_pt.model.scene import Colour, Part, Poses
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh
+from sumo3dviz_pt.model.scene import Part, Poses
 from sumo3dviz_pt.shapes.figure_rig import BONES, Measures, joints
 from sumo3dviz_pt.shapes.figure_stack import closed, ramp
 

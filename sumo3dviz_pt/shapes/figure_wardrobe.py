@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Colour
+from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.shapes.figure_extras import collar, folded_hood, scarf
 from sumo3dviz_pt.shapes.figure_limbs import Cut
 from sumo3dviz_pt.shapes.figure_skin import Cloth, Piece

@@ -14,8 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shapes.fence import leftward
 from sumo3dviz_pt.shapes.shell import box
 

@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.geometry import Colour, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shapes.solids import box, moved, prism, superellipsoid, tube
 from sumo3dviz_pt.shapes.street_strokes import lettering
 from sumo3dviz_pt.shapes.traffic_light import upward

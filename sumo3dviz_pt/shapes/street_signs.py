@@ -15,8 +15,8 @@ from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, merge_meshes
-from sumo3dviz_pt.model.scene import Colour, Part
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shapes.solids import box, prism, tube
 from sumo3dviz_pt.shapes.street_figures import upright
 from sumo3dviz_pt.shapes.street_strokes import arrow, disc, fan, lettering, regular, ring

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from sumo3dviz_pt.model.scene import Colour
+from sumo3dviz_pt.model.geometry import Colour
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,8 +27,8 @@ import numpy as np
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import Colour, VehicleLamp
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.shapes.solids import shaded
 
 _KEY = "vehicles.user_models"

@@ -8,7 +8,7 @@ from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.scene import VehicleLamp
+from sumo3dviz_pt.model.lamps import VehicleLamp
 
 Meshes = Mapping[str, Mesh]
 """Meshes by material."""

@@ -24,7 +24,8 @@ from builders import (
 from significance import sidak_z, standard_error
 
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.scene import LampSet, Sky
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.scene.materials import MATERIALS, two_sided
 
 pytestmark = pytest.mark.slow

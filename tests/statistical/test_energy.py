@@ -20,8 +20,9 @@ from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.scene.materials import MATERIALS
 
-SPACING, RADIUS, PER_ROW = 3.0, 1.0, 7
 NAMES = tuple(sorted(MATERIALS))
+SPACING, RADIUS = 3.0, 1.0
+PER_ROW = int(np.ceil(np.sqrt(1.4 * len(NAMES)))) + 1
 
 
 def spot(index):
@@ -46,9 +47,10 @@ def furnace(request):
         static(n, ball(spot(k), RADIUS), n, np.full((len(ball(spot(k), RADIUS).faces), 3), 0.85))
         for k, n in enumerate(NAMES)
     ]
-    middle = np.add(spot(PER_ROW // 2), (0, SPACING * (len(NAMES) // PER_ROW) / 2, 40.0))
+    wide, deep = PER_ROW - 1, (len(NAMES) - 1) // PER_ROW
+    middle = (SPACING * wide / 2, SPACING * deep / 2, 5.7 * PER_ROW)
     quality = RAW.model_copy(update={"spp": 128, "pass_spp": 64, "max_depth": 16})
-    size = (168, 120)
+    size = (24 * PER_ROW, 120 * PER_ROW // 7)
     view = view_at(middle, pitch=-90, fov=35)
     with session_of(scene_of(parts, materials), size=size, quality=quality) as session:
         image = session.render(frame_of(view)).radiance

@@ -23,7 +23,8 @@ from builders import (
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job import Quality
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.scene import Haze, LampSet, Sky, Slots
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Haze, Sky, Slots
 from sumo3dviz_pt.scene.materials import MATERIALS, matt
 
 RED, GREEN, BLUE = (0.7, 0.05, 0.05), (0.05, 0.7, 0.05), (0.05, 0.05, 0.7)

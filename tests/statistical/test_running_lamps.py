@@ -21,7 +21,8 @@ from builders import (
 )
 
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Part, Prototype, Slots, VehicleLamp
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
+from sumo3dviz_pt.model.scene import Part, Prototype, Slots
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.vehicle_lights import running_lights
 from sumo3dviz_pt.shapes.beam import low_beam

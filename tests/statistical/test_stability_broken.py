@@ -25,7 +25,8 @@ from builders import (
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.geometry import Mesh, Transform
-from sumo3dviz_pt.model.scene import LampSet, Sky, Slots
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Sky, Slots
 from sumo3dviz_pt.pipeline import Request, frame_times, prepare, render_still
 from sumo3dviz_pt.scene.materials import MATERIALS, matt
 

@@ -10,7 +10,7 @@ from builders import box, cube, frame_of, mover, view_at, write_scenario
 from sumo3dviz_pt.errors import ConfigError, interrupted
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.scene import LampSet
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.pipeline import Request, prepare, read
 from sumo3dviz_pt.report.stress import chosen
 from sumo3dviz_pt.report.stress_cases import MOMENTS, SIZE, SPOTS, Case, all_cases, why_not

@@ -6,7 +6,6 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import VehicleSettings
 from sumo3dviz_pt.model.geometry import Transform

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.model.scene import CANDELAS_PER_UNIT, Prototype, VehicleLamp
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
+from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
 

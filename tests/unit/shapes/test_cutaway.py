@@ -7,7 +7,6 @@ from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.shapes.cutaway import clip, cutaway
 
-
 EYE = np.array([-2.1, 0.37, 1.2])
 
 
@@ -70,4 +69,6 @@ def test_cutaway_leaves_bonnet_low_body_and_dashboard():
 
 def test_narrow_bodies_have_no_dashboard():
     whole = Prototype("bicycle", (Part(box(1.6, 0.6, 1.7), "paint"),), ())
-    assert {part.material for part in cutaway(whole, cowl=0.0, belt=1.0, eye=EYE).parts} == {"paint"}
+    assert {part.material for part in cutaway(whole, cowl=0.0, belt=1.0, eye=EYE).parts} == {
+        "paint"
+    }
