@@ -7,7 +7,7 @@ users can bring their own files.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import singledispatch
 from typing import Any
@@ -16,12 +16,9 @@ import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype
 from sumo3dviz_pt.scene.body_choice import (
     CAR_CLASSES,
-    DEFAULT_CAR,
-    TALLEST_CAR,
     Choice,
     FigureChoice,
     ModelChoice,
@@ -30,14 +27,12 @@ from sumo3dviz_pt.scene.body_choice import (
     UserChoice,
 )
 from sumo3dviz_pt.scene.drawing import Assembly, Unit
+from sumo3dviz_pt.scene.fitted_models import Shelf, fitted_model, shelved, sizes
 from sumo3dviz_pt.scene.materials import MATERIALS, principled, two_sided
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
-from sumo3dviz_pt.shapes.bake import has_hero
 from sumo3dviz_pt.shapes.people import figure, stride_length
 from sumo3dviz_pt.shapes.plain_bodies import plain_body
-from sumo3dviz_pt.shapes.ply import read_ply
 from sumo3dviz_pt.shapes.user_mesh import UserVehicle, read_user_vehicle
-from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 _LARGEST_STRETCH = 1.25
 """Width and height of a model are scaled by no more than this factor."""
@@ -69,10 +64,6 @@ class Body:
         return self.assembly.units[0].prototype
 
 
-Shelf = dict[str, Prototype]
-"""Prototypes by name; each is made once."""
-
-
 @singledispatch
 def build_body(choice: Choice, shelf: Shelf) -> Body:
     """Make the body of a choice.
@@ -91,51 +82,9 @@ def build_body(choice: Choice, shelf: Shelf) -> Body:
 def _(choice: ModelChoice, shelf: Shelf) -> Body:
     """A vehicle of the catalogue, from its baked meshes."""
     entry = catalog.find("vehicles", choice.model.name)
-    units, length = _units(entry, shelf, wanted=choice.size[0])
-    _, width, height = choice.model.size
-    own = (length, width, height)
-    scale = model_scale(own, wanted=choice.size, car=choice.vclass in CAR_CLASSES)
-    seat = _model_seat(entry, choice.vclass, scale, _size(scale * own))
-    return Body(Assembly(entry.name, units), scale, _size(scale * own), seat)
-
-
-def _units(entry: catalog.Entry, shelf: Shelf, *, wanted: float) -> tuple[tuple[Unit, ...], float]:
-    """The units of a vehicle and their length in all [m]."""
-    if "units" not in entry.meta:
-        return (_unit(entry, shelf, at=0.0),), float(entry.meta["length"])
-    length = float(entry.meta["length"])
-    rows = list(entry.meta["units"])
-    repeated = [row for row in rows if row.get("repeat")]
-    if repeated:
-        pitch = sum(float(row["pitch"]) for row in repeated)
-        more = max(0, round((wanted - length) / pitch))
-        place = rows.index(repeated[-1]) + 1
-        rest = [{**row, "at": float(row["at"]) - more * pitch} for row in rows[place:]]
-        again = [
-            {**row, "at": float(row["at"]) - k * pitch}
-            for k in range(1, more + 1)
-            for row in repeated
-        ]
-        rows, length = [*rows[:place], *again, *rest], length + more * pitch
-    found = [
-        _unit(catalog.find("vehicles", str(row["model"])), shelf, at=float(row["at"]))
-        for row in rows
-    ]
-    return tuple(found), length
-
-
-def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
-    """One baked model."""
-    prototype = _shelved(shelf, entry.name, lambda: _read_vehicle(entry))
-    wheels = tuple(_wheel(row) for row in entry.meta.get("wheels", ()))
-    return Unit(prototype, at, wheels if has_hero(entry.meta) else ())
-
-
-def _wheel(row: Mapping[str, Any]) -> WheelPlace:
-    """A wheel as `baked.yaml` lists it."""
-    x, y, z = (float(value) for value in row["at"])
-    turned = bool(row.get("reversed", False))
-    return WheelPlace((x, y, z), float(row["radius"]), bool(row["steered"]), turned)
+    fitted = fitted_model(entry, shelf, choice)
+    seat = _model_seat(entry, choice.vclass, fitted.scale, fitted.size)
+    return Body(Assembly(entry.name, fitted.units), fitted.scale, fitted.size, seat)
 
 
 def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:
@@ -164,7 +113,7 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
 
     scale = np.array(choice.size) / near
     seat = class_seat(choice.vclass, np.array(choice.size))
-    unit = Unit(_shelved(shelf, name, make))
+    unit = Unit(shelved(shelf, name, make))
     return Body(Assembly(name, (unit,)), scale, choice.size, seat)
 
 
@@ -172,10 +121,10 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
 def _(choice: FigureChoice, shelf: Shelf) -> Body:
     """Somebody on foot, in all poses."""
     meta = catalog.find("people", choice.look).meta
-    prototype = _shelved(shelf, choice.look, lambda: _person(choice.look, meta["recipe"]))
+    prototype = shelved(shelf, choice.look, lambda: _person(choice.look, meta["recipe"]))
     scale = choice.height / float(meta["height"])
     bounds = np.stack([part.mesh.bounds for part in prototype.parts])
-    size = _size(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
+    size = sizes(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
     stride = scale * stride_length(meta["recipe"])
     seat = class_seat("pedestrian", np.array(size))
     unit = Unit(prototype)
@@ -199,52 +148,10 @@ def _(choice: UserChoice, shelf: Shelf) -> Body:
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     factor = choice.length / float(size[0]) if made.fitted else 1.0
     parts, materials = _user_parts(made, name)
-    unit = Unit(_shelved(shelf, name, lambda: Prototype(name, parts, parts, made.lamps)))
-    drawn = _size(factor * size)
+    unit = Unit(shelved(shelf, name, lambda: Prototype(name, parts, parts, made.lamps)))
+    drawn = sizes(factor * size)
     seat = class_seat(choice.vclass, np.array(drawn))
     return Body(Assembly(name, (unit,)), np.full(3, factor), drawn, seat, materials)
-
-
-def model_scale(model: Size, *, wanted: Size, car: bool = True) -> Floats:
-    """Factors along x, y, z that fit a model to a vType, (3,).
-
-    SUMO's default size is that of no car: the model keeps its proportions and is as
-    wide as the default, or as long. Otherwise the length is exact, and so are width and
-    height as long as that stretches the model by no more than a quarter. A height of
-    1.5 m, SUMO's default, or one that no car has lets the height follow the others.
-    """
-    if car and wanted == DEFAULT_CAR:
-        return np.full(3, min(wanted[0] / model[0], wanted[1] / model[1]))
-    factors = np.array(wanted) / model
-    if car and (wanted[2] == DEFAULT_CAR[2] or wanted[2] > TALLEST_CAR):
-        factors[2] = np.sqrt(factors[0] * factors[1])
-    factors[1:] = np.clip(factors[1:], 1.0 / _LARGEST_STRETCH, _LARGEST_STRETCH)
-    return factors
-
-
-def _shelved(shelf: Shelf, name: str, make: Callable[[], Prototype]) -> Prototype:
-    """A prototype from the shelf, made if it is not there."""
-    if name not in shelf:
-        shelf[name] = make()
-    return shelf[name]
-
-
-def _read_vehicle(entry: catalog.Entry) -> Prototype:
-    """Read the baked meshes and lamps of a vehicle."""
-    near, far = (
-        tuple(
-            Part(read_ply(entry.folder / row["mesh"]), row["material"]) for row in entry.meta[level]
-        )
-        for level in ("parts", "far")
-    )
-    return Prototype(entry.name, near, far, tuple(_lamp(row) for row in entry.meta["lamps"]))
-
-
-def _lamp(row: Mapping[str, Any]) -> VehicleLamp:
-    """A lamp as `baked.yaml` lists it."""
-    x, y, z = (float(value) for value in row["at"])
-    width, height = (float(value) for value in row["size"])
-    return VehicleLamp(str(row["role"]), (x, y, z), (width, height), float(row["yaw"]))
 
 
 def _user_parts(made: UserVehicle, name: str) -> tuple[tuple[Part, ...], dict[str, Bsdf]]:
@@ -257,9 +164,3 @@ def _user_parts(made: UserVehicle, name: str) -> tuple[tuple[Part, ...], dict[st
             materials[material] = two_sided(look)
         parts.append(Part(mesh, material))
     return tuple(parts), materials
-
-
-def _size(sides: Floats) -> Size:
-    """Three numbers."""
-    length, width, height = (float(side) for side in sides)
-    return length, width, height

@@ -21,21 +21,28 @@ class Unit:
         prototype: Its body.
         at: x of its front in the whole's unscaled frame [m].
         wheels: Where its wheels turn at full detail; empty where there is none.
+        model: The catalogue's name, if the prototype's is another.
     """
 
     prototype: Prototype
     at: float = 0.0
     wheels: tuple[WheelPlace, ...] = ()
+    model: str = ""
+
+    @property
+    def source(self) -> str:
+        """The catalogue's name of it."""
+        return self.model or self.prototype.name
 
     @property
     def hero(self) -> str:
         """Name of its body at full detail."""
-        return f"{self.prototype.name}/hero"
+        return f"{self.source}/hero"
 
     @property
     def wheel(self) -> str:
         """Name of its wheel at full detail."""
-        return f"{self.prototype.name}/wheel"
+        return f"{self.source}/wheel"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,9 +12,10 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, Prototype, is_tinted
-from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body
+from sumo3dviz_pt.scene.bodies import Body, build_body
 from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
 from sumo3dviz_pt.scene.drawing import Unit
+from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN
 from sumo3dviz_pt.scene.heroes import hero_prototypes
 from sumo3dviz_pt.scene.houses import STYLES, Chance, house_parts
@@ -107,7 +108,7 @@ def _unit_parts(unit: Unit, level: str) -> list[Part]:
     if level != "hero":
         parts = unit.prototype.far if level == "far" else unit.prototype.parts
         return [Part(place.mesh(part.mesh), part.material, part.tint) for part in parts]
-    made: Mapping[str, Prototype] = hero_prototypes([unit.prototype.name])
+    made: Mapping[str, Prototype] = hero_prototypes([unit.source])
     found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.hero].parts]
     for wheel in unit.wheels:
         turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if wheel.at[1] < 0.0 else 0.0)

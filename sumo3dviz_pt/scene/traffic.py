@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
-from sumo3dviz_pt.scene.bodies import Body, Shelf, build_body
+from sumo3dviz_pt.scene.bodies import Body, build_body
 from sumo3dviz_pt.scene.body_choice import (
     Choice,
     PlainChoice,
@@ -26,6 +26,7 @@ from sumo3dviz_pt.scene.body_choice import (
 )
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.crowd import Drawn
+from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import own_palette, paint_of
 from sumo3dviz_pt.scene.gait import Walk, effort
 from sumo3dviz_pt.scene.heroes import hero_prototypes
@@ -184,13 +185,15 @@ class Fleet:
     def with_heroes(self, models: frozenset[str]) -> Fleet:
         """The same fleet with some models in full detail, built if need be."""
         units = {
-            unit.hero: unit.prototype
+            unit.hero: unit
             for body in self.bodies
             if body.assembly.model in models
             for unit in body.assembly.units
         }
-        made = hero_prototypes({prototype.name for prototype in units.values()})
-        lit = {name: replace(made[name], lamps=units[name].lamps) for name in units}
+        made = hero_prototypes({unit.source for unit in units.values()})
+        lit = {
+            name: replace(made[name], lamps=unit.prototype.lamps) for name, unit in units.items()
+        }
         return replace(self, prototypes={**self.prototypes, **made, **lit})
 
     def _sampled(self, piece: int, time: float) -> Motion:

@@ -6,7 +6,7 @@ dashboard with the wheel, which hides the road under the cabin.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
     bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
     width = float(np.ptp(bounds[:, :, 1]))
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
-    high = belt + _BONNET_ABOVE_BELT
+    high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * width)
     parts = tuple(_opened(prototype.parts, cowl=cowl, low=low, high=high))
     if width > _NARROWEST_DASHBOARD:
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
@@ -88,13 +88,31 @@ def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
     return _compact(cut, faces[solid]), source[solid]
 
 
-def _opened(parts: tuple[Part, ...], *, cowl: float, low: float, high: float) -> list[Part]:
+@dataclass(frozen=True, slots=True)
+class _Limit:
+    """How high the bonnet reaches: less at the flanks, where mirrors stand on their feet.
+
+    Attributes:
+        middle: On the axis [m].
+        half: Half the body's width [m].
+    """
+
+    middle: float
+    half: float
+
+    def over(self, points: Floats) -> Floats:
+        """How far points, (n, 3), lie above it, (n,) [m]."""
+        flank = np.maximum(np.abs(points[:, 1]) / self.half - 0.68, 0.0)
+        return np.asarray(points[:, 2] - (self.middle - 0.4 * flank))
+
+
+def _opened(parts: tuple[Part, ...], *, cowl: float, low: float, high: _Limit) -> list[Part]:
     """The parts below `low`, or below `high` ahead of the cowl; empty ones are left out."""
     opened = []
     for part in parts:
         z = part.mesh.vertices[:, 2]
         below, above = _clipped(part, z - low), _clipped(part, low - z)
-        above = _clipped(above, above.mesh.vertices[:, 2] - high)
+        above = _clipped(above, high.over(above.mesh.vertices))
         ahead = _clipped(above, cowl - above.mesh.vertices[:, 0])
         opened += [rest for rest in (below, ahead) if len(rest.mesh.faces)]
     return opened

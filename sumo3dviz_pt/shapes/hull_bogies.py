@@ -153,8 +153,7 @@ def _axle_box(bogie: Bogie, at: float) -> Iterator[Piece]:
     cap = ((0.07, 0.12), (0.07, 0.142), (0.0, 0.142))
     yield Piece("turned", "galvanised", (at, y, r), view="y", outline=cap, mirror=True)
     foot, top = r - 0.04, r + 0.24
-    steps = [foot + (top - foot) * k / 8 for k in range(9)]
-    coil = [(0.075 if k % 2 else 0.095, z) for k, z in enumerate(steps)]
+    coil = ((0.095, foot), (0.07, 0.5 * (foot + top)), (0.095, top))
     for side in (-0.27, 0.27):
         yield Piece(
             "turned", "bogie", (at + side, y, 0.0), view="z", mirror=True,
@@ -175,7 +174,7 @@ def pantograph_pieces(item: Pantograph) -> Iterator[Piece]:
     foot, top = item.foot + 0.26, item.top
     knee = (item.at + sign * 1.25, 0.5 * (foot + top) - 0.04)
     head = (item.at + sign * 0.05, top - 0.14)
-    shape = ((0.05, 0.0), (0.05, 0.04), (0.09, 0.05), (0.05, 0.1), (0.09, 0.11), (0.05, 0.18))
+    shape = ((0.05, 0.0), (0.059, 0.05), (0.045, 0.08), (0.059, 0.12), (0.05, 0.18))
     for d in (-0.55, 0.55):
         yield Piece(
             "turned", "coat_red", (item.at + d, 0.42, item.foot), view="z", mirror=True,
@@ -191,9 +190,9 @@ def pantograph_pieces(item: Pantograph) -> Iterator[Piece]:
     )
     yield _arm(((knee[0], 0.06, knee[1]), (head[0], 0.32, head[1])), 0.024, mirror=True)
     yield _arm(((head[0], -0.5, head[1]), (head[0], 0.5, head[1])), 0.02)
-    for d in (-0.22, 0.22):
-        strip = ((head[0] + d, y, z) for y, z in _horns(top))
-        yield _arm(tuple(strip), 0.022)
+    for d in (head[0] - 0.22, head[0] + 0.22):
+        yield _arm(((d, -0.5, top), (d, 0.5, top)), 0.022)
+        yield _arm(((d, 0.49, top), (d, 0.68, top - 0.05), (d, 0.8, top - 0.2)), 0.02, mirror=True)
     link = ((head[0] - 0.22, 0.45, top - 0.03), (head[0] + 0.22, 0.45, top - 0.03))
     yield _arm(link, 0.015, mirror=True)
 
@@ -202,8 +201,3 @@ def _arm(path: tuple[tuple[float, ...], ...], radius: float, **flags: bool) -> P
     """A tube of a pantograph."""
     return Piece("rod", "galvanised", outline=path, round=radius, outside=True, **flags)
 
-
-def _horns(top: float) -> list[tuple[float, float]]:
-    """(y, z) along a contact strip with its bent ends [m]."""
-    half = [(0.0, top), (0.5, top), (0.68, top - 0.05), (0.8, top - 0.2)]
-    return [(-y, z) for y, z in half[:0:-1]] + half

@@ -12,7 +12,8 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.scene.bodies import build_body, model_scale
+from sumo3dviz_pt.scene.bodies import build_body
+from sumo3dviz_pt.scene.fitted_models import model_scale
 from sumo3dviz_pt.scene.body_choice import (
     Model,
     ModelChoice,

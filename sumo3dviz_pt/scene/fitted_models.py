@@ -1,0 +1,207 @@
+"""Vehicles of the catalogue, fitted to the sizes of vTypes.
+
+Cars are stretched, cycles scaled, trains get more cars; bodies with a part that may give
+keep all else in shape. Wheels stay round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.scene.body_choice import (
+    CAR_CLASSES,
+    DEFAULT_CAR,
+    TALLEST_CAR,
+    ModelChoice,
+    Size,
+)
+from sumo3dviz_pt.scene.drawing import Unit
+from sumo3dviz_pt.shapes.bake import has_hero
+from sumo3dviz_pt.shapes.ply import read_ply
+from sumo3dviz_pt.shapes.stretching import Stretch, round_wheels, stretched
+from sumo3dviz_pt.shapes.vehicle import WheelPlace
+
+_LARGEST_STRETCH = 1.25
+"""Width and height of a model are scaled by no more than this factor."""
+
+_LARGEST_SCALE = 1.12
+"""Bodies that may be longer or shorter are scaled as a whole by no more than this."""
+
+_OVAL = 0.04
+"""Wheels that would be less oval than this are left alone."""
+
+Shelf = dict[str, Prototype]
+"""Prototypes by name; each is made once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A vehicle of the catalogue for a vType.
+
+    Attributes:
+        units: From front to rear.
+        scale: Along x, y, z, (3,).
+        size: As drawn: length, width, height [m].
+    """
+
+    units: tuple[Unit, ...]
+    scale: Floats
+    size: Size
+
+
+def fitted_model(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
+    """Fit a vehicle to a vType's size.
+
+    Args:
+        entry: The vehicle.
+        shelf: Prototypes made so far; new ones are added.
+        choice: Says the size.
+    """
+    if "units" in entry.meta:
+        units, length = _units(entry, shelf, wanted=choice.size[0])
+        own = (length, *choice.model.size[1:])
+        scale = model_scale(own, wanted=choice.size, car=False)
+        return Fitted(units, scale, sizes(scale * own))
+    if entry.meta.get("build") == "cycle":
+        return _scaled(entry, shelf, choice)
+    if entry.meta.get("recipe", {}).get("stretch"):
+        return _given(entry, shelf, choice)
+    scale = model_scale(choice.model.size, wanted=choice.size, car=choice.vclass in CAR_CLASSES)
+    unit = _rounded(_unit(entry, shelf, at=0.0), shelf, ratio=float(scale[0] / scale[2]))
+    return Fitted((unit,), scale, sizes(scale * choice.model.size))
+
+
+def _scaled(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
+    """As a whole: SUMO's default height of a bicycle says nothing about its rider."""
+    factor = choice.size[0] / choice.model.size[0]
+    scale = np.full(3, np.clip(factor, 1.0 / _LARGEST_STRETCH, _LARGEST_STRETCH))
+    return Fitted((_unit(entry, shelf, at=0.0),), scale, sizes(scale * choice.model.size))
+
+
+def _given(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
+    """Where it may give, so that cab and wheels keep their shape."""
+    length, width, height = choice.model.size
+    across = float(np.sqrt(choice.size[1] / width * choice.size[2] / height))
+    factor = float(np.clip(across, 1.0 / _LARGEST_SCALE, _LARGEST_SCALE))
+    first, last = entry.meta["recipe"]["stretch"]
+    # Half metres, so that vTypes of nearly one length share a body.
+    wanted = round(2.0 * choice.size[0] / factor) / 2.0
+    stretch = Stretch.to_length((float(first), float(last)), extra=wanted - length)
+    name = f"{entry.name}@{length + stretch.gain:.1f}"
+    plain = _shelved_vehicle(entry, shelf)
+    body = shelved(shelf, name, lambda: stretched(plain, stretch, name=name))
+    along = choice.size[0] / (length + stretch.gain)
+    scale = np.array([along, factor, factor])
+    return Fitted((Unit(body),), scale, sizes(scale * (length + stretch.gain, width, height)))
+
+
+def _rounded(unit: Unit, shelf: Shelf, *, ratio: float) -> Unit:
+    """A unit whose wheels stay round under a scale."""
+    step = round(20.0 * ratio) / 20.0
+    if abs(ratio - 1.0) < _OVAL or not unit.wheels:
+        return unit
+    name = f"{unit.prototype.name}~{step:.2f}"
+    body = shelved(
+        shelf, name, lambda: round_wheels(unit.prototype, unit.wheels, ratio=step, name=name)
+    )
+    return replace(unit, prototype=body, model=unit.prototype.name)
+
+
+def _units(entry: catalog.Entry, shelf: Shelf, *, wanted: float) -> tuple[tuple[Unit, ...], float]:
+    """The units of a vehicle and their length in all [m]."""
+    if "units" not in entry.meta:
+        return (_unit(entry, shelf, at=0.0),), float(entry.meta["length"])
+    length = float(entry.meta["length"])
+    rows = list(entry.meta["units"])
+    repeated = [row for row in rows if row.get("repeat")]
+    if repeated:
+        pitch = sum(float(row["pitch"]) for row in repeated)
+        more = max(0, round((wanted - length) / pitch))
+        place = rows.index(repeated[-1]) + 1
+        rest = [{**row, "at": float(row["at"]) - more * pitch} for row in rows[place:]]
+        again = [
+            {**row, "at": float(row["at"]) - k * pitch}
+            for k in range(1, more + 1)
+            for row in repeated
+        ]
+        rows, length = [*rows[:place], *again, *rest], length + more * pitch
+    found = [
+        _unit(catalog.find("vehicles", str(row["model"])), shelf, at=float(row["at"]))
+        for row in rows
+    ]
+    return tuple(found), length
+
+
+def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
+    """One baked model."""
+    prototype = _shelved_vehicle(entry, shelf)
+    wheels = tuple(_wheel(row) for row in entry.meta.get("wheels", ()))
+    return Unit(prototype, at, wheels if has_hero(entry.meta) else ())
+
+
+def _shelved_vehicle(entry: catalog.Entry, shelf: Shelf) -> Prototype:
+    """A baked model as it is."""
+    return shelved(shelf, entry.name, lambda: _read_vehicle(entry))
+
+
+def _wheel(row: Mapping[str, Any]) -> WheelPlace:
+    """A wheel as `baked.yaml` lists it."""
+    x, y, z = (float(value) for value in row["at"])
+    turned = bool(row.get("reversed", False))
+    return WheelPlace((x, y, z), float(row["radius"]), bool(row["steered"]), turned)
+
+
+def model_scale(model: Size, *, wanted: Size, car: bool = True) -> Floats:
+    """Factors along x, y, z that fit a model to a vType, (3,).
+
+    SUMO's default size is that of no car: the model keeps its proportions and is as
+    wide as the default, or as long. Otherwise the length is exact, and so are width and
+    height as long as that stretches the model by no more than a quarter. A height of
+    1.5 m, SUMO's default, or one that no car has lets the height follow the others.
+    """
+    if car and wanted == DEFAULT_CAR:
+        return np.full(3, min(wanted[0] / model[0], wanted[1] / model[1]))
+    factors = np.array(wanted) / model
+    if car and (wanted[2] == DEFAULT_CAR[2] or wanted[2] > TALLEST_CAR):
+        factors[2] = np.sqrt(factors[0] * factors[1])
+    factors[1:] = np.clip(factors[1:], 1.0 / _LARGEST_STRETCH, _LARGEST_STRETCH)
+    return factors
+
+
+def shelved(shelf: Shelf, name: str, make: Callable[[], Prototype]) -> Prototype:
+    """A prototype from the shelf, made if it is not there."""
+    if name not in shelf:
+        shelf[name] = make()
+    return shelf[name]
+
+
+def _read_vehicle(entry: catalog.Entry) -> Prototype:
+    """Read the baked meshes and lamps of a vehicle."""
+    near, far = (
+        tuple(
+            Part(read_ply(entry.folder / row["mesh"]), row["material"]) for row in entry.meta[level]
+        )
+        for level in ("parts", "far")
+    )
+    return Prototype(entry.name, near, far, tuple(_lamp(row) for row in entry.meta["lamps"]))
+
+
+def _lamp(row: Mapping[str, Any]) -> VehicleLamp:
+    """A lamp as `baked.yaml` lists it."""
+    x, y, z = (float(value) for value in row["at"])
+    width, height = (float(value) for value in row["size"])
+    return VehicleLamp(str(row["role"]), (x, y, z), (width, height), float(row["yaw"]))
+
+
+def sizes(sides: Floats) -> Size:
+    """Three numbers from an array, (3,) [m]."""
+    length, width, height = (float(side) for side in sides)
+    return length, width, height
