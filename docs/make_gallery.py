@@ -14,24 +14,29 @@ HERE = Path(__file__).resolve().parent
 IMAGES = HERE / "images"
 MADE = "<!-- Made by docs/make_gallery.py; change the script, not this page. -->"
 
+BEAUTY = "--quality study --size 1280x720"
+PLAIN = "--quality standard --size 960x540"
+
 PICTURES = {
-    "ronda_overview": "ronda --time 488 --camera overview",
-    "ronda_driver": "ronda --time 462 --camera driver",
-    "ronda_flight": "ronda --time 458 --camera flight",
-    "crossing_corner": "crossing --time 458 --camera corner",
-    "crossing_evening": "crossing --time 458 --camera corner"
-    " --set sky.sun.azimuth=255 --set sky.sun.elevation=12",
-    "ronda_abstract": "ronda --time 488 --camera overview --set template=abstract",
+    "motorway_day": f"ronda --time 462 --camera driver {BEAUTY}",
+    "motorway_golden_hour": "ronda --time 462 --camera driver"
+    f" --set template=highway_golden_hour {BEAUTY}",
+    "city_day": f"crossing --time 458 --camera corner --set template=city_day {BEAUTY}",
+    "city_dusk": f"crossing --time 458 --camera corner --set template=city_dusk {BEAUTY}",
+    "city_night": f"crossing --time 458 --camera corner --set template=city_night {BEAUTY}",
+    "ronda_overview": f"ronda --time 488 --camera overview {PLAIN}",
+    "ronda_flight": f"ronda --time 458 --camera flight {PLAIN}",
+    "crossing_driver": f"crossing --time 497 --camera driver --set template=village_day {PLAIN}",
+    "overcast": f"crossing --time 458 --camera corner --set template=overcast {PLAIN}",
+    "ronda_abstract": f"ronda --time 488 --camera overview --set template=abstract {PLAIN}",
 }
 """Example and options by the picture's name."""
-
-COMMON = "--quality preview --size 960x540"
 
 
 def command(name: str) -> list[str]:
     """The arguments of a picture's command, but for its output."""
     example, *options = PICTURES[name].split()
-    return ["still", f"examples/{example}/scene.yaml", *options, *COMMON.split()]
+    return ["still", f"examples/{example}/scene.yaml", *options]
 
 
 def page() -> str:

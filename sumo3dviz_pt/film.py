@@ -316,6 +316,7 @@ def developed(
             radiance,
             exposure=stored if exposure is None else exposure,
             tone=tone or str(account.get("tone", "neutral")),
+            glare=float(account.get("glare", 0.0)),
         )
 
 
@@ -345,6 +346,7 @@ def write_account(production: Production, path: Path, *, fps: float) -> None:
         "spp": production.quality.spp,
         "exposure": production.exposure,
         "tone": job.output.tone,
+        "glare": job.output.glare,
         "inputs": input_hashes(production.files),
         "versions": versions(),
         "left_out": [

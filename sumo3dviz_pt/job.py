@@ -113,6 +113,9 @@ class GroundSettings(Settings):
     horizon: Literal["auto", "hills", "trees", "flat"] = Field(
         "auto", description="what closes the view; auto: hills, and woods where grass grows"
     )
+    planting: Literal["auto", "none"] = Field(
+        "auto", description="auto: trees and shrubs where the scenario has none of its own in view"
+    )
 
 
 class EdgeStyle(Settings):
@@ -312,6 +315,7 @@ class OutputSettings(Settings):
     codec: str = Field("h264", description="h264, h264_10, h265_10 or prores")
     exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
     tone: str = Field("neutral", description="neutral, srgb, agx or filmic")
+    glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
     half: bool = Field(True, description="EXR frames in half precision")
 
     @model_validator(mode="after")

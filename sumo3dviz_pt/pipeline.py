@@ -19,7 +19,7 @@ import numpy as np
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality, SkySettings
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
@@ -217,6 +217,16 @@ def prepare(job: Job, request: Request, times: Floats) -> Production:
     return Production(job, name, shot, times, quality, request.variant, files, spent)
 
 
+def under_sky(made: Production, sky: SkySettings) -> Production:
+    """A production under another sky; built again only if lamps are lit or go out with it."""
+    job = made.job.model_copy(update={"sky": sky})
+    shot = made.shot.under_sky(sky, job.lights)
+    if shot is not None:
+        return replace(made, job=job, shot=shot)
+    again = prepare(job, Request(made.camera, variant=made.variant), made.times)
+    return replace(again, quality=made.quality)
+
+
 def _check_window(scenario: Scenario, times: Floats) -> None:
     """The asked time must lie in the log."""
     log_of = scenario.traffic
@@ -235,12 +245,15 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
     backend = choose_backend(production.variant)
+    size = production.job.output.size
+    first = production.shot.frame_at(float(production.times[0]))
     settings = RenderSettings(
-        production.job.output.size,
+        size,
         production.quality,
         production.job.seed,
         white=2.0**-production.exposure,
         frozen=film,
+        pixel=first.view.fov / size[0],
     )
     with Session(production.shot.data, backend, settings) as session:
         yield session
@@ -262,6 +275,7 @@ class Still:
         radiance: Linear sRGB primaries, scene units, (h, w, 3).
         exposure: EV at which to develop it.
         tone: Tone curve's name.
+        glare: Share of light that the lens spreads.
         half: Whether an EXR of it is stored in half precision.
         provenance: What it was made from.
         rendered: The renderer's own account.
@@ -270,6 +284,7 @@ class Still:
     radiance: Image
     exposure: float
     tone: str
+    glare: float
     half: bool
     provenance: dict[str, Any]
     rendered: Rendered
@@ -278,7 +293,7 @@ class Still:
         """8-bit sRGB pixels, (h, w, 3)."""
         from sumo3dviz_pt.image.tonemap import develop
 
-        return develop(self.radiance, exposure=self.exposure, tone=self.tone)
+        return develop(self.radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
 
     def save(self, path: str | Path) -> None:
         """Write a .png (developed) or an .exr (radiance).
@@ -312,6 +327,7 @@ def provenance(production: Production, *, frame: int, time: float) -> dict[str, 
         "time": time,
         "exposure": production.exposure,
         "tone": production.job.output.tone,
+        "glare": production.job.output.glare,
         "seed": production.job.seed,
         "spp": production.quality.spp,
         "quality": production.job.quality,
@@ -338,7 +354,13 @@ def render_still(
     output = production.job.output
     account = provenance(production, frame=0, time=float(time))
     return Still(
-        rendered.radiance, production.exposure, output.tone, output.half, account, rendered
+        rendered.radiance,
+        production.exposure,
+        output.tone,
+        output.glare,
+        output.half,
+        account,
+        rendered,
     )
 
 

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
+from sumo3dviz_pt.image.bloom import bloom
 from sumo3dviz_pt.model.geometry import Image
 
 Curve = Callable[[Image], Image]
@@ -141,13 +142,16 @@ def srgb_encoded(linear: NDArray[Any]) -> Image:
     return np.where(linear <= 0.0031308, 12.92 * linear, high).astype(np.float32, copy=False)
 
 
-def develop_float(radiance: Image, *, exposure: float = 0.0, tone: str = "neutral") -> Image:
+def develop_float(
+    radiance: Image, *, exposure: float = 0.0, tone: str = "neutral", glare: float = 0.0
+) -> Image:
     """Develop radiance without rounding.
 
     Args:
         radiance: Linear sRGB primaries, (h, w, 3); negative values count as 0.
         exposure: Factor 2^exposure before the curve [EV].
         tone: A name from `tone_names`.
+        glare: Share of the light that the lens spreads, in [0, 1].
 
     Returns:
         sRGB-encoded picture, (h, w, 3) in [0, 1].
@@ -161,11 +165,17 @@ def develop_float(radiance: Image, *, exposure: float = 0.0, tone: str = "neutra
     if broken:
         raise RenderError(f"{broken} of {radiance.size} radiance values are not finite")
     exposed = np.asarray(radiance, dtype=np.float32) * np.float32(2.0**exposure)
-    return np.clip(srgb_encoded(curve(np.clip(exposed, 0.0, _BRIGHTEST))), 0.0, 1.0)
+    light = bloom(np.clip(exposed, 0.0, _BRIGHTEST), glare)
+    return np.clip(srgb_encoded(curve(light)), 0.0, 1.0)
 
 
 def develop(
-    radiance: Image, *, exposure: float = 0.0, tone: str = "neutral", dither: int | None = None
+    radiance: Image,
+    *,
+    exposure: float = 0.0,
+    tone: str = "neutral",
+    glare: float = 0.0,
+    dither: int | None = None,
 ) -> NDArray[np.uint8]:
     """Develop radiance into 8-bit sRGB pixels, (h, w, 3).
 
@@ -173,6 +183,7 @@ def develop(
         radiance: As in `develop_float`.
         exposure: As in `develop_float` [EV].
         tone: As in `develop_float`.
+        glare: As in `develop_float`.
         dither: Seed of triangular noise of +-1 code, which hides banding in skies;
             None rounds.
 
@@ -180,7 +191,7 @@ def develop(
         ConfigError: If the tone curve is unknown.
         RenderError: If a value is not finite.
     """
-    codes = 255.0 * develop_float(radiance, exposure=exposure, tone=tone)
+    codes = 255.0 * develop_float(radiance, exposure=exposure, tone=tone, glare=glare)
     if dither is not None:
         rng = np.random.default_rng(dither)
         codes += rng.random(codes.shape, np.float32) - rng.random(codes.shape, np.float32)

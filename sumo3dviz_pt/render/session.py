@@ -23,7 +23,7 @@ from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, regis
 from sumo3dviz_pt.render.compound import Lump, lumps
 from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.denoise import denoise, mixed
-from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sun_entry
+from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sky_weight, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.lamps import Lamps, register_lamps
 from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
@@ -32,7 +32,7 @@ from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, r
 from sumo3dviz_pt.render.running_lamps import RunningLamps
 from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
 from sumo3dviz_pt.render.stained import register_stained
-from sumo3dviz_pt.render.untiled import is_worn, register_untiled, wear_attributes
+from sumo3dviz_pt.render.untiled import PIXEL, is_worn, register_untiled, wear_attributes
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +45,7 @@ class RenderSettings:
         seed: The film's seed.
         white: Radiance that the film shows as white, scene units.
         frozen: Whether frames replay one recording (films); a still does not pay for it.
+        pixel: Angle of a pixel, by which textures are filtered [rad].
     """
 
     size: tuple[int, int]
@@ -52,6 +53,7 @@ class RenderSettings:
     seed: int
     white: float = 1.0
     frozen: bool = False
+    pixel: float = PIXEL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,7 +123,7 @@ class Session:
                 register_stained()
                 register_capped()
                 register_lamps()
-                register_untiled()
+                register_untiled(settings.pixel)
             self.sky: SkyMap = bake_sky(scene.sky)
             self._materials = Materials(scene.materials)
             self._lamps = self._make_lamps()
@@ -133,7 +135,13 @@ class Session:
             self._posed = Crowd("posed", scene, slots.posed, far=False, floor=floor)
             self._pool = InstancePool(scene, self._materials, floor=floor) if backend.jit else None
             self._scalar = None if backend.jit else ScalarMovers(scene, self._materials)
-            self._lights: dict[str, Any] = {"sky": sky_entry(self.sky), **sun_entry(self.sky)}
+            running = scene.running is not None and scene.running.sampled
+            aimed = running or any(lamps.sampled for lamps in scene.lamps)
+            weight = sky_weight(self.sky, lamps=aimed)
+            self._lights: dict[str, Any] = {
+                "sky": sky_entry(self.sky, weight),
+                **sun_entry(self.sky, weight),
+            }
             self._use_quality()
         self._scene: Any = None
         self._parameters: Any = None

@@ -26,6 +26,8 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import UNWORN, Floats, Mesh
 from sumo3dviz_pt.model.scene import Bsdf
+from sumo3dviz_pt.render.fields import fields, patches
+from sumo3dviz_pt.render.lattice import PERIOD, corners, mixed, unit
 
 UNTILED = "untiled"
 """The word for this texture in a material's dict."""
@@ -33,15 +35,14 @@ UNTILED = "untiled"
 WEAR_ATTRIBUTE = "vertex_wear"
 """A mesh's `wear`."""
 
-PERIOD = 1024
-"""After so many tiles the hashes repeat, so that whole periods can be dropped."""
-
 _PLUGIN = "sumo3dviz_untiled"
 _COLOUR_ATTRIBUTE = "vertex_colour"
 _UNKNOWN = (0.12, 0.12, 0.12)  # reflectance
 _GRID = 4  # lattice cells along a tile
 
-_PIXEL = 8e-4  # angle of a pixel that is assumed [rad]: 960 pixels over 45 degrees
+PIXEL = 8e-4
+"""Angle of a pixel where nothing better is known [rad]: 960 pixels over 45 degrees."""
+
 _PAINTS = ((0.62, 0.62, 0.60), (0.60, 0.38, 0.05))  # white, yellow; linear reflectance
 _PAINT_ROUGHNESS = 0.5
 _BROAD = 8  # lattice cells of the fine grid along a cell of the broad unevenness
@@ -96,8 +97,9 @@ def untiled_texture(value: Mapping[str, Any], *, worn: bool = False) -> dict[str
     Args:
         value: With `filename`, `tile` (metres along it), `mean` (reflectance), and maybe
             `wear` (the mesh says by vertex how worn and painted it is), `uneven`
-            (relative amplitude of broad differences in brightness) and `roughness`
-            (the texture is then a roughness with this mean).
+            (relative amplitude of broad differences in brightness), `patches` (amount of
+            dry and lush patches), `fields` (amount of crops) and `roughness` (the texture
+            is then a roughness with this mean).
         worn: Whether it is for a worn or painted mesh: a scalar variant then shows
             the vertices' colours.
     """
@@ -157,59 +159,12 @@ def _read(filename: str) -> Floats:
     return np.array(bitmap, dtype=np.float64)
 
 
-def _mixed(value: Any) -> Any:
-    """Scramble the bits of an integer (Wellons' lowbias32)."""
-    value = (value ^ (value >> 16)) * 0x7FEB352D
-    value = (value ^ (value >> 15)) * 0x846CA68B
-    return value ^ (value >> 16)
+def register_untiled(pixel: float = PIXEL) -> None:  # noqa: C901 - needs the variant to exist
+    """Make the texture known to the active JIT variant.
 
-
-def _unit(bits: Any) -> Any:
-    """Bits as a number in [0, 1)."""
-    return mi.Float(bits >> 8) * (1.0 / (1 << 24))
-
-
-@dataclass(frozen=True, slots=True)
-class _Corners:
-    """Three corners of the lattice around a point: hashes and linear weights."""
-
-    hashes: tuple[Any, Any, Any]
-    weights: tuple[Any, Any, Any]
-
-    @property
-    def unevenness(self) -> Any:
-        """Smooth noise in [-1, 1]."""
-        rows = zip(self.hashes, self.weights, strict=True)
-        return sum(weight * (2.0 * _unit(_mixed(bits + 77)) - 1.0) for bits, weight in rows)
-
-
-def _corners(uv: Any, *, cells: float, mask: int) -> _Corners:
-    """Corners of the triangle that a point lies in.
-
-    The lattice is sheared by whole half cells, so that it repeats with the tile.
+    Args:
+        pixel: Angle of a pixel of the textures that are made from now on [rad].
     """
-    x, y = cells * (uv.x - 0.5 * uv.y), cells * uv.y
-    column, row = dr.floor(x), dr.floor(y)
-    fx, fy = x - column, y - row
-    lower = fx + fy < 1.0
-    i, j = mi.UInt32(mi.Int32(column)), mi.UInt32(mi.Int32(row))
-    step = dr.select(lower, mi.UInt32(0), mi.UInt32(1))
-
-    def hashed(a: Any, b: Any) -> Any:
-        return _mixed((a & mask) * 0x9E3779B1 ^ _mixed((b & mask) + 0x85EBCA6B))
-
-    return _Corners(
-        (hashed(i + step, j + step), hashed(i + 1, j), hashed(i, j + 1)),
-        (
-            dr.abs(1.0 - fx - fy),
-            dr.select(lower, fx, 1.0 - fy),
-            dr.select(lower, fy, 1.0 - fx),
-        ),
-    )
-
-
-def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
-    """Make the texture known to the active JIT variant."""
 
     class UntiledTexture(mi.Texture):  # type: ignore[misc]
         """A bitmap's reflectance without its period."""
@@ -219,10 +174,14 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             pyramid = make_pyramid(_read(str(props["filename"])))
             self.texels = mi.Float(np.ascontiguousarray(pyramid.texels, np.float32).ravel())
             self.size, self.levels = pyramid.size, pyramid.levels
+            # Opaque, so that pictures of all sizes share their kernels.
+            self.pixel = dr.opaque(mi.Float, pixel)
             self.average = [float(value) for value in pyramid.mean]
             self.spread = max(pyramid.spread, 1e-6)
             self.tile = float(props.get("tile", 4.0))
             self.uneven = float(props.get("uneven", 0.0))
+            self.patches = float(props.get("patches", 0.0))
+            self.fields = float(props.get("fields", 0.0))
             self.roughness = float(props.get("roughness", 0.0))
             worn = bool(props.get("wear", False))
             attribute = {"type": "mesh_attribute", "name": WEAR_ATTRIBUTE}
@@ -231,7 +190,7 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
         def _level(self, si: Any, dice: Any) -> Any:
             """Level whose texels are one to two pixels large; in between by chance."""
             slant = dr.rsqrt(dr.maximum(dr.abs(si.wi.z), 0.02))
-            texels = si.t * slant * (_PIXEL * self.size / self.tile)
+            texels = si.t * slant * self.pixel * (self.size / self.tile)
             level = dr.log2(dr.clip(texels, 1.0, 1e6)) + dice
             return mi.UInt32(dr.clip(level, 0.0, self.levels - 1.0))
 
@@ -239,8 +198,8 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             """One texel of a shifted copy."""
             size = mi.UInt32(self.size) >> level
             scale = mi.Float(size)
-            x = mi.Int32(dr.floor((uv.x + _unit(shift << 16)) * scale))
-            y = mi.Int32(dr.floor((uv.y + _unit(shift & 0xFFFF0000)) * scale))
+            x = mi.Int32(dr.floor((uv.x + unit(shift << 16)) * scale))
+            y = mi.Int32(dr.floor((uv.y + unit(shift & 0xFFFF0000)) * scale))
             # Levels before this one hold size^2 (1 + 1/4 + ...) texels.
             before = (mi.UInt32(self.size**2) - size * size) // 3 * 4
             index = before + (mi.UInt32(y) & (size - 1)) * size + (mi.UInt32(x) & (size - 1))
@@ -248,16 +207,16 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
 
         def _blended(self, si: Any, active: Any) -> tuple[Any, Any]:
             """Deviation of the three copies' blend from the mean, and broad noise."""
-            bits = _mixed(
+            bits = mixed(
                 dr.reinterpret_array(mi.UInt32, si.uv.x)
-                ^ _mixed(dr.reinterpret_array(mi.UInt32, si.uv.y))
+                ^ mixed(dr.reinterpret_array(mi.UInt32, si.uv.y))
                 ^ dr.reinterpret_array(mi.UInt32, si.t)
             )
-            level = self._level(si, _unit(bits))
-            again = _mixed(bits + 1)
-            jitter = mi.Vector2f(_unit(again << 16), _unit(again & 0xFFFF0000)) - 0.5
+            level = self._level(si, unit(bits))
+            again = mixed(bits + 1)
+            jitter = mi.Vector2f(unit(again << 16), unit(again & 0xFFFF0000)) - 0.5
             uv = si.uv + jitter / mi.Float(mi.UInt32(self.size) >> level)
-            near = _corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
+            near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
             # Cubed weights: narrow zones of blending keep stones crisp.
             sharp = [weight * weight * weight for weight in near.weights]
             total = sharp[0] + sharp[1] + sharp[2]
@@ -270,7 +229,7 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             deviation = (value - mi.Color3f(self.average) * total) * dr.rsqrt(length)
             if self.uneven == 0:
                 return deviation, mi.Float(0.0)
-            far = _corners(si.uv, cells=_GRID / _BROAD, mask=_GRID * PERIOD // _BROAD - 1)
+            far = corners(si.uv, cells=_GRID / _BROAD, mask=_GRID * PERIOD // _BROAD - 1)
             return deviation, 0.5 * near.unevenness + 0.5 * far.unevenness
 
         def _relief(self, deviation: Any) -> Any:
@@ -280,6 +239,12 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
         def _colour(self, si: Any, active: Any) -> Any:
             deviation, noise = self._blended(si, active)
             colour = (mi.Color3f(self.average) + deviation) * (1.0 + 2.0 * self.uneven * noise)
+            if self.patches > 0:
+                colour *= patches(si.uv, self.patches)
+            if self.fields > 0:
+                away = si.t * dr.rsqrt(dr.maximum(dr.abs(si.wi.z), 0.02))
+                crops = fields(si.uv, self.tile, away)
+                colour *= dr.lerp(mi.Color3f(1.0), crops, self.fields)
             if self.wear is not None:
                 relief = self._relief(deviation)
                 colour = self._worn(si, colour, relief=relief, noise=noise, active=active)
@@ -289,7 +254,7 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             """Roughness: broad differences, polish in tracks, smoother paint; no texels."""
             noise = mi.Float(0.0)
             if self.uneven > 0:
-                near = _corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
+                near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
                 noise = near.unevenness
             value = self.roughness + 0.07 * noise
             if self.wear is not None:
@@ -300,9 +265,14 @@ def register_untiled() -> None:  # noqa: C901 - the plugin's class needs the var
             return dr.clip(value, 0.1, 1.0)
 
         def _wear_at(self, si: Any, active: Any) -> Any:
-            """The mesh's wear; Mitsuba finds NaN in very slim triangles of plain roads."""
+            """The mesh's wear, in [0, 1] each.
+
+            Mitsuba solves for a vertex attribute's weights in single precision: in triangles
+            1,000 times longer than wide they are 0/0. Only unworn asphalt has such triangles.
+            """
             wear = self.wear.eval_3(si, active)
-            return dr.select(wear.x > 0.0, wear, mi.Color3f(*UNWORN))
+            sound = dr.isfinite(wear.x) & (wear.x > 0.0)
+            return dr.clip(dr.select(sound, wear, mi.Color3f(*UNWORN)), 0.0, 1.0)
 
         def _share(self, wear: Any, relief: Any, noise: Any) -> Any:
             """Share of paint that is left; it goes first where stones stand out."""

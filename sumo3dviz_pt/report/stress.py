@@ -32,6 +32,7 @@ from sumo3dviz_pt.pipeline import (
     opened,
     prepare,
     read,
+    under_sky,
 )
 from sumo3dviz_pt.report.stress_cases import SIZE, SPOTS, Case, Facts, all_cases, why_not
 from sumo3dviz_pt.report.stress_checks import Evidence, judge, light_of
@@ -183,9 +184,7 @@ def _under_sun(made: Production, facts: Facts, elevation: float) -> Production:
     azimuth = float(np.degrees(np.arctan2(facts.sun[0], facts.sun[1])))
     sun = SunSettings(azimuth=azimuth, elevation=elevation)
     sky = made.job.sky.model_copy(update={"sun": sun})
-    return replace(
-        made, shot=made.shot.under_sky(sky), job=made.job.model_copy(update={"sky": sky})
-    )
+    return under_sky(made, sky)
 
 
 def _quality(case: Case) -> Quality:

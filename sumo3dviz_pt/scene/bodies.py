@@ -32,6 +32,7 @@ from sumo3dviz_pt.scene.materials import MATERIALS, principled, two_sided
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
 from sumo3dviz_pt.shapes.people import figure, stride_length
 from sumo3dviz_pt.shapes.plain_bodies import plain_body
+from sumo3dviz_pt.shapes.plain_lamps import plain_lamps
 from sumo3dviz_pt.shapes.user_mesh import UserVehicle, read_user_vehicle
 
 _LARGEST_STRETCH = 1.25
@@ -109,7 +110,8 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
 
     def make() -> Prototype:
         made = plain_body(choice.vclass, length=length, width=width, height=height)
-        return Prototype(name, made.parts, made.far)
+        lamps = plain_lamps(choice.vclass, [part.mesh for part in made.parts])
+        return Prototype(name, made.parts, made.far, lamps)
 
     scale = np.array(choice.size) / near
     seat = class_seat(choice.vclass, np.array(choice.size))

@@ -13,6 +13,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.scene.chance import pick, share_of
+from sumo3dviz_pt.scene.coupling import pitch_of, spare_units
 from sumo3dviz_pt.scene.seats import PLAIN_CLASSES
 
 Size = tuple[float, float, float]
@@ -28,11 +29,6 @@ CAR_CLASSES = frozenset(
 
 LIVERIES = frozenset(["taxi", "police"])
 """Car classes with models of their own."""
-
-RAIL_CLASSES = frozenset(
-    ["tram", "rail", "rail_urban", "rail_electric", "rail_fast", "subway", "cable_car"]
-)
-"""Classes that are made of cars."""
 
 _OWN_SHAPES = frozenset(["firebrigade", "police"])
 """guiShapes that are no vClass but have models."""
@@ -72,6 +68,7 @@ class Model:
         size: Of the unscaled model [m].
         share: How common it is, against 1 for most.
         gui_shapes: SUMO's guiShapes that mean it, such as `passenger/wagon`.
+        pitch: What one more of its repeated units adds to its length [m]; 0 without any.
     """
 
     name: str
@@ -79,6 +76,12 @@ class Model:
     size: Size
     share: float = 1.0
     gui_shapes: tuple[str, ...] = ()
+    pitch: float = 0.0
+
+    def filled(self, wanted: float) -> float:
+        """Its own length for a vType of a length, with as many units as fit best [m]."""
+        more = spare_units(self.size[0], self.pitch, wanted=wanted)
+        return self.size[0] + more * self.pitch
 
     @classmethod
     def of(cls, entry: catalog.Entry) -> Model:
@@ -88,7 +91,8 @@ class Model:
         vclass = meta.get("vclass", "passenger")
         classes = frozenset([vclass] if isinstance(vclass, str) else vclass)
         shapes = tuple(meta.get("gui_shapes", [f"passenger/{entry.name}"]))
-        return cls(entry.name, classes, size, float(meta.get("share", 1.0)), shapes)
+        share, pitch = float(meta.get("share", 1.0)), pitch_of(meta.get("units", ()))
+        return cls(entry.name, classes, size, share, shapes, pitch)
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,15 +264,16 @@ def choose(
     if not serving:
         return PlainChoice("passenger" if vclass in LIVERIES else vclass, size)
     serving = [model for model in serving if kind.gui_shape in model.gui_shapes] or serving
-    weights = [model.share * _likelihood(model.size[0], wanted=kind.length) for model in serving]
+    weights = [
+        model.share * _likelihood(model.filled(kind.length), wanted=kind.length)
+        for model in serving
+    ]
     return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size)
 
 
 def _can_be(model: Model, length: float) -> bool:
-    """Whether a model can be stretched to a length [m]; trains gain or lose cars instead."""
-    if model.vclasses & RAIL_CLASSES:
-        return True
-    return 1.0 / _MOST_LENGTH < length / model.size[0] < _MOST_LENGTH
+    """Whether a model can be stretched to a length [m]; trains gain or lose cars first."""
+    return 1.0 / _MOST_LENGTH < length / model.filled(length) < _MOST_LENGTH
 
 
 def _likelihood(length: float, *, wanted: float) -> float:

@@ -20,7 +20,16 @@ MOST_SLOTS = 240
 """Instances in one scene; the cost of recording them grows faster than their number."""
 
 MOST_HERO_MODELS = 8
-"""Models in full detail in one shot: at 60,000 triangles each, a third of the budget."""
+"""Models in full detail in one shot, at most."""
+
+HERO_TRIANGLES = 68_000
+"""Of a car in full detail, wheels included."""
+
+FAR_TRIANGLES = 110_000
+"""Of all stand-ins together; where there are many, they are coarser."""
+
+SHOT_TRIANGLES = 1_450_000
+"""Of a whole shot: every update of poses rebuilds the trees over all of them."""
 
 Frames = Sequence[tuple[Gaze, Bools, Floats]]
 """Stretches of a shot: gaze, alive (k, n), positions (k, n, 3)."""
@@ -60,14 +69,23 @@ class CrowdPlan:
     heroes: frozenset[str] = frozenset()
 
 
-def plan_crowd(bodies: Sequence[Drawn], frames: Frames) -> CrowdPlan:
+def plan_crowd(
+    bodies: Sequence[Drawn],
+    frames: Frames,
+    *,
+    triangles: Mapping[str, int] | None = None,
+    budget: int = SHOT_TRIANGLES,
+) -> CrowdPlan:
     """Find how many bodies of each kind a shot shows at once.
 
     Args:
         bodies: Of each of the k road users.
         frames: The whole shot.
+        triangles: Of each prototype in detail.
+        budget: Triangles of all road users; full detail gets what the others leave.
     """
-    heroes = _heroes(bodies, frames)
+    plain = _slots(bodies, frames, limit=MOST_NEAR, able=np.zeros(len(bodies), dtype=np.bool_))
+    heroes = _heroes(bodies, frames, most=_most_heroes(plain, triangles or {}, budget))
     able = heroic(bodies, heroes)
     limit = MOST_NEAR
     while True:
@@ -82,7 +100,15 @@ def heroic(bodies: Sequence[Drawn], heroes: frozenset[str]) -> Bools:
     return np.array([bool(body.hero) and body.model in heroes for body in bodies], dtype=np.bool_)
 
 
-def _heroes(bodies: Sequence[Drawn], frames: Frames) -> frozenset[str]:
+def _most_heroes(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
+    """How many models in full detail the budget allows: instances count once."""
+    detailed = sum(triangles.get(name, 0) for name in slots.near)
+    detailed += sum(count * triangles.get(name, 0) for name, count in slots.posed.items())
+    spare = budget - FAR_TRIANGLES - detailed
+    return int(np.clip(spare // HERO_TRIANGLES, 1, MOST_HERO_MODELS))
+
+
+def _heroes(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[str]:
     """The models that are near enough for full detail in most frames."""
     able = np.array([bool(body.hero) for body in bodies], dtype=np.bool_)
     seen: Counter[str] = Counter()
@@ -91,7 +117,7 @@ def _heroes(bodies: Sequence[Drawn], frames: Frames) -> frozenset[str]:
         for k in np.flatnonzero(choice.hero.any(axis=1)).tolist():
             seen[bodies[k].model] += int(choice.hero[k].sum())
     ranked = sorted(seen, key=lambda model: (-seen[model], model))
-    return frozenset(ranked[:MOST_HERO_MODELS])
+    return frozenset(ranked[:most])
 
 
 def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) -> Slots:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.scene.body_choice import (
@@ -23,8 +23,10 @@ from sumo3dviz_pt.scene.body_choice import (
     ModelChoice,
     Size,
 )
+from sumo3dviz_pt.scene.coupling import coupled, pitch_of, spare_units
 from sumo3dviz_pt.scene.drawing import Unit
 from sumo3dviz_pt.shapes.bake import has_hero
+from sumo3dviz_pt.shapes.hulls import turned_round
 from sumo3dviz_pt.shapes.ply import read_ply
 from sumo3dviz_pt.shapes.stretching import Stretch, round_wheels, stretched
 from sumo3dviz_pt.shapes.vehicle import WheelPlace
@@ -121,23 +123,10 @@ def _units(entry: catalog.Entry, shelf: Shelf, *, wanted: float) -> tuple[tuple[
         return (_unit(entry, shelf, at=0.0),), float(entry.meta["length"])
     length = float(entry.meta["length"])
     rows = list(entry.meta["units"])
-    repeated = [row for row in rows if row.get("repeat")]
-    if repeated:
-        pitch = sum(float(row["pitch"]) for row in repeated)
-        more = max(0, round((wanted - length) / pitch))
-        place = rows.index(repeated[-1]) + 1
-        rest = [{**row, "at": float(row["at"]) - more * pitch} for row in rows[place:]]
-        again = [
-            {**row, "at": float(row["at"]) - k * pitch}
-            for k in range(1, more + 1)
-            for row in repeated
-        ]
-        rows, length = [*rows[:place], *again, *rest], length + more * pitch
-    found = [
-        _unit(catalog.find("vehicles", str(row["model"])), shelf, at=float(row["at"]))
-        for row in rows
-    ]
-    return tuple(found), length
+    pitch = pitch_of(rows)
+    more = spare_units(length, pitch, wanted=wanted)
+    found = [_unit(catalog.find("vehicles", n), shelf, at=x) for n, x in coupled(rows, more)]
+    return tuple(found), length + more * pitch
 
 
 def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
@@ -186,12 +175,16 @@ def shelved(shelf: Shelf, name: str, make: Callable[[], Prototype]) -> Prototype
 def _read_vehicle(entry: catalog.Entry) -> Prototype:
     """Read the baked meshes and lamps of a vehicle."""
     near, far = (
-        tuple(
-            Part(read_ply(entry.folder / row["mesh"]), row["material"]) for row in entry.meta[level]
-        )
+        tuple(Part(_read_mesh(entry, row["mesh"]), row["material"]) for row in entry.meta[level])
         for level in ("parts", "far")
     )
     return Prototype(entry.name, near, far, tuple(_lamp(row) for row in entry.meta["lamps"]))
+
+
+def _read_mesh(entry: catalog.Entry, name: str) -> Mesh:
+    """Read a baked mesh; one of another vehicle that this one turns round is turned."""
+    mesh = read_ply(entry.folder / name)
+    return turned_round(mesh, float(entry.meta["length"])) if "turns" in entry.meta else mesh
 
 
 def _lamp(row: Mapping[str, Any]) -> VehicleLamp:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,3 +129,20 @@ def road_level(roads: RoadLayout, network: Network) -> float:
     if not len(known):
         known = np.array([lane.shape[0, 2] for lane in network.lanes.values()])
     return float(known.mean()) if len(known) else 0.0
+
+
+def with_fields(materials: Mapping[str, Bsdf]) -> dict[str, Bsdf]:
+    """The materials with grounds of grass parted into fields.
+
+    Args:
+        materials: `GroundParts.materials`.
+    """
+    return {name: _parted(bsdf) for name, bsdf in materials.items()}
+
+
+def _parted(bsdf: Bsdf) -> Bsdf:
+    """A material whose patchy texture also shows fields; any other as it is."""
+    colour = bsdf.get("base_color")
+    if not isinstance(colour, Mapping) or not colour.get("patches"):
+        return bsdf
+    return {**bsdf, "base_color": {**colour, "fields": 1.0}}

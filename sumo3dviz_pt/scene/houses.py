@@ -32,7 +32,7 @@ STYLES: Mapping[str, Mapping[str, Style]] = {"homes": HOMES, "shops": SHOPS, "bl
 
 _STREET = 40.0  # how far from a lane a wall still looks at the street [m]
 _NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
-_WEIGHTS = {WINDOWS: 0.0, SHOP_LIGHTS: 0.5}  # windows light nothing that lamps do not
+_WEIGHTS = {WINDOWS: 0.0, SHOP_LIGHTS: 2.0}  # windows light nothing that lamps do not
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,8 +58,8 @@ KINDS: tuple[Kind, ...] = (
         frozenset({"tree", "trees"}),
         "point",
         tuple(SPECIES),
-        (18.0, 38.0, 70.0, 120.0, 240.0),
-        (33_000, 11_200, 4700, 2150, 790, 280),
+        (13.0, 38.0, 70.0, 120.0, 240.0),
+        (51_000, 11_200, 4700, 2150, 790, 280),
         (3.2, 1.5, 9.0),
     ),
     Kind(
@@ -67,8 +67,8 @@ KINDS: tuple[Kind, ...] = (
         frozenset({"shrub", "shrubs", "bush", "bushes"}),
         "point",
         tuple(SHRUBS),
-        (9.0, 18.0, 35.0, 60.0, 110.0),
-        (18_000, 6500, 2200, 1150, 370, 135),
+        (8.0, 18.0, 35.0, 60.0, 110.0),
+        (26_000, 6500, 2200, 1150, 370, 135),
         (1.6, 0.0, 2.5),
     ),
     Kind(
@@ -213,7 +213,7 @@ def _leaf_tint(leaves: Part, settings: ObjectSettings, seed: int, name: str) -> 
     tint = leaves.tint * lightness * np.array([1.0 + 0.13 * warmth, 1.0, 1.0 - 0.12 * warmth])
     if colour is not None:
         tint = np.array(colour) * (tint.mean(axis=1) / tint.mean())[:, None]
-    return np.clip(tint, 0.004, 0.8)
+    return np.asarray(np.clip(tint, 0.004, 0.8))
 
 
 @cache

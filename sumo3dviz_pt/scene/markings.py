@@ -17,11 +17,12 @@ from sumo3dviz_pt.scene.markings_arrows import arrow_paint
 from sumo3dviz_pt.scene.markings_lines import YELLOW, Paint, centre_paint, edge_paint
 from sumo3dviz_pt.scene.markings_through import through_paint
 from sumo3dviz_pt.scene.roads_cells import Cells, quad_polygons, without_overlaps
-from sumo3dviz_pt.scene.roads_graded import Graded, graded_on
+from sumo3dviz_pt.scene.roads_graded import Graded, graded_on, joined
 from sumo3dviz_pt.scene.roads_heights import draped
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import smooth_normals
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
+from sumo3dviz_pt.scene.roads_wear import distance_to
 from sumo3dviz_pt.shapes.planar import polygon_parts, subtract
 from sumo3dviz_pt.shapes.triangulate import triangulate_many
 
@@ -30,6 +31,11 @@ _SOFT_EDGE = 0.03
 
 _EDGE_SHARE, _AGEING = 0.30, 0.42
 """Share of paint at the very edge, and how much of it the oldest paint has lost."""
+
+_SOFT = (_EDGE_SHARE, 1.0, 1.0, _EDGE_SHARE)
+
+_FAR = 150.0
+"""From this distance to the camera's path on, edges are hard [m]."""
 
 
 def road_paint(
@@ -75,27 +81,38 @@ def decal_meshes(
     return meshes
 
 
-def graded_paint(paint: Sequence[Paint], layout: RoadLayout) -> Graded:
-    """White and yellow paint with worn edges, at the height of the surface.
+def graded_paint(
+    paint: Sequence[Paint], layout: RoadLayout, *, focus: BoundsXY | None = None
+) -> Graded:
+    """White and yellow paint at the height of the surface, near the camera with worn edges.
 
     Args:
         paint: As in `decal_meshes`.
         layout: The roads.
+        focus: Box around the camera's path [m]; None takes all paint as near.
     """
     cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
     yellow = np.array([name == YELLOW for name in cells.surfaces], dtype=np.float64)
     names = zip(cells.owners, cells.surfaces, strict=True)
-    ages = [share_of(0, "paint", owner, name) for owner, name in names]
+    ages = np.array([share_of(0, "paint", owner, name) for owner, name in names])
     quads = _lengthwise(cells.quads)
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
-    soft = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
-    shares = np.stack([0 * soft, soft, 1 - soft, 1 + 0 * soft], axis=1)
-    wear = np.zeros((len(quads), 2, 4, 3))
-    wear[..., 0] = 1.0
-    fresh = 1.0 - _AGEING * np.array(ages)[:, None, None]
-    wear[..., 1] = np.array([_EDGE_SHARE, 1.0, 1.0, _EDGE_SHARE]) * fresh
-    wear[..., 2] = yellow[:, None, None]
-    return graded_on(quads, shares, wear, polygons=cells.polygons)
+    rim = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
+    soft = distance_to(focus, quads.mean(axis=1)) < _FAR
+    pieces = []
+    for chosen, places, share in (
+        (soft, ((0.0, 0.0), (0.0, 1.0), (1.0, -1.0), (1.0, 0.0)), _SOFT),
+        # Half a rim narrower, hard edges cover as much.
+        (~soft, ((0.0, 0.5), (1.0, -0.5)), (1.0, 1.0)),
+    ):
+        shares = np.array([[side + k * one for side, k in places] for one in rim[chosen]])
+        wear = np.ones((int(chosen.sum()), 2, len(share), 3))
+        fresh = 1.0 - _AGEING * ages[chosen, None, None]
+        wear[..., 1] = np.array(share) * fresh
+        wear[..., 2] = yellow[chosen, None, None]
+        if chosen.any():
+            pieces.append(graded_on(quads[chosen], shares, wear, polygons=cells.polygons[chosen]))
+    return joined(pieces)
 
 
 def _lengthwise(quads: Floats) -> Floats:

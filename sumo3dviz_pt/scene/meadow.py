@@ -48,7 +48,8 @@ GRASSY = ("grass", "meadow")
 _VARIANTS = 3
 _WHOLE = 6.0  # up to this distance patches are whole [m]
 _BENT = 5.0  # up to this distance blades are bent [m]
-_GAIN = 1.75  # blades shade each other, so each is brighter than the lawn as a whole
+_GAIN = 1.75  # dense blades shade each other, so each is brighter than the lawn as a whole
+_FADE = 0.6  # share of the reach within which they thin out
 _EDGE = 0.4  # within this distance of edges and stems nobody mows [m]
 
 
@@ -172,7 +173,7 @@ def _thinned(away: Floats, budget: int) -> tuple[Ints, Floats]:
     """Blades of each cell, (n,), and how much wider they are, (n,): fewer far away."""
     coarse = np.maximum(away / _WHOLE, 1.0)
     # Towards the end they thin out, so that nobody sees where they end.
-    fade = np.clip((REACH - away) / (0.45 * REACH), 0.0, 1.0)
+    fade = np.clip((REACH - away) / (_FADE * REACH), 0.0, 1.0)
     wanted = PATCH_BLADES * coarse**-1.5 * fade
     triangles = (wanted * np.where(away < _BENT, 3, 1)).sum()
     counts = wanted * min(1.0, budget / max(float(triangles), 1.0))
@@ -221,7 +222,10 @@ def _mown(blades: Blades, lawn: Lawn, eyes: Floats) -> Blades:
     # Nothing stands up before a lens that lies in the grass.
     close, _ = cKDTree(eyes[:, :2]).query(feet) if len(feet) else (np.zeros(0), None)
     heights = blades.heights * (1.0 + 1.6 * wild) * np.clip(np.asarray(close) / 0.8, 0.2, 1.0)
-    tints = _GAIN * blades.tints * lawn.mean * (1.0 + 0.1 * wild[:, None])
+    # Single ones stand in full light: they may not be brighter than the lawn around them.
+    dense = np.clip((REACH - np.asarray(close)) / (_FADE * REACH), 0.0, 1.0)
+    gain = 1.0 + (_GAIN - 1.0) * dense[:, None]
+    tints = gain * blades.tints * lawn.mean * (1.0 + 0.1 * wild[:, None])
     return Blades(blades.feet, blades.turns, heights, blades.widths, blades.leans, tints)
 
 

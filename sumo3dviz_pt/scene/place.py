@@ -11,16 +11,23 @@ from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
 from sumo3dviz_pt.scene import needs
-from sumo3dviz_pt.scene.ground import build_ground
+from sumo3dviz_pt.scene.ground import build_ground, with_fields
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.meadow import Meadow, build_meadow, lawn_of
+from sumo3dviz_pt.scene.planting import Planting, plant, plot_of, why_bare
+from sumo3dviz_pt.scene.planting_far import plant_far
 from sumo3dviz_pt.scene.roads import RoadParts, build_roads
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
-from sumo3dviz_pt.scene.scenery import build_scenery
+from sumo3dviz_pt.scene.scenery import BUDGET, build_scenery
 from sumo3dviz_pt.scene.signals import Signals, build_signals
 from sumo3dviz_pt.scene.street import build_street, site_of
 from sumo3dviz_pt.scene.surroundings import Surroundings, surroundings
 from sumo3dviz_pt.scene.woods import Room, occupied
+
+STATIC_BUDGET = 880_000
+"""Triangles of everything that does not move, about; the rest is traffic's."""
+
+_LEAST_SCENERY = 250_000
 
 ROAD_REACH = 2500.0
 """Roads farther from every eye than this vanish in the haze [m]."""
@@ -79,31 +86,51 @@ def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -
     )
     around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
     around = replace(around, dark=dark)
+    planting = _planting(scenario, job, roads, around)
+    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois))
     meadow = _meadow(scenario, job, roads, around)
-    scenery = build_scenery(
-        scenario.pois, scenario.polygons, job.objects, around=around, textured=job.textured
-    )
     near = replace(network, connections=_connections_in(network, region))
     signals = build_signals(
         near, scenario.signals, job.signals, around=around, raised=roads.surface_height_at
     )
     site = site_of(scenario, around, roads=roads, ground=ground, supports=signals.feet)
     street = build_street(scenario, job.street, site=site, dark=dark)
-    parts = (
+    fixed = (
         *roads.static,
         *ground.static,
         *meadow.static,
-        *scenery.static,
+        *planting.static,
         *signals.static,
         *street.static,
     )
+    taken = sum(len(part.part.mesh.faces) for part in fixed)
+    scenery = build_scenery(
+        scenario.pois,
+        scenario.polygons,
+        job.objects,
+        around=around,
+        textured=job.textured,
+        budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
+    )
+    parts = (*fixed, *scenery.static)
     return Place(
         tuple(part for part in parts if len(part.part.mesh.faces)),
-        {**MATERIALS, **roads.materials, **ground.materials, **scenery.materials},
+        {
+            **MATERIALS,
+            **roads.materials,
+            **(with_fields(ground.materials) if planting.pois else ground.materials),
+            **scenery.materials,
+        },
         roads,
         signals,
         (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *street.lamps),
-        (*meadow.left_out, *scenery.left_out, *signals.left_out, *street.left_out),
+        (
+            *planting.left_out,
+            *meadow.left_out,
+            *scenery.left_out,
+            *signals.left_out,
+            *street.left_out,
+        ),
     )
 
 
@@ -112,13 +139,28 @@ def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
     return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
 
 
+def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Planting:
+    """Trees and shrubs where the scenario has none."""
+    why = why_bare(job.ground.texture, scenario.pois, scenario.polygons, around)
+    if not job.textured:
+        why = "everything is shown in plain colours"
+    if job.ground.planting == "none":
+        why = "switched off by `ground.planting`"
+    if why is not None:
+        return Planting((), (LeftOut("planting", why),))
+    plot = plot_of(list(roads.layout.outline), scenario.pois, scenario.polygons)
+    return replace(
+        plant(scenario.network, plot, around=around), static=plant_far(plot, around=around)
+    )
+
+
 def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:
     """Blades of grass near the cameras; none where everything is plain."""
     if not job.textured:
         return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
     lawn = lawn_of(
         job.ground.texture,
-        paved=roads.layout.outline,
+        paved=list(roads.layout.outline),
         pois=scenario.pois,
         polygons=scenario.polygons,
         eyes=around.viewpoints,

@@ -111,7 +111,7 @@ def road_layers(
     ]
     paint = road_paint(network, settings, layout, region=region)
     if settings.surface in base.worn and not settings.colour:
-        piece = graded_paint(paint, layout)
+        piece = graded_paint(paint, layout, focus=base.focus)
         key = settings.surface
         layers.append(("markings", material_name(key), base.laid(piece, key, _PAINT)))
     else:

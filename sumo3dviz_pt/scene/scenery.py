@@ -283,9 +283,18 @@ def _point_parts(
             chance = Chance(around.seed, name, around.dark)
             body = house_parts(kind, settings, chance, level=int(levels[i]))
         else:
-            body = body_of(kind, settings, seed=around.seed, name=name, level=int(levels[i]))
+            own = _own_model(kind, settings, items[i])
+            body = body_of(kind, own, seed=around.seed, name=name, level=int(levels[i]))
         parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
     return parts
+
+
+def _own_model(kind: Kind, settings: ObjectSettings, item: Poi) -> ObjectSettings:
+    """Settings with the model that an object's parameter `model` asks for, if it is one."""
+    model = item.params.get("model")
+    if model not in kind.models or settings.model:
+        return settings
+    return settings.model_copy(update={"model": (model,)})
 
 
 def _sizes(names: Sequence[str], settings: ObjectSettings, seed: int) -> Floats:

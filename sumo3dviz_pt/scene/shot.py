@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, SkySettings
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
@@ -25,14 +25,18 @@ from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
-from sumo3dviz_pt.scene.crowd import CrowdPlan, heroic, plan_crowd
+from sumo3dviz_pt.scene.crowd import FAR_TRIANGLES, SHOT_TRIANGLES, CrowdPlan, heroic, plan_crowd
 from sumo3dviz_pt.scene.darkness import is_dark
 from sumo3dviz_pt.scene.drawing import Assembly
-from sumo3dviz_pt.scene.place import Place, aimed_at, build_place
+from sumo3dviz_pt.scene.place import Place, build_place
 from sumo3dviz_pt.scene.signals import Signals
 from sumo3dviz_pt.scene.sky import build_sky
 from sumo3dviz_pt.scene.traffic import Fleet, build_fleet, find_rider
 from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
+from sumo3dviz_pt.shapes.clustering import clustered
+
+_CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
+"""Cells in which vertices of stand-ins are merged, until there are few enough [m]."""
 
 _MOST_VIEWS = 120
 
@@ -51,6 +55,7 @@ class Shot:
         limit: Road users in detail in one frame, at most.
         heroes: Models that are drawn in full detail where they are near enough.
         phases: The signal log.
+        dark: Whether everyone has lights on.
     """
 
     data: SceneData
@@ -62,6 +67,7 @@ class Shot:
     limit: int
     heroes: frozenset[str]
     phases: Mapping[str, SignalPhases]
+    dark: bool
 
     def states_at(self, time: float) -> dict[str, str]:
         """State string of every logged traffic light at a time [s], by tls id."""
@@ -88,18 +94,23 @@ class Shot:
         near, posed, far = _parts(list(zip(assemblies, movers, strict=True)), choice)
         return FrameState(time, view, near, far, self.signals.radiance_at(time), posed)
 
-    def under_sky(self, settings: SkySettings) -> Shot:
+    def under_sky(self, settings: SkySettings, lights: Lights = "auto") -> Shot | None:
         """The same shot under another sky; nothing else is built again.
 
         Args:
             settings: A preset, a file, or a sun by angles.
+            lights: The scene file's word on lamps.
+
+        Returns:
+            None if lamps are lit or go out with that sky: what shines is built with a shot.
 
         Raises:
             ConfigError: If settings contradict each other or name what is unknown.
         """
         sky = build_sky(settings)
-        lamps = aimed_at(self.data.lamps, dark=is_dark(sky))
-        return replace(self, data=replace(self.data, sky=sky, lamps=lamps))
+        if is_dark(sky, lights) != self.dark:
+            return None
+        return replace(self, data=replace(self.data, sky=sky))
 
     def _on_footways(self, movers: Sequence[Mover]) -> tuple[Mover, ...]:
         """Lift walkers onto raised footways."""
@@ -167,10 +178,12 @@ def build_shot(
     sparse = [built.view_at(float(time)) for time in times[::every]]
     gaze = needs.Gaze.of(sparse, aspect=aspect)
     place = build_place(scenario, job, gaze, dark=dark)
-    crowd = _crowd(fleet, built, times, aspect)
+    standing = sum(len(part.part.mesh.faces) for part in place.static)
+    crowd = _crowd(fleet, built, times, aspect, budget=SHOT_TRIANGLES - standing)
     fleet = fleet.with_heroes(crowd.heroes)
     shown = sorted({*crowd.slots.near, *crowd.slots.far, *crowd.slots.posed})
     opened = {name: fleet.prototypes[name] for name in shown}
+    opened = _coarse_enough(opened, crowd.slots.far)
     data = SceneData(
         materials=_materials(place, opened.values(), fleet.materials),
         static=place.static,
@@ -192,11 +205,12 @@ def build_shot(
         crowd.limit,
         crowd.heroes,
         scenario.signals,
+        dark,
     )
 
 
-def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> CrowdPlan:
-    """Plan who is drawn how over the whole shot."""
+def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
+    """Plan who is drawn how over the whole shot, with so many triangles."""
     if not fleet.keys:
         return CrowdPlan(Slots(), needs.MOST_NEAR)
     frames = []
@@ -207,7 +221,32 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float) -> CrowdP
         alive, positions, _ = fleet.positions(times[part])
         frames.append((needs.Gaze.of(views, aspect=aspect), alive, positions))
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
-    return plan_crowd(bodies, frames)
+    triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
+    return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
+
+
+def _coarse_enough(
+    prototypes: Mapping[str, Prototype], slots: Mapping[str, int]
+) -> dict[str, Prototype]:
+    """The same bodies with stand-ins so coarse that all of them keep their budget."""
+    found = dict(prototypes)
+    for cell in _CELLS:
+        total = sum(count * _far_triangles(found[name]) for name, count in slots.items())
+        if total <= FAR_TRIANGLES:
+            break
+        for name in slots:
+            whole = prototypes[name]
+            # Those that take poses keep their points.
+            if whole.far_poses is None:
+                parts = (replace(p, mesh=clustered(p.mesh, cell)) for p in whole.far)
+                far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
+                found[name] = replace(whole, far=far or whole.far)
+    return found
+
+
+def _far_triangles(prototype: Prototype) -> int:
+    """Of its stand-in."""
+    return sum(len(part.mesh.faces) for part in prototype.far)
 
 
 def _materials(

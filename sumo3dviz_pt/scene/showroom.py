@@ -111,7 +111,8 @@ def _unit_parts(unit: Unit, level: str) -> list[Part]:
     made: Mapping[str, Prototype] = hero_prototypes([unit.source])
     found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.hero].parts]
     for wheel in unit.wheels:
-        turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if wheel.at[1] < 0.0 else 0.0)
+        back = (wheel.at[1] < 0.0) != wheel.reversed
+        turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if back else 0.0)
         found += [Part(turned.mesh(p.mesh), p.material) for p in made[unit.wheel].parts]
     return found
 

@@ -77,7 +77,8 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
             glass += [_DARK] * len(bars)
     index = _lamp_of_face(meshes)
     tint = np.array(glass)[index]
-    return LampSet(LAMP_SET, "signals", merge_meshes(meshes), index, tuple(names), tint=tint)
+    mesh = merge_meshes(meshes)
+    return LampSet(LAMP_SET, "signals", mesh, index, tuple(names), weight=3.5, tint=tint)
 
 
 def counter_rows(

@@ -56,7 +56,8 @@ _ENDS = (4.0, 14.0)  # kept clear after junctions and before them, where signals
 _WIDE = 9.5  # carriageways from which lamps are high [m]
 _NARROW = 10.0  # both directions together; below, the two sides take turns [m]
 _LEVELS = (60.0, 150.0)
-_RINGS = ((0.0, 70.0, 6.0), (70.0, 160.0, 3.0), (160.0, LIT, 1.5))
+# Distances and weights; the weights as those in render/running_lamps.py, by measuring.
+_RINGS = ((0.0, 70.0, 2.0), (70.0, 160.0, 3.0), (160.0, LIT, 0.8))
 _SHOWN = 14.0
 
 

@@ -7,7 +7,8 @@ References:
     Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
     cd, brake 60-260 cd), 6 (indicators 175-1000 cd in front, 50-500 behind), 23
     (reversing 80-300 cd) and 65 (blue, 120-1700 cd). Head lamps towards oncoming eyes:
-    Regulation 112, point B50L, at most 350 cd.
+    Regulation 112, point B50L, at most 350 cd; a lens gives 60 cd in all directions,
+    beside the 170 cd of stray light that are in the beam.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _STANDING = 0.3
 """Slower vehicles stand, with a foot on the brake [m/s]."""
 
 _INTENSITIES: Mapping[str, tuple[float, Colour]] = {
-    "head": (300.0, (1.0, 0.96, 0.9)),
+    "head": (60.0, (1.0, 0.96, 0.9)),
     "tail": (10.0, (1.0, 0.02, 0.01)),
     "brake": (110.0, (1.0, 0.02, 0.01)),
     "left": (200.0, (1.0, 0.33, 0.0)),

@@ -58,7 +58,7 @@ def woods(land: Land, *, height_at: Callable[[Floats], Floats], room: Room) -> t
         (_line(land, rng), 1.0, LINE_TUFTS),
         (_groves(land, rng), _GROVE, GROVE_TUFTS),
     ):
-        trees = _grown(places, height_at(places), scale, rng)
+        trees = grown(places, height_at(places), scale, rng)
         trees = _chosen(trees, room, MOST // (CORE_FACES + tufts))
         mesh, tint = far_trees(trees, tufts=tufts, rng=rng)
         if len(mesh.faces):
@@ -127,7 +127,7 @@ def _chosen(trees: FarTrees, room: Room, most: int) -> FarTrees:
     return FarTrees(*columns)
 
 
-def _grown(places: Floats, ground: Floats, scale: float, rng: np.random.Generator) -> FarTrees:
+def grown(places: Floats, ground: Floats, scale: float, rng: np.random.Generator) -> FarTrees:
     """Sizes and colours of trees (scale 1) or groves at places."""
     count = len(places)
     cones = (rng.random(count) < 0.22).astype(np.float64)

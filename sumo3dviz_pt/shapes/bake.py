@@ -56,7 +56,8 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
 
     Args:
         folder: Holds `asset.yaml`; gets `<material>.ply`, `far_<material>.ply` and
-            `baked.yaml`, which lists them with lamps and wheels. Others go.
+            `baked.yaml`, which lists them with lamps and wheels. Others go. What `turns`
+            another folder's vehicle round lists the files of that one.
 
     Returns:
         The files written.
@@ -66,18 +67,26 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
     """
     recipe = _read(folder)
     baked = bake_vehicle(recipe)
+    files = () if "turns" in recipe else _write_meshes(folder, baked)
+    for old in set(folder.glob("*.ply")) - set(files):
+        old.unlink()
+    listing = folder / "baked.yaml"
+    source = f"../{recipe['turns']}/" if "turns" in recipe else ""
+    text = yaml.safe_dump(_listing(baked, source), sort_keys=False)
+    listing.write_text(text, encoding="utf-8")
+    _LOG.info("%s: %d files", folder.name, len(files))
+    return (*files, listing)
+
+
+def _write_meshes(folder: Path, baked: BakedVehicle) -> tuple[Path, ...]:
+    """Write both levels of a vehicle."""
     files = []
     for prefix, meshes in (("", baked.parts), ("far_", baked.far)):
         for material, mesh in meshes.items():
             path = folder / f"{prefix}{material}.ply"
             write_ply(path, mesh)
             files.append(path)
-    for old in set(folder.glob("*.ply")) - set(files):
-        old.unlink()
-    listing = folder / "baked.yaml"
-    listing.write_text(yaml.safe_dump(_listing(baked), sort_keys=False), encoding="utf-8")
-    _LOG.info("%s: %d files", folder.name, len(files))
-    return (*files, listing)
+    return tuple(files)
 
 
 def _read(folder: Path) -> dict[str, Any]:
@@ -86,11 +95,11 @@ def _read(folder: Path) -> dict[str, Any]:
     return varied(_read(folder.parent / str(own["base"])), own) if "base" in own else own
 
 
-def _listing(baked: BakedVehicle) -> dict[str, Any]:
+def _listing(baked: BakedVehicle, source: str) -> dict[str, Any]:
     """What `baked.yaml` says: meshes with materials and triangles, lamps, wheels."""
     return {
-        "parts": [_entry("", name, mesh.faces) for name, mesh in baked.parts.items()],
-        "far": [_entry("far_", name, mesh.faces) for name, mesh in baked.far.items()],
+        "parts": [_entry(source, name, mesh.faces) for name, mesh in baked.parts.items()],
+        "far": [_entry(f"{source}far_", name, mesh.faces) for name, mesh in baked.far.items()],
         "lamps": [_plain(asdict(lamp)) for lamp in baked.lamps],
         "wheels": [_plain(asdict(wheel)) for wheel in baked.wheels],
     }

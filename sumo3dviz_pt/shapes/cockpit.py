@@ -81,7 +81,7 @@ def _rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
     radius = float(np.linalg.norm(up))
     out = (np.sin(turn) * across + np.cos(turn) * up) / radius
     axis = np.cross(across, up) / radius**2
-    normals = np.cos(section) * out + np.sin(section) * axis
+    normals = np.cos(section) * out - np.sin(section) * axis
     return _sheet(centre + radius * out + thick * normals, normals=normals)
 
 

@@ -75,7 +75,7 @@ def refine(surface: Surface, curve: Field, body: Field, *, tolerance: float) -> 
 
 def _touched(surface: Surface, curve: Field) -> Bools:
     """Faces in which the curve changes its sign, sampled at seven points."""
-    near = (np.abs(curve(*surface.vertices.T)) < _NEAR)[surface.faces].any(axis=1)
+    near: Bools = np.any((np.abs(curve(*surface.vertices.T)) < _NEAR)[surface.faces], axis=1)
     corners = surface.vertices[surface.faces[near]]
     samples = np.concatenate(
         [corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(1, keepdims=True)], 1

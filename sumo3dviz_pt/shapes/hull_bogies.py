@@ -99,13 +99,12 @@ def _wheelset(bogie: Bogie, at: float) -> Iterator[Piece]:
     r = bogie.radius
     low = (at, 0.0, r)
     web = 0.5 * (inner + outer)
-    face = ((r - 0.006, outer), (0.84 * r, outer), (0.80 * r, web), (0.42 * r, web))
-    hub = ((0.34 * r, outer + 0.01), (0.0, outer + 0.012))
+    face = ((r, outer), (0.84 * r, outer), (0.80 * r, web), (0.0, outer))
     yield Piece(
         "turned", "wheel_steel", low, view="y", mirror=True, far=True,
-        outline=((0.0, inner), (r, inner), (r, outer - 0.006), (r - 0.006, outer)),
+        outline=((0.0, inner), (r, inner), (r, outer)),
     )  # fmt: skip
-    yield Piece("turned", "bogie", low, view="y", outline=(*face, *hub), mirror=True)
+    yield Piece("turned", "bogie", low, view="y", outline=face, mirror=True)
     axle = ((at, -inner, r), (at, inner, r))
     yield Piece("rod", "bogie", outline=axle, round=0.08)
 
@@ -137,7 +136,7 @@ def _middle(bogie: Bogie) -> Iterator[Piece]:
     bulge = 0.5 * (foot + top)
     yield Piece(
         "turned", "rubber", (at, y, 0.0), view="z", mirror=True,
-        outline=((0.0, foot), (0.2, foot), (0.29, bulge), (0.22, top), (0.0, top)),
+        outline=((0.2, foot), (0.29, bulge), (0.22, top)),
     )  # fmt: skip
     damper = ((at - 0.62, y + 0.13, 0.52), (at + 0.30, y + 0.13, 0.56))
     yield Piece("rod", "bogie", outline=damper, round=0.045, mirror=True)
@@ -148,20 +147,19 @@ def _middle(bogie: Bogie) -> Iterator[Piece]:
 def _axle_box(bogie: Bogie, at: float) -> Iterator[Piece]:
     """A bearing with its cover, its springs, its brake and its sand pipe."""
     y, r = bogie.frame, bogie.radius
-    cover = ((0.0, -0.1), (0.15, -0.1), (0.15, 0.1), (0.11, 0.13), (0.0, 0.13))
+    cover = ((0.15, -0.1), (0.15, 0.11), (0.0, 0.13))
     yield Piece("turned", "bogie", (at, y, r), view="y", outline=cover, mirror=True)
-    cap = ((0.07, 0.12), (0.07, 0.142), (0.0, 0.142))
+    cap = ((0.058, 0.11), (0.058, 0.145), (0.0, 0.145))
     yield Piece("turned", "galvanised", (at, y, r), view="y", outline=cap, mirror=True)
     foot, top = r - 0.04, r + 0.24
-    coil = ((0.095, foot), (0.07, 0.5 * (foot + top)), (0.095, top))
     for side in (-0.27, 0.27):
         yield Piece(
             "turned", "bogie", (at + side, y, 0.0), view="z", mirror=True,
-            outline=((0.0, foot), *coil, (0.0, top)),
+            outline=((0.09, foot), (0.09, top)),
         )  # fmt: skip
     yield Piece(
         "block", "bogie", (at - 0.36, y - 0.06, r - 0.12), (at + 0.36, y + 0.06, r - 0.03),
-        round=0.02, mirror=True,
+        round=0.0, mirror=True,
     )  # fmt: skip
     outward = 1.0 if at > bogie.at else -1.0
     pipe = tuple((at + outward * d, 0.76, z) for d, z in ((0.62, 0.75), (0.6, 0.3), (0.52, 0.09)))

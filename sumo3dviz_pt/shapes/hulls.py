@@ -58,14 +58,14 @@ def build_hull_vehicle(asset: Mapping[str, Any]) -> BakedVehicle:
     if not asset.get("recipe", {}).get("turned", False):
         return baked
     parts, far = (
-        {name: _turned(mesh, recipe.length) for name, mesh in level.items()}
+        {name: turned_round(mesh, recipe.length) for name, mesh in level.items()}
         for level in (baked.parts, baked.far)
     )
     lamps = tuple(_turned_lamp(lamp, recipe.length) for lamp in baked.lamps)
     return BakedVehicle(parts, far, lamps)
 
 
-def _turned(mesh: Mesh, length: float) -> Mesh:
+def turned_round(mesh: Mesh, length: float) -> Mesh:
     """A mesh turned by half a circle about the middle of a length [m]."""
     turn = np.array([-1.0, -1.0, 1.0])
     normals = None if mesh.normals is None else mesh.normals * turn

@@ -44,7 +44,7 @@ class _Detail:
 
 
 _DETAILS = (
-    _Detail(12_000, (10, 5, 3, 3), (8, 5, 3, 1), True, 11_000, 16),
+    _Detail(21_000, (10, 5, 3, 3), (8, 5, 3, 1), True, 11_000, 16),
     _Detail(8400, (8, 4, 3), (6, 4, 2), False, 4000, 10),
     _Detail(3400, (6, 3), (5, 3), False, 900, 7),
     _Detail(1750, (5, 3), (4, 2), False, 500),
@@ -68,7 +68,7 @@ def tree(
     Args:
         species: A key of `SPECIES` or `SHRUBS`.
         seed: Of its shape.
-        level: 0 within reach (about 30,000 triangles), 1 near (11,000), 2 (4,000), 3 middle
+        level: 0 within reach (about 50,000 triangles), 1 near (11,000), 2 (4,000), 3 middle
             (2,000), 4 far (700), 5 farther (260); shrubs have half of that.
         height: [m]; default the species' usual one.
 

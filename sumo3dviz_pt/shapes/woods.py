@@ -57,7 +57,7 @@ def _radius(level: Floats, cones: Floats) -> Floats:
     """Radius of crowns at heights in [0, 1], by their largest."""
     round_ = np.sqrt(np.clip(1.0 - ((level - 0.52) / 0.52) ** 2, 0.0, 1.0))
     # Low branches and undergrowth fill the foot of a wood's edge.
-    round_ = np.where(level < 0.52, np.maximum(round_, 0.72 - 0.2 * level), round_)
+    round_ = np.where(level < 0.52, np.maximum(round_, 0.82 - 0.2 * level), round_)
     return np.asarray(np.where(cones > 0.5, 1.0 - level, round_))
 
 
@@ -97,8 +97,11 @@ def _tufts(trees: FarTrees, tufts: int, rng: np.random.Generator) -> Mesh:
     turn = rng.uniform(0, 2 * np.pi, shape)
     level = rng.uniform(0.0, 1.0, shape) ** 0.85
     half, heights = 0.5 * trees.widths[:, None], trees.heights[:, None]
-    # Clumps: the crown swells here and there.
-    lobes = 1.0 + 0.16 * np.sin(3 * turn + rng.uniform(0, 6.3, (shape[0], 1)) + 7.0 * level)
+    # Boughs bear clumps of their own: the crown swells here and has gaps there.
+    phase = rng.uniform(0, 6.3, (shape[0], 3))[:, None]
+    lobes = 1.0 + 0.2 * np.sin(2 * turn + phase[..., 0] + 4.0 * level)
+    lobes += 0.17 * np.sin(5 * turn + phase[..., 1]) * np.sin(11.0 * level + phase[..., 2])
+    lobes = np.where(trees.cones[:, None] > 0.5, 0.5 + 0.5 * lobes, lobes)
     radius = _radius(level, trees.cones[:, None]) * lobes * rng.uniform(0.82, 1.02, shape)
     flat = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     out = np.concatenate([flat * (0.25 + radius)[..., None], (1.5 * (level - 0.4))[..., None]], 2)

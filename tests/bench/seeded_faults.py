@@ -41,6 +41,8 @@ FRAMES = "tests/unit/package/test_frames.py"
 LIGHT = "tests/statistical/test_stability_light.py"
 PLACES = "tests/statistical/test_stability_places.py"
 BROKEN = "tests/statistical/test_stability_broken.py"
+DARK = "tests/unit/package/test_day_and_night.py"
+BY_DAY = "test_by_day_nothing_lights_the_scene_but_the_sky"
 
 FAULTS = {
     "yaw turns clockwise": Fault(
@@ -64,14 +66,14 @@ FAULTS = {
         "return (int(pointer[0]) + 1) & (TABLE_SIZE - 1)", (PICTURES,),
     ),
     "haze veils the sky": Fault(
-        "render/haze.py", "veil = hit[..., None] * fade",
+        "render/haze.py", "veil = both * fade",
         "veil = fade + 0.5 * (1 - hit[..., None])",
         ("tests/unit/render/test_haze.py",),
     ),
     "bodies stand half a metre ahead": Fault(
         "scene/traffic.py",
-        "matrices[:, :3, 3] = np.concatenate([motion.positions for motion in motions])",
-        "matrices[:, :3, 3] = np.concatenate([m.positions for m in motions]) + [0.5, 0, 0]",
+        "matrices[:, :3, 3] = np.stack([motion.positions[1] for motion in motions])",
+        "matrices[:, :3, 3] = np.stack([m.positions[1] for m in motions]) + [0.5, 0, 0]",
         (FRAMES,),
     ),
     "teleports are driven across": Fault(
@@ -91,16 +93,48 @@ FAULTS = {
         ("tests/unit/render/test_passes.py",),
     ),
     "the sun's azimuth is mirrored": Fault(
-        "render/entries.py", "place = sky.sun.direction * SUN_DISTANCE",
-        "place = sky.sun.direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
+        "render/entries.py", "place = direction * SUN_DISTANCE",
+        "place = direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
     ),
     "new values do not reach recordings": Fault(
         "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
     ),
     "far road users beyond the detailed ones are dropped": Fault(
-        "scene/needs.py", "return Choice(near, shown & ~near)",
-        "return Choice(near, shown & ~near & (distance > NEAR_END))",
+        "scene/needs.py", "return Choice(near & ~hero, shown & ~near, hero)",
+        "return Choice(near & ~hero, shown & ~near & (distance > NEAR_END), hero)",
         ("tests/property/test_needs_properties.py",),
+    ),
+    # Law 3: what shines by day and by night.
+    "lamps count as lit by day": Fault(
+        "scene/darkness.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
+    ),
+    "street lamps burn by day": Fault(
+        "scene/street.py", "lamp_sets(lamps, site) if dark else ()", "lamp_sets(lamps, site)",
+        (f"{DARK}::{BY_DAY}",),
+    ),
+    "light paths aim at signals by day": Fault(
+        "scene/place.py", "replace(some, sampled=dark)", "replace(some, sampled=True)",
+        (f"{DARK}::{BY_DAY}",),
+    ),
+    "head lamps have beams by day": Fault(
+        "scene/vehicle_lights.py", 'if not (dark and "head" in roles):',
+        'if "head" not in roles:', (f"{DARK}::{BY_DAY}",),
+    ),
+    "moving vehicles are unlit by night": Fault(
+        "scene/vehicle_lights.py", '{"head", "tail", "sign"} if self.dark else set()', "set()",
+        (f"{DARK}::test_by_night_whoever_drives_is_lit",),
+    ),
+    "plain bodies have no lamps": Fault(
+        "scene/bodies.py", "Prototype(name, made.parts, made.far, lamps)",
+        "Prototype(name, made.parts, made.far)", (f"{DARK}::test_by_night_whoever_drives_is_lit",),
+    ),
+    "an opened vehicle loses its lamps": Fault(
+        "scene/traffic.py", "replace(cut, lamps=body.prototype.lamps)", "replace(cut, lamps=())",
+        (f"{DARK}::test_the_lamps_of_a_driver_at_night_light_its_road",),
+    ),
+    "a night sky leaves a day's lamps off": Fault(
+        "scene/shot.py", "if is_dark(sky, lights) != self.dark:", "if False:",
+        (f"{DARK}::test_lamps_go_on_with_another_sky",),
     ),
     # Guards of the stability suite.
     "the renderer does not recentre": Fault(
@@ -128,6 +162,10 @@ FAULTS = {
         "render/capped.py", "lost = dr.select(sound, radiance - kept, np.inf)",
         "lost = radiance - kept", (BROKEN,),
     ),
+    "slim triangles have no colour": Fault(
+        "render/untiled.py", "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
+        ("tests/unit/render/test_untiled.py",),
+    ),
     "broken pixels are counted but stay": Fault(
         "render/passes.py", "kept[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
     ),
@@ -135,8 +173,8 @@ FAULTS = {
         "render/passes.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
     ),
     "paint lies at the height of the asphalt": Fault(
-        "scene/roads.py", "road_paint(network, settings, layout, region=region), 0.005)",
-        "road_paint(network, settings, layout, region=region), 0.0)",
+        "scene/roads_layers.py", "_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.005, 0.01",
+        "_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.0, 0.01",
         ("tests/statistical/test_stability_layers.py",),
     ),
     "what is 5 cm from the eye is cut open": Fault(

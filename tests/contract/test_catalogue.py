@@ -17,6 +17,10 @@ from sumo3dviz_pt.scene.materials import MATERIALS
 
 BRIGHTEST = 0.85  # principled conserves energy up to this base colour
 FAMILIES = sorted(path.name for path in catalog.data_root("assets").iterdir() if path.is_dir())
+BUILT_WHEN_NEEDED = ("person",)
+VEHICLES = catalog.names("vehicles")
+COUPLED = [name for name in VEHICLES if "units" in catalog.find("vehicles", name).meta]
+SINGLE = [name for name in VEHICLES if name not in COUPLED]
 KINDS = sorted(path.name for path in catalog.data_root("scene_templates").iterdir())
 ASSETS = [(family, name) for family in FAMILIES for name in catalog.names(family)]
 EXAMPLES = sorted(path.parent for path in catalog.data_root("examples").glob("*/scene.yaml"))
@@ -39,6 +43,10 @@ def files_named_in(value: Any) -> Iterator[str]:
             yield from files_named_in(inner)
 
 
+def test_families_are_known() -> None:
+    assert FAMILIES == ["people", "skies", "surfaces", "vehicles"]
+
+
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_folder_of_assets_is_an_asset(family: str) -> None:
     folders = {path.name for path in (catalog.data_root("assets") / family).iterdir()}
@@ -49,10 +57,11 @@ def test_every_folder_of_assets_is_an_asset(family: str) -> None:
 def test_asset_has_a_licence_and_all_its_files(family: str, name: str) -> None:
     entry = catalog.find(family, name)
     assert entry.meta["licence"] == "BSD-3-Clause"
-    assert entry.meta["recipe"], "made by our own code, so the recipe is there"
+    coupled = "units" in entry.meta
+    assert bool(entry.meta.get("recipe")) != coupled, "made by our own code, so a recipe is there"
     named = set(files_named_in(dict(entry.meta)))
-    # People are built when they are first needed.
-    assert named or entry.meta.get("kind") == "person", "an asset without files"
+    # People are built when they are first needed; coupled vehicles show those of their units.
+    assert bool(named) != (coupled or entry.meta.get("kind") in BUILT_WHEN_NEEDED)
     present = {path.name for path in entry.folder.iterdir()} - {"asset.yaml", "baked.yaml"}
     assert named == present
     assert all((entry.folder / file).stat().st_size > 0 for file in named)
@@ -83,12 +92,26 @@ def test_material_reflects_less_than_it_gets(name: str) -> None:
     assert all(0.0 <= part <= BRIGHTEST for colour in colours_in(base) for part in colour)
 
 
-@pytest.mark.parametrize("name", catalog.names("vehicles"))
+@pytest.mark.parametrize("name", SINGLE)
 def test_vehicle_uses_known_materials_and_has_a_far_level(name: str) -> None:
     meta = catalog.find("vehicles", name).meta
+    assert meta["parts"] and meta["far"]
     assert {part["material"] for part in [*meta["parts"], *meta["far"]]} <= set(MATERIALS)
-    assert 1.0 < meta["length"] < 20.0
-    assert 0.6 < meta["width"] < 2.6
+    # The longest and widest things on roads, rails and water.
+    assert 1.0 < meta["length"] < 30.0
+    assert 0.6 < meta["width"] < (2.6 if meta["build"] != "hull" else 5.0)
+
+
+@pytest.mark.parametrize("name", COUPLED)
+def test_coupled_vehicle_is_as_long_and_wide_as_its_units(name: str) -> None:
+    meta = catalog.find("vehicles", name).meta
+    units = [(catalog.find("vehicles", row["model"]).meta, row["at"]) for row in meta["units"]]
+    assert len(units) >= 2
+    assert [at for _, at in units] == sorted((at for _, at in units), reverse=True)
+    assert units[0][1] == 0.0
+    end = max(unit["length"] - at for unit, at in units)
+    assert end == pytest.approx(meta["length"], abs=0.05)
+    assert max(unit["width"] for unit, _ in units) == pytest.approx(meta["width"], abs=0.05)
 
 
 def test_kinds_of_presets() -> None:

@@ -1,7 +1,6 @@
 """`check --stress` on a small scene: real pictures at its edges, judged."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +8,7 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, frame_times, opened, prepare
+from sumo3dviz_pt.pipeline import Request, frame_times, opened, prepare, under_sky
 from sumo3dviz_pt.report.stress import StressOrder, put_under_stress
 from sumo3dviz_pt.report.stress_cases import Case
 
@@ -94,15 +93,17 @@ def test_wrong_wishes_end_in_two(tmp_path, capsys, more, words):
     assert words in capsys.readouterr().err
 
 
-def test_another_sky_is_the_one_that_the_scene_file_would_give(tmp_path):
-    """Swapping the sky of a shot gives the picture of a scene with that sky."""
+@pytest.mark.parametrize(("elevation", "built_again"), [(8, False), (-4, True)])
+def test_another_sky_is_the_one_that_the_scene_file_would_give(tmp_path, elevation, built_again):
+    """Swapping the sky of a shot gives the picture of a scene with that sky and its lamps."""
     place = write_scenario(tmp_path, vehicles=2, signals=True)
-    sky = "{sun: {azimuth: 120, elevation: -4}}"
+    sky = f"{{sun: {{azimuth: 120, elevation: {elevation}}}}}"
     times = frame_times(4.0, 4.1, 10)
     request = Request("post", "draft", (32, 18))
     direct = prepare(load_job(place, {"sky": sky}), request, times)
-    swapped = prepare(load_job(place), request, times)
-    swapped = replace(swapped, shot=swapped.shot.under_sky(direct.job.sky))
+    base = prepare(load_job(place), request, times)
+    swapped = under_sky(base, direct.job.sky)
+    assert (swapped.shot.fleet is not base.shot.fleet) == built_again
     assert swapped.exposure == direct.exposure
     pictures = []
     for production in (direct, swapped):

@@ -106,8 +106,8 @@ def test_head_lamps_light_a_wall_as_the_regulation_asks(session):
     found = lux(session.render(frame_of(view, movers=[car()])).radiance.astype(float))
     across, up, points = angles(view)
     away = np.linalg.norm(points - [0.06, 0.0, HEAD], axis=-1)
-    # The lenses themselves glow with 300 cd on their axis, as oncoming eyes see them.
-    candelas = 2.0 * low_beam(across, up) + 600.0 * points[..., 0] / away
+    # The lenses themselves glow with 60 cd on their axis, as oncoming eyes see them.
+    candelas = 2.0 * low_beam(across, up) + 120.0 * points[..., 0] / away
     expected = candelas * (points[..., 0] / away) / away**2
     bright = (expected > 8.0) & (up < -1.0) & (points[..., 2] > 0)
     assert bright.sum() > 30
@@ -169,3 +169,31 @@ def test_the_farthest_beams_fade():
         places = {round(float(place.position[0] - 0.06)): share for place, share in shown}
         shares.append([places.get(k, 0.0) for k in range(60)])
     assert np.abs(np.diff(np.array(shares), axis=0)).max() < 0.05
+
+
+@pytest.mark.parametrize("ahead", [10.0, 25.0, 40.0])
+def test_the_road_ahead_gets_what_the_beam_gives(ahead):
+    """Horizontal illuminance of both beams and both lenses, E = I h / r^3."""
+    scene = night([plane(120.0)])
+    view = view_at([ahead, 0.0, 30.0], pitch=-89.99, fov=0.5)
+    with session_of(scene, size=(16, 16), quality=FINE) as opened:
+        found = lux(opened.render(frame_of(view, movers=[car()])).radiance.astype(float)).mean()
+    away = np.hypot(ahead - 0.06, HEAD)
+    up = -np.degrees(np.arctan2(HEAD, ahead - 0.06))
+    candelas = 2.0 * float(low_beam(np.array(0.0), np.array(up))) + 120.0 * ahead / away
+    assert found == pytest.approx(candelas * HEAD / away**3, rel=0.1)
+    assert {10.0: 8.0, 25.0: 1.0, 40.0: 0.3}[ahead] < found < 40.0
+
+
+def test_lamps_have_their_colour():
+    """Indicators are amber; brake lamps are red, and far brighter than tail lamps."""
+    roles = ("left", "right", "brake", "tail")
+    lamps = tuple(replace(LAMPS[2], role=role) for role in roles)
+    lights = running_lights([replace(body(), lamps=lamps)], dark=True, left_hand=False)
+    assert lights is not None
+    for role in ("left", "right"):
+        red, green, blue = lights.intensity[role]
+        assert 0.2 < green / red < 0.5 and blue < 0.05 * red
+    for role in ("brake", "tail"):
+        assert max(lights.intensity[role][1:]) < 0.05 * lights.intensity[role][0]
+    assert lights.intensity["brake"][0] > 8.0 * lights.intensity["tail"][0]

@@ -1,7 +1,7 @@
 """Directions are drawn as their densities say: chi-squared tests of skies and materials.
 
-The package has no sampling of its own: it registers one texture (the paint), which only
-looks colours up, and one integrator (the cap), which changes values but draws nothing.
+The package has no sampling of its own: it registers textures, which only look values up,
+and one integrator (the cap), which changes values but draws nothing.
 What is tested is Mitsuba's sampling of the maps and materials that we give it.
 """
 
@@ -18,6 +18,7 @@ from sumo3dviz_pt.render.convert import constant_tint, plugin
 from sumo3dviz_pt.render.entries import sky_entry
 from sumo3dviz_pt.render.panorama import directions
 from sumo3dviz_pt.render.skymap import bake_sky
+from sumo3dviz_pt.render.untiled import register_untiled
 from sumo3dviz_pt.scene.materials import MATERIALS, surface_bsdf
 from sumo3dviz_pt.scene.sky import build_sky
 
@@ -37,6 +38,7 @@ TESTS = len(COSINES) * (len(PLAIN) + len(TEXTURED)) + 3
 @pytest.fixture(autouse=True, scope="module")
 def variant():
     choose_backend("llvm")
+    register_untiled()
 
 
 def passes(sample, density, *, dimensions, domain=None, **more):
@@ -187,7 +189,7 @@ class Lobe:
 def shipped(name):
     """A material as Mitsuba takes it."""
     if name in TEXTURED:
-        return surface_bsdf(catalog.find("surfaces", name))
+        return plugin(surface_bsdf(catalog.find("surfaces", name)), tint={})
     return plugin(MATERIALS[name], tint=constant_tint((0.6, 0.3, 0.1)))
 
 

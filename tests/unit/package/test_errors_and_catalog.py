@@ -42,3 +42,34 @@ def test_templates_and_data():
         catalog.template("quality", "nice")
     with pytest.raises(ConfigError, match="installation is incomplete"):
         catalog.data_root("no such folder")
+
+
+def test_a_variation_holds_what_its_base_says():
+    taxi = catalog.find("vehicles", "taxi")
+    base = catalog.find("vehicles", taxi.meta["base"])
+    assert set(base.meta["recipe"]) <= set(taxi.meta["recipe"])
+    assert (taxi.meta["length"], taxi.meta["build"]) == (base.meta["length"], base.meta["build"])
+    assert taxi.meta["vclass"] != base.meta["vclass"]
+    assert not any(key.startswith("more_") for key in taxi.meta["recipe"])
+    files = catalog.recipe_files(taxi)
+    assert files == (taxi.folder / "asset.yaml", base.folder / "asset.yaml")
+    assert all(path.is_file() for path in files)
+    assert catalog.recipe_files(base) == (base.folder / "asset.yaml",)
+
+
+def test_cache_lies_with_the_user_unless_told_otherwise(tmp_path, monkeypatch):
+    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "here"))
+    assert catalog.cache_root() == tmp_path / "here"
+    assert not (tmp_path / "here").exists(), "asking makes no folder"
+    for unset in (lambda name: monkeypatch.setenv(name, ""), monkeypatch.delenv):
+        unset("SUMO3DVIZ_PT_CACHE")
+        assert catalog.cache_root().name == "sumo3dviz_pt"
+        assert not catalog.cache_root().is_relative_to(tmp_path)
+
+
+def test_tests_keep_out_of_the_users_cache(own_cache):
+    assert catalog.cache_root() == own_cache
+
+
+def test_own_code_is_found():
+    assert (catalog.package_folder("shapes") / "ply.py").is_file()

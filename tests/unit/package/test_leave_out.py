@@ -3,10 +3,12 @@
 import pytest
 from builders import write_scenario
 
+from sumo3dviz_pt.catalog import names
 from sumo3dviz_pt.checks import check_scene, in_words
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.pipeline import Request, frame_times, prepare
 
+PEOPLE = set(names("people"))
 PLANTS = {"trees", "shrubs", "hedges"}
 FAMILIES = {"signals", *PLANTS, "homes", "shops", "blocks", "buildings", "fences"}
 
@@ -20,9 +22,11 @@ def test_without(tmp_path):
     data = data_of(tmp_path)
     assert {part.family for part in data.static} & FAMILIES == set()
     assert data.lamps == ()
-    assert not any("person" in name or "pedestrian" in name for name in data.prototypes)
-    # Leaves stay: grass blades and woods on the horizon are part of the ground.
-    for word in ("bark", "signal", "cloth", "skin"):
+    assert not PEOPLE & set(data.prototypes)
+    assert not data.slots.posed
+    # Leaves stay: grass blades and woods on the horizon are part of the ground. Lenses stay:
+    # vehicles have lamps.
+    for word in ("bark", "signal_h", "signal_p", "signal_b", "cloth", "skin"):
         assert not any(word in name for name in data.materials), word
     said = {item.what: item.why for item in data.left_out}
     assert "persons" in said and any("signal" in what for what in said)
@@ -33,7 +37,8 @@ def test_with(tmp_path, kind):
     data = data_of(tmp_path, **{kind: 2 if kind == "persons" else True})
     families = {part.family for part in data.static}
     if kind == "persons":
-        assert any("pedestrian" in name or "person" in name for name in data.prototypes)
+        assert PEOPLE & set(data.prototypes)
+        assert set(data.slots.posed) <= PEOPLE
         assert "persons" not in {item.what for item in data.left_out}
     else:
         assert families & FAMILIES == {kind}
@@ -50,7 +55,9 @@ def test_every_material_is_used(tmp_path):
     for prototype in data.prototypes.values():
         used |= {part.material for part in (*prototype.parts, *prototype.far)}
     assert set(data.materials) == used | {"signal_lens"}
-    assert set(data.slots.near) | set(data.slots.far) == set(data.prototypes)
+    slots = data.slots
+    assert slots.posed
+    assert {*slots.near, *slots.far, *slots.posed} == set(data.prototypes)
 
 
 def test_states_are_the_logs(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.convert import make_bsdf, plugin
+from sumo3dviz_pt.render.convert import make_bsdf, make_mesh, plugin
 from sumo3dviz_pt.render.untiled import (
     WEAR_ATTRIBUTE,
     is_worn,
@@ -89,3 +89,40 @@ def test_a_jit_variant_gets_the_wear_of_every_vertex():
 def test_only_worn_meshes_are_worn():
     assert not is_worn(triangle()) and not is_worn(triangle(UNWORN))
     assert is_worn(triangle((0.9, 0.0, 0.0)))
+
+
+@pytest.mark.parametrize("width", [1e-1, 1e-3, 1e-5])
+def test_slim_triangles_have_a_colour(width, tmp_path):
+    """Asphalt's triangulation has some that are 5,000 times longer than wide."""
+    if not choose_backend().jit:
+        pytest.skip("needs a JIT variant")
+    register_untiled()
+    pixels = np.full((8, 8, 3), 128, np.uint8)
+    mi.Bitmap(pixels).write(str(tmp_path / "grey.png"))
+    word = {**WORD, "filename": str(tmp_path / "grey.png")}
+    count = 200
+    rng = np.random.default_rng(1)
+    turn, start = rng.uniform(0.0, 2.0 * np.pi, count), rng.uniform(-120.0, 120.0, (count, 2))
+    along = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    across = along[:, ::-1] * [-1.0, 1.0]
+    corners = [start, start + 80.0 * along, start + 40.0 * along + width * across]
+    flat = np.stack(corners, axis=1).reshape(-1, 2)
+    vertices = np.column_stack([flat, np.zeros(len(flat))])
+    wear = np.tile(UNWORN, (len(flat), 1))
+    mesh = Mesh(vertices, np.arange(len(flat)).reshape(-1, 3), None, flat, wear)
+    bsdf = {"type": "diffuse", "reflectance": word}
+    shape = make_mesh(
+        "slim", mesh, bsdf=make_bsdf(bsdf, tint={}), attributes=wear_attributes(bsdf, mesh)
+    )
+    scene = mi.load_dict({"type": "scene", "slim": shape})
+    over = np.stack(corners).mean(axis=0)
+    rays = mi.Ray3f(mi.Point3f(over[:, 0], over[:, 1], 5.0), mi.Vector3f(0.0, 0.0, -1.0))
+    hit = scene.ray_intersect(rays)
+    seen = np.array(hit.is_valid())
+    # Single precision has steps of 8 micrometres out there.
+    assert seen.sum() > (0.9 * count if width > 1e-4 else 20)
+    worn = np.array(hit.bsdf().eval(mi.BSDFContext(), hit, mi.Vector3f(0.0, 0.0, 1.0)))
+    colour = worn.T[seen] * np.pi
+    assert np.isfinite(colour).all()
+    np.testing.assert_allclose(colour, colour.mean(), rtol=0.05)
+    assert colour.mean() == pytest.approx(0.2159, rel=0.03)

@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
 from sumo3dviz_pt.scene.bodies import Body
 from sumo3dviz_pt.scene.cameras import build_camera
+from sumo3dviz_pt.scene.drawing import Assembly, Unit
 from sumo3dviz_pt.scene.riding import parse_view, read_view
 from sumo3dviz_pt.scene.seats import car_seat, class_seat
 from sumo3dviz_pt.scene.traffic import Fleet, build_fleet
@@ -47,7 +48,7 @@ def fleet_of(*trajectories, size=(5.0, 1.8, 1.5), vclass=None):
     seat = car_seat(np.array([-2.0, 0.37, 1.18]), cowl=np.array([-1.1, 0.0, 0.95]))
     if vclass:
         seat = class_seat(vclass, np.array(size))
-    body = Body(plate("box"), np.ones(3), size, seat)
+    body = Body(Assembly("box", (Unit(plate("box")),)), np.ones(3), size, seat)
     count = len(trajectories)
     return Fleet(trajectories, (body,) * count, ((0.5,) * 3,) * count, {"box": body.prototype})
 

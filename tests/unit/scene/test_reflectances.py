@@ -10,8 +10,9 @@ from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW, paint_of
 from sumo3dviz_pt.scene.materials import MATERIALS, surface_bsdf
 from sumo3dviz_pt.scene.surfaces import colour_of, surface_material
-from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, palette
-from sumo3dviz_pt.shapes.user_mesh import read_user_mesh
+from sumo3dviz_pt.shapes.building_palettes import palette
+from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS
+from sumo3dviz_pt.shapes.user_mesh import read_user_vehicle
 
 BRIGHTEST = 0.85
 """Where Mitsuba's `principled` still conserves energy."""
@@ -84,8 +85,9 @@ def test_palettes_keep_to_the_limits(fleet):
 def test_building_colours_keep_to_the_limits(styles):
     for style in styles.values():
         for seed in range(20):
-            colours = palette(style, np.random.default_rng(seed), colour_of("#ffffff"))
+            colours = palette(style.colours, np.random.default_rng(seed), colour_of("#ffffff"))
             assert max(max(colour) for _, colour in colours.values() if colour) <= BRIGHTEST
+            assert {material for material, _ in colours.values()} <= set(MATERIALS)
 
 
 @pytest.mark.parametrize("text", ["#ffffff", "#fefefe", "#00ff00", "#f0f0f0"])
@@ -123,5 +125,14 @@ def test_colours_of_users_meshes_are_clamped(tmp_path):
     box.visual.face_colors = [255, 255, 255, 255]
     path = tmp_path / "white.ply"
     box.export(path)
-    ((_, colour),) = read_user_mesh(path)
-    assert max(colour) <= BRIGHTEST
+    ((_, finish),) = read_user_vehicle(path, materials=MATERIALS).pieces
+    assert max(finish.colour) <= BRIGHTEST
+
+
+def test_colours_of_users_yaml_are_clamped(tmp_path):
+    (tmp_path / "a.obj").write_text("v 5 1 1\nv 3 2 1\nv 3 0 4\nf 1 2 3\n", encoding="utf-8")
+    about = tmp_path / "a.yaml"
+    text = "{mesh: a.obj, materials: {'*': {colour: '#ffffff', roughness: 0.0}}}"
+    about.write_text(text, encoding="utf-8")
+    ((_, finish),) = read_user_vehicle(about, materials=MATERIALS).pieces
+    assert max(finish.colour) <= BRIGHTEST

@@ -100,7 +100,7 @@ def test_sun_by_clock_takes_the_networks_place():
     here = build_sky(SkySettings(sun=NOON), location=BARCELONA)
     there = build_sky(SkySettings(sun={**NOON, "place": (41.4, 2.15)}))
     # Grid north lies 0.56 degrees west of true north, 0.85 degrees west of zone 31's middle.
-    known = np.array(degrees(there)) + (0.85 * np.sin(np.radians(41.4)), 0.0)
+    known = np.add(degrees(there), (0.85 * np.sin(np.radians(41.4)), 0.0))
     assert degrees(here) == pytest.approx(known, abs=1e-3)
     assert degrees(here)[1] == pytest.approx(90 - 41.4 + 23.44, abs=0.1)
     assert degrees(here)[0] == pytest.approx(180, abs=2)

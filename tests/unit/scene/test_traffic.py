@@ -13,7 +13,6 @@ from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
 from sumo3dviz_pt.scene.bodies import build_body
-from sumo3dviz_pt.scene.fitted_models import model_scale
 from sumo3dviz_pt.scene.body_choice import (
     Model,
     ModelChoice,
@@ -23,6 +22,7 @@ from sumo3dviz_pt.scene.body_choice import (
     models_for,
 )
 from sumo3dviz_pt.scene.chance import pick, share_of
+from sumo3dviz_pt.scene.fitted_models import model_scale
 from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
 from sumo3dviz_pt.scene.traffic import build_fleet, find_rider
 

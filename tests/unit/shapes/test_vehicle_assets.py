@@ -12,7 +12,8 @@ import yaml
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.shapes.bake import bake_folder, bake_vehicle, hero_vehicle
+from sumo3dviz_pt.scene.heroes import hero_prototypes
+from sumo3dviz_pt.shapes.bake import bake_folder, bake_vehicle
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, read_recipe
 from sumo3dviz_pt.shapes.ply import read_ply
 
@@ -161,24 +162,32 @@ class TestEveryCar:
             assert 0.72 < 2 * abs(y) / recipe.width < 0.92
 
 
+def close_level(name: str):
+    """Body and wheel by material, from the cache that all tests share."""
+    made = hero_prototypes([name])
+    return tuple(
+        {part.material: part.mesh for part in made[f"{name}/{level}"].parts}
+        for level in ("hero", "wheel")
+    )
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CARS)
 def test_close_level_keeps_its_budget_and_has_the_same_outline(name):
     meta = find("vehicles", name).meta
-    hero = hero_vehicle(meta)
-    assert hero is not None
-    body = sum(len(mesh.faces) for mesh in hero.body.values())
-    wheel = sum(len(mesh.faces) for mesh in hero.wheel.values())
-    assert 25_000 < body + 4 * wheel < 80_000
-    assert set(hero.body) | set(hero.wheel) <= set(MATERIALS)
-    for mesh in (*hero.body.values(), *hero.wheel.values()):
+    body, wheel = close_level(name)
+    faces = sum(len(mesh.faces) for mesh in body.values())
+    faces += 4 * sum(len(mesh.faces) for mesh in wheel.values())
+    assert 25_000 < faces < 80_000
+    assert set(body) | set(wheel) <= set(MATERIALS)
+    for mesh in (*body.values(), *wheel.values()):
         assert areas(mesh).min() > 0.0
-    near = np.concatenate([mesh.vertices for mesh in hero.body.values()])
+    near = np.concatenate([mesh.vertices for mesh in body.values()])
     middle = np.concatenate([mesh.vertices for mesh in meshes(name, "parts").values()])
     # Only where the body is the outline: wheels are not in the close level.
     for way in DIRECTIONS[DIRECTIONS[:, 2] > 0.0]:
         assert (near @ way).max() == pytest.approx((middle @ way).max(), abs=0.02)
-    tyre = hero.wheel["rubber"].bounds
+    tyre = wheel["rubber"].bounds
     assert tyre[1, 2] == pytest.approx(-tyre[0, 2]) == pytest.approx(meta["wheels"][0]["radius"])
 
 
@@ -226,12 +235,25 @@ def first_facing(corners, target, away) -> float:
     return float(normal @ away / np.linalg.norm(normal))
 
 
-@pytest.mark.parametrize("name", ["estate", "pickup"])
-def test_baked_files_are_what_the_recipe_says(tmp_path, name):
+@pytest.fixture(scope="module")
+def baked(tmp_path_factory):
+    """Bakes a car of the catalogue; the same folder each time for the same words."""
+
+    @cache
+    def bake(name: str, again: str = ""):
+        folder = tmp_path_factory.mktemp(f"{name}{again}")
+        own = find("vehicles", name).folder / "asset.yaml"
+        (folder / "asset.yaml").write_bytes(own.read_bytes())
+        return bake_folder(folder)
+
+    return bake
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["city_car", "pickup"])
+def test_baked_files_are_what_the_recipe_says(baked, name):
     entry = find("vehicles", name)
-    (tmp_path / "asset.yaml").write_bytes((entry.folder / "asset.yaml").read_bytes())
-    written = bake_folder(tmp_path)
-    *files, listing = written
+    *files, listing = baked(name)
     assert {path.name for path in files} == {p.name for p in entry.folder.glob("*.ply")}
     assert listing.read_bytes() == (entry.folder / listing.name).read_bytes()
     for path in files:
@@ -240,15 +262,10 @@ def test_baked_files_are_what_the_recipe_says(tmp_path, name):
         assert len(new.faces) == pytest.approx(len(old.faces), rel=0.05, abs=8)
 
 
-def test_baking_twice_gives_the_same_bytes(tmp_path):
-    entry = find("vehicles", "city_car")
-    contents = []
-    for name in ("one", "two"):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "asset.yaml").write_bytes((entry.folder / "asset.yaml").read_bytes())
-        contents.append([path.read_bytes() for path in bake_folder(folder)])
-    assert contents[0] == contents[1]
+@pytest.mark.slow
+def test_baking_twice_gives_the_same_bytes(baked):
+    one, two = ([path.read_bytes() for path in baked("city_car", again)] for again in ("", "again"))
+    assert one == two
 
 
 def recipe() -> dict:

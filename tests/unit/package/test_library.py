@@ -1,0 +1,91 @@
+"""The library as a table, and its files made again."""
+
+import shutil
+
+import pytest
+
+from sumo3dviz_pt import catalog, library
+from sumo3dviz_pt.errors import ConfigError
+
+SMALL = "vehicles/e_scooter"
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_families():
+    assert library.families() == ("people", "skies", "surfaces", "vehicles")
+
+
+def test_table_lists_every_asset_once():
+    head, *rows = library.listing([])
+    assert head.split()[:2] == ["family", "name"]
+    named = [tuple(row.split()[:2]) for row in rows]
+    assert named == [(f, name) for f in library.families() for name in catalog.names(f)]
+    assert all(row.endswith("BSD-3-Clause") for row in rows)
+    # Columns stand under each other.
+    at = head.index("licence")
+    assert {row[at:] for row in rows} == {"BSD-3-Clause"}
+
+
+def test_row_says_size_and_triangles():
+    (row,) = (row for row in library.listing(["vehicles"]) if row.split()[1] == "sedan")
+    meta = catalog.find("vehicles", "sedan").meta
+    near = sum(part["triangles"] for part in meta["parts"])
+    far = sum(part["triangles"] for part in meta["far"])
+    assert f"{near:,} / {far:,}" in row
+    assert f"{meta['length']:.2f} x {meta['width']:.2f} x {meta['height']:.2f}" in row
+
+
+def test_a_family_can_be_chosen():
+    assert {row.split()[0] for row in library.listing(["skies"])[1:]} == {"skies"}
+
+
+@pytest.mark.parametrize("call", [library.listing, lambda word: list(library.build(word))])
+def test_unknown_families_are_refused_with_a_suggestion(call):
+    with pytest.raises(ConfigError, match="did you mean 'vehicles'"):
+        call(["vehicle"])
+
+
+def test_unknown_assets_are_refused():
+    with pytest.raises(ConfigError, match="did you mean 'e_scooter'"):
+        list(library.build(["vehicles/e_scoter"]))
+
+
+def test_built_again_bit_by_bit(tmp_path):
+    assert list(library.build([SMALL], into=tmp_path)) == [(SMALL, 1, 1)]
+    entry = catalog.find(*SMALL.split("/"))
+    assert contents(tmp_path / SMALL) == contents(entry.folder)
+
+
+def test_what_others_vary_is_there_too(tmp_path, monkeypatch):
+    """An asset with a base is built from both recipes, in a folder of copies too."""
+    assets = tmp_path / "assets" / "vehicles"
+    shutil.copytree(catalog.find("vehicles", "e_scooter").folder, assets / "plain")
+    (assets / "dark").mkdir()
+    (assets / "dark" / "asset.yaml").write_text("base: plain\nshare: 0.5\n", encoding="utf-8")
+    monkeypatch.setattr(catalog, "_DATA_ROOTS", (tmp_path,))
+    catalog.names.cache_clear()
+    catalog.find.cache_clear()
+    try:
+        out = tmp_path / "out"
+        assert list(library.build(["vehicles/dark"], into=out)) == [("vehicles/dark", 1, 1)]
+        assert {path.name for path in (out / "vehicles" / "plain").iterdir()} == {"asset.yaml"}
+        made, same = contents(out / "vehicles" / "dark"), contents(assets / "plain")
+        assert {name for name in made if name.endswith(".ply")} == {
+            name for name in same if name.endswith(".ply")
+        }
+        assert made["baked.yaml"] == same["baked.yaml"]
+    finally:
+        catalog.names.cache_clear()
+        catalog.find.cache_clear()
+
+
+def test_in_place_is_the_default(tmp_path, monkeypatch):
+    folders = []
+    monkeypatch.setattr(library, "_bakers", lambda: {"surfaces": folders.append})
+    done = list(library.build(["surfaces", "people"]))
+    assert [folder.name for folder in folders] == list(catalog.names("surfaces"))
+    assert folders[0] == catalog.find("surfaces", folders[0].name).folder
+    assert done[-1][1:] == (len(folders), len(folders)), "people are built when they are needed"

@@ -1,0 +1,72 @@
+"""Contact sheets: every exhibit in a picture of its own."""
+
+import matplotlib.image
+import numpy as np
+import pytest
+from builders import box, diffuse
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.scene import showroom
+from sumo3dviz_pt.scene.showroom import Exhibit
+from sumo3dviz_pt.sheets import SKIES, SheetOrder, _view_of, draw_sheet, sheet_names
+
+SIZE = (96, 54)
+
+
+def block(title, colour, *, low=(-4.0, -1.0, 0.0), high=(0.0, 1.0, 1.5)):
+    return Exhibit(title, (Part(box(low, high), title),), {title: diffuse(*colour)})
+
+
+def two_blocks():
+    yield block("red", (0.7, 0.05, 0.05))
+    yield block("blue", (0.05, 0.05, 0.7))
+
+
+def test_sheets_have_names():
+    assert {"vehicles", "levels", "people", SKIES} <= set(sheet_names())
+
+
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [
+        ((-4.0, -1.0, 0.0), (0.0, 1.0, 1.5)),
+        ((-60.0, -1.5, 0.0), (0.0, 1.5, 4.0)),
+        ((-0.2, -0.2, 0.0), (0.2, 0.2, 12.0)),
+        ((-4.0, -4.0, 0.0), (4.0, 4.0, 0.05)),
+    ],
+    ids=["car", "train", "post", "slab"],
+)
+def test_the_whole_exhibit_is_in_the_picture_and_fills_it(low, high):
+    at = np.array([360.0, 0.0, 0.0])
+    view = _view_of(block("red", (0.5,) * 3, low=low, high=high), at=at, aspect=9 / 16)
+    mesh = Transform.from_pose(at).mesh(box(low, high))
+    local = np.linalg.inv(view.world_from_camera.matrix)
+    corners = mesh.vertices @ local[:3, :3].T + local[:3, 3]
+    assert (corners[:, 0] > 0.0).all()
+    across = np.abs(corners[:, 1] / corners[:, 0]) / np.tan(view.fov / 2)
+    upward = np.abs(corners[:, 2] / corners[:, 0]) / np.tan(view.fov / 2) * 16 / 9
+    assert 0.6 < max(across.max(), upward.max()) <= 1.0
+    assert view.position[2] >= 0.4
+
+
+@pytest.mark.slow
+def test_a_sheet_shows_each_exhibit_with_its_title(tmp_path, monkeypatch):
+    monkeypatch.setitem(showroom.FAMILIES, "blocks", two_blocks)
+    path = tmp_path / "new" / "sheet.png"
+    seen = []
+    draw_sheet(
+        SheetOrder("blocks", path, SIZE, "draft"), progress=lambda *count: seen.append(count)
+    )
+    assert seen == [(1, 2), (2, 2)]
+    picture = matplotlib.image.imread(path)[..., :3]
+    left, right = (part.reshape(-1, 3).mean(axis=0) for part in np.array_split(picture, 2, axis=1))
+    assert left[0] - left[2] > right[0] - right[2] + 0.1
+
+
+def test_unknown_sheets_are_refused(tmp_path):
+    path = tmp_path / "sheet.png"
+    with pytest.raises(ConfigError, match="did you mean 'people'"):
+        draw_sheet(SheetOrder("peple", path))
+    assert not path.exists()

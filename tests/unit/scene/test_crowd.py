@@ -1,0 +1,106 @@
+"""Room for everyone whom a shot shows."""
+
+import numpy as np
+from builders import view_at
+
+from sumo3dviz_pt.scene.crowd import (
+    MOST_HERO_MODELS,
+    MOST_SLOTS,
+    CrowdPlan,
+    Drawn,
+    heroic,
+    plan_crowd,
+)
+from sumo3dviz_pt.scene.needs import Gaze
+
+CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/hero", *(["sedan/wheel"] * 4)))
+TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))
+WALKER = Drawn("walker", ("walker",), ("walker",), posed=True)
+
+
+def frames_of(positions, *, alive=None, times=1):
+    """A camera at the origin that looks east at road users, (k, 3) or (k, n, 3) [m]."""
+    places = np.asarray(positions, dtype=float)
+    if places.ndim == 2:
+        places = np.repeat(places[:, None], times, axis=1)
+    times = places.shape[1]
+    here = np.ones(places.shape[:2], dtype=bool) if alive is None else np.asarray(alive, dtype=bool)
+    gaze = Gaze.of([view_at((0.0, 0.0, 1.5), heading=90.0)] * times, aspect=9 / 16)
+    return [(gaze, here, places)]
+
+
+def in_a_row(count, *, first, step=0.0):
+    return [(first + step * k, 0.0, 0.0) for k in range(count)]
+
+
+def test_nobody_needs_no_room():
+    plan = plan_crowd([CAR], frames_of([(5000.0, 0.0, 0.0)]))
+    assert plan.heroes == frozenset()
+    assert not plan.slots.near and not plan.slots.far and not plan.slots.posed
+
+
+def test_every_distance_has_its_level():
+    plan = plan_crowd([CAR] * 3, frames_of([(8.0, 0, 0), (100.0, 0, 0), (600.0, 0, 0)]))
+    assert plan.heroes == {"sedan"}
+    assert plan.slots.near == {"sedan": 1, "sedan/hero": 1, "sedan/wheel": 4}
+    assert plan.slots.far == {"sedan": 1}
+
+
+def test_units_need_a_slot_each():
+    plan = plan_crowd([TRAIN] * 2, frames_of([(50.0, 0, 0), (90.0, 0, 0)]))
+    assert plan.slots.near == {"engine": 2, "car": 4}
+
+
+def test_who_takes_poses_is_not_instanced():
+    plan = plan_crowd([WALKER, CAR], frames_of([(50.0, 0, 0), (60.0, 0, 0)]))
+    assert plan.slots.posed == {"walker": 1} and plan.slots.near == {"sedan": 1}
+
+
+def test_room_is_for_the_most_at_once_not_for_all():
+    """Ten cars, one after the other: each frame shows one."""
+    places = np.full((10, 10, 3), (50.0, 0.0, 0.0))
+    plan = plan_crowd([CAR] * 10, frames_of(places, alive=np.eye(10)))
+    assert plan.slots.near == {"sedan": 1}
+
+
+def test_chunks_of_a_shot_count_together():
+    near, far = frames_of([(50.0, 0, 0)]), frames_of([(900.0, 0, 0)])
+    plan = plan_crowd([CAR], [*near, *far])
+    assert plan.slots.near == {"sedan": 1} and plan.slots.far == {"sedan": 1}
+
+
+def test_detail_gives_way_where_instances_would_be_too_many():
+    count = 200
+    trains = [Drawn("train", ("car",) * 6, ("car",) * 6)] * count
+    plan = plan_crowd(trains, frames_of(in_a_row(count, first=30.0, step=1.0)))
+    assert sum(plan.slots.near.values()) <= MOST_SLOTS
+    assert plan.slots.near["car"] == 6 * plan.limit
+    assert plan.slots.far["car"] == 6 * (count - plan.limit)
+
+
+def test_only_some_models_are_shown_in_full_detail():
+    """The most seen ones; who is no copy of them is drawn in the middle level."""
+    count = MOST_HERO_MODELS + 3
+    bodies = [
+        Drawn(f"m{k:02}", (f"m{k:02}",), (f"m{k:02}",), (f"m{k:02}/hero",)) for k in range(count)
+    ]
+    # One at a time stands near the camera, the later ones longer.
+    times = sum(range(1, count + 1))
+    alive = np.zeros((count, times), dtype=bool)
+    alive[np.repeat(np.arange(count), np.arange(1, count + 1)), np.arange(times)] = True
+    places = np.full((count, times, 3), (8.0, 0.0, 0.0))
+    plan = plan_crowd(bodies, frames_of(places, alive=alive))
+    assert plan.heroes == {f"m{k:02}" for k in range(3, count)}
+    assert heroic(bodies, plan.heroes).tolist() == [k >= 3 for k in range(count)]
+    assert {name for name in plan.slots.near if "/" not in name} == {"m00", "m01", "m02"}
+
+
+def test_models_without_full_detail_are_never_heroic():
+    assert not heroic([TRAIN], frozenset(["train"])).any()
+
+
+def test_the_order_of_frames_does_not_matter():
+    parts = [*frames_of([(50.0, 0, 0), (400.0, 0, 0)]), *frames_of([(700.0, 0, 0), (9.0, 0, 0)])]
+    one, other = (plan_crowd([CAR, TRAIN], some) for some in (parts, parts[::-1]))
+    assert isinstance(one, CrowdPlan) and one == other
+    assert list(one.slots.near) == sorted(one.slots.near) == list(other.slots.near)

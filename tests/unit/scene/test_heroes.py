@@ -1,0 +1,81 @@
+"""Full detail from the cache: built once, the same each time, never half."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.scene.heroes import hero_exists, hero_prototypes
+from sumo3dviz_pt.scene.materials import MATERIALS
+
+SMALL = "e_scooter"
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path))
+    return tmp_path / "vehicles"
+
+
+def test_who_has_full_detail():
+    assert hero_exists("sedan") and hero_exists(SMALL)
+    assert not hero_exists("tram"), "coupled vehicles show their units"
+
+
+def test_body_and_wheel_in_known_materials(cache):
+    made = hero_prototypes([SMALL])
+    assert set(made) == {f"{SMALL}/hero", f"{SMALL}/wheel"}
+    for name, prototype in made.items():
+        assert prototype.name == name and prototype.parts and not prototype.far
+        assert {part.material for part in prototype.parts} <= set(MATERIALS)
+    body = np.concatenate([p.mesh.vertices for p in made[f"{SMALL}/hero"].parts])
+    length = catalog.find("vehicles", SMALL).meta["length"]
+    assert body[:, 0].min() == pytest.approx(-length, abs=0.3)
+    wheel = np.concatenate([p.mesh.vertices for p in made[f"{SMALL}/wheel"].parts])
+    radius = catalog.find("vehicles", SMALL).meta["wheels"][0]["radius"]
+    assert wheel[:, 2].max() == pytest.approx(radius, rel=0.02)
+    assert wheel[:, 2].min() == pytest.approx(-radius, rel=0.02)
+
+
+def test_built_once_and_read_again(cache, caplog):
+    with caplog.at_level(logging.INFO):
+        first = hero_prototypes([SMALL])
+        assert [record.getMessage() for record in caplog.records if "building" in record.msg] == [
+            f"building {SMALL} in full detail (1 of 1)"
+        ]
+        stamps = {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
+        caplog.clear()
+        again = hero_prototypes([SMALL])
+    assert not caplog.records and stamps
+    assert stamps == {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
+    for name, prototype in first.items():
+        for one, other in zip(prototype.parts, again[name].parts, strict=True):
+            np.testing.assert_array_equal(one.mesh.vertices, other.mesh.vertices)
+            np.testing.assert_array_equal(one.mesh.faces, other.mesh.faces)
+
+
+def test_another_recipe_lies_elsewhere(cache, monkeypatch, tmp_path):
+    hero_prototypes([SMALL])
+    entry = catalog.find("vehicles", SMALL)
+    changed = tmp_path / "asset.yaml"
+    text = (entry.folder / "asset.yaml").read_text(encoding="utf-8")
+    changed.write_text(text + "# changed\n", encoding="utf-8")
+    monkeypatch.setattr(catalog, "recipe_files", lambda _: (changed,))
+    hero_prototypes([SMALL])
+    assert len(list(cache.iterdir())) == 2
+
+
+def test_a_build_that_fails_leaves_nothing(cache, monkeypatch):
+    def fail(*_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr("sumo3dviz_pt.scene.heroes.write_ply", fail)
+    with pytest.raises(OSError, match="disk full"):
+        hero_prototypes([SMALL])
+    assert list(cache.iterdir()) == []
+
+
+def test_nobody_near_builds_nothing(cache):
+    assert hero_prototypes([]) == {}
+    assert not cache.exists()

@@ -1,0 +1,109 @@
+"""Planting: never on what is paved or built, nor in a camera's sight; always the same."""
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sumo3dviz_pt.model.network import Location, Network
+from sumo3dviz_pt.model.traffic import Poi
+from sumo3dviz_pt.scene.kinds import kind_of
+from sumo3dviz_pt.scene.needs import Gaze
+from sumo3dviz_pt.scene.planting import (
+    CLEAR,
+    MARGIN,
+    MOST_SHRUBS,
+    MOST_TREES,
+    SHRUB_OFF,
+    TREE_OFF,
+    Plot,
+    plant,
+    why_bare,
+)
+from sumo3dviz_pt.scene.planting_far import MOST, plant_far
+from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.shapes.trees import SHRUBS, SPECIES
+
+EMPTY = Network({}, {}, (), Location())
+ROAD = shapely.box(-900.0, -6.0, 900.0, 6.0)
+HOUSE = shapely.box(60.0, 60.0, 90.0, 80.0)
+
+
+def gaze(eye=(0.0, 0.0, 10.0), way=(1.0, 0.0, 0.0), half=0.6):
+    return Gaze(np.array([eye]), np.array([way]), np.array([half]))
+
+
+def around(seed=1, **kw):
+    return surroundings(EMPTY, seed=seed, gaze=gaze(**kw), height_at=lambda at: np.zeros(len(at)))
+
+
+def spots(pois, kind):
+    at = [poi.position for poi in pois if poi.type == kind]
+    return np.array(at, dtype=float).reshape(-1, 2)
+
+
+@settings(max_examples=4, deadline=None)
+@given(
+    st.integers(0, 99),
+    st.floats(-400, 400),
+    st.lists(st.tuples(*[st.floats(-400, 400)] * 2, st.floats(3, 60)), max_size=4),
+)
+def test_nothing_stands_on_roads_or_in_footprints(seed, y, discs):
+    paved = [ROAD, *(shapely.Point(a, b).buffer(r) for a, b, r in discs)]
+    plot = Plot(paved, [HOUSE], np.array([(100.0, 100.0)]))
+    found = plant(EMPTY, plot, around=around(seed, eye=(0.0, y, 10.0))).pois
+    for kind, margin in (("tree", TREE_OFF), ("shrub", SHRUB_OFF)):
+        places = spots(found, kind)
+        if not len(places):
+            continue
+        points = shapely.points(places)
+        assert min(shapely.distance(area, points).min() for area in paved) >= margin - 1e-6
+        assert shapely.distance(HOUSE, points).min() >= MARGIN - 1e-6
+        assert np.hypot(*(places - [100.0, 100.0]).T).min() >= MARGIN
+
+
+def test_planting_depends_on_the_seed_only():
+    one, again, other = (plant(EMPTY, Plot([ROAD]), around=around(seed)).pois for seed in (1, 1, 2))
+    assert one == again != other
+    assert len({poi.id for poi in one}) == len(one)
+    assert {poi.params["model"] for poi in one} <= {*SPECIES, *SHRUBS}
+    assert all(kind_of(poi.type, poi.source) in ("trees", "shrubs") for poi in one)
+
+
+def test_there_are_enough_and_not_too_many():
+    found = plant(EMPTY, Plot([ROAD]), around=around(half=3.0)).pois
+    assert 100 < len(spots(found, "tree")) <= MOST_TREES
+    assert 20 < len(spots(found, "shrub")) <= MOST_SHRUBS
+
+
+def test_no_tree_hides_the_roads_before_a_camera_that_stays():
+    trees = spots(plant(EMPTY, Plot([ROAD]), around=around()).pois, "tree")
+    angle = np.abs(np.arctan2(trees[:, 1], trees[:, 0]))
+    assert np.hypot(*trees[angle < 0.5].T).min() > CLEAR
+
+
+def test_what_lies_far_stands_free_too_and_keeps_its_budget():
+    parts = plant_far(Plot([ROAD]), around=around(half=3.0))
+    for part in parts:
+        assert not shapely.contains_xy(ROAD, part.part.mesh.vertices[:, :2]).any()
+    trees = sum(len(part.part.mesh.faces) for part in parts if part.part.material == "leaf")
+    assert 0.3 * MOST < trees <= MOST
+    again = plant_far(Plot([ROAD]), around=around(half=3.0))
+    pairs = zip(parts, again, strict=True)
+    assert all((a.part.mesh.vertices == b.part.mesh.vertices).all() for a, b in pairs)
+
+
+@pytest.mark.parametrize(
+    ("surface", "pois", "bare"),
+    [
+        ("ground_grass", (), False),
+        ("ground_sand", (), True),
+        ("ground_grass", ("tree", 60.0), True),
+        ("ground_grass", ("tree", -300.0), False),
+        ("ground_grass", ("bench", 60.0), False),
+    ],
+)
+def test_only_green_land_without_trees_in_view_is_planted(surface, pois, bare):
+    given = [Poi("a", pois[0], (pois[1], 0.0), None, None, "a.xml")] if pois else []
+    assert (why_bare(surface, given, (), around()) is not None) == bare

@@ -1,0 +1,30 @@
+"""Coarser stand-ins."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import ball
+
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.shapes.clustering import clustered
+
+
+@pytest.mark.parametrize("cell", [0.1, 0.25, 0.5])
+def test_a_ball_keeps_its_outline_and_loses_faces(cell):
+    fine = ball((1.0, 2.0, 3.0), 1.0)
+    coarse = clustered(fine, cell)
+    assert len(coarse.faces) < len(fine.faces) * min(1.0, 0.05 / cell**2)
+    assert np.abs(coarse.bounds - fine.bounds).max() < cell
+    a, b, c = (coarse.vertices[coarse.faces[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    assert (np.linalg.norm(normals, axis=1) > 1e-6).all()
+    outward = np.einsum("ij,ij->i", normals, (a + b + c) / 3 - [1, 2, 3])
+    assert (outward > 0).mean() > 0.97
+
+
+def test_small_things_vanish():
+    speck = ball((0.0, 0.0, 0.0), 0.01)
+    assert not len(clustered(speck, 0.5).faces)
+    none = Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
+    assert not len(clustered(none, 0.5).faces)

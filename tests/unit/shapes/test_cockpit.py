@@ -1,0 +1,86 @@
+"""Dashboard and steering wheel before a driver."""
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.shapes.cockpit import cockpit
+
+CAR = {"front": -1.1, "belt": 0.95, "edge": 1.0}
+EYE = np.array([-2.1, 0.37, 1.2])
+
+
+def made(width=1.8, *, eye=EYE, **given):
+    return list(cockpit(width, **{**CAR, **given}, eye=eye))
+
+
+def corners(mesh):
+    return mesh.vertices[mesh.faces]
+
+
+def shelf_of(pieces):
+    return next(mesh for material, mesh in pieces if material == "interior")
+
+
+def wheel_of(pieces):
+    """Rim and spokes, (n, 3)."""
+    return np.concatenate([mesh.vertices for material, mesh in pieces if material == "trim"])
+
+
+@pytest.mark.parametrize("width", [1.6, 1.8, 2.55])
+def test_shelf_fits_between_the_doors_and_ends_at_the_bonnet(width):
+    low, high = shelf_of(made(width)).bounds
+    assert -width / 2 < low[1] and high[1] < width / 2
+    assert high[1] == pytest.approx(-low[1])
+    assert high[0] == pytest.approx(CAR["front"] + 0.03)
+    assert -0.6 < low[0] - CAR["front"] < -0.4
+    assert low[2] >= 0.2
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_hood_and_wheel_are_before_the_driver(side):
+    eye = EYE * [1.0, side, 1.0]
+    pieces = made(eye=eye)
+    inner = shelf_of(pieces).vertices
+    inner = inner[inner[:, 0] < CAR["front"] - 0.15]
+    assert inner[np.argmax(inner[:, 2]), 1] == pytest.approx(eye[1], abs=0.06)
+    assert wheel_of(pieces)[:, 1].mean() == pytest.approx(eye[1], abs=0.02)
+
+
+@pytest.mark.parametrize(("width", "radius"), [(1.8, 0.187), (2.55, 0.23)])
+def test_wheel_is_a_ring_ahead_of_and_below_the_eye(width, radius):
+    points = wheel_of(made(width))
+    low, high = points.min(axis=0), points.max(axis=0)
+    assert high[1] - low[1] == pytest.approx(2 * (radius + 0.0155), abs=2e-3)
+    assert high[2] < EYE[2] - 0.05 and low[0] > EYE[0] + 0.2
+    # It leans: the top is farther from the driver than the bottom.
+    rim = made(width)[1][1].vertices
+    top, bottom = rim[np.argmax(rim[:, 2])], rim[np.argmin(rim[:, 2])]
+    assert top[0] > bottom[0] + radius * 0.5
+
+
+def test_the_road_is_seen_over_the_dashboard():
+    """Six degrees under the horizon nothing is in the way."""
+    away = np.concatenate([mesh.vertices for _, mesh in made()]) - EYE
+    dip = np.degrees(np.arctan2(-away[:, 2], np.hypot(away[:, 0], away[:, 1])))
+    assert dip.min() > 6.0
+
+
+def test_meshes_have_area_and_unit_normals_that_agree_with_faces():
+    for _, mesh in made():
+        a, b, c = (corners(mesh)[:, k] for k in range(3))
+        normals = np.cross(b - a, c - a)
+        assert np.linalg.norm(normals, axis=1).min() > 0.0
+        np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-6)
+        agree = (normals[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0.0
+        assert agree.mean() > 0.97
+
+
+def test_shelf_looks_up_and_the_rim_outwards():
+    pieces = made()
+    shelf, rim = shelf_of(pieces), pieces[1][1]
+    flat = shelf.normals[shelf.vertices[:, 0] > CAR["front"] - 0.25]
+    assert (flat[:, 2] > 0.0).all()
+    middle = rim.vertices.mean(axis=0)
+    away = rim.vertices - middle
+    farthest = np.linalg.norm(away, axis=1) > 0.195
+    assert ((away * rim.normals).sum(axis=1)[farthest] > 0.0).all()

@@ -1,0 +1,40 @@
+"""Lamps of bodies that stand for classes without models."""
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.shapes.plain_bodies import plain_body
+from sumo3dviz_pt.shapes.plain_lamps import NARROW, UNLIT, plain_lamps
+from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+
+SIZES = [1.0, 1.7]
+"""Factors on the length."""
+
+
+def lamps_of(vclass, factor):
+    size = CLASS_DEFAULTS[vclass]
+    length = factor * size.length
+    body = plain_body(vclass, length=length, width=size.width, height=size.height)
+    return plain_lamps(vclass, [part.mesh for part in body.parts]), length
+
+
+@pytest.mark.parametrize("factor", SIZES)
+@pytest.mark.parametrize("vclass", sorted(set(CLASS_DEFAULTS) - UNLIT))
+def test_everybody_has_lamps_that_shine_away_from_the_body(vclass, factor):
+    lamps, length = lamps_of(vclass, factor)
+    front = "sign" if vclass == "ship" else "head"
+    count = 1 if vclass in NARROW else 2
+    assert [lamp.role for lamp in lamps] == [
+        role for role in (front, "tail", "brake") for _ in range(count)
+    ]
+    for lamp in lamps:
+        ahead = lamp.role == front
+        assert np.cos(lamp.yaw) == pytest.approx(1.0 if ahead else -1.0)
+        assert (lamp.at[0] > -0.5 * length) == ahead
+        assert -length - 0.02 < lamp.at[0] < 0.02
+    assert sum(lamp.at[1] for lamp in lamps) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("vclass", sorted(UNLIT))
+def test_walkers_and_boxes_have_none(vclass):
+    assert lamps_of(vclass, 1.0)[0] == ()
