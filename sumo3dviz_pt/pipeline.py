@@ -19,7 +19,7 @@ import numpy as np
 
 from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality, SkySettings
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
@@ -215,16 +215,6 @@ def prepare(job: Job, request: Request, times: Floats) -> Production:
     shot = build_shot(scenario, trajectories, job, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(job, name, shot, times, quality, request.variant, files, spent)
-
-
-def under_sky(made: Production, sky: SkySettings) -> Production:
-    """A production under another sky; built again only if lamps are lit or go out with it."""
-    job = made.job.model_copy(update={"sky": sky})
-    shot = made.shot.under_sky(sky, job.lights)
-    if shot is not None:
-        return replace(made, job=job, shot=shot)
-    again = prepare(job, Request(made.camera, variant=made.variant), made.times)
-    return replace(again, quality=made.quality)
 
 
 def _check_window(scenario: Scenario, times: Floats) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.job import Quality
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.render.entries import SUN_DISTANCE
 
 
@@ -29,27 +29,44 @@ def guide_spp(quality: Quality) -> int:
     return min(max(quality.spp // 4, 4), 16)
 
 
-def guide_plugin(quality: Quality) -> dict[str, Any]:
-    """The integrator of the pass, as a plugin dict."""
+def guide_plugin(quality: Quality, *, lamps: bool = False) -> dict[str, Any]:
+    """The integrator of the pass, as a plugin dict.
+
+    Args:
+        quality: Says what is needed.
+        lamps: Whether it also looks where lamps are seen directly.
+    """
     depth = {"type": "depth"}
-    if not is_guided(quality):
+    if not (is_guided(quality) or lamps):
         return depth
-    return {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
+    found = {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
+    # Paths that end at the first surface carry what that emits.
+    return {**found, "lamps": {"type": "path", "max_depth": 1}} if lamps else found
 
 
 def as_guides(image: Image) -> dict[str, Image]:
     """The pass by name.
 
     Args:
-        image: Channels of the integrator on an `rgba` film, (h, w, 4 or 10).
+        image: Channels of the integrator on an `rgba` film, (h, w, 4, 10 or 14).
 
     Returns:
         `depth` x share of hits [m] and `hit` in [0, 1], (h, w) each; `albedo` and
-        `normal`, (h, w, 3) each, if they were asked for.
+        `normal`, (h, w, 3) each, if they were asked for; `lamp`, 1 where one is seen, (h, w).
     """
     depth, hit = image[..., 0], np.clip(image[..., 3], 0.0, 1.0)
     # What sees the sun sees no surface; the sun is a disc only to the renderer.
     guides = {"depth": depth, "hit": np.where(depth > 0.1 * SUN_DISTANCE, 0.0, hit)}
     if image.shape[-1] > 4:
-        guides |= {"albedo": image[..., 4:7], "normal": image[..., 7:10]}
+        guides |= {"albedo": image[..., -6:-3], "normal": image[..., -3:]}
+    if image.shape[-1] > 10:
+        seen = image[..., 4:7].max(axis=-1) > 0.0
+        guides["lamp"] = (seen & (guides["hit"] >= 1.0)).astype(np.float32)
     return guides
+
+
+def uncapped(seen: dict[str, Image]) -> Bools | None:
+    """Where emitters are seen directly, as guides tell, (h, w); None if they do not."""
+    if "hit" not in seen:
+        return None
+    return np.asarray((seen["hit"] < 1.0) | (seen.get("lamp", np.zeros(1)) > 0.0))

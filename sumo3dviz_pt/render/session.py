@@ -15,7 +15,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job import Quality
-from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.render import convert, guides
 from sumo3dviz_pt.render.backend import Backend
@@ -137,6 +137,7 @@ class Session:
             self._scalar = None if backend.jit else ScalarMovers(scene, self._materials)
             running = scene.running is not None and scene.running.sampled
             aimed = running or any(lamps.sampled for lamps in scene.lamps)
+            self._aimed = aimed
             weight = sky_weight(self.sky, lamps=aimed)
             self._lights: dict[str, Any] = {
                 "sky": sky_entry(self.sky, weight),
@@ -191,7 +192,7 @@ class Session:
             with clock.phase("guides"):
                 found = self._guides(seed)
             with clock.phase("render"):
-                sum_of = self._passes(seed, found.get("hit"), after_pass)
+                sum_of = self._passes(seed, guides.uncapped(found), after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
@@ -214,9 +215,12 @@ class Session:
         with self.clock.phase("denoise"):
             if denoiser != "none":
                 albedo, normal = samples.guides.get("albedo"), samples.guides.get("normal")
+                # Lamps are so bright that the denoiser would smear them.
+                excess = samples.lost * samples.guides.get("lamp", np.zeros(1))[..., None]
+                radiance = radiance - excess
                 smooth = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
                 share, hit = self.settings.quality.raw_share, samples.guides["hit"]
-                radiance = mixed(smooth, radiance, hit=hit, share=share)
+                radiance = mixed(smooth, radiance, hit=hit, share=share) + excess
             return self.hazed(radiance, samples.guides, frame)
 
     def hazed(self, radiance: Image, seen: dict[str, Image], frame: FrameState) -> Image:
@@ -261,7 +265,7 @@ class Session:
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
         in_kernel = self.backend.jit and quality.cap is not None
         self._integrator = capped_integrator(path, self._limit) if in_kernel else path
-        self._guide_integrator = mi.load_dict(guides.guide_plugin(quality))
+        self._guide_integrator = mi.load_dict(guides.guide_plugin(quality, lamps=self._aimed))
         # One recording each: a shared one is recorded anew at every change of integrator.
         self._trace, self._trace_guides = self._tracer(), self._tracer()
 
@@ -366,11 +370,10 @@ class Session:
     def _passes(
         self,
         seed: int,
-        hit: Image | None,
+        exempt: Bools | None,
         after_pass: Callable[[int, int], None] | None,
     ) -> Accumulator:
-        """Render all passes of a frame."""
-        exempt = None if hit is None else hit < 1.0
+        """Render all passes of a frame; the cap does not count where pixels are exempt."""
         accumulator = Accumulator(exempt, white=self.settings.white)
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):

@@ -32,12 +32,12 @@ from sumo3dviz_pt.pipeline import (
     opened,
     prepare,
     read,
-    under_sky,
 )
 from sumo3dviz_pt.report.stress_cases import SIZE, SPOTS, Case, Facts, all_cases, why_not
 from sumo3dviz_pt.report.stress_checks import Evidence, judge, light_of
 from sumo3dviz_pt.report.stress_facts import facts_of
 from sumo3dviz_pt.report.stress_report import Outcome, StressReport
+from sumo3dviz_pt.report.stress_sky import under_sky
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Session
@@ -272,7 +272,7 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
     evidence = Evidence(
         radiance=session.finish(samples, frame),
         open_sky=~np.isfinite(samples.distance),
-        light=light_of(session.sky, session.data.lamps, frame),
+        light=light_of(session.sky, session.data.lamps, frame, session.data),
         limit=float(limit),
         exposure=production.exposure + case.exposure,
         tone=production.job.output.tone,

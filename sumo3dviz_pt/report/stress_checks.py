@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
-from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.model.lamps import LampSet, RunningLights
+from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.report.stress_cases import Case
 
 MARGIN = 1.05
@@ -67,13 +67,16 @@ class Light:
         return self.common + self.directed / np.pi + self.lamps
 
 
-def light_of(sky: Any, sets: Sequence[LampSet], frame: FrameState) -> Light:
+def light_of(
+    sky: Any, sets: Sequence[LampSet], frame: FrameState, scene: SceneData | None = None
+) -> Light:
     """What shines.
 
     Args:
         sky: The session's baked sky: `radiance` (h, w, 3) from zenith to nadir, and `sun`.
         sets: The scene's lamps.
-        frame: For their radiance.
+        frame: For the radiance of those that change.
+        scene: For the lamps of its vehicles; None has none.
     """
     luminance = np.asarray(sky.radiance, np.float64) @ _LUMINANCE
     rows, columns = luminance.shape
@@ -83,10 +86,12 @@ def light_of(sky: Any, sets: Sequence[LampSet], frame: FrameState) -> Light:
     cosine = solid * np.maximum(np.cos(theta), 0.0)
     directed = float((np.maximum(luminance - common, 0.0) * solid[:, None]).sum())
     sun = np.zeros(3) if sky.sun is None else np.asarray(sky.sun.radiance)
-    lamps = {each.id: np.max(frame.lamps[each.id], axis=0, initial=0.0) for each in sets}
-    lighting = [lamps[each.id] for each in sets if each.sampled]
+    lamps = [(each.sampled or each.radiance is not None, _peak(each, frame)) for each in sets]
+    if scene is not None and scene.running is not None:
+        lamps.append((scene.running.sampled, _lens(scene, scene.running)))
+    lighting = [peak for lights, peak in lamps if lights]
     return Light(
-        brightest=float(np.max([sky.radiance.max(), sun.max(), *map(np.max, lamps.values())])),
+        brightest=float(np.max([sky.radiance.max(), sun.max(), *(p.max() for _, p in lamps)])),
         common=common,
         directed=directed + (0.0 if sky.sun is None else float(sky.sun.irradiance @ _LUMINANCE)),
         mean=float((luminance.mean(axis=1) * cosine).sum() / cosine.sum()),
@@ -94,6 +99,25 @@ def light_of(sky: Any, sets: Sequence[LampSet], frame: FrameState) -> Light:
         sun=float(sun @ _LUMINANCE),
         lamps=max((float(peak @ _LUMINANCE) for peak in lighting), default=0.0),
     )
+
+
+def _peak(lamps: LampSet, frame: FrameState) -> Floats:
+    """Highest radiance of a set's lamps by channel, (3,)."""
+    radiance = frame.lamps[lamps.id] if lamps.radiance is None else lamps.radiance
+    return np.asarray(np.max(radiance, axis=0, initial=0.0))
+
+
+def _lens(scene: SceneData, running: RunningLights) -> Floats:
+    """Highest radiance of vehicles' lenses by channel, (3,)."""
+    # A hexagon fills this share of the lens's box.
+    share = 3.0 / 4.0 * np.sin(np.pi / 3.0)
+    lit = [
+        np.array(running.intensity[lamp.role]) / (share * lamp.size[0] * lamp.size[1])
+        for body in scene.prototypes.values()
+        for lamp in body.lamps
+        if lamp.role in running.intensity
+    ]
+    return np.asarray(np.max(lit, axis=0, initial=0.0) if lit else np.zeros(3))
 
 
 def _quantile(luminance: Floats, solid: Floats) -> float:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.shapes.box_recipe import Piece
+from sumo3dviz_pt.shapes.box_recipe import Piece, Points
 
 _T = TypeVar("_T", bound="Bogie | Pantograph")
 
@@ -182,7 +182,7 @@ def pantograph_pieces(item: Pantograph) -> Iterator[Piece]:
     yield _arm(frame, 0.03, mirror=True)
     for d in (-0.55, 0.0, 0.55):
         yield _arm(((item.at + d, -0.45, foot - 0.05), (item.at + d, 0.45, foot - 0.05)), 0.03)
-    yield _arm(((item.at, 0.0, foot), (knee[0], 0.0, knee[1])), 0.05, far=False)
+    yield _arm(((item.at, 0.0, foot), (knee[0], 0.0, knee[1])), 0.05)
     yield _arm(
         ((item.at - sign * 0.3, 0.0, foot), (knee[0] + sign * 0.12, 0.0, knee[1] - 0.1)), 0.022
     )
@@ -195,7 +195,8 @@ def pantograph_pieces(item: Pantograph) -> Iterator[Piece]:
     yield _arm(link, 0.015, mirror=True)
 
 
-def _arm(path: tuple[tuple[float, ...], ...], radius: float, **flags: bool) -> Piece:
+def _arm(path: Points, radius: float, *, mirror: bool = False) -> Piece:
     """A tube of a pantograph."""
-    return Piece("rod", "galvanised", outline=path, round=radius, outside=True, **flags)
-
+    return Piece(
+        "rod", "galvanised", outline=path, round=radius, outside=True, mirror=mirror
+    )  # fmt: skip

@@ -8,9 +8,10 @@ from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, frame_times, opened, prepare, under_sky
+from sumo3dviz_pt.pipeline import Request, frame_times, opened, prepare
 from sumo3dviz_pt.report.stress import StressOrder, put_under_stress
 from sumo3dviz_pt.report.stress_cases import Case
+from sumo3dviz_pt.report.stress_sky import under_sky
 
 pytestmark = pytest.mark.slow
 

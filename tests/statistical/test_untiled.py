@@ -4,12 +4,15 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+from builders import RAW, frame_of, plane, scene_of, session_of, static, view_at
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import plugin
-from sumo3dviz_pt.render.untiled import register_untiled
+from sumo3dviz_pt.render.untiled import PERIOD, PIXEL, register_untiled
 from sumo3dviz_pt.scene.materials import surface_bsdf
+from sumo3dviz_pt.scene.surfaces import planar_uvs
 
 pytestmark = pytest.mark.slow
 
@@ -82,3 +85,45 @@ def test_far_away_it_fades_to_its_mean():
 def test_a_place_looks_the_same_every_time():
     word, uv = word_of("asphalt"), spots(count=1000)
     assert np.array_equal(values_at(word, uv), values_at(word, uv))
+
+
+@pytest.mark.parametrize("distance", [20.0, 80.0])
+def test_larger_pixels_see_less_of_the_stones(distance):
+    word, uv = word_of("asphalt"), spots(count=100_000)
+    fine = values_at(word, uv, distance=distance)
+    register_untiled(8 * PIXEL)
+    coarse = values_at(word, uv, distance=distance)
+    register_untiled()
+    assert coarse.std() < 0.8 * fine.std()
+    assert coarse.mean() == pytest.approx(fine.mean(), rel=0.02)
+
+
+def test_whole_periods_change_nothing():
+    """Far meshes and recentred ones drop whole periods: their roads must not jump there."""
+    word = word_of("asphalt")
+    # Multiples of 2^-12, so that the shift is exact in single precision.
+    uv = np.floor(spots(count=20_000) * 4096.0) / 4096.0
+    here, there = values_at(word, uv), values_at(word, uv + np.array([-PERIOD, PERIOD]))
+    # Texels are dithered by half a texel, and the dice differ.
+    assert np.corrcoef(here, there)[0, 1] > 0.8
+    assert np.corrcoef(here, values_at(word, uv + np.array([-PERIOD / 4, 0.0])))[0, 1] < 0.05
+
+
+def test_a_road_does_not_jump_where_a_flight_crosses_the_grid_of_origins():
+    """Three frames of a film; between the last two the renderer takes another origin."""
+    road = plane(60.0, centre=(120.0, 40.0))
+    uvs = planar_uvs(road.vertices, tile=4.0, near=(0.0, 0.0))
+    mesh = Mesh(road.vertices, road.faces, None, uvs, np.tile(UNWORN, (4, 1)))
+    bsdf = {"type": "diffuse", "reflectance": word_of("asphalt")}
+    quality = RAW.model_copy(update={"spp": 64, "pass_spp": 64, "max_depth": 2})
+    pictures = []
+    with session_of(
+        scene_of([static("road", mesh, "asphalt")], {"asphalt": bsdf}), quality=quality, frozen=True
+    ) as session:
+        for x in (124.998, 124.999, 125.001):
+            view = view_at((x, 30.0, 6.0), pitch=-60.0, fov=25.0)
+            pictures.append(session.render(frame_of(view)).radiance.mean(axis=-1))
+    assert frame_of(view).origin[0] == 250.0
+    inside, across = (np.corrcoef(one.ravel(), pictures[1].ravel())[0, 1] for one in pictures[::2])
+    assert inside > 0.6
+    assert across > 0.95 * inside

@@ -8,8 +8,9 @@ from builders import write_scenario
 
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare, under_sky
+from sumo3dviz_pt.pipeline import Request, frame_times, prepare
 from sumo3dviz_pt.render.running_lamps import Beams, GlowingLenses
+from sumo3dviz_pt.report.stress_sky import under_sky
 from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 
 pytestmark = pytest.mark.slow
@@ -98,8 +99,11 @@ def test_lamps_are_drawn_at_every_level(tmp_path):
         slots = Slots(**{level: dict.fromkeys(names, 1)})
         scene = replace(data, slots=slots)
         lamps = sum(len(data.prototypes[name].lamps) for name in names)
-        drawn = [GlowingLenses(n, scene, data.running, -1.0).count - 1 for n in ("white", "colour")]
-        assert sum(drawn) == lamps
+        sets = [
+            GlowingLenses(scene, data.running, colour=colour, far=level == "far", floor=-1.0)
+            for colour in ("white", "colour")
+        ]
+        assert sum(lenses.count - 1 for lenses in sets) == lamps
         assert Beams(scene, data.running.beam).count > 0
 
 
