@@ -9,7 +9,7 @@ from pathlib import Path
 from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
 
 HERE = Path(__file__).resolve().parent
-SIZE = (400, 270)
+SIZE = (360, 240)
 
 
 def make(name: str, folder: Path) -> None:
@@ -17,7 +17,7 @@ def make(name: str, folder: Path) -> None:
     from PIL import Image
 
     raw = folder / f"{name}.png"
-    draw_sheet(SheetOrder(name, raw, SIZE, "standard"))
+    draw_sheet(SheetOrder(name, raw, SIZE, "preview"))
     with Image.open(raw) as picture:
         small = picture.convert("RGB").quantize(256, dither=Image.Dither.FLOYDSTEINBERG)
         small.save(HERE / "images" / f"sheet_{name}.png", optimize=True)

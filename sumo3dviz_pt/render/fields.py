@@ -16,14 +16,14 @@ from sumo3dviz_pt.render.lattice import PERIOD, corners, hashed, unit
 FIELD = (32.0, 16.0)
 """Length and width of fields by sqrt(5) [tiles]; scene/planting.py has hedgerows there."""
 
-_DRY = (1.10, 0.46, 0.80)  # change of reflectance where grass dries
+_DRY = (0.88, 0.42, 0.66)  # change of reflectance where grass dries
 _LUSH = (-0.46, -0.10, -0.22)  # where clover and nettles grow
 _CROPS = (
     (1.0, 1.0, 1.0),
     (1.22, 1.13, 1.10),  # mown
     (0.66, 0.84, 0.70),  # a young crop
-    (1.45, 1.12, 1.35),  # hay
-    (2.05, 1.30, 1.75),  # stubble
+    (1.36, 1.12, 1.26),  # hay
+    (1.75, 1.24, 1.52),  # stubble
     (0.86, 1.04, 0.74),
 )
 _SWATH = 7.2  # width of what a machine passes over at once [m]
@@ -31,7 +31,7 @@ _PIXEL = 8e-4  # angle of a pixel that is assumed [rad]
 
 
 def patches(uv: Any, amount: float) -> Any:
-    """Factor of dry and lush patches, from 5 to 50 tiles' quarters wide.
+    """Factor of dry and lush patches, from half a tile to four tiles wide.
 
     Args:
         uv: Texture coordinates [tiles].

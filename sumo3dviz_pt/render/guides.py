@@ -70,3 +70,9 @@ def uncapped(seen: dict[str, Image]) -> Bools | None:
     if "hit" not in seen:
         return None
     return np.asarray((seen["hit"] < 1.0) | (seen.get("lamp", np.zeros(1)) > 0.0))
+
+
+def excess(lost: Image, seen: dict[str, Image]) -> Image:
+    """What the cap took from lamps that are seen directly, (h, w, 3)."""
+    lamp = seen.get("lamp")
+    return np.zeros_like(lost) if lamp is None else lost * lamp[..., None]

@@ -57,7 +57,8 @@ def hashed(a: Any, b: Any, mask: int) -> Any:
 def corners(uv: Any, *, cells: float, mask: int) -> Corners:
     """Corners of the triangle that a point lies in.
 
-    The lattice is sheared by whole half cells, so that it repeats with the tile.
+    The lattice is sheared by whole half cells, so that it repeats with the tile. One
+    period up is half a period of cells to the left: columns repeat after half of them.
 
     Args:
         uv: Texture coordinates [tiles].
@@ -70,8 +71,13 @@ def corners(uv: Any, *, cells: float, mask: int) -> Corners:
     lower = fx + fy < 1.0
     i, j = mi.UInt32(mi.Int32(column)), mi.UInt32(mi.Int32(row))
     step = dr.select(lower, mi.UInt32(0), mi.UInt32(1))
+    half = mask >> 1
     return Corners(
-        (hashed(i + step, j + step, mask), hashed(i + 1, j, mask), hashed(i, j + 1, mask)),
+        (
+            hashed((i + step) & half, j + step, mask),
+            hashed((i + 1) & half, j, mask),
+            hashed(i & half, j + 1, mask),
+        ),
         (
             dr.abs(1.0 - fx - fy),
             dr.select(lower, fx, 1.0 - fy),

@@ -216,7 +216,7 @@ class Session:
             if denoiser != "none":
                 albedo, normal = samples.guides.get("albedo"), samples.guides.get("normal")
                 # Lamps are so bright that the denoiser would smear them.
-                excess = samples.lost * samples.guides.get("lamp", np.zeros(1))[..., None]
+                excess = guides.excess(samples.lost, samples.guides)
                 radiance = radiance - excess
                 smooth = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
                 share, hit = self.settings.quality.raw_share, samples.guides["hit"]

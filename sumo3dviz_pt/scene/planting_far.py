@@ -68,7 +68,7 @@ def _blocks(around: Surroundings) -> list[tuple[int, int]]:
     cells = np.unique(
         (own[:, None] + np.column_stack([x.ravel(), y.ravel()])).reshape(-1, 2), axis=0
     )
-    middles = (cells + 0.5) * _BLOCK
+    middles: Floats = np.asarray((cells + 0.5) * _BLOCK, dtype=np.float64)
     away = around.distances(middles)
     keep = (away > REACH - _BLOCK) & (away < FARTHEST) & around.pictured(middles, radius=_BLOCK)
     return [(int(a), int(b)) for a, b in cells[keep]]

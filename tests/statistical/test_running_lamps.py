@@ -182,7 +182,7 @@ def test_the_road_ahead_gets_what_the_beam_gives(ahead):
     up = -np.degrees(np.arctan2(HEAD, ahead - 0.06))
     candelas = 2.0 * float(low_beam(np.array(0.0), np.array(up))) + 120.0 * ahead / away
     assert found == pytest.approx(candelas * HEAD / away**3, rel=0.1)
-    assert {10.0: 8.0, 25.0: 1.0, 40.0: 0.3}[ahead] < found < 40.0
+    assert {10.0: 5.0, 25.0: 1.0, 40.0: 0.3}[ahead] < found < 40.0
 
 
 def test_lamps_have_their_colour():
@@ -197,3 +197,15 @@ def test_lamps_have_their_colour():
     for role in ("brake", "tail"):
         assert max(lights.intensity[role][1:]) < 0.05 * lights.intensity[role][0]
     assert lights.intensity["brake"][0] > 8.0 * lights.intensity["tail"][0]
+
+
+def test_the_cap_leaves_lamps_that_are_seen():
+    """What an eye 20 m ahead gets from both lenses is their intensity over 400 m^2."""
+    quality = FINE.model_copy(update={"cap": 40.0, "spp": 64})
+    view = view_at([20.0, 0.0, HEAD], heading=-90, fov=8)
+    scene = night([plane(30.0)])
+    with session_of(scene, size=(128, 32), quality=quality, white=1e-4) as opened:
+        radiance = opened.render(frame_of(view, movers=[car()])).radiance.astype(float)
+    pixel = (2.0 * np.tan(view.fov / 2.0) / 128) ** 2
+    candelas = float(radiance.sum(axis=(0, 1)) @ LUMINANCE) * pixel * CANDELAS_PER_UNIT * 20.0**2
+    assert candelas == pytest.approx(120.0, rel=0.1)

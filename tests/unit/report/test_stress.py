@@ -278,6 +278,21 @@ def test_lamps_and_the_suns_disc_are_lights():
     assert light(at_night=False).wall == pytest.approx(0.5 + 2 / np.pi, rel=1e-3)
 
 
+def test_lamps_that_never_change_and_those_of_vehicles_are_lights():
+    sky = SimpleNamespace(radiance=np.full((64, 128, 3), 1e-4, np.float32), sun=None)
+    frame = frame_of(view_at([0.0, 0.0, 1.0]))
+    street = LampSet(
+        "street", "x", box((0, 0, 0), (1, 1, 1)), np.zeros(12), (), radiance=np.full((1, 3), 2.0)
+    )
+    head = SimpleNamespace(role="head", size=(0.1, 0.1))
+    running = SimpleNamespace(intensity={"head": (0.1, 0.1, 0.1)}, sampled=True)
+    scene = SimpleNamespace(running=running, prototypes={"car": SimpleNamespace(lamps=(head,))})
+    assert light_of(sky, [street], frame).lamps == pytest.approx(2.0)
+    lit = light_of(sky, [street], frame, scene)
+    assert lit.brightest == pytest.approx(0.1 / (0.6495 * 0.01), rel=1e-3)
+    assert lit.lamps == pytest.approx(lit.brightest)
+
+
 def test_an_interrupt_behind_an_error_is_still_one():
     inner = RuntimeError("in a kernel")
     inner.__cause__ = KeyboardInterrupt()

@@ -18,6 +18,7 @@ BRIGHTEST = 0.85
 """Where Mitsuba's `principled` still conserves energy."""
 
 ROUGHEST, SMOOTHEST = 1.0, 0.05
+TEXTURES = ("rgb", "bitmap", "untiled")
 SURFACES = catalog.names("surfaces")
 
 
@@ -31,13 +32,15 @@ def textures_in(bsdf):
     """All textures and colours of a material with the setting they stand for."""
     for key, value in bsdf.items():
         if isinstance(value, dict):
-            yield from [(key, value)] if value["type"] in ("rgb", "bitmap") else textures_in(value)
+            yield from [(key, value)] if value["type"] in TEXTURES else textures_in(value)
 
 
 def values_of(texture):
     """What a texture says, as the renderer takes it."""
     if texture["type"] == "rgb":
         return np.array(texture["value"])
+    if "roughness" in texture:
+        return np.array([texture["roughness"]])
     mi = pytest.importorskip("mitsuba")
     mi.set_variant("scalar_rgb")
     codes = np.array(mi.Bitmap(texture["filename"]))
@@ -66,7 +69,11 @@ def test_surfaces_keep_to_the_limits(name):
     bsdf = surface_bsdf(catalog.find("surfaces", name))
     found = dict(textures_in(bsdf))
     assert "base_color" in found
-    assert values_of(found["base_color"]).max() <= BRIGHTEST
+    texels = values_of(found["base_color"])
+    assert texels.max() <= BRIGHTEST
+    # What textures without tiles are made around, and what stands for them in the distance.
+    albedo = catalog.find("surfaces", name).meta["albedo"]
+    np.testing.assert_allclose(texels.mean(axis=(0, 1))[:3], albedo, atol=0.02)
     if "roughness" in found:
         assert values_of(found["roughness"]).min() >= SMOOTHEST
     else:

@@ -153,6 +153,31 @@ def test_arrows_stand_on_lanes_that_lead_different_ways():
         assert shapely.contains(lanes, shapely.points(one.quads[..., :2].reshape(-1, 2))).all()
 
 
+@pytest.mark.slow
+def test_far_paint_has_hard_edges_and_covers_as_much():
+    """Ronda's rims were 66,000 triangles; from afar nobody sees them."""
+    few, many = (part_of(built("ronda", near=near), "markings/asphalt") for near in (True, False))
+    assert len(few.faces) < 0.5 * len(many.faces)
+    far = [distance_to(FOCI["ronda"], mesh.vertices) > 250.0 for mesh in (few, many)]
+    hard, soft = (mesh.wear[away, 1] for mesh, away in zip((few, many), far, strict=True))
+    assert hard.min() > 0.5 > soft.min()
+    # A rim fades from all to nothing: half of it counts.
+    areas = [far_area(mesh, away) for mesh, away in zip((few, many), far, strict=True)]
+    assert 0.7 < areas[0] / areas[1] < 0.95
+
+
+def part_of(roads: RoadParts, name: str):
+    """Mesh of a static part."""
+    return next(part.part.mesh for part in roads.static if part.id == name)
+
+
+def far_area(mesh, away):
+    """Area of the triangles whose corners are all far [m2]."""
+    corners = corners_of(mesh)[away[mesh.faces].all(axis=1)]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return 0.5 * float(np.linalg.norm(normal, axis=1).sum())
+
+
 def test_distance_to_a_box():
     points = np.array([[0.5, 0.5], [4.0, 5.0], [-3.0, 0.5]])
     assert distance_to((0.0, 0.0, 1.0, 1.0), points) == pytest.approx([0.0, 5.0, 3.0])

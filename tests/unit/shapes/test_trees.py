@@ -8,7 +8,7 @@ import pytest
 from sumo3dviz_pt.shapes.trees import LEVELS, SHRUBS, SPECIES, tree
 
 BUDGETS = (
-    (20_000, 36_000),
+    (20_000, 56_000),
     (8_400, 12_800),
     (3_400, 4_800),
     (1_750, 2_400),
