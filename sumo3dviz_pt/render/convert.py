@@ -174,6 +174,14 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
     parameters.set_dirty(key)
 
 
+def shift(parameters: Any, name: str, mesh: Mesh, origin: Floats) -> None:
+    """Move a mesh of a loaded scene to where it lies relative to an origin, (3,) [m]."""
+    overwrite(parameters, f"{name}.vertex_positions", mesh.vertices - origin)
+    if mesh.normals is not None:
+        # Left alone, Mitsuba makes normals anew from the moved points.
+        overwrite(parameters, f"{name}.vertex_normals", mesh.normals)
+
+
 def scalar_transform(matrix: Floats) -> Any:
     """A transform for scene dicts."""
     return mi.ScalarTransform4f(np.ascontiguousarray(matrix, np.float64))

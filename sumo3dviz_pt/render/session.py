@@ -342,8 +342,7 @@ class Session:
     def _recentre(self, origin: Floats) -> None:
         """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
         for number, lump in enumerate(self._static):
-            key = f"static_{number}.vertex_positions"
-            convert.overwrite(self._parameters, key, lump.mesh.vertices - origin)
+            convert.shift(self._parameters, f"static_{number}", lump.mesh, origin)
         self._lamps.recentre(self._parameters, origin)
         self._origin = origin
 
