@@ -14,21 +14,20 @@ HERE = Path(__file__).resolve().parent
 IMAGES = HERE / "images"
 MADE = "<!-- Made by docs/make_gallery.py; change the script, not this page. -->"
 
-BEAUTY = "--quality study --size 1280x720"
-PLAIN = "--quality standard --size 960x540"
+COMMON = "--quality preview --size 960x540"
 
 PICTURES = {
-    "motorway_day": f"ronda --time 462 --camera driver {BEAUTY}",
+    "motorway_day": f"ronda --time 462 --camera driver {COMMON}",
     "motorway_golden_hour": "ronda --time 462 --camera driver"
-    f" --set template=highway_golden_hour {BEAUTY}",
-    "city_day": f"crossing --time 458 --camera corner --set template=city_day {BEAUTY}",
-    "city_dusk": f"crossing --time 458 --camera corner --set template=city_dusk {BEAUTY}",
-    "city_night": f"crossing --time 458 --camera corner --set template=city_night {BEAUTY}",
-    "ronda_overview": f"ronda --time 488 --camera overview {PLAIN}",
-    "ronda_flight": f"ronda --time 458 --camera flight {PLAIN}",
-    "crossing_driver": f"crossing --time 497 --camera driver --set template=village_day {PLAIN}",
-    "overcast": f"crossing --time 458 --camera corner --set template=overcast {PLAIN}",
-    "ronda_abstract": f"ronda --time 488 --camera overview --set template=abstract {PLAIN}",
+    f" --set template=highway_golden_hour {COMMON}",
+    "city_day": f"crossing --time 458 --camera corner --set template=city_day {COMMON}",
+    "city_dusk": f"crossing --time 458 --camera corner --set template=city_dusk {COMMON}",
+    "city_night": f"crossing --time 458 --camera corner --set template=city_night {COMMON}",
+    "ronda_overview": f"ronda --time 488 --camera overview {COMMON}",
+    "ronda_flight": f"ronda --time 458 --camera flight {COMMON}",
+    "crossing_driver": f"crossing --time 497 --camera driver --set template=village_day {COMMON}",
+    "overcast": f"crossing --time 458 --camera corner --set template=overcast {COMMON}",
+    "ronda_abstract": f"ronda --time 488 --camera overview --set template=abstract {COMMON}",
 }
 """Example and options by the picture's name."""
 
