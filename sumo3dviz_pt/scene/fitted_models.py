@@ -138,7 +138,7 @@ def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
 
 def _shelved_vehicle(entry: catalog.Entry, shelf: Shelf) -> Prototype:
     """A baked model as it is."""
-    return shelved(shelf, entry.name, lambda: _read_vehicle(entry))
+    return shelved(shelf, entry.name, lambda: read_vehicle(entry))
 
 
 def _wheel(row: Mapping[str, Any]) -> WheelPlace:
@@ -172,7 +172,7 @@ def shelved(shelf: Shelf, name: str, make: Callable[[], Prototype]) -> Prototype
     return shelf[name]
 
 
-def _read_vehicle(entry: catalog.Entry) -> Prototype:
+def read_vehicle(entry: catalog.Entry) -> Prototype:
     """Read the baked meshes and lamps of a vehicle."""
     near, far = (
         tuple(Part(_read_mesh(entry, row["mesh"]), row["material"]) for row in entry.meta[level])

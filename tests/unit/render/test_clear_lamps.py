@@ -14,7 +14,7 @@ from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.clear_lamps import clear_lamps
-from sumo3dviz_pt.shapes.ply import read_ply
+from sumo3dviz_pt.scene.fitted_models import read_vehicle
 
 SHINING = [
     name for name in catalog.names("vehicles") if catalog.find("vehicles", name).meta.get("lamps")
@@ -23,13 +23,8 @@ AROUND = np.radians([0.0, 20.0, -20.0])
 
 
 def read(name, level):
-    entry = catalog.find("vehicles", name)
-    parts = [Part(read_ply(entry.folder / row["mesh"]), "m") for row in entry.meta[level]]
-    lamps = [
-        VehicleLamp(row["role"], tuple(row["at"]), tuple(row["size"]), row["yaw"])
-        for row in entry.meta["lamps"]
-    ]
-    return lamps, parts
+    body = read_vehicle(catalog.find("vehicles", name))
+    return body.lamps, getattr(body, level)
 
 
 def scene_of(parts):
