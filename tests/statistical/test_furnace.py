@@ -151,8 +151,11 @@ def test_merged_materials_look_as_they_do_apart(furnace, name):
 
 
 def test_a_white_image_gives_back_all_light(furnace):
-    """Users' images are matt, so eight bits cannot say more than 1."""
-    assert furnace[0]["user's image"].mean() == pytest.approx(1.0, abs=0.03)
+    """Users' images are matt, so eight bits cannot say more than 1.
+
+    The balls around it are darker and take some of what it sends them.
+    """
+    assert 0.95 < furnace[0]["user's image"].mean() <= 1.0 + 1e-4
     np.testing.assert_allclose(furnace[1][0, 0], 1.0, rtol=1e-5)
 
 
