@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
@@ -117,11 +118,12 @@ def _bakers() -> Mapping[str, Bake]:
     from sumo3dviz_pt.image.exr import write_exr
     from sumo3dviz_pt.image.png import write_png
     from sumo3dviz_pt.shapes.bake import bake_folder
-    from sumo3dviz_pt.shapes.cloud_bake import bake_clouds
+    from sumo3dviz_pt.shapes.cloud_bake import CLOUD_LOSS, bake_clouds
     from sumo3dviz_pt.shapes.surface_bake import bake_surface
 
+    store = partial(write_exr, lossy=CLOUD_LOSS)
     return {
         "vehicles": bake_folder,
         "surfaces": lambda folder: bake_surface(folder, encode=write_png),
-        "skies": lambda folder: (bake_clouds(folder, encode=write_exr),),
+        "skies": lambda folder: (bake_clouds(folder, encode=store),),
     }

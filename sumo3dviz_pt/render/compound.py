@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
-from sumo3dviz_pt.model.scene import Bsdf, Part
-from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, face_tint, tinted
+from sumo3dviz_pt.model.scene import Bsdf, Part, is_tinted
+from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, face_tint
 
 ROUGHNESS_ATTRIBUTE = "face_roughness"
 METALLIC_ATTRIBUTE = "face_metallic"
@@ -74,7 +74,7 @@ def lumps(
         if not len(part.mesh.faces):
             continue
         bsdf = materials[part.material]
-        by_mover = not own_tint and part.tint is None and tinted(bsdf)
+        by_mover = not own_tint and part.tint is None and is_tinted(bsdf)
         name = "" if is_plain(bsdf) and not by_mover else part.material
         keep_uvs = bool(name) and part.mesh.uvs is not None
         keep_wear = bool(name) and part.mesh.wear is not None
@@ -99,7 +99,7 @@ def face_attributes(
     for part in parts:
         bsdf = materials[part.material]
         faces = len(part.mesh.faces)
-        if compound or tinted(bsdf):
+        if compound or is_tinted(bsdf):
             attributes.setdefault(TINT_ATTRIBUTE, []).append(_face_colours(part, bsdf))
         if compound:
             for key, attribute in (
@@ -122,12 +122,18 @@ def _face_colours(part: Part, bsdf: Bsdf) -> Floats:
     return np.broadcast_to(np.asarray(value, float), (len(part.mesh.faces), 3)).copy()
 
 
+def _by_mover(part: Part, materials: Mapping[str, Bsdf]) -> bool:
+    """Whether a part takes its mover's colour."""
+    return part.tint is None and is_tinted(materials[part.material])
+
+
 def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
     """1 for faces that take their mover's colour, else 0, (m,)."""
     return np.concatenate(
         [
             np.full(
-                len(part.mesh.faces), float(part.tint is None and tinted(materials[part.material]))
+                len(part.mesh.faces),
+                float(part.tint is None and is_tinted(materials[part.material])),
             )
             for part in parts
         ]

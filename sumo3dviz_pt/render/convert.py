@@ -27,14 +27,6 @@ _CAMERA_FROM_MITSUBA = np.array(
 )
 
 
-def tinted(bsdf: Bsdf) -> bool:
-    """Whether a material takes its colour from faces or movers."""
-    return any(
-        isinstance(value, Mapping) and (value.get("type") == "tint" or tinted(value))
-        for value in bsdf.values()
-    )
-
-
 def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
     """A material dict with our own words replaced.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData
+from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData, is_tinted
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.compound import COMPOUND, lumps
 from sumo3dviz_pt.render.paint import colour_table, table_index
@@ -34,7 +34,7 @@ class Materials:
         """The material of a name (empty: the compound) with a source of its tint and wear."""
         bsdf = self.dicts[name] if name else COMPOUND
         worn = worn and "scalar" in mi.variant()
-        key = (name, repr(sorted(tint.items())) if convert.tinted(bsdf) else "", worn)
+        key = (name, repr(sorted(tint.items())) if is_tinted(bsdf) else "", worn)
         if key not in self._made:
             self._made[key] = convert.make_bsdf(bsdf, tint=tint, worn=worn)
         return self._made[key]

@@ -13,17 +13,12 @@ from pathlib import Path
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
-from sumo3dviz_pt.shapes.bake import has_hero, hero_vehicle
+from sumo3dviz_pt.shapes.bake import hero_vehicle
 from sumo3dviz_pt.shapes.ply import read_ply, write_ply
 
 _LOG = logging.getLogger(__name__)
 
 _LEVELS = ("hero", "wheel")
-
-
-def hero_exists(name: str) -> bool:
-    """Whether a vehicle of the catalogue has a level for close views."""
-    return has_hero(catalog.find("vehicles", name).meta)
 
 
 def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:

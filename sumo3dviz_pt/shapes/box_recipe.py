@@ -8,10 +8,11 @@ z, in metres. Outlines of shells are splines: lists of pairs (z, d) for nose and
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.shapes.recipe_values import read_value, read_values
 
 Points = tuple[tuple[float, ...], ...]
 VIEWS = ("front", "rear", "side", "left", "right", "top")
@@ -22,8 +23,6 @@ PIECES = ("block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"
 
 GAP = "gap"
 """Material of shut lines."""
-
-_T = TypeVar("_T", bound="Wheel | Axle | Panel | Hull | Piece | LampSpot | BoxRecipe")
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,14 +248,14 @@ def read_box(asset: Mapping[str, Any]) -> BoxRecipe:
     """
     sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
     recipe = dict(asset.get("recipe", {}), **sizes)
-    recipe["wheel"] = _read(Wheel, recipe.get("wheel"), "recipe.wheel")
+    recipe["wheel"] = read_value(Wheel, recipe.get("wheel"), "recipe.wheel")
     kinds = {"axles": Axle, "pieces": Piece, "lamps": LampSpot}
     for name, kind in kinds.items():
-        recipe[name] = _read_all(kind, recipe.get(name, ()), f"recipe.{name}")
+        recipe[name] = read_values(kind, recipe.get(name, ()), f"recipe.{name}")
     recipe["hulls"] = tuple(
         _read_hull(item, f"recipe.hulls[{k}]") for k, item in enumerate(recipe.get("hulls", ()))
     )
-    return _read(BoxRecipe, recipe, "recipe")
+    return read_value(BoxRecipe, recipe, "recipe")
 
 
 def _read_hull(content: Any, place: str) -> Hull:
@@ -264,31 +263,7 @@ def _read_hull(content: Any, place: str) -> Hull:
     if not isinstance(content, Mapping):
         raise ConfigError("must be a mapping", key=place)
     inner = {
-        name: _read_all(Panel, content.get(name, ()), f"{place}.{name}")
+        name: read_values(Panel, content.get(name, ()), f"{place}.{name}")
         for name in ("panels", "gaps")
     }
-    return _read(Hull, {**content, **inner}, place)
-
-
-def _read_all(kind: type[_T], items: Any, place: str) -> tuple[_T, ...]:
-    """Build a list of recipe values."""
-    return tuple(_read(kind, item, f"{place}[{k}]") for k, item in enumerate(items))
-
-
-def _read(kind: type[_T], content: Any, place: str) -> _T:
-    """Build a recipe value from a mapping, checking its keys."""
-    if not isinstance(content, Mapping):
-        raise ConfigError("must be a mapping", key=place)
-    known = {field.name: field for field in fields(kind)}
-    unknown = sorted(set(content) - set(known))
-    needed = {n for n, f in known.items() if f.default is MISSING}
-    missing = sorted(needed - set(content))
-    if unknown or missing:
-        word = f"unknown key {unknown[0]!r}" if unknown else f"key {missing[0]!r} is missing"
-        raise ConfigError(word, key=place)
-    return kind(**{name: _tuples(value) for name, value in content.items()})
-
-
-def _tuples(value: Any) -> Any:
-    """Lists as tuples, all the way down."""
-    return tuple(_tuples(item) for item in value) if isinstance(value, list | tuple) else value
+    return read_value(Hull, {**content, **inner}, place)

@@ -36,11 +36,6 @@ def details(shape: CarShape, level: Level) -> Iterator[Piece]:
     yield from _exhaust_shadow(shape)
 
 
-def surface_d(shape: CarShape, y: float, z: float, *, front: bool) -> float:
-    """Distance d at which a ray along the car meets its front or rear at (y, z) [m]."""
-    return -float(land(shape, "front" if front else "rear", [(y, z)]).points[0, 0])
-
-
 def _mirror(shape: CarShape, level: Level) -> Iterator[Piece]:
     """The left door mirror: painted cap, black back with its glass, foot and repeater."""
     d, half = shape.recipe.cowl[0] + 0.38, shape.half

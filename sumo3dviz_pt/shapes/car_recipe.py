@@ -10,16 +10,16 @@ from that other asset (see `variant`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.shapes.recipe_values import read_value, read_values
 
 Points = tuple[tuple[float, ...], ...]
 VIEWS = ("front", "rear", "side", "top")
 """Directions from which a panel's outline is projected."""
 
-_T = TypeVar("_T", bound="WheelRecipe | Panel | Strip | Disc | CarRecipe")
 
 MATERIALS = (
     "paint",
@@ -304,13 +304,13 @@ def read_recipe(asset: Mapping[str, Any]) -> CarRecipe:
     """
     sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
     recipe = dict(asset.get("recipe", {}), **sizes)
-    recipe["wheel"] = _read(WheelRecipe, recipe.get("wheel"), "recipe.wheel")
-    recipe["panels"] = _read_all(Panel, recipe, "panels")
-    recipe["strips"] = _read_all(Strip, recipe, "strips")
-    recipe["discs"] = _read_all(Disc, recipe, "discs")
-    recipe["gaps"] = _read_all(Panel, recipe, "gaps")
+    recipe["wheel"] = read_value(WheelRecipe, recipe.get("wheel"), "recipe.wheel")
+    recipe["panels"] = read_values(Panel, recipe.get("panels", ()), "recipe.panels")
+    recipe["strips"] = read_values(Strip, recipe.get("strips", ()), "recipe.strips")
+    recipe["discs"] = read_values(Disc, recipe.get("discs", ()), "recipe.discs")
+    recipe["gaps"] = read_values(Panel, recipe.get("gaps", ()), "recipe.gaps")
     recipe["panels"] += _plate_hollow(recipe)
-    return _read(CarRecipe, recipe, "recipe")
+    return read_value(CarRecipe, recipe, "recipe")
 
 
 def _plate_hollow(recipe: Mapping[str, Any]) -> tuple[Panel, ...]:
@@ -321,28 +321,3 @@ def _plate_hollow(recipe: Mapping[str, Any]) -> tuple[Panel, ...]:
     z = float(plates[1])
     outline = ((0.0, z - 0.085), (0.31, z - 0.085), (0.33, z + 0.085), (0.0, z + 0.085))
     return (Panel("rear", outline, "paint", radius=0.03, recess=float(depth)),)
-
-
-def _read_all(kind: type[_T], recipe: Mapping[str, Any], name: str) -> tuple[_T, ...]:
-    """Read a list of recipe values."""
-    items = recipe.get(name, ())
-    return tuple(_read(kind, item, f"recipe.{name}[{k}]") for k, item in enumerate(items))
-
-
-def _read(kind: type[_T], content: Any, place: str) -> _T:
-    """Build a recipe value from a mapping, checking its keys."""
-    if not isinstance(content, Mapping):
-        raise ConfigError("must be a mapping", key=place)
-    known = {field.name: field for field in fields(kind)}
-    unknown = sorted(set(content) - set(known))
-    needed = {n for n, f in known.items() if f.default is MISSING}
-    missing = sorted(needed - set(content))
-    if unknown or missing:
-        word = f"unknown key {unknown[0]!r}" if unknown else f"key {missing[0]!r} is missing"
-        raise ConfigError(word, key=place)
-    return kind(**{name: _tuples(value) for name, value in content.items()})
-
-
-def _tuples(value: Any) -> Any:
-    """Lists as tuples, all the way down."""
-    return tuple(_tuples(item) for item in value) if isinstance(value, list | tuple) else value

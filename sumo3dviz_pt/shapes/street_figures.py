@@ -5,7 +5,7 @@ Figures lie in the plane of a lens and look to -x, as the heads in `traffic_ligh
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -103,11 +103,6 @@ def upright(flat: Floats, *, x: float, z: float) -> Mesh:
     vertices = np.column_stack([np.full(len(points), x), -points[:, 0], z + points[:, 1]])
     faces = np.arange(len(points)).reshape(-1, 3)
     return Mesh(vertices, faces, np.tile([-1.0, 0.0, 0.0], (len(points), 1)))
-
-
-def joined_flat(pieces: Iterable[Floats]) -> Floats:
-    """Triangles of several flat figures, (n, 3, 2)."""
-    return np.concatenate(list(pieces))
 
 
 def _bar(half: float, thick: float) -> Floats:

@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import Colour, Floats, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.shapes.solids import box, prism, tube
 from sumo3dviz_pt.shapes.street_figures import upright
@@ -248,8 +248,3 @@ def _triangle(half: float) -> Floats:
             corners[i] + cut * (after - corners[i]),
         ]
     return np.array(points)
-
-
-def merged_mesh(parts: Sequence[Part]) -> Mesh:
-    """Everything of some parts as one mesh."""
-    return merge_meshes([part.mesh for part in parts])

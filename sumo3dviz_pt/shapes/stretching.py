@@ -60,11 +60,6 @@ def stretched(prototype: Prototype, stretch: Stretch, *, name: str) -> Prototype
     return Prototype(name, near, far, lamps)
 
 
-def stretched_wheels(wheels: Sequence[WheelPlace], stretch: Stretch) -> tuple[WheelPlace, ...]:
-    """The wheels of a stretched body."""
-    return tuple(replace(w, at=(_x(w.at[0], stretch), *w.at[1:])) for w in wheels)
-
-
 def round_wheels(
     prototype: Prototype, wheels: Sequence[WheelPlace], *, ratio: float, name: str
 ) -> Prototype:

@@ -89,3 +89,13 @@ def test_in_place_is_the_default(tmp_path, monkeypatch):
     assert [folder.name for folder in folders] == list(catalog.names("surfaces"))
     assert folders[0] == catalog.find("surfaces", folders[0].name).folder
     assert done[-1][1:] == (len(folders), len(folders)), "people are built when they are needed"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["skies/sky_veil", "surfaces/ground_chess", "vehicles/container"])
+def test_what_is_built_again_is_what_travels(name, tmp_path):
+    list(library.build([name], into=tmp_path))
+    family, _, asset = name.partition("/")
+    shipped = catalog.find(family, asset).folder
+    made = {path.name: path.read_bytes() for path in (tmp_path / family / asset).iterdir()}
+    assert made == {path.name: path.read_bytes() for path in shipped.iterdir()}

@@ -5,7 +5,7 @@ import pytest
 from builders import ball, box, diffuse
 
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.scene import Part, is_tinted
 from sumo3dviz_pt.render.compound import (
     METALLIC_ATTRIBUTE,
     ROUGHNESS_ATTRIBUTE,
@@ -13,7 +13,7 @@ from sumo3dviz_pt.render.compound import (
     lumps,
     tint_mask,
 )
-from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, plugin, tinted
+from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, plugin
 from sumo3dviz_pt.scene.materials import MATERIALS, matt, principled
 
 RED, GREY = (0.8, 0.1, 0.1), (0.2, 0.2, 0.2)
@@ -110,7 +110,7 @@ def test_tint_mask():
 
 def test_tints_are_found_and_replaced():
     nested = {"type": "mask", "nested": {"type": "diffuse", "reflectance": TINT}}
-    assert tinted(nested) and not tinted(OWN["red"])
+    assert is_tinted(nested) and not is_tinted(OWN["red"])
     found = plugin(nested, tint={"type": "rgb", "value": 1})
     assert found["nested"]["reflectance"] == {"type": "rgb", "value": 1}
     assert nested["nested"]["reflectance"] == TINT

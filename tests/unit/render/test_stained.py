@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.model.scene import is_tinted
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.convert import plugin, tinted
+from sumo3dviz_pt.render.convert import plugin
 from sumo3dviz_pt.render.stained import BRIGHTEST, register_stained
 from sumo3dviz_pt.scene.houses import cladding_material
 from sumo3dviz_pt.shapes.building_palettes import CLADDINGS, cladding
@@ -27,8 +28,8 @@ def word(tint, texture, mean):
 @pytest.mark.parametrize("surface", sorted(CLADDINGS))
 def test_claddings_take_the_colour_of_each_face(surface):
     textured = cladding_material(cladding(surface), textured=True)
-    assert tinted(textured)
-    assert tinted(cladding_material(cladding(surface), textured=False))
+    assert is_tinted(textured)
+    assert is_tinted(cladding_material(cladding(surface), textured=False))
     assert textured["base_color"]["type"] == "stained"
 
 

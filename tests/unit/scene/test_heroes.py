@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.scene.heroes import hero_exists, hero_prototypes
+from sumo3dviz_pt.scene.heroes import hero_prototypes
 from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.shapes.bake import has_hero
 
 SMALL = "e_scooter"
 
@@ -19,8 +20,8 @@ def cache(tmp_path, monkeypatch):
 
 
 def test_who_has_full_detail():
-    assert hero_exists("sedan") and hero_exists(SMALL)
-    assert not hero_exists("tram"), "coupled vehicles show their units"
+    assert all(has_hero(catalog.find("vehicles", name).meta) for name in ("sedan", SMALL))
+    assert not has_hero(catalog.find("vehicles", "tram").meta), "coupled vehicles show their units"
 
 
 def test_body_and_wheel_in_known_materials(cache):
