@@ -1,4 +1,4 @@
-"""Error against run time of five scenes by `sumo3dviz-pt converge`, for the manual.
+"""Error against run time of seven scenes by `sumo3dviz-pt converge`, for the manual.
 
 Run from the repository's root, on a quiet machine; an interrupted run goes on:
 
@@ -33,6 +33,7 @@ class Case:
     time: float
     size: str = "480x270"
     top: int = 64
+    template: str | None = None
 
 
 CASES = (
@@ -42,12 +43,22 @@ CASES = (
     Case("glass_queue", "tests/bench/scenes/glass_queue.yaml", "queue", 475, top=32),
     Case("empty_road", "tests/bench/scenes/empty_road.yaml", "overview", 492, top=32),
     Case("ronda_720p", "examples/ronda/scene.yaml", "overview", 492, "1280x720", top=16),
+    Case(
+        "crossing_night",
+        "examples/crossing/scene.yaml",
+        "corner",
+        458,
+        "240x135",
+        template="city_night",
+    ),
 )
 
 
 def arguments(case: Case) -> list[str]:
     """What follows `sumo3dviz-pt`."""
     choices = ["--camera", case.camera, "--time", f"{case.time:g}", "--size", case.size]
+    if case.template:
+        choices += ["--set", f"template={case.template}"]
     folder = (WORK / case.name).as_posix()
     return ["converge", case.scene, *choices, "--top", str(case.top), "-o", folder]
 

@@ -38,10 +38,10 @@ def test_two_commands_set_a_fresh_machine_up() -> None:
     first, second = (block.strip() for block in blocks("sh")[:2])
     assert "\n" not in first + second
     assert first.endswith("venv/bin/pip install . && venv/bin/sumo3dviz-pt demo")
-    assert second.endswith('venv/bin/pip install -e ".[test]" && venv/bin/pytest -q')
+    assert second.endswith('venv/bin/pip install -e ".[test]" && venv/bin/pytest -q -n 2')
     with (ROOT / "pyproject.toml").open("rb") as stream:
         assert "test" in tomllib.load(stream)["project"]["optional-dependencies"]
-    assert '"$bin/pytest" -q' in (ROOT / ".ci" / "run").read_text("utf-8")
+    assert '"$bin/pytest" -q -n 2' in (ROOT / ".ci" / "run").read_text("utf-8")
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *MANUAL], ids=lambda path: path.name)
