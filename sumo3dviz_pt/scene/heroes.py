@@ -6,6 +6,7 @@ import hashlib
 import logging
 import shutil
 import tempfile
+import time
 from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,8 @@ from sumo3dviz_pt.shapes.ply import read_ply, write_ply
 _LOG = logging.getLogger(__name__)
 
 _LEVELS = ("hero", "wheel")
+_DIGITS = 16  # of a digest
+_KEPT = 30 * 86_400.0  # how long a body of another version stays [s]
 
 
 def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
@@ -60,10 +63,26 @@ def _build(name: str) -> None:
     try:
         for level, meshes in zip(_LEVELS, (made.body, made.wheel), strict=True):
             _write(work / level, meshes)
-        if not target.is_dir():
-            work.rename(target)
+        _put(work, target)
     finally:
         shutil.rmtree(work, ignore_errors=True)
+    _forget(name, target)
+
+
+def _put(work: Path, target: Path) -> None:
+    """Name a built vehicle, unless another process was faster."""
+    try:
+        work.rename(target)
+    except OSError:
+        if not target.is_dir():
+            raise
+
+
+def _forget(name: str, target: Path) -> None:
+    """Remove what an older recipe or older code left; a running film may still read younger."""
+    for folder in target.parent.glob(f"{name}-{'?' * _DIGITS}"):
+        if folder != target and time.time() - folder.stat().st_mtime > _KEPT:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _write(folder: Path, meshes: Mapping[str, Mesh]) -> None:
@@ -76,7 +95,7 @@ def _write(folder: Path, meshes: Mapping[str, Mesh]) -> None:
 def _folder(name: str) -> Path:
     """Where a vehicle lies in the cache: its recipe and our code are in the name."""
     entry = catalog.find("vehicles", name)
-    digest = hashlib.blake2b(_code(), digest_size=8)
+    digest = hashlib.blake2b(_code(), digest_size=_DIGITS // 2)
     for path in catalog.recipe_files(entry):
         digest.update(path.read_bytes())
     return catalog.cache_root() / "vehicles" / f"{name}-{digest.hexdigest()}"

@@ -10,7 +10,8 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import plugin
-from sumo3dviz_pt.render.untiled import PERIOD, PIXEL, register_untiled
+from sumo3dviz_pt.render.lattice import PERIOD
+from sumo3dviz_pt.render.untiled import PIXEL, register_untiled
 from sumo3dviz_pt.scene.materials import surface_bsdf
 from sumo3dviz_pt.scene.surfaces import planar_uvs
 

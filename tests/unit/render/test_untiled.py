@@ -9,10 +9,10 @@ import pytest
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import make_bsdf, make_mesh, plugin
+from sumo3dviz_pt.render.pyramid import make_pyramid
 from sumo3dviz_pt.render.untiled import (
     WEAR_ATTRIBUTE,
     is_worn,
-    make_pyramid,
     register_untiled,
     wear_attributes,
     worn_colours,

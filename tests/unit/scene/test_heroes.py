@@ -1,6 +1,9 @@
 """Full detail from the cache: built once, the same each time, never half."""
 
 import logging
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -80,3 +83,23 @@ def test_a_build_that_fails_leaves_nothing(cache, monkeypatch):
 def test_nobody_near_builds_nothing(cache):
     assert hero_prototypes([]) == {}
     assert not cache.exists()
+
+
+def test_what_old_code_left_goes_after_a_month(cache):
+    """Bodies of another version go when they are old; a running film may still read young ones."""
+    old, young = (cache / f"{SMALL}-{'0' * 15}{digit}" for digit in "01")
+    other = cache / f"sedan-{'0' * 16}"
+    for folder in (old, young, other):
+        folder.mkdir(parents=True)
+    for folder in (old, other):
+        os.utime(folder, (1e9, 1e9))
+    hero_prototypes([SMALL])
+    assert not old.exists() and young.is_dir() and other.is_dir()
+
+
+def test_two_processes_build_at_once(cache):
+    """The slower one takes what the faster one made."""
+    code = f"from sumo3dviz_pt.scene.heroes import hero_prototypes as h; print(len(h(['{SMALL}'])))"
+    both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
+    assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
+    assert len(list(cache.iterdir())) == 1

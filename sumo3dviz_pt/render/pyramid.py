@@ -1,0 +1,52 @@
+"""A bitmap at all its halved sizes, to pick from by the size of a pixel's footprint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pyramid:
+    """A bitmap at all its halved sizes.
+
+    Attributes:
+        texels: All levels one after the other, (k, 4); the last channel pads.
+        size: Texels along the finest level, a power of two.
+        levels: How many there are.
+        mean: Of each channel, (3,).
+        spread: Standard deviation of the finest level's brightness, above 0.
+    """
+
+    texels: Floats
+    size: int
+    levels: int
+    mean: Floats
+    spread: float
+
+
+def make_pyramid(image: Floats) -> Pyramid:
+    """Halve an image down to eight texels.
+
+    Args:
+        image: Linear values, (n, n, 3); n is a power of two, at least 8.
+
+    Raises:
+        ValueError: If it is not square or n is no power of two.
+    """
+    size = len(image)
+    if image.shape[:2] != (size, size) or size < 8 or size & (size - 1):
+        raise ValueError("an untiled bitmap is square and its side a power of two")
+    spread = max(float(image.mean(axis=-1).std()), 1e-6)
+    mean = image.reshape(-1, image.shape[-1]).mean(axis=0)
+    levels = []
+    while len(image) >= 8:
+        levels.append(image.reshape(-1, image.shape[-1]))
+        half = len(image) // 2
+        image = image.reshape(half, 2, half, 2, -1).mean(axis=(1, 3))
+    texels = np.concatenate(levels)
+    padded = np.concatenate([texels, np.zeros((len(texels), 1))], axis=1)
+    return Pyramid(padded, size, len(levels), mean, spread)
