@@ -163,7 +163,7 @@ FAULTS = {
         "lost = radiance - kept", (BROKEN,),
     ),
     "slim triangles have no colour": Fault(
-        "render/untiled.py", "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
+        "render/untiled_shading.py", "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
         ("tests/unit/render/test_untiled.py",),
     ),
     "broken pixels are counted but stay": Fault(
