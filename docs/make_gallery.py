@@ -5,9 +5,11 @@ Every picture is one call of the command line, and the manual shows that call.
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -31,26 +33,56 @@ PICTURES = {
 }
 """Example and options by the picture's name."""
 
+CITY = "crossing --time 458 --camera near --set template=city_day"
+SMALL = "--quality standard --size 480x360"
+
+TELL_TALES = {
+    "lamps_and_tailgates": ("[323.2, 305.9, 1.5]", "[318.5, 305.2, 0.9]", 40),
+    "rear_quarters": ("[324, 302.2, 1.6]", "[317.5, 305, 0.8]", 45),
+    "faces": ("[316, 293.2, 1.5]", "[303, 295.6, 0.9]", 45),
+    "paint": ("[303, 301.6, 1.4]", "[300.8, 297, 0.8]", 45),
+    "leaves": ("[287, 304, 1.6]", "[275, 330, 5]", 50),
+    "clouds": ("[328, 280, 7]", "[228, 330, 45]", 65),
+    "asphalt": ("[287, 276, 5]", "[291, 296, 0]", 50),
+    "fronts": ("[256, 279, 3]", "[285, 325, 8]", 55),
+    "people": ("[287, 304.5, 1.6]", "[281.4, 308.3, 1]", 30),
+}
+"""Position, aim and angle of view of what once gave our pictures away, on the crossing."""
+
+
+def tell_tale(name: str) -> str:
+    """Example and options of a close picture."""
+    position, aim, fov = TELL_TALES[name]
+    camera = f"{{mode: eulerian, position: {position}, look_at: {aim}, lens: {{fov: {fov}}}}}"
+    return f"{CITY} --set 'cameras.near={camera}' {SMALL}"
+
 
 def command(name: str) -> list[str]:
     """The arguments of a picture's command, but for its output."""
-    example, *options = PICTURES[name].split()
+    example, *options = shlex.split(PICTURES[name] if name in PICTURES else tell_tale(name))
     return ["still", f"examples/{example}/scene.yaml", *options]
 
 
 def page() -> str:
     """The gallery: every picture above the command that made it."""
-    lines = [MADE, "", "# Gallery", ""]
-    for name in PICTURES:
+    lines = [MADE, "", "# Gallery", "", *entries(PICTURES), "## Tell-tales", ""]
+    lines += ["What once gave such pictures away, near by; [library](library.md) says more.", ""]
+    return "\n".join([*lines, *entries(TELL_TALES)])
+
+
+def entries(names: Iterable[str]) -> list[str]:
+    """Lines of some pictures."""
+    lines = []
+    for name in names:
         lines += [
             f"![{name.replace('_', ', ')}](images/{name}.png)",
             "",
             "```sh",
-            f"sumo3dviz-pt {' '.join(command(name))} -o {name}.png",
+            f"sumo3dviz-pt {shlex.join(command(name))} -o {name}.png",
             "```",
             "",
         ]
-    return "\n".join(lines)
+    return lines
 
 
 def make(name: str, folder: Path) -> None:
@@ -69,7 +101,7 @@ def main() -> int:
     """Render the named pictures, or all, and write the page."""
     IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        for name in sys.argv[1:] or PICTURES:
+        for name in sys.argv[1:] or (*PICTURES, *TELL_TALES):
             make(name, Path(folder))
     (HERE / "gallery.md").write_text(page(), encoding="utf-8", newline="\n")
     return 0

@@ -10,6 +10,9 @@ from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
 
 HERE = Path(__file__).resolve().parent
 SIZE = (360, 240)
+SMOOTH = ("skies",)
+QUALITIES = {"skies": "standard"}
+SIZES = {"skies": (392, 220), "levels": (340, 210)}
 
 
 def make(name: str, folder: Path) -> None:
@@ -17,9 +20,12 @@ def make(name: str, folder: Path) -> None:
     from PIL import Image
 
     raw = folder / f"{name}.png"
-    draw_sheet(SheetOrder(name, raw, SIZE, "preview"))
+    draw_sheet(SheetOrder(name, raw, SIZES.get(name, SIZE), QUALITIES.get(name, "preview")))
     with Image.open(raw) as picture:
-        small = picture.convert("RGB").quantize(256, dither=Image.Dither.FLOYDSTEINBERG)
+        small = picture.convert("RGB")
+        if name not in SMOOTH:
+            few = small.quantize(256, kmeans=2)  # dithers only towards a given palette
+            small = small.quantize(palette=few, dither=Image.Dither.FLOYDSTEINBERG)
         small.save(HERE / "images" / f"sheet_{name}.png", optimize=True)
 
 

@@ -169,8 +169,17 @@ def plant(
     ground: shapely.Geometry,
     buildings: Mapping[str, list[tuple[float, float, float]]],
     spacing: float = 4.0,
+    clear: float = 4.0,
 ) -> Floats:
-    """Keep, in order, the trees, (n, 2) [m], clear of lanes (4 m), buildings and one another."""
+    """Keep, in order, the trees, (n, 2) [m], clear of lanes, buildings and one another.
+
+    Args:
+        candidates: (n, 2) [m].
+        ground: What lanes cover.
+        buildings: The places (x, y, front) by kind.
+        spacing: Between trees, at least [m].
+        clear: From lanes, at least [m].
+    """
     kept: list[Floats] = []
     for tree in candidates:
         near = [np.hypot(*(tree - other)) < spacing for other in kept]
@@ -179,7 +188,7 @@ def plant(
             for kind, places in buildings.items()
             for x, y, _ in places
         ]
-        if not any(near) and not any(walls) and ground.distance(shapely.Point(tree)) >= 4.0:
+        if not any(near) and not any(walls) and ground.distance(shapely.Point(tree)) >= clear:
             kept.append(tree)
     return np.array(kept)
 

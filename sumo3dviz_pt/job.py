@@ -114,7 +114,9 @@ class GroundSettings(Settings):
         "auto", description="what closes the view; auto: hills, and woods where grass grows"
     )
     planting: Literal["auto", "none"] = Field(
-        "auto", description="auto: trees and shrubs where the scenario has none of its own in view"
+        "auto",
+        description="auto: belts along fast roads; elsewhere trees and shrubs"
+        " where the scenario has none of its own in view",
     )
 
 
@@ -205,6 +207,9 @@ class SignalSettings(Settings):
 class StreetSettings(Settings):
     """Street furniture that stands by itself; POIs of its types are always drawn."""
 
+    fronts: Literal["auto", "none"] = Field(
+        "auto", description="closed rows of houses along city streets without building polygons"
+    )
     lamps: Literal["auto", "none"] = Field("auto", description="street lamps along urban roads")
     signs: Literal["auto", "none"] = Field(
         "auto", description="speed limits, stop, give way, priority, exits, gantries"

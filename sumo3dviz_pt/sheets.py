@@ -18,10 +18,19 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.image.tonemap import develop
 from sumo3dviz_pt.job import SkySettings
 from sumo3dviz_pt.jobfile import quality_preset
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import FrameState, Part, SceneData, Sky, StaticPart, View
+from sumo3dviz_pt.model.geometry import Floats, Image, Mesh, Transform
+from sumo3dviz_pt.model.scene import (
+    Bsdf,
+    FrameState,
+    Haze,
+    Part,
+    SceneData,
+    Sky,
+    StaticPart,
+    View,
+)
 from sumo3dviz_pt.scene.materials import principled
-from sumo3dviz_pt.scene.sky import build_sky
+from sumo3dviz_pt.scene.sky import DARK, build_sky
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Session
@@ -33,9 +42,15 @@ SKIES = "skies"
 """The sheet that shows skies; the others show exhibits."""
 
 _APART = 120.0  # between exhibits, so that none stands in another's light [m]
-_COLUMNS = 4
+_COLUMNS = {SKIES: 3, "levels": 6}
+_SLABS = 2  # triangles of samples, which are not worth telling
+_FLAT = 0.1  # height of what one looks down on [m]
+_MOSTLY = 4  # columns of the other sheets
 _FOV = math.radians(32.0)
-_SKY_FOV = math.radians(100.0)
+_SKY_FOV = math.radians(78.0)
+_ASIDE = 1.0  # the sun stands so far right of the middle of a sky's picture [rad]
+_LOW = math.radians(12.0)  # suns that need a curve with a soft shoulder
+_MEAN = 0.05  # of white: what the mean of a night's picture is exposed for
 
 
 def sheet_names() -> tuple[str, ...]:
@@ -80,18 +95,47 @@ def draw_sheet(order: SheetOrder, *, progress: Callable[[int, int], None] | None
         made.append((title, pixels))
         if progress is not None:
             progress(len(made), total)
-    _compose(made, order.path, size)
+    _compose(made, order.path, size, _COLUMNS.get(order.name, _MOSTLY))
 
 
 def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
-    """The western and upper part of every sky, and what it does to a few things."""
+    """Every sky beside its sun or moon, over a few things that it lights."""
+    from sumo3dviz_pt.scene.still_life import still_life
+
     names = catalog.template_names("sky")
     for name in names:
         sky = build_sky(SkySettings(preset=name))
-        heading = math.pi / 2 if sky.sun_direction is None else _towards(sky.sun_direction) + 0.5
-        view = View(_looking((0.0, 0.0, 2.0), yaw=heading, pitch=math.radians(22)), _SKY_FOV)
-        with _showing(_still_life(), sky, size, quality) as session:
-            yield name, _picture(session, view, sky), len(names)
+        yaw = _beside(sky)
+        life = still_life(yaw)
+        view = View(_looking((0.0, 0.0, 1.9), yaw=yaw, pitch=math.radians(9)), _SKY_FOV)
+        static = tuple(
+            StaticPart(str(index), "exhibit", part) for index, part in enumerate(life.parts)
+        )
+        data = SceneData(life.materials, static, {}, (), sky, haze=Haze())
+        with _session(data, size, quality) as session:
+            radiance = session.render(FrameState(0.0, view, ())).radiance
+        yield name, _exposed(radiance, sky), len(names)
+
+
+def _beside(sky: Sky) -> float:
+    """Where to look: left of the moon or sun, so that it lights things from the side [rad]."""
+    light = sky.sun_direction if sky.moon_direction is None else sky.moon_direction
+    return math.pi / 2 if light is None else _towards(light) + _ASIDE
+
+
+def _exposed(radiance: Image, sky: Sky) -> Pixels:
+    """A sky's picture: by day at the sky's own exposure, by night at the picture's.
+
+    The exposure of a night is made for streets with lamps, and here are none.
+    """
+    height = 1.0 if sky.sun_direction is None else math.asin(sky.sun_direction[2])
+    if height > DARK:
+        tone = "neutral" if height > _LOW else "filmic"
+        return develop(radiance, exposure=sky.exposure, tone=tone, dither=0)
+    from sumo3dviz_pt.render.panorama import LUMINANCE
+
+    mean = float(np.exp(np.log(radiance @ LUMINANCE + 1e-9).mean()))
+    return develop(radiance, exposure=math.log2(_MEAN / mean), tone="agx", dither=0)
 
 
 def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
@@ -102,7 +146,8 @@ def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[
     sky = build_sky(SkySettings(preset="sky_daycloud1"))
     with _showing(shown, sky, size, quality) as session:
         for number, exhibit in enumerate(shown):
-            title = f"{exhibit.title} ({exhibit.triangles:,})"
+            count = f" ({exhibit.triangles:,})" if exhibit.triangles > _SLABS else ""
+            title = f"{exhibit.title}{count}"
             view = _view_of(exhibit, at=_place(number), aspect=size[1] / size[0])
             yield title, _picture(session, view, sky), len(shown)
 
@@ -113,10 +158,13 @@ def _place(number: int) -> Floats:
 
 
 def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
-    """From the front, the left and a little above; the whole exhibit fills the picture."""
+    """From the front, the left and a little above, on slabs from further above.
+
+    The whole exhibit fills the picture.
+    """
     low, high = exhibit.bounds
     middle = (low + high) / 2
-    direction = np.array([1.0, 0.9, 0.35])
+    direction = np.array([1.0, 0.9, 0.35 if high[2] - low[2] > _FLAT else 1.5])
     direction /= np.linalg.norm(direction)
     left = np.array([direction[1], -direction[0], 0.0]) / math.hypot(*direction[:2])
     up = np.cross(-direction, left)
@@ -145,22 +193,12 @@ def _towards(direction: Floats) -> float:
     return math.atan2(float(direction[1]), float(direction[0]))
 
 
-def _still_life() -> list[Exhibit]:
-    """A white ball and a wall would do, but a car says more."""
-    from sumo3dviz_pt.scene.showroom import exhibits
-
-    return [next(iter(exhibits("vehicles")))]
-
-
 @contextmanager
 def _showing(
     shown: Sequence[Exhibit], sky: Sky, size: tuple[int, int], quality: str
 ) -> Iterator[Session]:
     """All exhibits in one scene, far apart, on grey ground."""
-    from sumo3dviz_pt.render.backend import choose_backend
-    from sumo3dviz_pt.render.session import RenderSettings, Session
-
-    materials = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9, specular=0.2)}
+    materials: dict[str, Bsdf] = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9)}
     static = [StaticPart("ground", "ground", Part(_ground(len(shown)), "ground"))]
     for number, exhibit in enumerate(shown):
         materials |= dict(exhibit.materials)
@@ -168,8 +206,17 @@ def _showing(
             mesh = Transform.from_pose(_place(number)).mesh(part.mesh)
             moved = Part(mesh, part.material, part.tint)
             static.append(StaticPart(f"{number}/{index}", "exhibit", moved))
-    data = SceneData(materials, tuple(static), {}, (), sky)
-    settings = RenderSettings(size, quality_preset(quality), 1, white=2.0**-sky.exposure)
+    with _session(SceneData(materials, tuple(static), {}, (), sky), size, quality) as session:
+        yield session
+
+
+@contextmanager
+def _session(data: SceneData, size: tuple[int, int], quality: str) -> Iterator[Session]:
+    """A scene in the renderer."""
+    from sumo3dviz_pt.render.backend import choose_backend
+    from sumo3dviz_pt.render.session import RenderSettings, Session
+
+    settings = RenderSettings(size, quality_preset(quality), 1, white=2.0**-data.sky.exposure)
     with Session(data, choose_backend(), settings) as session:
         yield session
 
@@ -187,11 +234,13 @@ def _picture(session: Session, view: View, sky: Sky) -> Pixels:
     return develop(radiance, exposure=sky.exposure)
 
 
-def _compose(pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int]) -> None:
+def _compose(
+    pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int], columns: int
+) -> None:
     """Pictures with their titles, a few in a row."""
     from sumo3dviz_pt.report.plots import new_figure, save_figure
 
-    columns = min(_COLUMNS, len(pictures))
+    columns = min(columns, len(pictures))
     rows = -(-len(pictures) // columns)
     width = columns * size[0] / 110 * 1.02
     figure: Any = new_figure(width, rows * (size[1] + 26) / 110)
@@ -200,6 +249,6 @@ def _compose(pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int
         axis.set_axis_off()
     for axis, (title, pixels) in zip(axes.flat, pictures, strict=False):
         axis.imshow(pixels)
-        axis.set_title(title, fontsize=8, pad=2)
+        axis.set_title(title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
     path.parent.mkdir(parents=True, exist_ok=True)
     save_figure(figure, path)

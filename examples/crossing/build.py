@@ -6,7 +6,7 @@ import numpy as np
 
 from examples import sumo_files as sf
 from examples.crossing.network import ARMS, FOLDER, write_network
-from examples.crossing.scenery import buildings, trees
+from examples.crossing.scenery import buildings, clear_of_rows, trees
 
 SEED, BEGIN, END = 4, 420, 540
 EDGE = {"NE": ("NE_end_to_NE", "NE_to_NE_end"), "SW": ("SW_end_to_SW", "SW_to_SW_end")}
@@ -102,7 +102,8 @@ def main() -> None:
     write_network()
     ground = sf.lane_ground(FOLDER / "crossing.net.xml.gz")
     standing = sf.thin(buildings(rng), ground)
-    sf.write_objects(FOLDER, standing, sf.plant(trees(rng), ground, standing, spacing=5.5))
+    planted = sf.plant(trees(rng), ground, standing, spacing=5.5, clear=3.2)
+    sf.write_objects(FOLDER, standing, clear_of_rows(planted, ground))
     write_demand()
     sf.simulate(FOLDER, begin=BEGIN)
 

@@ -33,6 +33,7 @@ QUARTERS = {
         (LENGTH, "block"),
     ),
 }
+CLEAR_ZONE = 10.0  # distance of trees from motorway and ramps [m]
 PITCH = {"home": 23.0, "shop": 31.0, "block": 43.0}
 
 
@@ -71,7 +72,20 @@ def trees(rng: np.random.Generator) -> sf.Floats:
         t = rng.uniform(0.0, LENGTH, 300)
         t = t[np.sin(t / 57.0 + 1.0) + rng.normal(0.0, 0.6, t.size) > 0.1]
         found.append(place(way, t, 62.0 + rng.gamma(3.0, 35.0, t.size)))
-    return np.concatenate(found)
+    spots = np.concatenate(found)
+    return spots[shapely.distance(shapely.points(spots), carriageways()) > CLEAR_ZONE]
+
+
+def carriageways() -> shapely.Geometry:
+    """What motorway and ramps pave."""
+    return shapely.union_all(
+        [
+            shapely.Polygon(np.concatenate([line, sf.offset(line, 3.5 * lanes)[::-1]])).buffer(0.0)
+            for way in "ew"
+            for name, _, _, line, lanes in edges(way)
+            if name[0] in "mo"
+        ]
+    )
 
 
 def write_fences() -> None:

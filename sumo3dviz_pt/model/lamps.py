@@ -6,7 +6,7 @@ Radiances are in scene units, linear sRGB primaries.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,7 +22,7 @@ class VehicleLamp:
 
     Attributes:
         role: What lights it: `head`, `tail`, `brake`, `left`, `right`, `reverse`, `blue`,
-            `sign`.
+            `sign`, and in a driver's own cabin `dials`, `screen`.
         at: Its centre in the body's frame, a few millimetres before the lens [m].
         size: Its width and height [m].
         yaw: Where it shines, from the body's +x [rad]: 0 forward, pi backward.
@@ -32,6 +32,34 @@ class VehicleLamp:
     at: tuple[float, float, float]
     size: tuple[float, float]
     yaw: float
+
+
+@dataclass(frozen=True, slots=True)
+class Lobe:
+    """How radiance falls with the angle t from a lamp's axis: f + (1 - f) exp(-k (1 - cos t)).
+
+    Attributes:
+        floor: What is left far from the axis, f; 1 shines alike everywhere (Lambert's law), and
+            more than 1 is brighter there, like luminaires that light a road evenly.
+        sharpness: k; all above the floor has fallen to half where 1 - cos t = ln 2 / k.
+    """
+
+    floor: float = 1.0
+    sharpness: float = 0.0
+
+    def at(self, cosine: Floats) -> Floats:
+        """Radiance against that on the axis, for cosines of angles from it."""
+        return self.floor + (1.0 - self.floor) * np.exp(self.sharpness * (cosine - 1.0))
+
+    @property
+    def flux(self) -> float:
+        """Of a small flat lamp that gives one candela on its axis [lm].
+
+        The integral of `at` times the cosine over the half sphere; pi by Lambert's law.
+        """
+        k = max(self.sharpness, 1e-6)
+        peak = 1.0 / k + np.expm1(-k) / k**2 if k > 1e-3 else 0.5
+        return float(2.0 * np.pi * (0.5 * self.floor + (1.0 - self.floor) * peak))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,8 +76,9 @@ class LampSet:
             only seen, which costs nothing.
         radiance: Of lamps that never change, (lamps, 3); None for those that a
             frame's state lights.
-        weight: How often paths aim at this set, against 1 for an ordinary one.
+        weight: How often paths aim at this set, against others that give as much light.
         tint: Linear reflectance of each face's glass, (m, 3); None for dark grey.
+        lobe: How they shine to the sides, where they are sampled.
     """
 
     id: str
@@ -61,6 +90,7 @@ class LampSet:
     radiance: Floats | None = None
     weight: float = 1.0
     tint: Floats | None = None
+    lobe: Lobe = Lobe()
 
     def __post_init__(self) -> None:
         """Freeze the index."""
@@ -75,7 +105,7 @@ class Beam:
         pattern: Share of the peak, (n, n), rows from above to below, columns from left
             to right, straight ahead in the middle; even in the tangent of the angle.
         half_angle: From the middle to the pattern's edge [rad].
-        intensity: Peak of both lamps, scene units x m^2.
+        intensity: Peak of both lamps of a car, scene units x m^2.
     """
 
     pattern: Image
@@ -92,8 +122,12 @@ class RunningLights:
             missing never shine.
         beam: Of head lamps, or None by day.
         sampled: As in `LampSet`.
+        lobes: How lamps shine to the sides, by role; those missing by Lambert's law.
+        heads: Share of a car's head lamps that other bodies have, by their names.
     """
 
     intensity: Mapping[str, Colour]
     beam: Beam | None = None
     sampled: bool = False
+    lobes: Mapping[str, Lobe] = field(default_factory=dict)
+    heads: Mapping[str, float] = field(default_factory=dict)

@@ -241,6 +241,11 @@ class Slots:
     far: Mapping[str, int] = field(default_factory=dict)
     posed: Mapping[str, int] = field(default_factory=dict)
 
+    @property
+    def detailed(self) -> Mapping[str, int]:
+        """Detailed bodies, whether they take poses or not."""
+        return {**self.near, **self.posed}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneData:

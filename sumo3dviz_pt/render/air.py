@@ -1,13 +1,18 @@
 """The clear sky around sunrise and sunset: sunlight scattered in a round atmosphere.
 
-Molecules, aerosol and ozone; the first scattering is traced along every ray, all later
-ones are isotropic. What follows from it: the warm band under the blue hour (ozone), the
-Earth's shadow with its pink belt, and clouds that still see the sun.
+Molecules, aerosol and ozone at ten wavelengths; the first scattering is traced along every
+ray, all later ones are isotropic. What follows from it: the warm band under the blue hour
+(ozone), the Earth's shadow with its pink belt, the glow around a low sun, and clouds that
+still see the sun. Three wavelengths are too few: their dusk is purple.
 
 References:
     S. Hillaire, A scalable and production ready sky and atmosphere rendering technique,
-    Computer Graphics Forum 39(4), 2020, doi:10.1111/cgf.14050 (coefficients, table 1;
-    later scatterings, section 5.5).
+    Computer Graphics Forum 39(4), 2020, doi:10.1111/cgf.14050 (molecules, heights, later
+    scatterings in section 5.5).
+    V. Gorshelev et al., High spectral resolution ozone absorption cross-sections, Atmos.
+    Meas. Tech. 7, 2014, doi:10.5194/amt-7-609-2014 (Chappuis band, rounded).
+    A. J. Preetham et al., A practical analytic model for daylight, SIGGRAPH 1999 (turbidity:
+    optical depth of all air over that of its molecules; Angstrom's exponent 1.3).
 """
 
 from __future__ import annotations
@@ -18,15 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.render.spectrum import WAVELENGTHS, to_rgb
 
 _EARTH, _TOP = 6_360e3, 6_460e3
 _EYE = 200.0
-# At 620, 547 and 463 nm, near where the sRGB primaries lie: Hillaire's 680, 550 and
-# 440 nm miss most of the ozone's orange band, which turns dusk purple.
-_MOLECULES = np.array([8.39e-6, 13.86e-6, 27.0e-6])
-_AEROSOL_SCATTERS, _AEROSOL_TAKES = 3.996e-6, 5.0e-6
-_OZONE = np.array([2.2e-6, 1.85e-6, 0.22e-6])
+_MOLECULES = 13.558e-6 * (550.0 / WAVELENGTHS) ** 4
+_AEROSOL = (WAVELENGTHS / 550.0) ** -1.3
+_AEROSOL_SCATTERS = 0.95  # share of what aerosol takes out of a ray
+# Of the ozone, in 1e-21 cm^2; 300 Dobson units, in a tent around 25 km.
+_CHAPPUIS = np.array([0.03, 0.14, 0.39, 1.25, 2.55, 4.25, 5.0, 3.9, 2.3, 1.25])
+_OZONE = _CHAPPUIS * 8.07e18 * 1e-21 / 15e3
 _FORWARD = 0.8  # asymmetry of the aerosol's phase function
+_AEROSOL_HEIGHT = 1.2e3
 _DISC = np.radians(0.5)  # softens the Earth's shadow
 
 _HEIGHTS = np.array([0.0, 1e3, 3e3, 6e3, 11e3, 18e3, 28e3, 42e3, 65e3])
@@ -70,13 +78,19 @@ def _densities(height: Floats) -> tuple[Floats, Floats, Floats]:
     """Molecules, aerosol and ozone against their coefficients, each of the heights' shape."""
     height = np.maximum(height, -500.0)
     ozone = np.maximum(0.0, 1.0 - np.abs(height - 25e3) / 15e3)
-    return np.exp(-height / 8e3), np.exp(-height / 1.2e3), ozone
+    return np.exp(-height / 8e3), np.exp(-height / _AEROSOL_HEIGHT), ozone
 
 
-def _extinction(height: Floats) -> Floats:
-    """Per metre, (..., 3)."""
+def _aerosol(turbidity: float) -> Floats:
+    """Extinction of the aerosol on the ground at each wavelength, (10,) [1/m]."""
+    molecules = 8e3 * 13.558e-6  # their optical depth at 550 nm
+    return np.asarray((turbidity - 1.0) * molecules / _AEROSOL_HEIGHT * _AEROSOL)
+
+
+def _extinction(height: Floats, haze: Floats) -> Floats:
+    """Per metre, (..., 10); `haze` from `_aerosol`."""
     molecules, aerosol, ozone = (part[..., None] for part in _densities(height))
-    return np.asarray(molecules * _MOLECULES + aerosol * _AEROSOL_TAKES + ozone * _OZONE)
+    return np.asarray(molecules * _MOLECULES + aerosol * haze + ozone * _OZONE)
 
 
 def _to_top(radius: Floats, sine: Floats) -> Floats:
@@ -85,8 +99,19 @@ def _to_top(radius: Floats, sine: Floats) -> Floats:
     return np.maximum(np.sqrt(inside) - radius * sine, 1.0)
 
 
-def sunlight(height: Floats, sine: Floats) -> Floats:
-    """Share of sunlight left at heights [m] for sines of the sun's local elevation, (..., 3)."""
+def sunlight(height: Floats, sine: Floats, turbidity: float = 3.0) -> Floats:
+    """Colour of the sunlight left, (..., 3); (1, 1, 1) outside the air.
+
+    Args:
+        height: Above the ground [m].
+        sine: Of the sun's local elevation.
+        turbidity: Of the air, [1, 10].
+    """
+    return to_rgb(_sunlight(height, sine, _aerosol(turbidity)))
+
+
+def _sunlight(height: Floats, sine: Floats, haze: Floats) -> Floats:
+    """Share of sunlight left at each wavelength, (..., 10)."""
     radius, steps = _EARTH + height, 24
     way = _to_top(radius, sine)
     # Rays that go down have their densest air in the middle, others at their start.
@@ -97,7 +122,7 @@ def sunlight(height: Floats, sine: Floats) -> Floats:
     high = np.sqrt(radius[..., None] ** 2 + along**2 + 2.0 * along * (radius * sine)[..., None])
     each = _densities(high - _EARTH)
     molecules, aerosol, ozone = (((part * weight).sum(-1) * way)[..., None] for part in each)
-    depth = molecules * _MOLECULES + aerosol * _AEROSOL_TAKES + ozone * _OZONE
+    depth = molecules * _MOLECULES + aerosol * haze + ozone * _OZONE
     dip = np.arccos(np.minimum(_EARTH / radius, 1.0))
     over = (np.arcsin(np.clip(sine, -1.0, 1.0)) + dip) / _DISC
     seen = np.clip(0.5 + 0.5 * over, 0.0, 1.0)[..., None]
@@ -127,17 +152,26 @@ class _March:
     weight: Floats
 
 
-def _march(start: Floats, ray: Floats, sun: Floats, cosine: Floats, steps: int) -> _March:
-    """Walk rays through the air.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rays:
+    """Rays to walk, axes (n,).
 
-    Args:
-        start: Height of the rays' start, (n,) [m].
-        ray: Sine of the rays' elevation there, (n,).
-        sun: Sine of the sun's elevation there, (n,).
-        cosine: Of the angle between ray and sun, (n,).
-        steps: Number of samples.
+    Attributes:
+        start: Height of their start [m].
+        up: Sine of their elevation there.
+        sun: Sine of the sun's elevation there.
+        cosine: Of the angle between ray and sun.
     """
-    radius = _EARTH + start
+
+    start: Floats
+    up: Floats
+    sun: Floats
+    cosine: Floats
+
+
+def _march(rays: _Rays, haze: Floats, steps: int) -> _March:
+    """Walk rays through the air with a number of samples."""
+    radius, ray, sun, cosine = _EARTH + rays.start, rays.up, rays.sun, rays.cosine
     ground = radius**2 * (ray**2 - 1.0) + _EARTH**2
     falls = (ray < 0.0) & (ground > 0.0)
     way = np.where(falls, -radius * ray - np.sqrt(np.maximum(ground, 0.0)), _to_top(radius, ray))
@@ -146,24 +180,25 @@ def _march(start: Floats, ray: Floats, sun: Floats, cosine: Floats, steps: int) 
     length = way[:, None] * np.diff(edges)
     high = np.sqrt(radius[:, None] ** 2 + along**2 + 2.0 * along * (radius * ray)[:, None])
     local = ((radius * sun)[:, None] + along * cosine[:, None]) / high
-    taken = _extinction(high - _EARTH) * length[..., None]
+    taken = _extinction(high - _EARTH, haze) * length[..., None]
     through = np.exp(-(np.cumsum(taken, axis=1) - taken))
     # The integral over a step of constant extinction (Hillaire 2015).
     inside = length[..., None] * -np.expm1(-taken) / np.maximum(taken, 1e-12)
     return _March(high - _EARTH, local, through * inside)
 
 
-def _first(march: _March, cosine: Floats) -> tuple[Floats, Floats]:
-    """Light scattered once per metre, and scattering itself, both (rays, steps, 3)."""
+def _first(march: _March, cosine: Floats, haze: Floats) -> tuple[Floats, Floats]:
+    """Light scattered once per metre, and scattering itself, both (rays, steps, 10)."""
     molecules, aerosol, _ = _densities(march.height)
-    molecules, aerosol = molecules[..., None] * _MOLECULES, aerosol[..., None] * _AEROSOL_SCATTERS
+    molecules = molecules[..., None] * _MOLECULES
+    aerosol = aerosol[..., None] * (_AEROSOL_SCATTERS * haze)
     by_molecules, by_aerosol = (phase[:, None, None] for phase in _phases(cosine))
-    light = sunlight(march.height, march.sun)
+    light = _sunlight(march.height, march.sun, haze)
     return (molecules * by_molecules + aerosol * by_aerosol) * light, molecules + aerosol
 
 
-def _later() -> Floats:
-    """What all later scatterings bring to a point, (heights, suns, 3) [1/sr]."""
+def _later(haze: Floats) -> Floats:
+    """What all later scatterings bring to a point, (heights, suns, 10) [1/sr]."""
     sine = np.linspace(-0.9, 0.9, 7)
     around = (np.arange(4) + 0.5) / 4 * np.pi
     ray, turn = (part.ravel() for part in np.meshgrid(sine, around, indexing="ij"))
@@ -172,15 +207,15 @@ def _later() -> Floats:
     height, sun = np.repeat(height, rays), np.repeat(sun, rays)
     ray, turn = np.tile(ray, points), np.tile(turn, points)
     cosine = ray * sun + np.sqrt((1.0 - ray**2) * (1.0 - sun**2)) * np.cos(turn)
-    march = _march(height, ray, sun, cosine, 10)
-    light, scatters = _first(march, cosine)
-    second = (light * march.weight).sum(1).reshape(points, rays, 3).mean(1)
-    again = (scatters * march.weight).sum(1).reshape(points, rays, 3).mean(1)
-    return np.asarray(second / (1.0 - again)).reshape(len(_HEIGHTS), len(_SUNS), 3)
+    march = _march(_Rays(height, ray, sun, cosine), haze, 10)
+    light, scatters = _first(march, cosine, haze)
+    second = (light * march.weight).sum(1).reshape(points, rays, -1).mean(1)
+    again = (scatters * march.weight).sum(1).reshape(points, rays, -1).mean(1)
+    return np.asarray(second / (1.0 - again)).reshape(len(_HEIGHTS), len(_SUNS), -1)
 
 
 def _look_up(table: Floats, height: Floats, sun: Floats) -> Floats:
-    """Linear values of `_later` at heights and sines of the sun's elevation, (..., 3)."""
+    """Linear values of `_later` at heights and sines of the sun's elevation, (..., 10)."""
     row = np.interp(height, _HEIGHTS, np.arange(len(_HEIGHTS)))
     place = np.interp(np.arcsin(np.clip(sun, -1.0, 1.0)), _SUNS, np.arange(len(_SUNS)))
     top = np.minimum(row.astype(np.intp), len(_HEIGHTS) - 2)
@@ -195,11 +230,14 @@ def _look_up(table: Floats, height: Floats, sun: Floats) -> Floats:
     return np.asarray(upper * (1 - down) + lower * down)
 
 
-def clear_dome(elevation: float, *, rows: int = 44, columns: int = 26) -> ClearDome:
+def clear_dome(
+    elevation: float, turbidity: float = 3.0, *, rows: int = 44, columns: int = 26
+) -> ClearDome:
     """Radiance of the clear sky for a low sun.
 
     Args:
         elevation: Of the sun [rad]; below -16 degrees as at -16, above 14 as at 14.
+        turbidity: Of the air, [1, 10].
         rows: Directions from the horizon to the zenith, denser near the horizon.
         columns: Directions from the sun's azimuth to the opposite, denser near the sun.
     """
@@ -208,9 +246,10 @@ def clear_dome(elevation: float, *, rows: int = 44, columns: int = 26) -> ClearD
     around = np.pi * np.linspace(0.0, 1.0, columns) ** 1.7
     up, turn = (part.ravel() for part in np.meshgrid(high, around, indexing="ij"))
     cosine = np.sin(up) * sine + np.cos(up) * np.sqrt(1.0 - sine**2) * np.cos(turn)
-    count = len(up)
-    march = _march(np.full(count, _EYE), np.sin(up), np.full(count, sine), cosine, 36)
-    light, scatters = _first(march, cosine)
-    light = light + scatters * _look_up(_later(), march.height, march.sun)
-    radiance = (light * march.weight).sum(1).reshape(rows, columns, 3)
-    return ClearDome(high, around, np.asarray(radiance))
+    haze = _aerosol(turbidity)
+    rays = _Rays(np.full(up.size, _EYE), np.sin(up), np.full(up.size, sine), cosine)
+    march = _march(rays, haze, 36)
+    light, scatters = _first(march, cosine, haze)
+    light = light + scatters * _look_up(_later(haze), march.height, march.sun)
+    radiance = to_rgb((light * march.weight).sum(1))
+    return ClearDome(high, around, radiance.reshape(rows, columns, 3))

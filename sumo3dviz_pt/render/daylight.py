@@ -1,9 +1,10 @@
 """The clear sky and the sun above it, from the zenith to deep twilight.
 
-Mitsuba's `sunsky` gives the sky of a sun above 8 degrees (its sun by date is mirrored,
-so we pass a direction), `air` the one below 2 degrees, where `sunsky` turns black, and
-both share what lies between. Low suns are dimmed to the mean of two published curves,
-for `sunsky` is brighter than both by up to two thirds; twilight follows the almanac.
+Mitsuba's `sunsky` gives the sky of a sun above 16 degrees (its sun by date is mirrored,
+so we pass a direction), `air` the one below 7 degrees, where `sunsky` knows no glow around
+the sun and turns green, below 2 black; both share what lies between. Low suns are dimmed
+to the mean of two published curves, for `sunsky` is brighter than both by up to two
+thirds; twilight follows the almanac.
 
 References:
     Wilkie et al., A fitted radiance and attenuation model for realistic atmospheres,
@@ -37,7 +38,8 @@ SUN_RADIUS = np.radians(0.2666)
 LOWEST = np.radians(-24.0)
 """Sun below which nothing of it is left [rad]."""
 
-_MODEL_ENDS, _MODEL_ALONE = np.radians(2.0), np.radians(8.0)
+_MODEL_ENDS = np.radians(2.0)
+_OWN_ENDS, _MODEL_ALONE = np.radians(7.0), np.radians(16.0)
 _COARSE = (128, 256)
 _PALE = np.array([0.98, 0.996, 1.10])
 _CLOUD_HEIGHT = 6_000.0  # from where clouds see the sun for a while after it has set [m]
@@ -122,16 +124,16 @@ def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Dayl
         return Daylight(np.zeros((*size, 3), np.float32), np.zeros(3), np.zeros(3))
     model = _Model(direction, turbidity)
     fade = twilight_factor(elevation)
-    share = _smooth((elevation - _MODEL_ENDS) / (_MODEL_ALONE - _MODEL_ENDS))
+    share = _smooth((elevation - _OWN_ENDS) / (_MODEL_ALONE - _OWN_ENDS))
     sky, sun = agreement(elevation)
     coarse = model.sky() * (sky * fade)
     direct = model.sun() * sun
     if share < 1.0:
         light = float(dome_irradiance(coarse) @ LUMINANCE)
-        own = _own_dome(elevation, direction, light)
+        own = _own_dome(elevation, direction, turbidity, light)
         coarse = share * coarse + (1.0 - share) * own
-        direct = _own_sun(elevation, direct, share)
-    high = direct if share == 1.0 else _sun_aloft(elevation, direct)
+        direct = _own_sun(elevation, direct, turbidity, share)
+    high = direct if share == 1.0 else _sun_aloft(elevation, direct, turbidity, share)
     return Daylight(resampled(coarse, size), direct * _risen(elevation), high)
 
 
@@ -147,30 +149,30 @@ def _risen(elevation: float) -> float:
     return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
 
 
-def _own_dome(elevation: float, direction: Floats, light: float) -> Floats:
+def _own_dome(elevation: float, direction: Floats, turbidity: float, light: float) -> Floats:
     """The sky of `air`, coarse, brought to a luminous irradiance in scene units."""
     rows, columns = _COARSE
     azimuth = (np.arange(columns) + 0.5) / columns * 2 * np.pi
     high = np.pi / 2 * (1.0 - (np.arange(rows) + 0.5) / rows)
     away = azimuth - np.arctan2(direction[0], direction[1])
-    dome = clear_dome(elevation).towards(high, away)
+    dome = clear_dome(elevation, turbidity).towards(high, away)
     return dome * (light / max(float(dome_irradiance(dome) @ LUMINANCE), 1e-30))
 
 
-def _own_sun(elevation: float, model: Floats, share: float) -> Floats:
+def _own_sun(elevation: float, model: Floats, turbidity: float, share: float) -> Floats:
     """The low sun in the colour of `air`, and dimmed as there where the model has ended."""
-    lit = sunlight(np.full(2, 200.0), np.sin([elevation, max(elevation, float(_MODEL_ENDS))]))
+    suns = np.sin([elevation, max(elevation, float(_MODEL_ENDS))])
+    lit = sunlight(np.full(2, 200.0), suns, turbidity)
     tint = lit[0] / max(float(lit[0] @ LUMINANCE), 1e-12)
     fade = float(lit[0] @ LUMINANCE) / float(lit[1] @ LUMINANCE)
     power = float(model @ LUMINANCE)
     return np.asarray((share * model / max(power, 1e-12) + (1.0 - share) * tint) * power * fade)
 
 
-def _sun_aloft(elevation: float, direct: Floats) -> Floats:
+def _sun_aloft(elevation: float, direct: Floats, turbidity: float, share: float) -> Floats:
     """The sun's light on clouds, from the ratio of `air` there to that on the ground."""
     outside = 4.0  # scene units: 128 klx
-    lit = sunlight(np.array([_CLOUD_HEIGHT]), np.sin([elevation]))[0] * outside
-    share = _smooth((elevation - _MODEL_ENDS) / (_MODEL_ALONE - _MODEL_ENDS))
+    lit = sunlight(np.array([_CLOUD_HEIGHT]), np.sin([elevation]), turbidity)[0] * outside
     return np.asarray(share * direct + (1.0 - share) * lit)
 
 

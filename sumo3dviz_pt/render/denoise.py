@@ -6,9 +6,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import uniform_filter
+from scipy.ndimage import maximum_filter, uniform_filter
 
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Bools, Image
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
 _WINDOW = 5
@@ -73,7 +73,17 @@ def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
     if share > 0:
         own = np.float32(share) * texture(smooth, held)[..., None]
         smooth = (smooth + own * (held - smooth)).astype(np.float32, copy=False)
-    return np.where(hit[..., None] > 0, smooth, raw)
+    return np.where(open_sky(hit)[..., None], raw, smooth)
+
+
+def open_sky(hit: Image) -> Bools:
+    """Pixels of which only sky is seen, in squares of three that see nothing else, (h, w).
+
+    Gaps in a tree are no open sky: which of them a few samples pass unhindered is another
+    set in every frame, and raw pixels among smooth ones would sparkle.
+    """
+    inner = maximum_filter(hit, 3, mode="nearest") <= 0
+    return np.asarray(maximum_filter(inner, 3, mode="constant"))
 
 
 def texture(smooth: Image, raw: Image) -> Image:

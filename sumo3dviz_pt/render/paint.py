@@ -19,6 +19,9 @@ TABLE_SIZE = 1024
 
 _PLUGIN = "sumo3dviz_paint"
 
+_DUST = (0.125, 0.112, 0.094)
+"""Reflectance of the dirt that v of a mesh says how much of there is (`shapes.grime`)."""
+
 
 def register_paint() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
     """Make the texture known to the active JIT variant."""
@@ -32,7 +35,10 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
 
         def _colour(self, si: Any, active: Any) -> Any:
             index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
-            return dr.gather(mi.Color3f, self.table, index, active)
+            paint = dr.gather(mi.Color3f, self.table, index, active)
+            # Mitsuba's v is ours, negated; meshes without uvs have positive coordinates.
+            grime = dr.clip(-si.uv.y, 0.0, 1.0)
+            return dr.lerp(paint, mi.Color3f(*_DUST), grime)
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return self._colour(si, active)

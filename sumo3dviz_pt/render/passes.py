@@ -19,7 +19,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 log = logging.getLogger(__name__)
 
 MOST_DIMMED = 0.02
-"""Share of the energy above which it is worth a warning that the cap darkened the picture."""
+"""Share of the light of pixels darker than white above which the cap is worth a warning."""
 
 BAD_SHARE = 1e-5
 """Share of pixels that may be NaN or Inf before a frame counts as failed."""
@@ -36,6 +36,7 @@ class Tally:
         capped: Sum of what the cap took away.
         dimmed: That part of `capped` which pixels darker than white lost: only there can it
             be seen. The rest is mostly the sun's image in glass and chrome.
+        dark: Sum of those pixels' values before the cap.
         passes: How many passes were added.
     """
 
@@ -44,6 +45,7 @@ class Tally:
     energy: float = 0.0
     capped: float = 0.0
     dimmed: float = 0.0
+    dark: float = 0.0
     passes: int = 0
 
     @property
@@ -53,8 +55,8 @@ class Tally:
 
     @property
     def dimmed_share(self) -> float:
-        """Share of the energy that the cap took where it can be seen, in [0, 1]."""
-        return self.dimmed / self.energy if self.energy > 0 else 0.0
+        """Share of the light of pixels darker than white that the cap took, in [0, 1]."""
+        return self.dimmed / self.dark if self.dark > 0 else 0.0
 
 
 def capped(radiance: Image, limit: float) -> tuple[Image, Image]:
@@ -108,9 +110,10 @@ class Accumulator:
     def _count_lost(self, mean: Floats, lost: Floats) -> None:
         """Bring the tally's account of the cap up to date."""
         counts = np.ones(mean.shape[:2], bool) if self.exempt is None else ~self.exempt
-        dark = mean.max(axis=-1) < self.white
+        dark = counts & (mean.max(axis=-1) < self.white)
         self.tally.capped = float(lost[counts].sum())
-        self.tally.dimmed = float(lost[counts & dark].sum())
+        self.tally.dimmed = float(lost[dark].sum())
+        self.tally.dark = float(mean[dark].sum() * self.tally.passes) + self.tally.dimmed
 
     def means(self) -> tuple[Image, Image]:
         """The capped picture so far and what the cap took everywhere, (h, w, 3) each.

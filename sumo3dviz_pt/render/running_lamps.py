@@ -1,8 +1,8 @@
-"""Lamps of vehicles: glowing lenses as four meshes, and beams of the nearest head lamps.
+"""Lamps of vehicles: glowing lenses as two meshes, and beams of the nearest head lamps.
 
-Emitters cannot be instanced, so all lenses are merged into meshes whose vertices and
-radiances are updated: white and coloured ones, near and far, because a path picks a lamp of
-a mesh by its area alone. Lamps that are off have no area. Beams are a fixed pool of spots.
+Emitters cannot be instanced, so all lenses are merged into meshes, near and far, whose
+vertices and radiances are updated. Lamps that are off have no area. Beams are a fixed pool
+of spots.
 
 How often paths aim at each was chosen by measuring: noise is least where an emitter's share
 of the picks follows the root of its second moment, relative to the square of the picture.
@@ -17,12 +17,13 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
-from sumo3dviz_pt.model.lamps import Beam, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.lamps import Beam, Lobe, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, View
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.clear_lamps import clear_lamps
-from sumo3dviz_pt.render.lamps import UNTINTED, lamp_texture
+from sumo3dviz_pt.render.lamp_emitter import Glow, lamp_emitter, light, lobe_row, share_of
+from sumo3dviz_pt.render.lamps import UNTINTED
 
 MOST_BEAMS = 24
 """Vehicles whose head lamps light the road; farther ones only glow."""
@@ -33,18 +34,24 @@ BEAM_END = 130.0
 _FADE = 0.25
 """Share of that distance over which they fade."""
 
-_WHITE = ("head", "reverse", "sign")
-_WEIGHTS: Mapping[tuple[str, bool], float] = {
-    ("white", False): 2.4,
-    ("white", True): 0.2,
-    ("colour", False): 2.0,
-    ("colour", True): 0.2,
-}
-"""By colour and whether they are on road users that are far away."""
+_WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
+"""How often paths aim at lenses by whether their road users are far away."""
 
-_UNSEEN_BEAM, _SEEN_BEAM = 0.05, 1.6
-_LIT_AHEAD = np.array([4.0, 9.0, 16.0, 28.0])
-"""Where a beam's light on the road is looked for [m]."""
+_BEAM_FLUX = 640.0
+"""Of a car's low beams [lm]."""
+
+_BEAM_WEIGHT = 1.5
+_UNSEEN_BEAM = 0.02
+"""Share of a beam outside the picture that matters all the same."""
+
+_LIT = np.array(
+    [
+        (ahead, ahead * aside, 0.0)
+        for ahead in (3.0, 6.0, 10.0, 16.0, 25.0, 38.0)
+        for aside in (-0.3, -0.1, 0.1, 0.3)
+    ]
+)
+"""Where a beam's light is looked for, in its frame, (n, 3) [m]."""
 
 _BEAM_NEAR = 30.0
 """From here on, light on the road matters less the smaller it is in the picture [m]."""
@@ -66,35 +73,34 @@ class _Discs:
         roles: Of each, n.
         corners: In the body's frame, (n, 1 + sides, 3) [m]: the centre, then the rim.
         radiance: When lit, (n, 3).
+        lobes: As in `Glow`, (n, 3).
     """
 
     roles: tuple[str, ...]
     corners: Floats
     radiance: Floats
+    lobes: Floats
 
 
 class GlowingLenses:
-    """All lamps of one colour and level as a mesh with a fixed number of places."""
+    """All lamps of one level as a mesh with a fixed number of places."""
 
-    def __init__(
-        self, scene: SceneData, lights: RunningLights, *, colour: str, far: bool, floor: float
-    ) -> None:
-        self.name, self._far = f"running_{colour}_{'far' if far else 'near'}", far
+    def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
+        self.name, self._far = f"running_{'far' if far else 'near'}", far
         self._floor = floor
-        self._weight = _WEIGHTS[colour, far] if lights.sampled else 0.0
+        self._weight = _WEIGHTS[far] if lights.sampled else 0.0
         self._discs: dict[str, _Discs] = {}
         self.count = 1  # one that never shines, because a mesh without area cannot be sampled
-        for key, places in (scene.slots.far if far else scene.slots.near).items():
+        for key, places in (scene.slots.far if far else scene.slots.detailed).items():
             body = scene.prototypes[key]
             chosen = [lamp for lamp in body.lamps if lamp.role in lights.intensity]
-            chosen = [lamp for lamp in chosen if (lamp.role in _WHITE) == (colour == "white")]
             if chosen:
                 shown = clear_lamps(chosen, body.far if far else body.parts)
-                self._discs[key] = _discs(shown, lights.intensity)
+                self._discs[key] = _discs(shown, lights, share=lights.heads.get(key, 1.0))
                 self.count += places * len(chosen)
 
     def __bool__(self) -> bool:
-        """Whether any road user of the shot has such a lamp."""
+        """Whether any road user of the shot has a lamp."""
         return bool(self._discs)
 
     def make(self, bsdf: Any, *, jit: bool) -> Any:
@@ -103,31 +109,33 @@ class GlowingLenses:
         fan = np.column_stack([np.zeros(_SIDES, int), 1 + ring, 1 + (ring + 1) % _SIDES])
         faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + fan).reshape(-1, 3)
         u = np.repeat((np.arange(self.count) + 0.5) / self.count, 1 + _SIDES)
-        vertices, _ = self._places((), np.zeros(3))
-        mesh = Mesh(vertices, faces, None, np.column_stack([u, np.zeros_like(u)]))
-        emitter = {
-            "type": "area",
-            "radiance": lamp_texture(self.count, jit=jit),
-            "sampling_weight": self._weight if jit else 0.0,
-        }
+        vertices = self._places((), np.zeros(3))[0].reshape(-1, 3)
+        mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
+        emitter = lamp_emitter(self.count, self.count, jit=jit, fan=_SIDES)
         tint = np.full((len(faces), 3), UNTINTED)
         return convert.make_lamps(self.name, mesh, bsdf=bsdf, emitter=emitter, tint=tint)
 
     def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
         """Put the lamps of a frame to their places."""
-        movers = frame.distant if self._far else frame.movers
-        vertices, radiance = self._places(movers, frame.origin)
-        convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices)
-        if jit:
-            convert.overwrite(parameters, f"{self.name}.emitter.radiance.values", radiance)
-        else:
+        movers = frame.distant if self._far else (*frame.movers, *frame.posed)
+        vertices, radiance, lobes = self._places(movers, frame.origin)
+        convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices.reshape(-1, 3))
+        # The triangles of a fan are alike, whatever ellipse it fills.
+        across = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
+        twice = np.linalg.norm(across, axis=1)
+        axes = across / np.maximum(twice, 1e-30)[:, None]
+        if not jit:
             key = f"{self.name}.{convert.RADIANCE_ATTRIBUTE}"
             convert.overwrite(parameters, key, np.repeat(radiance, _SIDES, axis=0))
+            return
+        areas, places = 0.5 * _SIDES * twice, vertices[:, 0] + frame.origin
+        glow = Glow(radiance, axes, lobes, areas, np.arange(self.count), places)
+        light(parameters, self.name, glow, frame, weight=self._weight)
 
-    def _places(self, movers: Sequence[Mover], origin: Floats) -> tuple[Floats, Floats]:
-        """Vertices, (n, 3), relative to the origin, and radiances, (lamps, 3)."""
+    def _places(self, movers: Sequence[Mover], origin: Floats) -> tuple[Floats, Floats, Floats]:
+        """Corners relative to the origin, (lamps, 1 + sides, 3), radiances and lobes."""
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self.count, 1 + _SIDES, 1))
-        radiance = np.zeros((self.count, 3))
+        radiance, lobes = np.zeros((self.count, 3)), np.tile(lobe_row(Lobe()), (self.count, 1))
         vertices[0, 1:, :2] += 1e-3 * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
         used = 1
         for mover in movers:
@@ -138,19 +146,22 @@ class GlowingLenses:
             matrix = convert.relative(mover.world_from_body, origin)
             rows = slice(used, used + len(lit))
             vertices[rows] = discs.corners[lit] @ matrix[:3, :3].T + matrix[:3, 3]
-            radiance[rows] = discs.radiance[lit]
+            radiance[rows], lobes[rows] = discs.radiance[lit], discs.lobes[lit]
             used += len(lit)
-        return vertices.reshape(-1, 3), radiance
+        return vertices, radiance, lobes
 
 
-def _discs(lamps: Sequence[VehicleLamp], intensity: Mapping[str, Colour]) -> _Discs:
-    """The lamps of a body that belong to a set."""
+def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float) -> _Discs:
+    """The lamps of a body; its head lamps have a share of a car's power."""
     corners = np.array([_disc(lamp) for lamp in lamps]).reshape(-1, 1 + _SIDES, 3)
     # A regular polygon of n sides fills n/2 sin(2 pi/n) of its radius squared.
-    share = 0.5 * _SIDES * np.sin(2.0 * np.pi / _SIDES)
-    area = np.array([share * lamp.size[0] * lamp.size[1] / 4.0 for lamp in lamps])
-    power = np.array([intensity[lamp.role] for lamp in lamps]).reshape(-1, 3)
-    return _Discs(tuple(lamp.role for lamp in lamps), corners, power / area.reshape(-1, 1))
+    filled = 0.5 * _SIDES * np.sin(2.0 * np.pi / _SIDES)
+    area = np.array([filled * lamp.size[0] * lamp.size[1] / 4.0 for lamp in lamps])
+    power = np.array([lights.intensity[lamp.role] for lamp in lamps]).reshape(-1, 3)
+    power[[lamp.role == "head" for lamp in lamps]] *= share
+    lobes = [lobe_row(lights.lobes.get(lamp.role, Lobe())) for lamp in lamps]
+    roles = tuple(lamp.role for lamp in lamps)
+    return _Discs(roles, corners, power / area.reshape(-1, 1), np.array(lobes).reshape(-1, 3))
 
 
 def _disc(lamp: VehicleLamp) -> Floats:
@@ -164,11 +175,11 @@ def _disc(lamp: VehicleLamp) -> Floats:
 class Beams:
     """Spots in front of the nearest vehicles with head lamps on."""
 
-    def __init__(self, scene: SceneData, beam: Beam) -> None:
-        self._beam = beam
+    def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
+        self._beam, self._power = beam, heads
         places = {name: _between(some.lamps) for name, some in scene.prototypes.items()}
         self._heads = {name: place for name, place in places.items() if place is not None}
-        slots = (scene.slots.near, scene.slots.far)
+        slots = (scene.slots.detailed, scene.slots.far)
         room = sum(some.get(name, 0) for some in slots for name in self._heads)
         self.count = min(room, MOST_BEAMS)
 
@@ -196,38 +207,47 @@ class Beams:
             intensity = [share * channel for channel in self._beam.intensity]
             parameters[f"{name}.intensity.value"] = mi.Color3f(intensity)
             # A spot that is off would still draw light samples.
-            parameters[f"{name}.sampling_weight"] = _beam_weight(place, frame.view) * share
+            lumens = _BEAM_FLUX * share * beam_weight(place, frame.view)
+            parameters[f"{name}.sampling_weight"] = _BEAM_WEIGHT * share_of(lumens)
             if place is not None:
                 matrix = convert.relative(place, frame.origin) @ _SPOT
                 parameters[f"{name}.to_world"] = convert.transform(matrix)
 
     def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
-        """Where lamps are and how strong they are, the nearest first."""
+        """Where lamps are and how strong they are, those that matter most first."""
         found = []
-        for mover in (*frame.movers, *frame.distant):
+        for mover in (*frame.movers, *frame.posed, *frame.distant):
             if "head" in mover.lit and mover.prototype in self._heads:
                 place = _unscaled(mover.world_from_body, self._heads[mover.prototype])
-                away = float(np.linalg.norm(place.position - frame.view.position))
-                found.append((away, mover.id, place))
+                power = self._power.get(mover.prototype, 1.0)
+                # A bicycle's lamp matters as much as a car's at several times its distance.
+                away = float(np.linalg.norm(place.position - frame.view.position)) / power**0.25
+                found.append((away, mover.id, place, power))
         found.sort(key=lambda row: row[:2])
         # Where there are more than spots, the last ones fade, so that none appears at once.
-        end = min([BEAM_END, *(away for away, _, _ in found[self.count : self.count + 1])])
+        end = min([BEAM_END, *(row[0] for row in found[self.count : self.count + 1])])
         return [
-            (place, float(np.clip((end - away) / (_FADE * end), 0.0, 1.0)))
-            for away, _, place in found[: self.count]
+            (place, power * float(np.clip((end - away) / (_FADE * end), 0.0, 1.0)))
+            for away, _, place, power in found[: self.count]
         ]
 
 
-def _beam_weight(place: Transform | None, view: View) -> float:
-    """How often paths aim at a beam: by how large its light is in the picture."""
+def beam_weight(place: Transform | None, view: View) -> float:
+    """How much of a beam's light is large in the picture, in [0, 1].
+
+    It changes smoothly while a vehicle drives by: light that is suddenly aimed at much less
+    would go out in the film, because what is left of it are rare bright samples, which the
+    cap cuts.
+    """
     if place is None:
         return 0.0
-    ahead = place.matrix[:3, 0] * _LIT_AHEAD[:, None] + place.position
-    seen = (ahead - view.position) @ view.world_from_camera.matrix[:3, :3]
-    half = 1.15 * np.tan(view.fov / 2.0)
-    inside = (seen[:, 0] > 1.0) & (np.abs(seen[:, 1:]) < half * seen[:, :1]).all(axis=1)
+    seen = (place.points(_LIT) - view.position) @ view.world_from_camera.matrix[:3, :3]
+    across = np.abs(seen[:, 1:]).max(axis=1) / np.maximum(seen[:, 0], 1.0)
+    # All of it in the picture, nothing at twice its width or behind the eye.
+    inside = np.clip(2.0 - across / np.tan(view.fov / 2.0), 0.0, 1.0)
+    inside *= np.clip(0.25 * seen[:, 0] + 0.5, 0.0, 1.0)
     large = 1.0 / (1.0 + (np.linalg.norm(seen, axis=1) / _BEAM_NEAR) ** 2)
-    return _UNSEEN_BEAM + _SEEN_BEAM * float((inside * large).mean())
+    return _UNSEEN_BEAM + (1.0 - _UNSEEN_BEAM) * float((inside * large).mean())
 
 
 def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
@@ -254,10 +274,11 @@ class RunningLamps:
         lights, self._jit = scene.running, jit
         self._sets: list[GlowingLenses] = []
         if lights is not None:
-            sets = [GlowingLenses(scene, lights, colour=c, far=f, floor=floor) for c, f in _WEIGHTS]
+            sets = [GlowingLenses(scene, lights, far=far, floor=floor) for far in _WEIGHTS]
             self._sets = [lenses for lenses in sets if lenses]
-        beam = None if lights is None else lights.beam
-        self._beams = None if beam is None else Beams(scene, beam)
+        self._beams: Beams | None = None
+        if lights is not None and lights.beam is not None:
+            self._beams = Beams(scene, lights.beam, lights.heads)
 
     def __bool__(self) -> bool:
         """Whether there is anything to light."""

@@ -25,7 +25,8 @@ from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.denoise import denoise, mixed
 from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sky_weight, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
-from sumo3dviz_pt.render.lamps import Lamps, register_lamps
+from sumo3dviz_pt.render.lamp_emitter import register_lamps
+from sumo3dviz_pt.render.lamps import Lamps
 from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.paint import register_paint
 from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, report

@@ -27,6 +27,7 @@ _SIDES = 0.2  # how much of a cloud's light does not depend on the sun's height
 _GREY = 0.45  # share of a cloud's ambient light that has no colour
 _FROM_BELOW = 2.0  # light of a city on clouds over it, against its glow in clear air
 _MOST = 1.1  # light that broken clouds add at most, against the mean
+_LEAST = 0.04  # share of a cloud's light that is left wherever the rest goes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,7 +203,7 @@ def _most(clear: float, cover: Image) -> float:
 def _room(left: float, lit: Image) -> float:
     """Factor that keeps clouds from adding more luminous irradiance than is left for them."""
     made = float(dome_irradiance(lit) @ LUMINANCE)
-    return min(1.0, max(left, 0.1 * made) / max(made, 1e-30))
+    return min(1.0, max(left, _LEAST * made) / max(made, 1e-30))
 
 
 def _horizon(dome: Image) -> Image:

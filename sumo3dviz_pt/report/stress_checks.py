@@ -104,7 +104,7 @@ def light_of(
 def _peak(lamps: LampSet, frame: FrameState) -> Floats:
     """Highest radiance of a set's lamps by channel, (3,)."""
     radiance = frame.lamps[lamps.id] if lamps.radiance is None else lamps.radiance
-    return np.asarray(np.max(radiance, axis=0, initial=0.0))
+    return np.asarray(np.max(radiance, axis=0, initial=0.0) * max(lamps.lobe.floor, 1.0))
 
 
 def _lens(scene: SceneData, running: RunningLights) -> Floats:

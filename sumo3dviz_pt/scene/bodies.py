@@ -30,6 +30,7 @@ from sumo3dviz_pt.scene.drawing import Assembly, Unit
 from sumo3dviz_pt.scene.fitted_models import Shelf, fitted_model, shelved, sizes
 from sumo3dviz_pt.scene.materials import MATERIALS, principled, two_sided
 from sumo3dviz_pt.scene.seats import Seat, car_seat, class_seat
+from sumo3dviz_pt.shapes.cycle_pedalling import DEVELOPMENT, pedals
 from sumo3dviz_pt.shapes.people import figure, stride_length
 from sumo3dviz_pt.shapes.plain_bodies import plain_body
 from sumo3dviz_pt.shapes.plain_lamps import plain_lamps
@@ -49,7 +50,8 @@ class Body:
         size: As drawn: length, width, height [m].
         seat: As drawn.
         materials: What the prototypes need beside `MATERIALS`.
-        stride: Length of two steps of somebody who walks [m], or None.
+        stride: Length of two steps of somebody who walks, or way of a turn of the cranks of
+            somebody who pedals [m]; or None.
     """
 
     assembly: Assembly
@@ -85,7 +87,8 @@ def _(choice: ModelChoice, shelf: Shelf) -> Body:
     entry = catalog.find("vehicles", choice.model.name)
     fitted = fitted_model(entry, shelf, choice)
     seat = _model_seat(entry, choice.vclass, fitted.scale, fitted.size)
-    return Body(Assembly(entry.name, fitted.units), fitted.scale, fitted.size, seat)
+    stride = DEVELOPMENT * float(fitted.scale[0]) if pedals(entry.meta) else None
+    return Body(Assembly(entry.name, fitted.units), fitted.scale, fitted.size, seat, stride=stride)
 
 
 def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:

@@ -62,9 +62,10 @@ class Assembly:
     def __post_init__(self) -> None:
         """List the prototypes."""
         names = tuple(unit.prototype.name for unit in self.units)
-        full = all(unit.wheels for unit in self.units)
-        hero = [name for unit in self.units for name in (unit.hero, *_wheels(unit))] if full else []
         posed = any(unit.prototype.poses is not None for unit in self.units)
+        # Those that take poses have all their detail near by.
+        full = not posed and all(unit.wheels for unit in self.units)
+        hero = [name for unit in self.units for name in (unit.hero, *_wheels(unit))] if full else []
         object.__setattr__(self, "drawn", Drawn(self.model, names, names, tuple(hero), posed))
 
     @property

@@ -26,6 +26,7 @@ from sumo3dviz_pt.scene.body_choice import (
 from sumo3dviz_pt.scene.coupling import coupled, pitch_of, spare_units
 from sumo3dviz_pt.scene.drawing import Unit
 from sumo3dviz_pt.shapes.bake import has_hero
+from sumo3dviz_pt.shapes.cycle_pedalling import pedalling, pedals
 from sumo3dviz_pt.shapes.hulls import turned_round
 from sumo3dviz_pt.shapes.ply import read_ply
 from sumo3dviz_pt.shapes.stretching import Stretch, round_wheels, stretched
@@ -178,7 +179,11 @@ def read_vehicle(entry: catalog.Entry) -> Prototype:
         tuple(Part(_read_mesh(entry, row["mesh"]), row["material"]) for row in entry.meta[level])
         for level in ("parts", "far")
     )
-    return Prototype(entry.name, near, far, tuple(_lamp(row) for row in entry.meta["lamps"]))
+    lamps = tuple(_lamp(row) for row in entry.meta["lamps"])
+    if not pedals(entry.meta):
+        return Prototype(entry.name, near, far, lamps)
+    parts, poses = pedalling(entry.meta)
+    return Prototype(entry.name, parts, far, lamps, poses=poses)
 
 
 def _read_mesh(entry: catalog.Entry, name: str) -> Mesh:

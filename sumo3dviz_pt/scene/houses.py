@@ -32,7 +32,7 @@ STYLES: Mapping[str, Mapping[str, Style]] = {"homes": HOMES, "shops": SHOPS, "bl
 
 _STREET = 40.0  # how far from a lane a wall still looks at the street [m]
 _NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
-_WEIGHTS = {WINDOWS: 0.0, SHOP_LIGHTS: 2.0}  # windows light nothing that lamps do not
+_WEIGHTS = {WINDOWS: 0.0, SHOP_LIGHTS: 1.2}  # windows light nothing that lamps do not
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def house_parts(
     """
     style = STYLES[kind.name][drawn_model(kind, settings, chance.seed, chance.name)]
     shell = _shell(style, int(chance.share("variant") * style.variants), level)
-    return _painted(shell, style, settings, chance, level=level)
+    return painted(shell, style, settings, chance, level=level)
 
 
 def plan_of(kind: Kind, settings: ObjectSettings, *, seed: int, name: str) -> Floats:
@@ -106,7 +106,7 @@ def area_parts(
         z = float(np.min(around.height_at(plan + centre)))
         shift = np.array([*centre, z])
         placed = {role: quads + shift for role, quads in shell.items()}
-        parts += _painted(placed, style, settings, chance, level=level)
+        parts += painted(placed, style, settings, chance, level=level)
     return parts
 
 
@@ -187,10 +187,18 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
     return tuple(sets)
 
 
-def _painted(
+def painted(
     shell: Shell, style: Style, settings: ObjectSettings, chance: Chance, *, level: int
 ) -> tuple[Part, ...]:
-    """A shell in the colours of one building; textures and lights to aim at only nearby."""
+    """A shell in the colours of one building; textures and lights to aim at only nearby.
+
+    Args:
+        shell: Quads by role.
+        style: Says which colours it may have.
+        settings: May say its colour.
+        chance: Chooses.
+        level: Of detail.
+    """
     colours = _colours(style, settings, chance, textured=level != FAR)
     shift = 5.0 * chance.share("shift")
     parts = paint(shell, colours, tiles=_tiles(), shift=shift)

@@ -16,13 +16,14 @@ from sumo3dviz_pt.scene.markings_across import stop_paint, zebra_paint
 from sumo3dviz_pt.scene.markings_arrows import arrow_paint
 from sumo3dviz_pt.scene.markings_lines import YELLOW, Paint, centre_paint, edge_paint
 from sumo3dviz_pt.scene.markings_through import through_paint
+from sumo3dviz_pt.scene.markings_wear import Coats, worn_paint
 from sumo3dviz_pt.scene.roads_cells import Cells, quad_polygons, without_overlaps
 from sumo3dviz_pt.scene.roads_graded import Graded, graded_on, joined
 from sumo3dviz_pt.scene.roads_heights import draped
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
 from sumo3dviz_pt.scene.roads_mesh import smooth_normals
-from sumo3dviz_pt.scene.roads_strips import BoundsXY
-from sumo3dviz_pt.scene.roads_wear import distance_to
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, distance_to
+from sumo3dviz_pt.scene.roads_traffic import way_lines
 from sumo3dviz_pt.shapes.planar import polygon_parts, subtract
 from sumo3dviz_pt.shapes.triangulate import triangulate_many
 
@@ -33,6 +34,9 @@ _EDGE_SHARE, _AGEING = 0.30, 0.42
 """Share of paint at the very edge, and how much of it the oldest paint has lost."""
 
 _SOFT = (_EDGE_SHARE, 1.0, 1.0, _EDGE_SHARE)
+
+_CLOSE = 60.0
+"""Up to this distance wheels have thinned paint [m]."""
 
 _FAR = 150.0
 """From this distance to the camera's path on, edges are hard [m]."""
@@ -98,17 +102,20 @@ def graded_paint(
     quads = _lengthwise(cells.quads)
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
     rim = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
-    soft = distance_to(focus, quads.mean(axis=1)) < _FAR
-    pieces = []
+    away = distance_to(focus, quads.mean(axis=1))
+    close, soft = away < _CLOSE, (away >= _CLOSE) & (away < _FAR)
+    fresh = 1.0 - _AGEING * ages
+    coats = Coats(quads[close], cells.polygons[close], fresh[close], yellow[close])
+    pieces = [worn_paint(coats, way_lines(layout, focus))] if focus is not None else []
+    soft |= close & (focus is None)
     for chosen, places, share in (
         (soft, ((0.0, 0.0), (0.0, 1.0), (1.0, -1.0), (1.0, 0.0)), _SOFT),
         # Half a rim narrower, hard edges cover as much.
-        (~soft, ((0.0, 0.5), (1.0, -0.5)), (1.0, 1.0)),
+        (~soft & ~close, ((0.0, 0.5), (1.0, -0.5)), (1.0, 1.0)),
     ):
         shares = np.array([[side + k * one for side, k in places] for one in rim[chosen]])
         wear = np.ones((int(chosen.sum()), 2, len(share), 3))
-        fresh = 1.0 - _AGEING * ages[chosen, None, None]
-        wear[..., 1] = np.array(share) * fresh
+        wear[..., 1] = np.array(share) * fresh[chosen, None, None]
         wear[..., 2] = yellow[chosen, None, None]
         if chosen.any():
             pieces.append(graded_on(quads[chosen], shares, wear, polygons=cells.polygons[chosen]))

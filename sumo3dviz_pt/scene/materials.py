@@ -62,7 +62,7 @@ def translucent(colour: Colour | Bsdf, *, transmitted: float) -> Bsdf:
 
 MATERIALS: Mapping[str, Bsdf] = {
     # Vehicles
-    "paint": {**principled(TINT, roughness=0.14), "clearcoat": 1.0, "clearcoat_gloss": 0.98},
+    "paint": {**principled(TINT, roughness=0.07), "clearcoat": 1.0, "clearcoat_gloss": 0.99},
     "glass": principled((0.012, 0.014, 0.014), roughness=0.06, specular=0.6),
     "trim": principled((0.018, 0.018, 0.019), roughness=0.55, specular=0.35),
     "rubber": principled((0.02, 0.02, 0.021), roughness=0.75, specular=0.3),
@@ -81,13 +81,20 @@ MATERIALS: Mapping[str, Bsdf] = {
     "lamp_sign": principled((0.75, 0.62, 0.2), roughness=0.3),
     "plate_ink": principled((0.012, 0.012, 0.014), roughness=0.4),
     "disc": principled((0.26, 0.26, 0.27), roughness=0.4, metallic=1.0),
-    "glass_seat": principled((0.035, 0.04, 0.043), roughness=0.06, specular=0.6),
+    "glass_seat": principled((0.058, 0.066, 0.069), roughness=0.06, specular=0.6),
+    "glass_face": principled((0.034, 0.0255, 0.0215), roughness=0.06, specular=0.6),
+    "glass_coat": principled((0.032, 0.037, 0.046), roughness=0.06, specular=0.6),
     "livery_cream": principled((0.62, 0.5, 0.26), roughness=0.16),
     "livery_white": principled((0.68, 0.69, 0.7), roughness=0.16),
     "livery_blue": principled((0.012, 0.035, 0.2), roughness=0.18),
     "interior": principled((0.018, 0.018, 0.019), roughness=0.9, specular=0.2),
     "cloth": principled(TINT, roughness=0.9, specular=0.2),
     "skin": principled((0.45, 0.28, 0.2), roughness=0.55, specular=0.35),
+    # A driver's own cabin
+    "dash_pad": principled((0.026, 0.025, 0.024), roughness=0.62, specular=0.35),
+    "leather_rim": principled((0.016, 0.015, 0.015), roughness=0.45),
+    "mirror": principled((0.8, 0.81, 0.82), roughness=0.05, metallic=1.0),
+    "screen_map": principled((0.09, 0.14, 0.2), roughness=0.2),
     # People and two-wheelers
     "complexion": principled(TINT, roughness=0.55, specular=0.35),
     "hair": principled(TINT, roughness=0.5, specular=0.35),
@@ -128,6 +135,7 @@ MATERIALS: Mapping[str, Bsdf] = {
     "line_white": principled((0.62, 0.62, 0.6), roughness=0.5, specular=0.4),
     "line_yellow": principled((0.6, 0.38, 0.05), roughness=0.5, specular=0.4),
     "steel": two_sided(principled((0.45, 0.46, 0.47), roughness=0.4, metallic=0.9)),
+    "kerb_stone": principled(TINT, roughness=0.8, specular=0.3),
     "kerb_joint": principled((0.1, 0.098, 0.092), roughness=0.9),
     "kerb": principled((0.36, 0.355, 0.34), roughness=0.8, specular=0.3),
     "signal_housing": principled((0.02, 0.022, 0.02), roughness=0.5, specular=0.35),
@@ -142,6 +150,7 @@ MATERIALS: Mapping[str, Bsdf] = {
     "window": principled((0.02, 0.024, 0.028), roughness=0.06, specular=0.7),
     # Buildings: panes take the colour of what lies behind them.
     "glazing": principled(TINT, roughness=0.06, specular=0.7),
+    "coated_glass": principled(TINT, roughness=0.05, metallic=1.0),
     "joinery": principled(TINT, roughness=0.5, specular=0.4),
     "sheet": principled(TINT, roughness=0.42, metallic=0.35),
     "frame": principled((0.55, 0.55, 0.53), roughness=0.5, specular=0.4),

@@ -21,17 +21,18 @@ FAR_END = 3000.0
 """Road users farther than this are smaller than a pixel in haze [m]."""
 
 NEAR_END = 250.0
-"""Farther road users are drawn by their stand-ins [m]."""
+"""Farther road users are drawn by their stand-ins, through a lens of 50 degrees or wider [m]."""
 
-HERO_END = 16.0
+HERO_END = 32.0
 """Nearer road users are drawn in full detail through a lens of 50 degrees [m]."""
 
-_HERO_LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
+_LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
+_LONGEST = 14.0  # from a front bumper to what else of a body may be in the picture [m]
 
 MOST_NEAR = 120
 """Road users in detail in one frame, at most."""
 
-MOST_HEROES = 8
+MOST_HEROES = 16
 """Road users in full detail in one frame, at most: wheels are parts of their own."""
 
 _CHUNK = 200
@@ -133,8 +134,8 @@ def choose(
     distance = np.linalg.norm(places - gaze.positions, axis=-1)
     # 40 m covers a long vehicle and its shadow at most hours of the day.
     shown = alive & (distance < FAR_END) & in_view(gaze, places, radius=40.0)
-    near = _nearest(distance, among=shown & (distance < NEAR_END), limit=limit)
-    able = near & (distance < _hero_end(gaze))
+    near = _nearest(distance, among=shown & (distance < near_end(gaze)), limit=limit)
+    able = near & (distance < _hero_end(gaze)) & in_picture(gaze, places, radius=_LONGEST)
     able &= False if heroic is None else heroic[:, None]
     hero = _nearest(distance, among=able, limit=MOST_HEROES)
     return Choice(near & ~hero, shown & ~near, hero)
@@ -151,7 +152,12 @@ def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:
 
 def _hero_end(gaze: Gaze) -> Floats:
     """Where full detail ends, (n,) [m]: a telephoto lens shows it from farther away."""
-    return np.clip(HERO_END * _HERO_LENS / np.tan(gaze.half_angles), 6.0, 60.0)
+    return np.clip(HERO_END * _LENS / np.tan(gaze.half_angles), 12.0, 120.0)
+
+
+def near_end(gaze: Gaze) -> Floats:
+    """Where the middle level ends at n times, (n,) [m]; likewise."""
+    return np.clip(NEAR_END * _LENS / np.tan(gaze.half_angles), NEAR_END, 6.0 * NEAR_END)
 
 
 def chunks(count: int) -> Iterator[slice]:

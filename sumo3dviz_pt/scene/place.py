@@ -5,23 +5,32 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from sumo3dviz_pt.job import Job
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
+from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.ground import build_ground, with_fields
+from sumo3dviz_pt.scene.guard_rails import guard_rails
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.meadow import Meadow, build_meadow, lawn_of
-from sumo3dviz_pt.scene.planting import Planting, plant, plot_of, why_bare
+from sumo3dviz_pt.scene.planting import Planting, plant, plot_of, why_bare, why_nowhere
 from sumo3dviz_pt.scene.planting_far import plant_far
 from sumo3dviz_pt.scene.roads import RoadParts, build_roads
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
 from sumo3dviz_pt.scene.scenery import BUDGET, build_scenery
 from sumo3dviz_pt.scene.signals import Signals, build_signals
 from sumo3dviz_pt.scene.street import build_street, site_of
+from sumo3dviz_pt.scene.street_fronts import SOURCE, Rows, grow_rows, why_none
+from sumo3dviz_pt.scene.street_houses import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.scene.surroundings import Surroundings, surroundings
+from sumo3dviz_pt.scene.tree_pits import tree_pits
+from sumo3dviz_pt.scene.verges import verges
+from sumo3dviz_pt.scene.wayside import wayside
 from sumo3dviz_pt.scene.woods import Room, occupied
 
 STATIC_BUDGET = 880_000
@@ -86,6 +95,9 @@ def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -
     )
     around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
     around = replace(around, dark=dark)
+    rows, fronts = _fronts(scenario, job, roads, around)
+    own = scenario.polygons
+    scenario = replace(scenario, polygons=(*own, *rows.polygons()))
     planting = _planting(scenario, job, roads, around)
     scenario = replace(scenario, pois=(*scenario.pois, *planting.pois))
     meadow = _meadow(scenario, job, roads, around)
@@ -100,13 +112,18 @@ def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -
         *ground.static,
         *meadow.static,
         *planting.static,
+        *fronts.static,
         *signals.static,
         *street.static,
     )
+    courts = court_height(roads.layout)
+    pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
+    fixed = (*fixed, *pits)
     taken = sum(len(part.part.mesh.faces) for part in fixed)
+    rails = _rails(scenario.network, job, roads, (own, around))
     scenery = build_scenery(
         scenario.pois,
-        scenario.polygons,
+        (*own, *rails),
         job.objects,
         around=around,
         textured=job.textured,
@@ -118,14 +135,16 @@ def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -
         {
             **MATERIALS,
             **roads.materials,
-            **(with_fields(ground.materials) if planting.pois else ground.materials),
+            **(with_fields(ground.materials) if planting.open else ground.materials),
             **scenery.materials,
+            **fronts.materials,
         },
         roads,
         signals,
-        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *street.lamps),
+        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *fronts.lamps, *street.lamps),
         (
             *planting.left_out,
+            *fronts.left_out,
             *meadow.left_out,
             *scenery.left_out,
             *signals.left_out,
@@ -139,9 +158,26 @@ def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
     return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
 
 
+def _fronts(
+    scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
+) -> tuple[Rows, Fronts]:
+    """Rows of houses along city streets where the scenario has no buildings over areas."""
+    why = why_none(scenario.polygons)
+    if not job.textured:
+        why = "everything is shown in plain colours"
+    if job.street.fronts == "none":
+        why = "switched off by `street.fronts`"
+    if why is not None:
+        return Rows(), Fronts(left_out=(LeftOut(FAMILY, why),))
+    paved = list(roads.layout.outline)
+    rows = grow_rows(scenario.network, paved, (scenario.pois, scenario.polygons), around=around)
+    near = scenario.network.location.boundary[:2]
+    return rows, build_fronts(rows, roads.layout, around=around, near=near)
+
+
 def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Planting:
     """Trees and shrubs where the scenario has none."""
-    why = why_bare(job.ground.texture, scenario.pois, scenario.polygons, around)
+    why = why_nowhere(job.ground.texture)
     if not job.textured:
         why = "everything is shown in plain colours"
     if job.ground.planting == "none":
@@ -149,9 +185,26 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     if why is not None:
         return Planting((), (LeftOut("planting", why),))
     plot = plot_of(list(roads.layout.outline), scenario.pois, scenario.polygons)
-    return replace(
-        plant(scenario.network, plot, around=around), static=plant_far(plot, around=around)
-    )
+    belts, far = wayside(scenario.network, plot, scenario.pois, around=around)
+    far = (*far, *verges(scenario.network, plot, around=around))
+    own = [item for item in scenario.polygons if item.source != SOURCE]
+    why = why_bare(scenario.pois, own, around)
+    if why is not None:
+        return Planting(belts, (LeftOut("planting away from fast roads", why),), far)
+    plot = replace(plot, objects=np.array([*plot.objects, *(poi.position for poi in belts)]))
+    found = plant(scenario.network, plot, around=around)
+    static = (*far, *plant_far(plot, around=around))
+    return replace(found, pois=(*belts, *found.pois), static=static, open=True)
+
+
+def _rails(
+    network: Network, job: Job, roads: RoadParts, how: tuple[Sequence[Polygon], Surroundings]
+) -> tuple[Polygon, ...]:
+    """Guard rails where the scenario has no fences; none where everything is plain."""
+    own, around = how
+    if not job.textured or job.street.furniture == "none" or not len(around.viewpoints):
+        return ()
+    return guard_rails(network, list(roads.layout.outline), own, around=around)
 
 
 def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:

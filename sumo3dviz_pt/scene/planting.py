@@ -42,7 +42,12 @@ MARGIN = 6.0
 SOURCE = "planting"
 """The `source` of everything that is planted."""
 
+BEHIND = "behind"
+"""The parameter that says how many rows of plants stand before one."""
+
 _OWN = frozenset({"trees", "homes", "shops", "blocks", "buildings"})
+_FAST = 70.0 / 3.6  # roads on which more is allowed have belts [m/s]
+_WIDE = 3  # lanes of carriageways that have them, whatever is allowed there
 _IN_VIEW = 400.0  # objects farther away do not make a picture green [m]
 _STAYS = 60.0  # a camera that moves less shows one place only [m]
 _SHRUB_REACH = 200.0
@@ -96,11 +101,13 @@ class Planting:
         pois: Trees and shrubs; `params["model"]` is their species.
         left_out: Why there are none.
         static: What lies farther away.
+        open: Whether it is open country, with fields.
     """
 
     pois: tuple[Poi, ...]
     left_out: tuple[LeftOut, ...] = ()
     static: tuple[StaticPart, ...] = ()
+    open: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -130,19 +137,26 @@ def plot_of(
     return Plot(paved, areas, objects)
 
 
-def why_bare(
-    surface: str, pois: Sequence[Poi], polygons: Sequence[Polygon], around: Surroundings
-) -> str | None:
-    """Why nothing is planted, or None.
+def is_fast(border: Border) -> bool:
+    """Whether a border belongs to a motorway or a carriageway like one: wide, without walks."""
+    lanes = border.edge.lanes
+    wide = len(lanes) >= _WIDE and border.walk == 0.0
+    return wide or max(lane.speed for lane in lanes) > _FAST
+
+
+def why_nowhere(surface: str) -> str | None:
+    """Why nothing grows on a ground of a name, or None."""
+    return None if any(word in surface for word in GREEN) else f"nothing grows on {surface}"
+
+
+def why_bare(pois: Sequence[Poi], polygons: Sequence[Polygon], around: Surroundings) -> str | None:
+    """Why nothing is planted away from fast roads, or None.
 
     Args:
-        surface: The ground's name.
         pois: All points of interest.
         polygons: All polygons.
         around: Cameras.
     """
-    if not any(word in surface for word in GREEN):
-        return f"nothing grows on {surface}"
     own = [poi.position for poi in pois if kind_of(poi.type, poi.source) in _OWN]
     own += [
         tuple(item.shape[:, :2].mean(axis=0))
@@ -182,11 +196,12 @@ def _along(border: Border, seed: int, nursery: _Nursery) -> None:
     """A row of trees, or shrubs in clumps, beside a carriageway."""
     edge, length = border.edge.id, border.length
     rng = _dice(seed, "border", edge)
-    fast = max(lane.speed for lane in border.edge.lanes) > 70.0 / 3.6
-    out = border.walk + rng.uniform(13.0, 25.0 if fast else 15.0)
+    if is_fast(border):
+        return  # those have belts (`wayside`)
+    out = border.walk + rng.uniform(13.0, 15.0)
     species, chance = _drawn(_ALLEY, rng), rng.random()
     gap = rng.uniform(9.0, 14.0)
-    if length > 50.0 and chance < (0.3 if fast else 0.5):
+    if length > 50.0 and chance < 0.5:
         along = np.arange(rng.uniform(0, gap), length, gap)
         along = along[rng.random(len(along)) < 0.9]
         places, _, _ = border.at(along, out + rng.normal(0, 0.4, len(along)))
@@ -267,7 +282,7 @@ def _kept(
     near = near[~around.index.covers(places[near], margin=margin)]
     near = near[np.argsort(away[near], kind="stable")]
     most = MOST_TREES if tall else MOST_SHRUBS
-    return [_poi(*found[int(k)], tall=tall) for k in near[:most]]
+    return [planted(*found[int(k)], tall=tall) for k in near[:most]]
 
 
 def _in_sight(places: Floats, away: Floats, around: Surroundings) -> Bools:
@@ -278,11 +293,20 @@ def _in_sight(places: Floats, away: Floats, around: Surroundings) -> Bools:
     return np.asarray((away < CLEAR) & (around.pictured(places, radius=6.0) | (away < MARGIN)))
 
 
-def _poi(name: str, place: Floats, species: str, *, tall: bool) -> Poi:
-    """A plant as a point of interest."""
+def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:
+    """A plant as a point of interest.
+
+    Args:
+        name: Unique among plants.
+        place: (2,) [m].
+        species: A key of `SPECIES` or `SHRUBS`.
+        tall: Whether it is a tree.
+        behind: Rows of other plants between it and the cameras, which allow a coarser level.
+    """
     x, y = (float(value) for value in place)
+    params = {"model": species} | ({BEHIND: str(behind)} if behind else {})
     kind = "tree" if tall else "shrub"
-    return Poi(f"planted:{name}", kind, (x, y), None, None, SOURCE, {"model": species})
+    return Poi(f"planted:{name}", kind, (x, y), None, None, SOURCE, params)
 
 
 def _lots(around: Surroundings, spacing: float) -> list[tuple[int, int]]:

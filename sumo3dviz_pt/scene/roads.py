@@ -13,14 +13,11 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.roads_drops import Drops, find_drops, rise_at
+from sumo3dviz_pt.scene.roads_kerbs import kerb_parts
 from sumo3dviz_pt.scene.roads_layers import make_base, road_layers, unworn
 from sumo3dviz_pt.scene.roads_layout import RoadLayout, layout_roads
-from sumo3dviz_pt.scene.roads_mesh import (
-    SIDEWALK_HEIGHT,
-    kerb_faces,
-    surface_meshes,
-    verges,
-)
+from sumo3dviz_pt.scene.roads_mesh import kerb_faces, surface_meshes, verges
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
 from sumo3dviz_pt.scene.surfaces import KERB, material_name, surface_material
 
@@ -68,16 +65,17 @@ def build_roads(
     """
     layout = layout_roads(network, settings, region=region)
     near = network.location.boundary[:2]
-    surfaces = surface_meshes(layout.cells, raised=layout.raised, near=near)
+    drops = find_drops(network, layout.cells, focus)
+    surfaces = surface_meshes(layout.cells, raised=layout.raised, near=near, drops=drops)
     base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
     verge = settings.colour or settings.surface
     found = [("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
-    found.append(("road/faces", KERB, kerb_faces(layout.cells, layout.raised)))
+    found.append(("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
     sides = verges(layout.cells, layout.outline, surface=verge, near=near)
     sides = unworn(sides) if verge in base.worn else sides
     found.append(("road/verge", _material(verge), sides))
     found += road_layers(network, settings, base, region=region)
-    static = tuple(
+    static: tuple[StaticPart, ...] = tuple(
         StaticPart(
             f"{group}/{name.removeprefix('surface:')}",
             "markings" if group == "markings" else "roads",
@@ -86,9 +84,11 @@ def build_roads(
         for group, name, mesh in found
         if len(mesh.faces)
     )
+    if base.worn:
+        static = (*static, *kerb_parts(base, drops))
     names = {part.part.material for part in static}
     materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
-    return RoadParts(static, materials, layout, walking_height(layout))
+    return RoadParts(static, materials, layout, walking_height(layout, drops))
 
 
 def _material(surface: str) -> str:
@@ -103,7 +103,7 @@ def _bsdf(name: str, *, textured: bool) -> Bsdf:
     return surface_material(name.removeprefix("surface:"), textured=textured)
 
 
-def walking_height(layout: RoadLayout) -> Callable[[Floats], Floats]:
+def walking_height(layout: RoadLayout, drops: Drops) -> Callable[[Floats], Floats]:
     """A function that gives the extra height of the walkable surface at points.
 
     It climbs smoothly across the kerb, so that walkers do not jump.
@@ -124,6 +124,8 @@ def walking_height(layout: RoadLayout) -> Callable[[Floats], Floats]:
         )
         signed[near] = np.where(inside[near], away, -away)
         share = np.clip(signed / _RAMP + 0.5, 0.0, 1.0)
-        return np.asarray(SIDEWALK_HEIGHT * share * share * (3.0 - 2.0 * share))
+        rise = np.zeros(len(spots))
+        rise[share > 0.0] = rise_at(drops, np.asarray(points)[share > 0.0, :2])
+        return np.asarray(rise * share * share * (3.0 - 2.0 * share))
 
     return surface_height_at

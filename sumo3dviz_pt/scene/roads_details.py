@@ -15,8 +15,8 @@ from sumo3dviz_pt.scene.chance import pick, share_of
 from sumo3dviz_pt.scene.roads_cells import quad_polygons
 from sumo3dviz_pt.scene.roads_graded import Graded, graded_on, joined
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
-from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
-from sumo3dviz_pt.scene.roads_wear import distance_to, is_driven
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, distance_to
+from sumo3dviz_pt.scene.roads_wear import is_driven
 from sumo3dviz_pt.shapes.bands import Band, band_along, on_lane
 from sumo3dviz_pt.shapes.polyline import arc_length
 
@@ -39,8 +39,16 @@ _SEAL = 0.38  # factor of brightness of fresh bitumen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Place:
-    """A free stretch of lane."""
+class Stretch:
+    """A free stretch of road.
+
+    Attributes:
+        middle: Its middle line, (n, 3) [m].
+        half: From there to its border [m].
+        start: Where details may begin along it [m].
+        end: Where they end [m].
+        name: Chance depends on it.
+    """
 
     middle: Floats
     half: float
@@ -85,7 +93,11 @@ def road_details(
         for place in _places(strip, free):
             weights = _FAST if edge in fast else _CITY if edge in town else _VILLAGE
             kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
-            found = [_graded(quads, factor) for quads, factor in _detail(place, kind) if len(quads)]
+            found = [
+                of_one_tone(quads, factor)
+                for quads, factor in detail_quads(place, kind)
+                if len(quads)
+            ]
             chosen.setdefault(strip.look.surface, []).extend(found)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 
@@ -113,7 +125,7 @@ def near_lanes(
     return found
 
 
-def _places(strip: Strip, free: Bools) -> list[_Place]:
+def _places(strip: Strip, free: Bools) -> list[Stretch]:
     """Stretches of a strip that no other road covers."""
     middle = 0.5 * (strip.right + strip.left)
     stations = arc_length(middle)
@@ -126,18 +138,23 @@ def _places(strip: Strip, free: Bools) -> list[_Place]:
         start, end = (k * _STRETCH + _MARGIN, (k + 1) * _STRETCH - _MARGIN)
         touched = (stations[1:] > start) & (stations[:-1] < end)
         if free[touched].all():
-            places.append(_Place(middle, half, start, end, f"{strip.lane.id}:{k}"))
+            places.append(Stretch(middle, half, start, end, f"{strip.lane.id}:{k}"))
     return places
 
 
-def _detail(place: _Place, kind: str) -> list[tuple[Floats, float]]:
-    """Quads of one detail, with their factors of brightness."""
+def detail_quads(place: Stretch, kind: str) -> list[tuple[Floats, float]]:
+    """Quads of one detail, with their factors of brightness.
+
+    Args:
+        place: Where it lies.
+        kind: `patch`, `snake`, `crack`, `joint`, `manhole` or `trench`; others are nothing.
+    """
     makers = {"patch": _patch, "snake": _snake, "crack": _crack, "joint": _joint}
-    makers["manhole"] = _manhole
+    makers |= {"manhole": _manhole, "trench": _trench}
     return makers[kind](place) if kind in makers else []
 
 
-def _patch(place: _Place) -> list[tuple[Floats, float]]:
+def _patch(place: Stretch) -> list[tuple[Floats, float]]:
     """A rectangle of other asphalt with a sealed seam."""
     length, width = place.chance("length", 1.2, 7.5), place.chance("width", 0.7, 2.0)
     width = min(width, 2.0 * place.half - 0.3)
@@ -156,14 +173,26 @@ def _patch(place: _Place) -> list[tuple[Floats, float]]:
     return [(place.box((start, end), (right, left)), tone), *((rim, _SEAL) for rim in rims)]
 
 
-def _wander(place: _Place, count: int, step: float) -> Floats:
+def _trench(place: Stretch) -> list[tuple[Floats, float]]:
+    """A cable trench all along, filled with other asphalt between sealed seams."""
+    half, seam = place.chance("width", 0.25, 0.5), 0.03
+    along = (place.start, place.end)
+    tone = place.chance("tone", 0.7, 0.9)
+    return [
+        (place.box(along, (-half, half)), tone),
+        (place.box(along, (-half - seam, -half)), _SEAL),
+        (place.box(along, (half, half + seam)), _SEAL),
+    ]
+
+
+def _wander(place: Stretch, count: int, step: float) -> Floats:
     """A random walk of small steps that begins and ends near 0, (count,)."""
     steps = [place.chance(f"wander{k}", -step, step) for k in range(count)]
     walk = np.cumsum(steps)
     return np.asarray(walk - np.linspace(walk[0], walk[-1], count))
 
 
-def _snake(place: _Place) -> list[tuple[Floats, float]]:
+def _snake(place: Stretch) -> list[tuple[Floats, float]]:
     """A crack along the lane, sealed with bitumen."""
     count = 14
     length = place.chance("length", 4.0, place.end - place.start)
@@ -174,7 +203,7 @@ def _snake(place: _Place) -> list[tuple[Floats, float]]:
     return [(place.band(np.stack([along, across], axis=1), width), _SEAL)]
 
 
-def _crack(place: _Place) -> list[tuple[Floats, float]]:
+def _crack(place: Stretch) -> list[tuple[Floats, float]]:
     """An open crack across the lane."""
     count = 11
     across = np.linspace(-0.96, place.chance("end", 0.1, 0.96), count) * place.half
@@ -183,13 +212,13 @@ def _crack(place: _Place) -> list[tuple[Floats, float]]:
     return [(place.band(np.stack([along, across], axis=1)[::-1], width), 0.45)]
 
 
-def _joint(place: _Place) -> list[tuple[Floats, float]]:
+def _joint(place: Stretch) -> list[tuple[Floats, float]]:
     """A straight sealed joint across the lane, where a day's work ended."""
     at = place.chance("at", place.start, place.end)
     return [(place.box((at, at + 0.06), (0.02 - place.half, place.half - 0.02)), _SEAL)]
 
 
-def _manhole(place: _Place) -> list[tuple[Floats, float]]:
+def _manhole(place: Stretch) -> list[tuple[Floats, float]]:
     """A round cover with studs in a collar of fresh asphalt."""
     at = np.array([0.5 * (place.start + place.end), place.chance("side", -0.25, 0.25)])
     rows = [(0.0, 0.07), (0.07, 0.14), (0.14, 0.21), (0.21, 0.27)]
@@ -203,7 +232,7 @@ def _manhole(place: _Place) -> list[tuple[Floats, float]]:
     return found
 
 
-def _ring(place: _Place, at: Floats, radii: tuple[float, float], *, odd: bool | None) -> Floats:
+def _ring(place: Stretch, at: Floats, radii: tuple[float, float], *, odd: bool | None) -> Floats:
     """Quads of every second sector of a ring, or of all of them."""
     turn = np.linspace(0.0, 2.0 * np.pi, 17)
     spoke = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -212,7 +241,7 @@ def _ring(place: _Place, at: Floats, radii: tuple[float, float], *, odd: bool | 
     return place.at(flat if odd is None else flat[int(odd) :: 2])
 
 
-def _graded(quads: Floats, factor: float) -> Graded:
+def of_one_tone(quads: Floats, factor: float) -> Graded:
     """Quads of one brightness."""
     shares = np.tile([0.0, 1.0], (len(quads), 1))
     wear = np.tile([factor, 0.0, 0.0], (len(quads), 2, 2, 1))

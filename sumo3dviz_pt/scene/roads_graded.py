@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.scene.roads_cells import Polygons
 from sumo3dviz_pt.shapes.planar import GRID, polygon_parts
 from sumo3dviz_pt.shapes.triangulate import triangulate_many
@@ -120,16 +120,22 @@ def graded_on(quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons
     """
     if not len(quads):
         return NOTHING
-    x, y = quads[..., 0], quads[..., 1]
-    whole = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1))
     left = shapely.area(polygons)
-    intact = (whole - left < _SAME_AREA) & (left > _SAME_AREA)
+    intact = whole_quads(quads, polygons)
     pieces = [graded_quads(*_shortened(quads[intact], shares[intact], wear[intact]))]
     for k in np.flatnonzero(~intact & (left > _SAME_AREA)):
         one = slice(k, k + 1)
         piece = graded_quads(*_shortened(quads[one], shares[one], wear[one]))
         pieces.append(clipped(piece, polygons[k]))
     return joined(pieces)
+
+
+def whole_quads(quads: Floats, polygons: Polygons) -> Bools:
+    """Which quads, (n, 4, 3) [m], are whole in what is left of them, (n,)."""
+    x, y = quads[..., 0], quads[..., 1]
+    whole = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1))
+    left = shapely.area(polygons)
+    return np.asarray((whole - left < _SAME_AREA) & (left > _SAME_AREA))
 
 
 def _shortened(quads: Floats, shares: Floats, wear: Floats) -> tuple[Floats, Floats, Floats]:

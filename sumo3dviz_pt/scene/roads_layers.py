@@ -11,14 +11,16 @@ from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.markings import decal_meshes, graded_paint, lifted, road_paint
+from sumo3dviz_pt.scene.markings_cycles import cycle_paint
 from sumo3dviz_pt.scene.markings_lines import Paint
 from sumo3dviz_pt.scene.rails import rail_paint, sleeper_paint
 from sumo3dviz_pt.scene.roads_details import is_fast, road_details
+from sumo3dviz_pt.scene.roads_details_junction import junction_details
 from sumo3dviz_pt.scene.roads_graded import Graded
-from sumo3dviz_pt.scene.roads_joints import JOINT, kerb_joints
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
+from sumo3dviz_pt.scene.roads_stains import STAINED, stained_mesh
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
-from sumo3dviz_pt.scene.roads_style import PAVING
+from sumo3dviz_pt.scene.roads_style import BICYCLE, PAVING
 from sumo3dviz_pt.scene.roads_wear import lane_wear
 from sumo3dviz_pt.scene.roads_wear_junction import junction_wear
 from sumo3dviz_pt.scene.surfaces import (
@@ -79,6 +81,7 @@ def make_base(
     """The surface for layers; those of its meshes that show wear get theirs: none yet."""
     worn = frozenset(key for key in surfaces if textured and shows_wear(key))
     own = {key: unworn(mesh) if key in worn else mesh for key, mesh in surfaces.items()}
+    own |= {key: stained_mesh(own[key], focus) for key in worn & STAINED}
     return Base(layout, own, worn, near, focus)
 
 
@@ -94,14 +97,16 @@ def road_layers(
     """All layers, from the lowest up."""
     layout = base.layout
     fast = frozenset(key for key in layout.strips if is_fast(network.edges[key]))
+    stops = frozenset(c.from_lane for c in network.connections if c.tls or c.state in {"s", "w"})
     graded = [
-        ("road/wear", lane_wear(layout, surfaces=base.worn, focus=base.focus), _WEAR),
+        ("road/wear", lane_wear(layout, surfaces=base.worn, focus=base.focus, stops=stops), _WEAR),
         ("road/tracks", junction_wear(layout, surfaces=base.worn, focus=base.focus), _WEAR),
         (
             "road/details",
             road_details(layout, surfaces=base.worn, focus=base.focus, fast=fast),
             _DETAILS,
         ),
+        ("road/repairs", junction_details(layout, surfaces=base.worn, focus=base.focus), _DETAILS),
     ]
     layers = [
         (family, material_name(key), base.laid(piece, key, lift))
@@ -116,9 +121,13 @@ def road_layers(
         layers.append(("markings", material_name(key), base.laid(piece, key, _PAINT)))
     else:
         layers += _plain("markings", paint, base, _PAINT)
+    cycles = cycle_paint(layout.strips)
+    if BICYCLE in base.worn:
+        piece = graded_paint(cycles, layout, focus=base.focus)
+        layers.append(("markings", material_name(BICYCLE), base.laid(piece, BICYCLE, _PAINT)))
+    else:
+        layers += _plain("markings/cycles", cycles, base, _PAINT)
     layers += _plain("rails/sleepers", sleeper_paint(layout), base, _PAINT)
-    if base.worn:
-        layers.append(("road/joints", JOINT, kerb_joints(layout, focus=base.focus)))
     return layers + _plain("rails", rail_paint(layout), base, _RAILS)
 
 

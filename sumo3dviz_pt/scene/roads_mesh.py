@@ -9,15 +9,15 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.scene.roads_cells import Cells, Polygons
+from sumo3dviz_pt.scene.roads_drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
+from sumo3dviz_pt.scene.roads_drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.scene.roads_heights import heights_near, surface_heights
+from sumo3dviz_pt.scene.roads_stains import STAINED, cut_for_stains
 from sumo3dviz_pt.scene.surfaces import KERB, metres_per_tile, planar_uvs
 from sumo3dviz_pt.shapes.planar import common, polygon_parts, subtract, union
 from sumo3dviz_pt.shapes.polyline import mitres
 from sumo3dviz_pt.shapes.triangulate import triangulate_many
 from sumo3dviz_pt.shapes.walls import between, walls
-
-SIDEWALK_HEIGHT = 0.12
-"""How far footways lie above the carriageway [m]."""
 
 KERB_WIDTH = 0.15
 """Width of a kerb stone's top [m]."""
@@ -25,23 +25,29 @@ KERB_WIDTH = 0.15
 _VERGE_WIDTH, _VERGE_DROP = 0.12, 0.08
 """Extent of the slope around roads, sideways and down [m]."""
 
+_RAMP_STEP = 0.3
+"""Distance of points of kerbs where they are lowered [m]."""
+
 _KERB_FOOT = 0.06
 """How far kerb faces reach below the carriageway [m]."""
 
 
-def surface_meshes(cells: Cells, *, raised: Polygons, near: tuple[float, float]) -> dict[str, Mesh]:
+def surface_meshes(
+    cells: Cells, *, raised: Polygons, near: tuple[float, float], drops: Drops
+) -> dict[str, Mesh]:
     """Triangles of all cells, by surface key.
 
     Args:
         cells: Without overlaps.
         raised: What `raised_area` gave.
         near: A point of the network [m] near which texture coordinates are small.
+        drops: Where kerbs are lowered.
     """
     cells = with_kerb_tops(cells, raised)
     meshes = {}
     for surface in sorted(set(cells.surfaces)):
         index = np.flatnonzero(np.array(cells.surfaces) == surface)
-        mesh = _mesh_of(cells, index, surface=surface, near=near)
+        mesh = _mesh_of(cells, index, near=near, drops=drops)
         if len(mesh.faces):
             meshes[surface] = mesh
     return meshes
@@ -95,10 +101,34 @@ def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
     )
 
 
-def kerb_faces(cells: Cells, raised: Polygons) -> Mesh:
+def kerb_faces(cells: Cells, raised: Polygons, drops: Drops) -> Mesh:
     """Vertical faces around all raised areas, facing outwards."""
-    tops = area_rings(raised, cells, above=SIDEWALK_HEIGHT)
-    return walls(tops, [ring - [0.0, 0.0, SIDEWALK_HEIGHT + _KERB_FOOT] for ring in tops])
+    rings = kerb_rings(cells, raised, drops)
+    return walls([top for _, top in rings], [foot - [0.0, 0.0, _KERB_FOOT] for foot, _ in rings])
+
+
+def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Floats, Floats]]:
+    """Outlines of raised areas on the carriageway and on top of the kerb, each (n, 3) [m]."""
+    rings = []
+    for foot in area_rings(raised, cells):
+        foot = _with_points(foot, drops.ramps)
+        top = foot.copy()
+        top[:, 2] += rise_at(drops, foot[:, :2])
+        rings.append((foot, top))
+    return rings
+
+
+def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
+    """A ring with points close together where it runs through areas."""
+    ends = np.roll(ring, -1, axis=0)
+    sides = np.asarray(shapely.linestrings(np.stack([ring, ends], axis=1)[..., :2]))
+    count = np.ones(len(ring), dtype=np.int64)
+    touched = np.unique(ramps.query(sides, predicate="intersects")[0])
+    count[touched] = np.maximum(np.ceil(shapely.length(sides[touched]) / _RAMP_STEP), 1)
+    index = np.repeat(np.arange(len(ring)), count)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / count[index])[:, None]
+    return np.asarray(ring[index] + share * (ends - ring)[index])
 
 
 def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, float]) -> Mesh:
@@ -173,15 +203,26 @@ def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
 
 
-def _mesh_of(cells: Cells, index: Ints, *, surface: str, near: tuple[float, float]) -> Mesh:
-    """Triangles of some cells."""
-    parts = [(part, i) for i in index for part in polygon_parts(cells.polygons[i])]
+def _mesh_of(cells: Cells, index: Ints, *, near: tuple[float, float], drops: Drops) -> Mesh:
+    """Triangles of some cells of one surface."""
+    parts = [(part, i) for i in index for part in _pieces_of(cells, int(i), drops)]
     flat, faces, owner = triangulate_many([part for part, _ in parts])
     if not len(faces):
         return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
     cell = np.array([i for _, i in parts])[owner]
-    heights = surface_heights(cells, cell, flat) + SIDEWALK_HEIGHT * cells.raised[cell]
+    heights = surface_heights(cells, cell, flat)
+    raised = cells.raised[cell]
+    heights[raised] += rise_at(drops, flat[raised])
     vertices = np.column_stack([flat, heights])
     normals = None if cells.is_flat else smooth_normals(vertices, faces)
-    uvs = planar_uvs(flat, tile=metres_per_tile(surface), near=near)
-    return Mesh(vertices, faces, normals, uvs)
+    tile = metres_per_tile(cells.surfaces[int(index[0])])
+    return Mesh(vertices, faces, normals, planar_uvs(flat, tile=tile, near=near))
+
+
+def _pieces_of(cells: Cells, index: int, drops: Drops) -> list[shapely.Geometry]:
+    """A cell in pieces that are small where it ramps or shows stains."""
+    polygon = cells.polygons[index]
+    pieces = cut_for_ramps(polygon, drops) if cells.raised[index] else polygon_parts(polygon)
+    if cells.surfaces[index] not in STAINED:
+        return pieces
+    return [part for piece in pieces for part in cut_for_stains(piece, drops.focus)]

@@ -57,6 +57,15 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
     return bool((low <= region[2:]).all() and (high >= region[:2]).all())
 
 
+def distance_to(box: BoundsXY | None, points: Floats) -> Floats:
+    """Distance from points, (n, 2 or 3), to a box [m], (n,); 0 without a box."""
+    if box is None:
+        return np.zeros(len(points))
+    low, high = np.array(box[:2]), np.array(box[2:])
+    outside = np.maximum(np.maximum(low - points[:, :2], points[:, :2] - high), 0.0)
+    return np.asarray(np.linalg.norm(outside, axis=1))
+
+
 def lane_line(lane: Lane) -> Floats:
     """A lane's centre line with sharp bends split, (n, 3) [m]."""
     return with_split_bends(without_repeats(lane.shape))

@@ -8,11 +8,13 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.roads_cells import Polygons
 from sumo3dviz_pt.scene.roads_graded import NOTHING, Graded, clipped, joined
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
-from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
-from sumo3dviz_pt.scene.roads_wear import distance_to, is_driven, wear_across
+from sumo3dviz_pt.scene.roads_noise import patchy
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, distance_to
+from sumo3dviz_pt.scene.roads_wear import is_driven, wear_across
 from sumo3dviz_pt.shapes.planar import polygon_parts
 
 _STEP = 0.34
@@ -24,7 +26,7 @@ _FARTHEST = 140.0
 _LARGEST = 5_000.0
 """Junctions of more than this [m2] show none."""
 
-_DARKEST = 0.62
+_DARKEST = 0.52
 """Where many ways cross, wear ends at this factor."""
 
 _NOTICED = 0.985
@@ -67,7 +69,7 @@ def _worn(polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:
     x0, y0, x1, y1 = polygon.bounds
     x, y = np.arange(x0, x1 + _STEP, _STEP), np.arange(y0, y1 + _STEP, _STEP)
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
-    factor = _factor(grid.reshape(-1, 2), ways).reshape(grid.shape[:2])
+    factor = brightness(grid.reshape(-1, 2), ways).reshape(grid.shape[:2])
     corner = np.arange(len(x) * len(y)).reshape(len(x), len(y))
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
@@ -97,23 +99,50 @@ def _compact(piece: Graded) -> Graded:
     return Graded(piece.vertices[used], faces.reshape(-1, 3), piece.wear[used])
 
 
-def _factor(points: Floats, ways: Sequence[Strip]) -> Floats:
-    """Brightness at points, (n, 2) [m], as (n,).
+def brightness(points: Floats, ways: Sequence[Strip]) -> Floats:
+    """Brightness that traffic and dirt leave at points of a junction.
 
-    Ways out of one lane share their tracks; those of different lanes add up.
+    Args:
+        points: (n, 2) [m].
+        ways: Of motor vehicles.
+
+    Returns:
+        (n,) in (0, 1].
+
+    Ways out of one lane share their tracks; those of different lanes add up. Few
+    drivers turn, and some turn less than others.
     """
     lanes: list[tuple[Floats, Floats]] = []
     for way in ways:
         line = way.lane.shape[:, :2]
-        own = wear_across(_away(points, shapely.LineString(line)))
+        away = _away(points, shapely.LineString(line))
+        own = wear_across(away, strength=_strength(way)) * (
+            1.0 - 0.05 * np.exp(-((away / 1.5) ** 4))
+        )
         for k, (start, worn) in enumerate(lanes):
             if np.hypot(*(start - line[0])) < _SAME_START:
                 lanes[k] = (start, np.minimum(worn, own))
                 break
         else:
             lanes.append((line[0], own))
-    total = np.prod([worn for _, worn in lanes], axis=0)
+    total = np.prod([worn for _, worn in lanes], axis=0) * stained(points)
     return np.asarray(np.maximum(total, _DARKEST))
+
+
+def stained(points: Floats) -> Floats:
+    """Brightness that dirt has left at points, (n, 2) [m], as (n,) in [0.8, 1]."""
+    broad, small = patchy(points, 5.5, salt=3), patchy(points, 1.4, salt=4)
+    blots = np.clip(2.5 * patchy(points, 0.8, salt=5) - 1.3, 0.0, 1.0)
+    return np.asarray(1.0 - np.clip(0.04 + 0.06 * broad + 0.04 * small, 0.0, 0.1) - 0.1 * blots)
+
+
+def _strength(way: Strip) -> float:
+    """How worn a way is: it varies, and bends are driven less."""
+    line = way.lane.shape[:, :2]
+    first, last = line[1] - line[0], line[-1] - line[-2]
+    turned = 1.0 - float(first @ last) / max(float(np.hypot(*first) * np.hypot(*last)), 1e-9)
+    busy = 1.15 if turned < 0.2 else 0.85
+    return busy * (0.35 + 0.55 * share_of(0, "wear", way.lane.id))
 
 
 def _away(points: Floats, line: shapely.Geometry) -> Floats:

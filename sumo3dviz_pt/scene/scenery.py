@@ -35,7 +35,9 @@ from sumo3dviz_pt.scene.kinds import (
 )
 from sumo3dviz_pt.scene.lane_index import LaneIndex
 from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.scene.near_leaves import near_leaves
 from sumo3dviz_pt.scene.outlined import line_parts
+from sumo3dviz_pt.scene.planting import BEHIND
 from sumo3dviz_pt.scene.scenery_choice import chosen
 from sumo3dviz_pt.scene.surroundings import Surroundings
 
@@ -50,6 +52,7 @@ BUDGET = 700_000
 _MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
 _SHADOW = 40.0  # radius within which an object and its shadow lie [m]
 _CROWN = 14.0  # radius within which a plant lies [m]
+_REAR = 0.4  # by how much each row before a plant makes it count as farther away
 _UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
 _LEVELS = {"they stand on a carriageway": logging.WARNING}
 
@@ -152,15 +155,18 @@ def levels_of(kind: Kind, distances: Floats, shrink: float) -> Ints:
     return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
 
 
-def _level_distances(kind: Kind, places: Floats, around: Surroundings) -> Floats:
+def _level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) -> Floats:
     """Distances that choose levels of detail, (n,) [m].
 
-    Plants beside or behind the camera show only shadows and reflections, so they count
-    as far ones.
+    Plants beside or behind the camera show only shadows and reflections, and those in the
+    rear of a belt only their tops, so they count as far ones.
     """
+    places = _places(items)
     distances = around.distances(places)
     if kind.name not in PLANTS:
         return distances
+    rows = [float(item.params.get(BEHIND, 0)) if isinstance(item, Poi) else 0.0 for item in items]
+    distances = distances * (1.0 + _REAR * np.array(rows))
     unseen = ~around.pictured(places, radius=_CROWN)
     return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
 
@@ -240,7 +246,7 @@ def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -
         if kind.form != "point":  # walls and fences by their length
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
             pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
-        measured.append((kind, _level_distances(kind, _places(items), around), pieces))
+        measured.append((kind, _level_distances(kind, items, around), pieces))
     shrink = _MOST_STRETCH
     while shrink > 0.05:
         total = sum(
@@ -265,7 +271,7 @@ def _point_parts(
         return []
     places = _places(items)
     names = [f"{kind.name}:{item.id}" for item in items]
-    levels = levels_of(kind, _level_distances(kind, places, around), shrink)
+    levels = levels_of(kind, _level_distances(kind, items, around), shrink)
     heights = around.height_at(places)
     yaws = _yaws(kind, items, places, around)
     sizes = _sizes(names, settings, around.seed)
@@ -286,7 +292,7 @@ def _point_parts(
             own = _own_model(kind, settings, items[i])
             body = body_of(kind, own, seed=around.seed, name=name, level=int(levels[i]))
         parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
-    return parts
+    return near_leaves(parts, around=around) if kind.name in PLANTS else parts
 
 
 def _own_model(kind: Kind, settings: ObjectSettings, item: Poi) -> ObjectSettings:

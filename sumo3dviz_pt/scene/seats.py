@@ -12,7 +12,7 @@ from sumo3dviz_pt.model.geometry import Floats
 CAR_EYE_HEIGHT = 1.2
 """Of a car driver, above the ground [m]; higher where the windscreen's foot is."""
 
-_ABOVE_COWL = 0.18
+_ABOVE_COWL = 0.25
 """A driver looks over the windscreen's foot by at least this [m]."""
 
 

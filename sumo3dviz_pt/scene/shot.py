@@ -33,7 +33,7 @@ from sumo3dviz_pt.scene.signals import Signals
 from sumo3dviz_pt.scene.sky import build_sky
 from sumo3dviz_pt.scene.traffic import Fleet, build_fleet, find_rider
 from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
-from sumo3dviz_pt.shapes.clustering import clustered
+from sumo3dviz_pt.shapes.clustering import clustered_body
 
 _CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
 """Cells in which vertices of stand-ins are merged, until there are few enough [m]."""
@@ -238,7 +238,8 @@ def _coarse_enough(
             whole = prototypes[name]
             # Those that take poses keep their points.
             if whole.far_poses is None:
-                parts = (replace(p, mesh=clustered(p.mesh, cell)) for p in whole.far)
+                meshes = clustered_body([part.mesh for part in whole.far], cell)
+                parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
                 far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
                 found[name] = replace(whole, far=far or whole.far)
     return found

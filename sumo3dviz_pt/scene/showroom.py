@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,6 +29,14 @@ from sumo3dviz_pt.shapes.street_furniture import FURNITURE
 
 LEVELS = ("hero", "middle", "far")
 """Of vehicles."""
+
+_LEVELLED = frozenset(
+    {
+        *("city_car", "sedan", "suv", "coupe", "pickup", "taxi"),
+        *("people_carrier", "van_compact", "ambulance", "fire_engine", "motorcycle", "e_scooter"),
+    }
+)
+"""Models that the sheet of levels shows; all have full detail."""
 
 _SLAB = 8.0  # side of a surface's sample [m]
 
@@ -78,17 +86,18 @@ def _vehicles() -> Iterator[Exhibit]:
 
 
 def _levels() -> Iterator[Exhibit]:
-    """All vehicles at all levels of detail."""
-    for number, body in enumerate(_bodies()):
+    """A dozen vehicles at all levels of detail."""
+    for number, body in enumerate(_bodies(_LEVELLED)):
         for level in LEVELS:
-            if level != "hero" or body.assembly.drawn.hero:
-                yield _exhibit(body, level, number)
+            yield _exhibit(body, level, number)
 
 
-def _bodies() -> Iterator[Body]:
-    """All vehicles in their own size."""
+def _bodies(chosen: Collection[str] = ()) -> Iterator[Body]:
+    """Vehicles in their own size; no names stand for all."""
     shelf: Shelf = {}
     for model in models_for({}):
+        if chosen and model.name not in chosen:
+            continue
         choice = ModelChoice(model, sorted(model.vclasses)[0], model.size)
         yield build_body(choice, shelf)
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
-from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.scene.aspects import GREEN, RED, YELLOW
 from sumo3dviz_pt.scene.signal_sites import ARM_BOTTOM, Head, Support
@@ -19,6 +19,11 @@ LAMP_SET = "signals"
 
 STACK: Mapping[int, tuple[str, ...]] = {2: (GREEN, RED), 3: (GREEN, YELLOW, RED)}
 """Lamps of a head from the lowest up."""
+
+LOBE = Lobe(0.06, 40.0)
+"""Of a lens by night: half of its light beyond 10 degrees from the axis, as lenses have that
+are to be seen along a street (EN 12368 tells them apart as extra wide, wide, medium and
+narrow), and enough at the side to be seen lit."""
 
 FAR = 150.0
 """Distance beyond which heads and poles are plainer [m]."""
@@ -78,7 +83,7 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
     index = _lamp_of_face(meshes)
     tint = np.array(glass)[index]
     mesh = merge_meshes(meshes)
-    return LampSet(LAMP_SET, "signals", mesh, index, tuple(names), weight=3.5, tint=tint)
+    return LampSet(LAMP_SET, "signals", mesh, index, tuple(names), weight=1.5, tint=tint, lobe=LOBE)
 
 
 def counter_rows(

@@ -18,6 +18,7 @@ from sumo3dviz_pt.scene.kinds import kind_of
 from sumo3dviz_pt.scene.roads import RoadParts
 from sumo3dviz_pt.scene.roads_heights import heights_near
 from sumo3dviz_pt.scene.scenery import merged
+from sumo3dviz_pt.scene.street_corners import place_corners
 from sumo3dviz_pt.scene.street_furniture import furniture_parts, place_furniture, place_stops
 from sumo3dviz_pt.scene.street_lamps import REACH, lamp_parts, lamp_sets, place_lamps
 from sumo3dviz_pt.scene.street_places import Border, Site, borders_near, crossing_areas
@@ -66,6 +67,8 @@ def build_street(
     auto = settings.lamps == "auto"
     lamps = place_lamps(near if auto else [], scenario.pois, site)
     pieces = place_furniture(near, scenario.pois, site, auto=settings.furniture == "auto")
+    if settings.furniture == "auto":
+        pieces += place_corners(network, site)
     parts: dict[str, Sequence[Part]] = {
         "street lamps": lamp_parts(lamps, site, dark=dark),
         "signs": [*signs, *stop_signs],

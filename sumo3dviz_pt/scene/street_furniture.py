@@ -39,6 +39,7 @@ RADII: Mapping[str, float] = {
     "bench": 0.4,
     "parking_meter": 0.2,
     "bus_shelter": 0.9,
+    "bicycle_stand": 0.5,
 }
 """How much room a piece needs around its middle, across the sidewalk [m]."""
 
@@ -189,7 +190,7 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
 
 
 def _benches(border: Border, site: Site) -> list[Piece]:
-    """Benches, each with a bin, and meters, at the far side of a sidewalk."""
+    """Benches, each with a bin, meters and bicycle stands, at the far side of a sidewalk."""
     seed, name = site.around.seed, border.edge.id
     at = spread(border.length, _SPACING, ends=_ENDS, shift=share_of(seed, name, "bench"))
     pieces: list[Piece] = []
@@ -202,6 +203,8 @@ def _benches(border: Border, site: Site) -> list[Piece]:
             pieces += _stood("bin", border, (along, 0.6), site)
         elif chance < 0.75:
             pieces += _stood("parking_meter", border, (along, border.walk - 0.3), site)
+        elif chance < 0.92:
+            pieces += _stood("bicycle_stand", border, (along, border.walk - 0.5), site)
     return pieces
 
 

@@ -162,8 +162,7 @@ class Fleet:
         body = self.body(key)
         cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
         eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
-        cut = cutaway(body.prototype, cowl=float(cowl[0]), belt=float(cowl[2]), eye=eye)
-        opened = replace(cut, lamps=body.prototype.lamps)
+        opened = cutaway(body.prototype, cowl=float(cowl[0]), belt=float(cowl[2]), eye=eye)
         return replace(
             self,
             prototypes={**self.prototypes, opened.name: opened},
@@ -215,7 +214,7 @@ class Fleet:
         if stride is not None:
             start = share_of(self.seed, key, "gait")
             phase = self.walks[piece].phase(time, stride=stride, start=start)
-            return replace(mover, phase=phase, effort=effort(speed))
+            mover = replace(mover, phase=phase, effort=effort(speed))
         if self.lights is None or not self.bodies[k].prototype.lamps:
             return mover
         change = float(motion.speeds[2] - motion.speeds[0]) / (2.0 * _MOMENT)

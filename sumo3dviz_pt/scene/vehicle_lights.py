@@ -6,9 +6,12 @@ they slow down or stand. After sunset everyone has head and tail lamps on.
 References:
     Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
     cd, brake 60-260 cd), 6 (indicators 175-1000 cd in front, 50-500 behind), 23
-    (reversing 80-300 cd) and 65 (blue, 120-1700 cd). Head lamps towards oncoming eyes:
-    Regulation 112, point B50L, at most 350 cd; a lens gives 60 cd in all directions,
-    beside the 170 cd of stray light that are in the beam.
+    (reversing 80-300 cd) and 65 (blue, 120-1700 cd). To the sides they fall as far as the
+    standard light distribution of Regulation 7 lets them (annex 4: a tenth at 20 degrees).
+    Head lamps towards oncoming eyes: Regulation 112, point B50L, at most 350 cd; a lens
+    gives 25 cd in all directions, beside the 170 cd of stray light that are in the beam.
+    Bicycles: German type approval (StVZO section 67, technical requirements no. 23) asks
+    for 10 lx at 10 m, which are 1000 cd; lamps on the market give more.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, RunningLights
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLights
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.scene.chance import share_of
@@ -35,7 +38,7 @@ _STANDING = 0.3
 """Slower vehicles stand, with a foot on the brake [m/s]."""
 
 _INTENSITIES: Mapping[str, tuple[float, Colour]] = {
-    "head": (60.0, (1.0, 0.96, 0.9)),
+    "head": (25.0, (1.0, 0.96, 0.9)),
     "tail": (10.0, (1.0, 0.02, 0.01)),
     "brake": (110.0, (1.0, 0.02, 0.01)),
     "left": (200.0, (1.0, 0.33, 0.0)),
@@ -43,11 +46,31 @@ _INTENSITIES: Mapping[str, tuple[float, Colour]] = {
     "reverse": (150.0, (1.0, 0.97, 0.92)),
     "blue": (500.0, (0.02, 0.08, 1.0)),
     "sign": (8.0, (1.0, 0.9, 0.6)),
+    "dials": (9.0e-5, (1.0, 0.95, 0.88)),
+    "screen": (5.0e-4, (0.35, 0.6, 1.0)),
 }
 """Candelas on the axis and colour by role."""
 
+_LOBES: Mapping[str, Lobe] = {
+    "tail": Lobe(0.25, 15.0),
+    "brake": Lobe(0.1, 25.0),
+    "left": Lobe(0.15, 25.0),
+    "right": Lobe(0.15, 25.0),
+    "reverse": Lobe(0.3, 10.0),
+    "blue": Lobe(0.5, 10.0),
+}
+
+_BICYCLE = 1500.0
+"""Peak of a bicycle's head lamp [cd]: 15 lx at 10 m."""
+
+_SMALL = 0.06
+"""A single head lamp that is no larger belongs to a bicycle [m]."""
+
 _BITS: Mapping[str, int] = {"right": 1, "left": 2, "brake": 8, "reverse": 128, "blue": 2048}
 """SUMO's signal bits (VehicleSignals)."""
+
+_AT_NIGHT = frozenset({"head", "tail", "sign", "dials", "screen"})
+"""Roles that everyone lights after sunset; the last two are before a driver's own eyes."""
 
 _WARNING = 4  # both indicators
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -84,7 +107,7 @@ class VehicleLights:
             speed: [m/s].
             acceleration: Negative where it slows down [m/s^2].
         """
-        roles = {"head", "tail", "sign"} if self.dark else set()
+        roles = set(_AT_NIGHT) if self.dark else set()
         log = self.logs.get(key)
         if log is None:
             stopping = acceleration < _BRAKING or speed < _STANDING
@@ -127,16 +150,27 @@ def running_lights(
         dark: Whether head and tail lamps are on.
         left_hand: Whether traffic keeps left.
     """
-    roles = {lamp.role for prototype in prototypes for lamp in prototype.lamps}
-    shown = roles if dark else roles - {"head", "tail", "sign"}
+    bodies = tuple(prototypes)
+    roles = {lamp.role for body in bodies for lamp in body.lamps}
+    heads = {body.name: _head_share(body) for body in bodies}
+    shown = roles if dark else roles - _AT_NIGHT
     if not shown:
         return None
     intensity = {role: _intensity(*_INTENSITIES[role]) for role in sorted(shown)}
     if not (dark and "head" in roles):
-        return RunningLights(intensity, None, dark)
+        return RunningLights(intensity, None, dark, _LOBES)
     pattern = beam_pattern(left_hand=left_hand)
     peak = _intensity(2.0 * PEAK, _INTENSITIES["head"][1])
-    return RunningLights(intensity, Beam(pattern, HALF_ANGLE, peak), dark)
+    beam = Beam(pattern, HALF_ANGLE, peak)
+    return RunningLights(intensity, beam, dark, _LOBES, heads)
+
+
+def _head_share(body: Prototype) -> float:
+    """A body's head lamps against the two of a car."""
+    sizes = [max(lamp.size) for lamp in body.lamps if lamp.role == "head"]
+    if len(sizes) != 1:
+        return 1.0
+    return _BICYCLE / (2.0 * PEAK) if sizes[0] <= _SMALL else 0.5
 
 
 def _intensity(candelas: float, colour: Colour) -> Colour:

@@ -1,5 +1,9 @@
 """The low beam of a head lamp, as a map of luminous intensity.
 
+Only its upper edge is sharp. To the sides it fades over tens of degrees; towards the car it
+falls so fast that the road gets about 10 to 15 lx from 2 to 10 m ahead, and ever less
+nearer by.
+
 References:
     UN Regulation No. 112, class B, tables of the passing beam: what is asked for at the
     points named in tests/unit/shapes/test_beam.py.
@@ -14,8 +18,11 @@ from sumo3dviz_pt.model.geometry import Floats, Image
 PEAK = 18_000.0
 """Of one lamp [cd]: usual for halogen and LED lamps on the market."""
 
-HALF_ANGLE = float(np.radians(40.0))
+HALF_ANGLE = float(np.radians(52.0))
 """From straight ahead to the map's edge [rad]."""
+
+_FADE = (34.0, 51.0)
+"""Between these angles from straight ahead all light fades out [deg]."""
 
 _CUTOFF = -0.57
 """Below straight ahead: one per cent [deg]."""
@@ -33,18 +40,17 @@ def low_beam(across: Floats, up: Floats) -> Floats:
     """
     rise = np.clip(across * np.tan(np.radians(15.0)), 0.0, 2.0)
     below = _CUTOFF + rise - up
-    sharp = np.clip(below / 0.25, 0.0, 1.0)
-    edge = sharp * sharp * (3.0 - 2.0 * sharp)
-    depth = 0.75 * np.exp(-np.maximum(below, 0.0) / 2.0)
-    depth += 0.25 * np.exp(-np.maximum(below, 0.0) / 8.0)
-    spread = 0.65 * np.exp(-((across / 7.0) ** 2)) + 0.35 * np.exp(-((across / 22.0) ** 2))
+    edge = _smooth(below / 0.25)
+    deep = np.maximum(below, 0.0)
+    depth = 0.8 * np.exp(-deep / 2.2) + 0.2 * np.exp(-deep / 5.0)
+    spread = 0.6 * np.exp(-((across / 7.0) ** 2)) + 0.4 * np.exp(-((across / 26.0) ** 2))
     # Oncoming drivers sit to the left.
     shy = 1.0 - 0.42 / (1.0 + np.exp((across + 1.5) / 0.5))
-    stray = 170.0 * np.exp(-np.maximum(-below, 0.0) / 8.0) * np.exp(-((across / 30.0) ** 2))
-    return np.asarray(PEAK * edge * depth * spread * shy + stray)
+    stray = 170.0 * np.exp(-np.abs(below) / 5.0) * np.exp(-((across / 26.0) ** 2))
+    return np.asarray((PEAK * edge * depth * spread * shy + stray) * _faded(across, up))
 
 
-def beam_pattern(size: int = 512, *, left_hand: bool = False) -> Image:
+def beam_pattern(size: int = 1024, *, left_hand: bool = False) -> Image:
     """The beam as a share of its peak, even in the tangent of the angle, (size, size).
 
     Args:
@@ -58,3 +64,17 @@ def beam_pattern(size: int = 512, *, left_hand: bool = False) -> Image:
     up = np.degrees(np.arctan2(high, np.hypot(1.0, right)))
     pattern = low_beam(-across if left_hand else across, up) / PEAK
     return np.asarray(pattern, dtype=np.float32)
+
+
+def _faded(across: Floats, up: Floats) -> Floats:
+    """How much of the light is left at an angle from straight ahead, [0, 1]."""
+    cosine = np.cos(np.radians(across)) * np.cos(np.radians(up))
+    low, high = _FADE
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return 1.0 - _smooth((angle - low) / (high - low))
+
+
+def _smooth(share: Floats) -> Floats:
+    """From 0 to 1 without a corner at either end."""
+    part = np.clip(share, 0.0, 1.0)
+    return np.asarray(part * part * (3.0 - 2.0 * part))

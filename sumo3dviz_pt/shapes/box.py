@@ -20,6 +20,7 @@ from sumo3dviz_pt.shapes.box_wheels import (
     is_reversed,
     wheels_of,
 )
+from sumo3dviz_pt.shapes.grime import grimed
 from sumo3dviz_pt.shapes.solids import by_material
 from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, WheelPlace
 
@@ -29,6 +30,8 @@ Piece = tuple[str, Mesh]
 _FLIP = np.array([-1.0, 1.0, 1.0])
 _FAR_FACES = 260
 _HERO_FACES = 2
+_LOW = 0.3
+"""Height of the lower edges of bodies [m]."""
 
 
 def build_box(recipe: BoxRecipe) -> BakedVehicle:
@@ -42,7 +45,8 @@ def build_box(recipe: BoxRecipe) -> BakedVehicle:
     near += [_forward(*p) for axle in recipe.axles for p in wheels_of(recipe.wheel, axle)]
     far += [_forward(*p) for p in far_box_wheels(recipe.wheel, recipe.axles)]
     lamps = tuple(find_lamps(recipe.lamps, [mesh for _, mesh in near]))
-    return BakedVehicle(by_material(near), by_material(far), lamps, _wheel_places(recipe))
+    shown = by_material(_dirty(recipe, near))
+    return BakedVehicle(shown, by_material(far), lamps, _wheel_places(recipe))
 
 
 def hero_box(recipe: BoxRecipe) -> HeroVehicle:
@@ -54,7 +58,16 @@ def hero_box(recipe: BoxRecipe) -> HeroVehicle:
     body = _level(recipe, _near_bodies(replace(recipe, hulls=hulls)), _pieces(recipe, far=False))
     body += [_forward(*p) for axle in recipe.axles for p in inner_tyres(recipe.wheel, axle)]
     wheel = [_forward(*piece) for piece in hero_wheel(recipe.wheel, recipe.axles)]
-    return HeroVehicle(by_material(body), by_material(wheel))
+    return HeroVehicle(by_material(_dirty(recipe, body)), by_material(wheel))
+
+
+def _dirty(recipe: BoxRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Pieces, the paint with road dirt on it."""
+    axles = [(axle.at, recipe.wheel.radius) for axle in recipe.axles]
+    for material, mesh in pieces:
+        if material == "paint":
+            mesh = grimed(mesh, length=recipe.length, low=_LOW, axles=axles)
+        yield material, mesh
 
 
 def _near_bodies(recipe: BoxRecipe) -> Iterator[Piece]:

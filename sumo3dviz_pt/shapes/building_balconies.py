@@ -31,7 +31,7 @@ def balconies(
     """
     level, seed = how
     openings = facade.openings(length, 0.0)
-    if sort == "none" or not len(openings) or (level == FAR and sort == "iron"):
+    if sort == "none" or not len(openings):
         return {}
     if sort == "gallery":
         return joined(
@@ -58,6 +58,11 @@ def french_doors(sort: Balconies, seed: int) -> tuple[int, int] | None:
 def _balcony(u0: float, u1: float, z: float, sort: Balconies, level: int) -> Shell:
     """A slab and its railing."""
     if level == FAR:
+        if sort == "iron":  # a slab and its shadow, and a veil of bars
+            return {
+                "trim": box((u0, -_DEEP, z - 0.12), (u1, 0.0, z + 0.04), skip="YxX"),
+                "rail": rectangles(u0, u1, z + _RAIL - 0.3, z + _RAIL, inward=-_DEEP),
+            }
         return {"panel": rectangles(u0, u1, z - 0.1, z + _RAIL, inward=-_DEEP)}
     slab = {"trim": box((u0, -_DEEP, z - 0.12), (u1, 0.0, z + 0.04), skip="Y")}
     z0, z1 = z + 0.04, z + _RAIL

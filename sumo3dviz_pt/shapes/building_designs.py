@@ -148,14 +148,14 @@ OFFICE = Design(
 CURTAIN_WALL = replace(
     OFFICE,
     upper=Facade(
-        bay=1.5, width=0.0, height=2.75, sill=0.4, inset=0.05, drapes=0.15, mullions=0, boards=False
+        bay=1.5, width=0.0, height=2.55, sill=0.55, inset=0.06, drapes=0.1, mullions=0, boards=False
     ),
     storey=3.6,
     parapet=1.2,
 )
 """An office block whose walls are glass from floor to floor."""
 
-_COTTAGE = Facade(bay=2.8, width=1.2, height=1.3, sill=0.9, inset=0.14, drapes=0.6)
+_COTTAGE = Facade(bay=2.8, width=1.2, height=1.3, sill=0.9, inset=0.14, drapes=0.7)
 GABLED = Design(
     upper=_COTTAGE,
     sides=replace(_COTTAGE, bay=3.6),
@@ -225,3 +225,40 @@ HALL = Design(
 
 SHED = Design(upper=Facade(bay=1e9), storey=2.2, plinth=0.1, unit=50.0, roof="gable", pitch=0.4)
 """A garage or garden shed without windows."""
+
+_INFILL = replace(SLAB[2], foot="shops", plinth=0.0, ground=3.9, unit=20.0)
+ROW_HOUSES = (
+    *PERIMETER,
+    replace(_EIXAMPLE, roof="gable", pitch=0.68, dormers=False, cornice=0.3, balconies="none"),
+    replace(
+        _EIXAMPLE,
+        upper=replace(_TALL, hood=False, surround=0.1, bay=2.6, width=1.05, height=1.85),
+        roof="gable",
+        pitch=0.62,
+        cornice=0.35,
+        ground=4.0,
+        storey=3.15,
+    ),
+    replace(
+        _EIXAMPLE,
+        upper=replace(_TALL, hood=False, surround=0.0, bay=3.1, width=1.05, shutters=True),
+        roof="gable",
+        pitch=0.5,
+        cornice=0.3,
+        ground=3.9,
+        storey=3.1,
+        balconies="none",
+        dormers=False,
+    ),
+)
+"""Plastered houses in closed rows: roofs along the street, mansards, or flat ones."""
+
+ROW_BRICKS = (
+    replace(TENEMENT[0], foot="shops", plinth=0.0, ground=4.0, unit=18.0),
+    TENEMENT[0],
+    TENEMENT[1],
+)
+"""Brick houses in closed rows."""
+
+ROW_INFILLS = (_INFILL, replace(_INFILL, upper=SLAB[0].upper, balconies="solid"), SLAB[2])
+"""What has filled gaps in rows since 1950."""

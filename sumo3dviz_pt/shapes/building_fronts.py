@@ -84,10 +84,11 @@ def shops(length: float, height: float, how: How, *, bay: float = 3.4, sign: str
     )
     parts: list[Shell] = [_glazing(openings, how), _signs(edges, height, how, sign)]
     if level == NEAR:
-        parts.append({"base": storey(length, 0.0, height, openings)})
+        parts.append({"front": storey(length, 0.0, height, openings)})
         parts.append(_awnings(openings, rng))
+        parts.append(_footing(length, openings))
     else:
-        parts.append({"base": rectangles(0.0, length, 0.0, height)})
+        parts.append({"front": rectangles(0.0, length, 0.0, height)})
     return joined(parts)
 
 
@@ -173,6 +174,11 @@ def _glazing(openings: Floats, how: How) -> Shell:
     ]
     if level != NEAR:
         return {**shown, "joint": np.concatenate(bars)}
+    open_ = z0 < 0.2  # a glazed door in the middle of its pane
+    for side in (-0.5, 0.5):
+        jamb = middle[open_] + side
+        leaf = rectangles(jamb - 0.04, jamb + 0.04, z0[open_], head[open_], inward=inward - 0.022)
+        bars.append(leaf)
     bars += [
         rectangles(u0, u1, z0, z0 + 0.08, inward=inward - 0.02),
         rectangles(u0, u0 + bar, z0, z1, inward=inward - 0.02),
@@ -228,6 +234,15 @@ def _signs(edges: Floats, height: float, how: How, sort: str) -> Shell:
             parts.append({"joint": box((u0, -0.14, z0), (u1, 0.0, z1), skip="yY")})
             parts.append({f"letter{number % 3}": written - np.array([0.0, 0.15, 0.0])})
     return joined(parts)
+
+
+def _footing(length: float, openings: Floats) -> Shell:
+    """Dark stone at the foot of piers and under shop windows."""
+    starts, ends = np.append(0.0, openings[:, 1]), np.append(openings[:, 0], length)
+    piers = rectangles(starts, ends, FOOT, 0.55, inward=-0.025)
+    closed = openings[openings[:, 2] > 0.2]
+    below = rectangles(closed[:, 0], closed[:, 1], FOOT, closed[:, 2] - 0.02, inward=-0.025)
+    return {"plinth": np.concatenate([piers, below])}
 
 
 def _awnings(openings: Floats, rng: np.random.Generator) -> Shell:

@@ -62,9 +62,9 @@ MODERN: tuple[Coat, ...] = (
     ("plaster", (0.3, 0.3, 0.3)),
 )
 GLAZED: tuple[Coat, ...] = (
-    ("glass", (0.03, 0.05, 0.06)),
-    ("glass", (0.04, 0.045, 0.05)),
-    ("glass", (0.11, 0.12, 0.13)),
+    ("glass", (0.055, 0.085, 0.095)),
+    ("glass", (0.16, 0.17, 0.175)),
+    ("glass", (0.28, 0.285, 0.28)),
 )
 SHEETS: tuple[Coat, ...] = (
     ("sheet", (0.42, 0.43, 0.44)),
@@ -133,6 +133,19 @@ _PANELS: tuple[Colour, ...] = (
     (0.42, 0.2, 0.12),
     (0.28, 0.34, 0.24),
 )
+_SHOPFRONTS: tuple[Colour, ...] = (
+    (0.05, 0.055, 0.06),
+    (0.05, 0.09, 0.07),
+    (0.11, 0.04, 0.035),
+    (0.35, 0.31, 0.24),
+    (0.045, 0.07, 0.12),
+)
+_SHUTTERS: tuple[Colour, ...] = (
+    (0.045, 0.1, 0.065),
+    (0.13, 0.065, 0.035),
+    (0.2, 0.25, 0.26),
+    (0.36, 0.35, 0.32),
+)
 _PALE: Colour = (0.55, 0.54, 0.51)
 
 
@@ -166,11 +179,13 @@ def palette(
     main = wall_colour or main
     signs = tuple(_accent(colours.signs, rng) for _ in range(3))
     door, panel = _accent(DOORS, rng), _accent(_PANELS, rng)
+    shutter = _accent(_SHUTTERS, rng)
     stone: Coat = ("concrete", _mixed(main, 0.4, (0.36, 0.34, 0.31)))
     frame = _FRAMES[int(rng.integers(len(_FRAMES)))]
     roles: dict[str, tuple[str, Colour | None]] = {
         "wall": finish((surface, main)),
         "base": finish(stone),
+        "front": finish(stone) if rng.random() < 0.6 else ("joinery", _accent(_SHOPFRONTS, rng)),
         "plinth": finish(("concrete", (0.26, 0.25, 0.24))),
         "reveal": ("wall", _mixed(main, 0.85, _PALE)),
         "trim": ("wall", _mixed(main, 0.35, _PALE)),
@@ -183,17 +198,21 @@ def palette(
         "frame": ("joinery", frame),
         "joint": ("joinery", (0.04, 0.042, 0.045)),
         "metal": ("metal_sheet", None),
+        "cooler": ("joinery", (0.5, 0.495, 0.47)),
         "pipe": ("metal_sheet", None),
         "rail": ("joinery", (0.03, 0.032, 0.034)),
         "panel": ("joinery", _mixed(panel, 0.8, main)),
         "glazing": ("glazing", (0.1, 0.12, 0.12)),
         "door": ("joinery", door),
+        "shutter": ("joinery", shutter),
         "awning": ("cloth", signs[1]),
     }
     for k, sign in enumerate(signs):
         roles[f"sign{k}"] = ("sign", sign)
         roles[f"letter{k}"] = ("sign", (0.72, 0.72, 0.7) if max(sign[1:]) < 0.34 else (0.05,) * 3)
     roles |= _behind_glass(rng)
+    if surface == "glass":
+        roles |= _coated(rng)
     if dark:
         roles |= lit_roles(colours.use, signs, rng)
     return roles
@@ -203,15 +222,25 @@ def _behind_glass(rng: np.random.Generator) -> dict[str, tuple[str, Colour | Non
     """Colours of rooms, blinds and goods as seen through panes."""
     found: dict[str, tuple[str, Colour | None]] = {}
     for number in range(CLASSES):
-        depth = float(rng.uniform(0.008, 0.035))
-        cloth = rng.uniform(0.16, 0.42) * np.array([1.0, rng.uniform(0.9, 1), rng.uniform(0.75, 1)])
+        depth = float(rng.uniform(0.01, 0.05))
+        cloth = rng.uniform(0.17, 0.5) * np.array([1.0, rng.uniform(0.9, 1), rng.uniform(0.75, 1)])
         found[f"room{number}"] = ("glazing", (depth, depth * 1.05, depth * 1.1))
         low = 0.7 * depth
         found[f"low{number}"] = ("glazing", (low, low * 0.97, low * 0.93))
         found[f"drape{number}"] = ("glazing", _colour(cloth))
     for number in range(GOODS):
-        goods = rng.uniform(0.006, 0.055) * rng.uniform(0.75, 1.0, 3)
+        goods = rng.uniform(0.01, 0.16) * rng.uniform(0.75, 1.0, 3)
         found[f"shop{number}"] = ("glazing", _colour(goods))
+    return found
+
+
+def _coated(rng: np.random.Generator) -> dict[str, tuple[str, Colour | None]]:
+    """Panes with a coat against the sun, which shows more sky than room."""
+    tone = rng.uniform(0.15, 0.24) * np.array([0.86, 0.97, 1.0 + 0.1 * rng.random()])
+    found: dict[str, tuple[str, Colour | None]] = {}
+    for number in range(CLASSES):
+        pane = ("coated_glass", _colour(tone * rng.uniform(0.8, 1.15)))
+        found[f"room{number}"] = found[f"low{number}"] = pane
     return found
 
 

@@ -18,6 +18,9 @@ from sumo3dviz_pt.shapes.building_designs import (
     PAVILION,
     PERIMETER,
     ROW,
+    ROW_BRICKS,
+    ROW_HOUSES,
+    ROW_INFILLS,
     SLAB,
     SUPERMARKET,
     TENEMENT,
@@ -68,7 +71,7 @@ class Style:
         )
         design = self.designs[int(rng.integers(len(self.designs)))]
         plan = self.plan(depth, width)
-        return raised(plan, design, height=height, level=level, seed=seed, fronts=(0,))
+        return raised(plan, design, height=height, level=level, seed=seed)
 
     @staticmethod
     def plan(depth: float, width: float) -> Floats:
@@ -153,3 +156,16 @@ BLOCKS: Mapping[str, Style] = {
     ),
 }
 """Apartment and office blocks by model."""
+
+_OLD = Style(ROW_HOUSES, (12.0, 20.0), (9.0, 12.0), (14.0, 21.0), Colours(FACADES, (*SLATE, *CLAY)))
+_BRICK = Style(ROW_BRICKS, (12.0, 20.0), (9.0, 12.0), (14.0, 20.0), Colours(BRICKS, DECKS))
+_NEWER = Style(ROW_INFILLS, (12.0, 20.0), (9.0, 12.0), (14.0, 22.0), Colours(PANELS, DECKS))
+
+ROWS: tuple[tuple[Style, float], ...] = (
+    (_OLD, 10.0),
+    (_BRICK, 3.5),
+    (_NEWER, 2.5),
+    (BLOCKS["office"], 0.9),
+    (BLOCKS["curtain_wall"], 0.5),
+)
+"""Styles of houses in closed rows, and how usual each is."""

@@ -7,7 +7,7 @@ import shapely
 from shapely.geometry import Polygon
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.shapes.facade import FAR, NEAR, Facade, windows
+from sumo3dviz_pt.shapes.facade import FAR, NEAR, PROUD, Facade, windows
 from sumo3dviz_pt.shapes.shell import Shell, box, joined, rectangles, stood_up
 
 
@@ -96,7 +96,9 @@ def dormers(
     openings = openings[(openings[:, 0] > 1.6) & (openings[:, 1] < length - 1.6)]
     if not len(openings):
         return {}
-    parts: list[Shell] = [windows(openings, facade, level=level, rng=rng)]
+    # From afar, a dark front in a light box: without it roofs would jump at the limit.
+    dark = {"room0": rectangles(*openings.T, inward=-PROUD)}
+    parts: list[Shell] = [dark if level == FAR else windows(openings, facade, level=level, rng=rng)]
     for u0, u1, z0, z1 in openings.tolist():
         a, b, low, top = u0 - 0.14, u1 + 0.14, z0 - 0.25, z1 + 0.16
         deep = (top - low) / rise

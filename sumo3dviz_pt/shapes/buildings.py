@@ -18,6 +18,8 @@ from shapely.geometry import Polygon
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.shapes.building_balconies import Balconies, balconies, french_doors
+from sumo3dviz_pt.shapes.building_bands import band, outward
+from sumo3dviz_pt.shapes.building_details import blade_signs, coolers, down_pipe
 from sumo3dviz_pt.shapes.building_fronts import FOOT, door, gates, shops
 from sumo3dviz_pt.shapes.building_tops import chimneys, dormers, machines
 from sumo3dviz_pt.shapes.facade import FAR, NEAR, PROUD, Facade, storey, wall, windows
@@ -93,6 +95,19 @@ class Design:
 
 
 @dataclass(frozen=True, slots=True)
+class Walls:
+    """What the walls of a building look at; wall i begins at corner i of the plan.
+
+    Attributes:
+        fronts: Numbers of those at a street.
+        blind: Numbers of those that a neighbour shares.
+    """
+
+    fronts: Collection[int] = (0,)
+    blind: Collection[int] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class _Wall:
     """One wall of a building, and what its parts need to know."""
 
@@ -134,7 +149,7 @@ def raised(
     height: float,
     level: int,
     seed: int,
-    fronts: Collection[int] = (0,),
+    walls: Walls | None = None,
 ) -> Shell:
     """A building over a plan.
 
@@ -144,19 +159,23 @@ def raised(
         height: Of the walls up to the roof [m].
         level: Level of detail.
         seed: Of all chance.
-        fronts: Numbers of the walls that look at a street; wall i begins at corner i.
+        walls: What they look at; default the first at a street.
     """
+    walls = walls or Walls()
     first, floors = design.floors(height)
     after = np.roll(plan, -1, axis=0)
-    facing = _outward(plan)
+    facing = outward(plan)
     parts: list[Shell] = []
     for i, (a, b) in enumerate(zip(plan, after, strict=True)):
         length = float(np.linalg.norm(b - a))
-        back = any(float(facing[i] @ facing[j]) < -0.8 for j in fronts)
-        one = _Wall(design, length, floors, first, i in fronts, back, level, seed, i)
+        if i in walls.blind:
+            parts.append(stood_up({"wall": rectangles(0.0, length, FOUNDATION, height)}, a, b))
+            continue
+        back = any(float(facing[i] @ facing[j]) < -0.8 for j in walls.fronts)
+        one = _Wall(design, length, floors, first, i in walls.fronts, back, level, seed, i)
         parts.append(stood_up(joined(_wall_parts(one)), a, b))
-    parts.append(_bands(plan, design, (first, floors), level))
-    parts.append(_roof(plan, design, height, (level, seed)))
+    parts.append(_bands(plan, design, (first, floors), (level, walls)))
+    parts.append(_roof(plan, design, height, (level, seed, walls)))
     return joined(parts)
 
 
@@ -172,6 +191,22 @@ def _wall_parts(one: _Wall) -> list[Shell]:
         )
         how = (one.level, seed)
         parts.append(balconies(one.length, one.floors, one.upper, sort=sort, how=how))
+    return [*parts, *_details(one)]
+
+
+def _details(one: _Wall) -> list[Shell]:
+    """What hangs on a wall: pipes, signs, machines."""
+    design, how = one.design, (one.level, one.chance(4))
+    if design.foot in ("gates", "band") or len(one.floors) < 3:
+        return []
+    parts: list[Shell] = []
+    if one.front and one.upper.width > 0.0:
+        parts.append(down_pipe(float(one.floors[-1]), how, hopper=0.15 + design.cornice))
+    if one.front and design.foot == "shops":
+        parts.append(blade_signs(one.length, one.first, how))
+    if one.upper.width > 0.0 and design.balconies in ("solid", "glass", "gallery", "none"):
+        rows = [one.upper.openings(one.length, z) for z in one.floors[:-1].tolist()]
+        parts.append(coolers(np.concatenate(rows), how))
     return parts
 
 
@@ -221,9 +256,16 @@ def _door_places(one: _Wall, openings: Floats) -> Floats:
     return np.stack([axes - half, axes + half, 0 * axes + floor, 0 * axes + floor + tall], axis=1)
 
 
-def _bands(plan: Floats, design: Design, rows: tuple[float, Floats], level: int) -> Shell:
-    """The plinth, and bands that run around the building."""
-    first, floors = rows
+def _bands(
+    plan: Floats, design: Design, rows: tuple[float, Floats], how: tuple[int, Walls]
+) -> Shell:
+    """The plinth, and bands that run around the building, not into neighbours."""
+    (first, floors), (level, walls) = rows, how
+    apart = np.array([i not in walls.blind for i in range(len(plan))], dtype=np.float64)
+
+    def _belt(plan: Floats, heights: tuple[float, float], out: float, role: str) -> Shell:
+        return band(plan, heights, out * apart, role)
+
     parts: list[Shell] = [{"plinth": upright(plan, FOUNDATION, _foot(design))}]
     shown = level != FAR
     if shown and _foot(design) > 0.1:
@@ -246,26 +288,9 @@ def _foot(design: Design) -> float:
     return design.plinth if design.foot == "door" else 0.0
 
 
-def _belt(plan: Floats, heights: tuple[float, float], out: float, role: str) -> Shell:
-    """A band around a building: face, top and underside."""
-    outer = inset(plan, -out)
-    if outer is None:
-        return {}
-    low, high = heights
-    after, around = np.roll(plan, -1, axis=0), np.roll(outer, -1, axis=0)
-
-    def level(points: Floats, z: float) -> Floats:
-        return np.column_stack([points, np.full(len(points), z)])
-
-    top = np.stack([level(p, high) for p in (outer, around, after, plan)], axis=1)
-    under = np.stack([level(p, low) for p in (around, outer, plan, after)], axis=1)
-    faces = [upright(outer, low, high), top]
-    return {role: np.concatenate(faces if low < 0 else [*faces, under])}
-
-
-def _roof(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> Shell:
+def _roof(plan: Floats, design: Design, height: float, how: tuple[int, int, Walls]) -> Shell:
     """The roof and what stands on it."""
-    level, _ = how
+    level, seed, _ = how
     if design.roof == "hip" and is_convex(plan):
         parts = [hip_roof(plan, height, pitch=design.pitch, level=level)]
         return joined([*parts, gutters(plan, height, level)])
@@ -274,19 +299,23 @@ def _roof(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> 
     if design.roof == "mansard":
         return _mansard(plan, design, height, how)
     flat = flat_roof(plan, height, parapet=design.parapet, level=level)
-    return joined([flat, machines(plan, height, lift=design.lift, how=how)])
+    return joined([flat, machines(plan, height, lift=design.lift, how=(level, seed))])
 
 
-def _gabled(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> Shell:
-    """A gabled roof along the longer side of the plan, with chimneys."""
-    level, seed = how
+def _gabled(plan: Floats, design: Design, height: float, how: tuple[int, int, Walls]) -> Shell:
+    """A gabled roof along the longer side of the plan, or the street, with chimneys."""
+    level, seed, walls = how
     around = shapely.get_coordinates(Polygon(plan).minimum_rotated_rectangle.exterior)
     sides = around[1:3] - around[:2]
+    street = plan[1] - plan[0] if walls.blind else np.zeros(2)
     long, short = sorted(sides, key=lambda side: -float(side @ side))
+    cosines = [abs(float(side @ street)) / np.linalg.norm(side) for side in (long, short)]
+    if cosines[1] > cosines[0]:
+        long, short = short, long
     pitch = design.pitch
     parts = [gable_roof(plan, height, pitch=pitch, along=long, level=level)]
     parts.append(gutters(plan, height, level))
-    if level != FAR and design.foot == "door" and float(long @ long) > 30.0:
+    if level != FAR and design.foot != "gates" and float(long @ long) > 30.0:
         ridge = height + np.tan(pitch) * float(np.linalg.norm(short)) / 2
         parts.append(_attic(plan, design, (height, ridge), (level, seed, long)))
         rng = np.random.default_rng([seed, 31])
@@ -322,10 +351,10 @@ def _attic(
     return joined(parts)
 
 
-def _mansard(plan: Floats, design: Design, height: float, how: tuple[int, int]) -> Shell:
+def _mansard(plan: Floats, design: Design, height: float, how: tuple[int, int, Walls]) -> Shell:
     """A mansard roof with dormers and machines."""
-    level, seed = how
-    parts = [mansard_roof(plan, height, rise=_RISE, level=level)]
+    level, seed, walls = how
+    parts = [mansard_roof(plan, height, rise=_RISE, level=level, blind=walls.blind)]
     if inset(plan, 0.45 * _RISE) is None:
         return parts[0]
     facade = replace(
@@ -342,14 +371,8 @@ def _mansard(plan: Floats, design: Design, height: float, how: tuple[int, int]) 
     for i, (a, b) in enumerate(zip(plan, np.roll(plan, -1, axis=0), strict=True)):
         rng = np.random.default_rng([seed, i, 41])
         slope = (height, 1 / 0.45, 0.25)
-        if design.dormers and level != FAR and float(np.linalg.norm(b - a)) > 5.0:
+        open_ = i not in walls.blind and float(np.linalg.norm(b - a)) > 5.0
+        if design.dormers and open_:
             parts.append(dormers(a, b, slope=slope, facade=facade, how=(level, rng)))
-    parts.append(machines(plan, height + _RISE, lift=False, how=how))
+    parts.append(machines(plan, height + _RISE, lift=False, how=(level, seed)))
     return joined(parts)
-
-
-def _outward(plan: Floats) -> Floats:
-    """Unit normals of the walls of a plan, outwards, (n, 2)."""
-    along = np.roll(plan, -1, axis=0) - plan
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    return np.column_stack([along[:, 1], -along[:, 0]])

@@ -18,6 +18,7 @@ from sumo3dviz_pt.shapes.car_lamps import car_lamps
 from sumo3dviz_pt.shapes.car_ornaments import ornaments
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, CarRecipe, read_recipe
 from sumo3dviz_pt.shapes.car_shell import Piece, body_pieces, surface_pieces
+from sumo3dviz_pt.shapes.grime import grimed
 from sumo3dviz_pt.shapes.solids import by_material, mirrored, moved, solid_faces
 from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, WheelPlace
 from sumo3dviz_pt.shapes.wheel import build_wheel
@@ -39,7 +40,7 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
     track = _track(recipe)
     lamps = (*car_lamps(shape), *equipment_lamps(shape))
     return BakedVehicle(
-        by_material(_painted(recipe, [*near, *_wheels(shape, track)])),
+        by_material(_dirty(recipe, [*near, *_wheels(shape, track)])),
         by_material(_painted(recipe, [*far, *far_wheels(shape, track=track)])),
         tuple(_fitted(lamp, fit) for lamp in lamps),
         tuple(_wheel_places(recipe, track)),
@@ -50,7 +51,7 @@ def build_hero(recipe: CarRecipe) -> HeroVehicle:
     """Build the level of a car for close views."""
     near, _ = _near(car_shape(recipe), HERO)
     wheel = build_wheel(recipe.wheel, fine=True).items()
-    return HeroVehicle(by_material(_painted(recipe, near)), by_material(_painted(recipe, wheel)))
+    return HeroVehicle(by_material(_dirty(recipe, near)), by_material(_painted(recipe, wheel)))
 
 
 def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
@@ -79,6 +80,15 @@ def _painted(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
     """Pieces as they are stored, with the material that this car is painted with."""
     for material, mesh in pieces:
         yield recipe.body if material == "paint" else material, solid_faces(mesh)
+
+
+def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Pieces as `_painted`, the paint with road dirt on it."""
+    axles = [(d, recipe.wheel.radius) for d in recipe.axles]
+    for material, mesh in _painted(recipe, pieces):
+        if material == "paint":
+            mesh = grimed(mesh, length=recipe.length, low=recipe.clearance, axles=axles)
+        yield material, mesh
 
 
 def _far_pieces(shape: CarShape) -> Iterator[Piece]:

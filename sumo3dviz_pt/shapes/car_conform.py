@@ -20,7 +20,7 @@ from sumo3dviz_pt.shapes.solids import shaded
 
 _MARCHES = 60
 _HALVINGS = 14
-_LONGEST_RUN = 2.2
+_LONGEST_RUN = 2.6
 _FLIP = np.array([-1.0, 1.0, 1.0])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.car_conform import Level, bar, closed, land, resampled
+from sumo3dviz_pt.shapes.car_driver import driver
 from sumo3dviz_pt.shapes.car_ornaments import Piece
 from sumo3dviz_pt.shapes.car_panels import handle_places
 from sumo3dviz_pt.shapes.solids import box, mirrored, moved, shaded, superellipsoid, tube
@@ -31,6 +32,7 @@ def details(shape: CarShape, level: Level) -> Iterator[Piece]:
         yield material, mesh
         yield material, mirrored(mesh)
     yield from _wipers(shape, level)
+    yield from driver(shape, level)
     yield from _spoiler(shape, level)
     yield from _antenna(shape)
     yield from _exhaust_shadow(shape)

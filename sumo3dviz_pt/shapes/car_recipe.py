@@ -45,6 +45,8 @@ MATERIALS = (
     "livery_cream",
     "livery_white",
     "livery_blue",
+    "glass_face",
+    "glass_coat",
 )
 """Materials of a car's parts; a face's tag is the place in this list."""
 

@@ -136,5 +136,22 @@ def _rear_window(surface: Surface, shape: CarShape) -> Surface:
 
     black = tag_of("gloss_black")
     surface = cut_region(surface, shape, Cut(rim, black, behind))
-    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.028), tag_of("glass"), behind, (black,))
-    return cut_region(surface, shape, pane)
+    glass = tag_of("glass")
+    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.028), glass, behind, (black,))
+    surface = cut_region(surface, shape, pane)
+
+    def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
+        # Light falls through the other windows over shelf and seats.
+        shelf = low + 0.28 * (high - low)
+        inside = np.maximum(rim(d, y, z, inset=0.06), shelf - z)
+        return intersect(inside, -_rests_from_behind(shape, y, z, shelf), 0.01)
+
+    return cut_region(surface, shape, Cut(beyond, tag_of("glass_seat"), behind, (glass,)))
+
+
+def _rests_from_behind(shape: CarShape, y: Floats, z: Floats, shelf: float) -> Floats:
+    """Head rests of both rows and the front seats' backs as seen through the rear window."""
+    away = np.abs(y) - 0.21 * shape.recipe.width
+    rear = rounded_box(away, z - shelf, (0.125, 0.075), 0.035)
+    front = rounded_box(away + 0.035, z - shelf - 0.06, (0.085, 0.085), 0.05)
+    return np.minimum(rear, front)

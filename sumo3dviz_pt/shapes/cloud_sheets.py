@@ -41,7 +41,18 @@ def _forward(towards: Floats, sun: Floats) -> Floats:
     return np.asarray(np.exp(-away / 9.0) + 0.35 * np.exp(-away / 28.0))
 
 
-def cirrus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> Floats:
+def _backlight(towards: Floats, sun: Floats, share: float) -> Floats:
+    """Light that thin cloud before a low sun throws forward, (n,): the silver lining.
+
+    A narrow and a wide lobe, as droplets and ice crystals have.
+    """
+    away = np.degrees(np.arccos(np.clip(towards @ sun, -1.0, 1.0)))
+    return np.asarray(share * (2.6 * np.exp(-away / 7.0) + 0.9 * np.exp(-away / 26.0)))
+
+
+def cirrus(
+    towards: Floats, *, seed: int, opacity: float, sun: Floats, backlit: float = 0.0
+) -> Floats:
     """Hair of ice, combed and curled by the wind.
 
     Args:
@@ -49,6 +60,7 @@ def cirrus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> Floats
         seed: Of its pattern.
         opacity: Of its densest strands, [0, 1].
         sun: Unit vector to the sun, (3,).
+        backlit: How strongly it shines around a low sun.
 
     Returns:
         Opacity, sunlit and skylit share, (n, 3).
@@ -65,7 +77,8 @@ def cirrus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> Floats
     cover = smoothstep(-0.6, 2.4, _look_up(sheet, places, span)) ** 1.3
     cover = opacity * cover * _look_up(there, places, span)
     lit = 0.40 + 0.9 * _forward(towards, sun)
-    return np.column_stack([cover, np.minimum(lit, 1.3), np.full(len(towards), 0.75)])
+    lit = np.minimum(lit, 1.3) + _backlight(towards, sun, backlit)
+    return np.column_stack([cover, lit, np.full(len(towards), 0.75)])
 
 
 def altocumulus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> Floats:
@@ -85,6 +98,35 @@ def altocumulus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> F
     shade = np.clip(_look_up(body, places + ahead, span) + there, 0.0, 3.0)
     lit = 0.16 + 0.50 * np.exp(-0.45 * thick - 0.55 * shade) + 0.55 * _forward(towards, sun)
     return np.column_stack([cover, np.minimum(lit, 1.2), 0.95 - 0.16 * np.minimum(thick, 2.5)])
+
+
+def mackerel(
+    towards: Floats, *, seed: int, opacity: float, sun: Floats, backlit: float = 0.0
+) -> Floats:
+    """Altocumulus of a fair evening: cells that grow, merge and fray from place to place.
+
+    Arguments and result as in `cirrus`.
+    """
+    small = soft(fractal(_TEXELS, Band(0.5, 110.0, 340.0, stretch=0.7), seed=seed), 2.0)
+    large = soft(fractal(_TEXELS, Band(0.7, 34.0, 150.0, stretch=0.55), seed=seed + 1), 2.0)
+    ragged = fractal(_TEXELS, Band(1.5, 60.0, 800.0), seed=seed + 2)
+    fields = fractal(_TEXELS, Band(1.8, 1.2, 26.0, stretch=1.7), seed=seed + 3)
+    mixed = smoothstep(-0.8, 0.8, fractal(_TEXELS, Band(1.6, 1.0, 9.0), seed=seed + 4))
+    bend = fractal(_TEXELS, Band(2.2, 1.0, 14.0), seed=seed + 5)
+    body = (1.0 - mixed) * small + mixed * large + 0.5 * ragged
+    # Broad: how closed the field is; cells hardly matter where it is dense.
+    where = np.minimum(1.3 * fields - 0.85, 0.8)
+    span, height = 60_000.0, 4_200.0
+    places = _turned(_places(towards, height), -0.4)
+    places[:, 1] += 1_500.0 * _look_up(bend, places, span)
+    there = _look_up(where, places, span)
+    thick = np.clip(0.8 * _look_up(body, places, span) + 1.2 * there, 0.0, 3.0)
+    cover = opacity * np.maximum(smoothstep(0.0, 1.7, thick), 0.38 * smoothstep(-0.7, 0.8, there))
+    ahead = _turned(sun[None, :2], -0.4) * 150.0
+    shade = np.clip(0.8 * _look_up(body, places + ahead, span) + 1.2 * there, 0.0, 3.0)
+    lit = 0.22 + 0.62 * np.exp(-0.40 * thick - 0.45 * shade)
+    lit += _backlight(towards, sun, backlit) * np.exp(-0.9 * thick)
+    return np.column_stack([cover, lit, 0.95 - 0.14 * np.minimum(thick, 2.5)])
 
 
 def stratus(towards: Floats, *, seed: int) -> Floats:

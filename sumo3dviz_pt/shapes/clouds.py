@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import CloudLayer
 from sumo3dviz_pt.shapes.cloud_march import Cumulus, march, towards_of
-from sumo3dviz_pt.shapes.cloud_sheets import altocumulus, cirrus, stratus
+from sumo3dviz_pt.shapes.cloud_sheets import altocumulus, cirrus, mackerel, stratus
 from sumo3dviz_pt.shapes.noise import smoothstep
 
 
@@ -29,6 +29,9 @@ class CloudRecipe:
         cell: Typical distance from cloud to cloud [m].
         cirrus: Opacity of the densest cirrus, [0, 1].
         flakes: Opacity of the densest altocumulus, [0, 1].
+        mackerel: Opacity of the densest altocumulus of a fair evening, [0, 1].
+        backlit: How strongly cirrus and the evening's altocumulus shine around a low sun.
+        fades: Elevation up to which air hides clouds [deg].
         stratus: Whether a closed deck hides all else.
         at_sun: How cloudy it is where the sun stands, from the clearest place of the
             field, 0, to its thickest, 1.
@@ -46,6 +49,9 @@ class CloudRecipe:
     cell: float = 2300.0
     cirrus: float = 0.0
     flakes: float = 0.0
+    mackerel: float = 0.0
+    backlit: float = 0.0
+    fades: float = 4.5
     stratus: bool = False
     at_sun: float = 0.0
     steps: int = 160
@@ -70,7 +76,7 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
     whole = np.zeros((rows * columns, 3))
     for sheet in _sheets(recipe, towards, sun, (rows, columns)):
         # Air hides what is low over the horizon.
-        sheet[:, 0] *= smoothstep(np.radians(0.2), np.radians(4.5), high)
+        sheet[:, 0] *= smoothstep(np.radians(0.2), np.radians(recipe.fades), high)
         whole = _over(sheet, whole)
     if recipe.stratus:
         whole = _over(whole, stratus(towards, seed=recipe.seed))
@@ -82,10 +88,15 @@ def _sheets(
 ) -> list[Floats]:
     """Sheets from the highest to the lowest; only those that the recipe has."""
     sheets = []
+    seed, backlit = recipe.seed, recipe.backlit
     if recipe.cirrus > 0.0:
-        sheets.append(cirrus(towards, seed=recipe.seed + 20, opacity=recipe.cirrus, sun=sun))
+        made = cirrus(towards, seed=seed + 20, opacity=recipe.cirrus, sun=sun, backlit=backlit)
+        sheets.append(made)
+    if recipe.mackerel > 0.0:
+        made = mackerel(towards, seed=seed + 40, opacity=recipe.mackerel, sun=sun, backlit=backlit)
+        sheets.append(made)
     if recipe.flakes > 0.0:
-        sheets.append(altocumulus(towards, seed=recipe.seed + 30, opacity=recipe.flakes, sun=sun))
+        sheets.append(altocumulus(towards, seed=seed + 30, opacity=recipe.flakes, sun=sun))
     if recipe.cover > 0.0:
         sheets.append(_smoothed(march(_cumulus(recipe), towards), shape))
     return sheets

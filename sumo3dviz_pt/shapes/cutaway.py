@@ -11,14 +11,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
-from sumo3dviz_pt.shapes.cockpit import cockpit
+from sumo3dviz_pt.shapes.cockpit import cockpit, cockpit_lamps
 
 LOW_SHARE = 0.55
 """The body is kept below this share of its height."""
 
 _BONNET_ABOVE_BELT = 0.06
 """What is ahead of the windscreen and higher is a mirror or a wiper [m]."""
+
+_TRIM_ABOVE_BELT = 0.012
+"""Likewise what is not painted, such as the wipers, which the cockpit has of its own [m]."""
+
+_FLATTEST = 0.1
+"""Least cosine between a shown face's normals and the way to the eye."""
+
+_TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome"})
 
 _NARROWEST_DASHBOARD = 1.2
 """Two-wheelers and people have none [m]."""
@@ -34,20 +43,23 @@ def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> P
         eye: The driver's, (3,) [m].
 
     Returns:
-        A body called `<name>~cockpit`.
+        A body called `<name>~cockpit`, with its lamps and those of the instruments.
     """
     bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
     width = float(np.ptp(bounds[:, :, 1]))
     low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
     high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * width)
     parts = tuple(_opened(prototype.parts, cowl=cowl, low=low, high=high))
+    parts = tuple(replace(part, mesh=_seen_from(part.mesh, eye)) for part in parts)
+    lamps: tuple[VehicleLamp, ...] = ()
     if width > _NARROWEST_DASHBOARD:
         edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
         front = min(cowl, -0.08)
         inside = cockpit(width, front=front, belt=belt, edge=edge, eye=eye)
         parts = (*parts, *(Part(mesh, material) for material, mesh in inside))
+        lamps = cockpit_lamps(belt=belt, eye=eye)
     far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
-    return Prototype(f"{prototype.name}~cockpit", parts, far)
+    return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))
 
 
 def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
@@ -113,6 +125,9 @@ def _opened(parts: tuple[Part, ...], *, cowl: float, low: float, high: _Limit) -
         z = part.mesh.vertices[:, 2]
         below, above = _clipped(part, z - low), _clipped(part, low - z)
         above = _clipped(above, high.over(above.mesh.vertices))
+        if part.material in _TRIMMINGS:
+            limit = high.middle - _BONNET_ABOVE_BELT + _TRIM_ABOVE_BELT
+            above = _clipped(above, above.mesh.vertices[:, 2] - limit)
         ahead = _clipped(above, cowl - above.mesh.vertices[:, 0])
         opened += [rest for rest in (below, ahead) if len(rest.mesh.faces)]
     return opened
@@ -147,6 +162,24 @@ def _with_cuts(mesh: Mesh, lone: Ints, others: Ints, share: Floats) -> Mesh:
     return Mesh(vertices, none, extended(mesh.normals), extended(mesh.uvs))
 
 
+def _seen_from(mesh: Mesh, eye: Floats) -> Mesh:
+    """The same mesh, its normals bent to the eye where its faces look at it but they do not.
+
+    Along a bonnet one looks so flatly that smooth normals of few faces would turn it black.
+    """
+    if mesh.normals is None or not len(mesh.faces):
+        return mesh
+    away = eye - mesh.vertices
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    ahead = (np.cross(b - a, c - a) * away[mesh.faces[:, 0]]).sum(axis=1) > 0.0
+    shown = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    shown[mesh.faces[ahead]] = True
+    lacking = np.maximum(_FLATTEST - (mesh.normals * away).sum(axis=1), 0.0) * shown
+    bent = mesh.normals + lacking[:, None] * away
+    return replace(mesh, normals=bent / np.linalg.norm(bent, axis=1, keepdims=True))
+
+
 def _areas(vertices: Floats, faces: Ints) -> Floats:
     """Areas of faces, (m,) [m2]."""
     first, second, third = (vertices[faces[:, k]] for k in range(3))
@@ -161,6 +194,6 @@ def _compact(mesh: Mesh, faces: Ints) -> Mesh:
 
 
 def _edge(mesh: Mesh, *, cowl: float) -> float:
-    """Height of the bonnet's rear edge [m]; 0 where the mesh has none."""
-    near = np.abs(mesh.vertices[:, 0] - cowl) < 0.05
+    """Height of the bonnet's rear edge about its middle [m]; 0 where the mesh has none."""
+    near = (np.abs(mesh.vertices[:, 0] - cowl) < 0.05) & (np.abs(mesh.vertices[:, 1]) < 0.35)
     return float(mesh.vertices[near, 2].max(initial=0.0))

@@ -79,12 +79,18 @@ def _pedal(turn: float) -> Point:
 
 def _bicycle(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
     """Everything but wheels and rider."""
+    yield from still_parts(recipe, fine)
+    if fine.small:
+        yield from drive(float(recipe.get("turn", 0.6)), fine)
+
+
+def still_parts(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """What does not move where somebody pedals: all but drive, wheels and rider."""
     yield from _frame(recipe, fine)
     yield from _saddle(fine)
     yield from _bar(recipe, fine)
     if not fine.small:
         return
-    yield from _drive(float(recipe.get("turn", 0.6)), fine)
     yield from _lamps(recipe, fine)
     if not recipe.get("sporty", False):
         yield from _town(recipe, fine)
@@ -167,7 +173,7 @@ def _bar(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
             yield "trim", tube(lever, radius=0.006, sides=4)
 
 
-def _drive(turn: float, fine: Fineness) -> Iterator[Piece]:
+def drive(turn: float, fine: Fineness) -> Iterator[Piece]:
     """Chain ring, cranks, pedals, sprocket and chain, on the right."""
     y = -0.048
     x, _, z = _CRANK

@@ -55,6 +55,7 @@ class Facade:
         surround: Width of a pale band around each window [m]; 0 for none.
         hood: Whether a small cornice crowns each window.
         lintel: Whether a pale beam lies over each window.
+        shutters: Whether open shutters hang beside each window.
     """
 
     bay: float = 3.1
@@ -62,13 +63,14 @@ class Facade:
     height: float = 1.5
     sill: float = 0.9
     inset: float = 0.16
-    drapes: float = 0.45
+    drapes: float = 0.6
     mullions: int = 1
     transom: float = 0.0
     boards: bool = True
     surround: float = 0.0
     hood: bool = False
     lintel: bool = False
+    shutters: bool = False
 
     def openings(self, length: float, floor: float) -> Floats:
         """Windows of one storey, (k, 4) as u0, u1, z0, z1 [m]; none where there is no room."""
@@ -155,16 +157,17 @@ def glazed(
     """
     count = len(panes)
     classes = rng.integers(0, CLASSES, count)
-    kind = np.where(rng.random(count) < drapes, rng.integers(1, 4, count), 0)
+    kind = np.where(rng.random(count) < drapes, rng.integers(1, 5, count), 0)
     share = rng.choice([0.3, 0.5, 0.9], count)
     if level == FAR:
         closed = (kind == 1) & (share > 0.6)
         return by_class({"room": (panes[~closed], classes[~closed])}) | by_class(
             {"drape": (panes[closed], classes[closed])}
         )
-    # Kind 1 is a blind from above, 2 a pair of curtains, 3 a net before the lower half.
+    # Kind 1 is a blind from above, 2 a pair of curtains, 3 a net before the lower half, 4 a
+    # net with a gap.
     one, zero = np.ones(count), np.zeros(count)
-    side = np.where(kind == 2, 0.12 + 0.2 * share, 0.0)
+    side = np.where(kind == 2, 0.12 + 0.2 * share, np.where(kind == 4, 0.36 + 0.13 * share, 0.0))
     low = np.where(kind == 3, 0.35 + 0.2 * share, 0.0)
     high = np.where(kind == 1, 1.0 - share, 1.0)
     # Ceilings catch the light, the lower part of a room is furniture.
@@ -173,8 +176,8 @@ def glazed(
     below = share_of_panes(panes, side, 1 - side, low, split)[split > low]
     covers = (
         (kind == 1, (zero, one, high, one)),
-        (kind == 2, (zero, side, zero, one)),
-        (kind == 2, (1 - side, one, zero, one)),
+        (side > 0.0, (zero, side, zero, one)),
+        (side > 0.0, (1 - side, one, zero, one)),
         (kind == 3, (zero, one, zero, low)),
     )
     drawn = [(share_of_panes(panes, *edges)[at], classes[at]) for at, edges in covers]
@@ -257,6 +260,8 @@ def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> 
     u0, u1, z0, z1 = openings.T
     bar = _FRAME
     bars = [rectangles(u0, u0, z0, z0)[:0]]
+    if facade.width <= 0.0 and not edges:
+        bars.append(rectangles(u0 - bar / 2, u0 + bar / 2, z0, z1, inward=inward))
     if edges:
         bars += [
             rectangles(u0, u1, z0, z0 + bar, inward=inward),
@@ -290,6 +295,15 @@ def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
     if facade.hood:
         z = z1 + facade.surround + 0.1
         found.append({"trim": _ledges(u0 - 0.2, u1 + 0.2, (z, z + 0.13), 0.16)})
+    if facade.shutters:
+        wide = 0.5 * (u1 - u0)
+        edges = [(u0 - wide - 0.03, u0 - 0.03), (u1 + 0.03, u1 + wide + 0.03)]
+        for a, b in edges:
+            board = rectangles(a, b, z0 - 0.03, z1 + 0.03, inward=-0.04)
+            rails = [
+                rectangles(a, b, z, z + 0.09, inward=-0.05) for z in (z0, (z0 + z1) / 2, z1 - 0.09)
+            ]
+            found.append({"shutter": np.concatenate([board, *rails])})
     if facade.lintel:
         found.append({"trim": rectangles(u0 - 0.12, u1 + 0.12, z1, z1 + 0.2, inward=-0.015)})
     return joined(found)

@@ -12,7 +12,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.shapes.building_designs import SHED
 from sumo3dviz_pt.shapes.building_palettes import CLAY, FACADES, Colours
 from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, Style
-from sumo3dviz_pt.shapes.buildings import Design, raised
+from sumo3dviz_pt.shapes.buildings import Design, Walls, raised
 from sumo3dviz_pt.shapes.shell import Shell
 
 _SMALL, _HOME, _LARGE = 30.0, 240.0, 1100.0  # areas of sheds, of homes, of halls [m2]
@@ -110,4 +110,5 @@ def extruded(
     if not fronts:
         after = np.roll(plan, -1, axis=0)
         fronts = (int(np.argmax(np.linalg.norm(after - plan, axis=1))),)
-    return raised(plan, design, height=height, level=level, seed=seed, fronts=fronts)
+    walls = Walls(fronts)
+    return raised(plan, design, height=height, level=level, seed=seed, walls=walls)

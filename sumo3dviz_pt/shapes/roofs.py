@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
@@ -38,7 +40,9 @@ def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> She
     }
 
 
-def mansard_roof(plan: Floats, height: float, *, rise: float, level: int) -> Shell:
+def mansard_roof(
+    plan: Floats, height: float, *, rise: float, level: int, blind: Collection[int] = ()
+) -> Shell:
     """Steep slopes all around and a deck on top; a flat roof where there is no room.
 
     Args:
@@ -46,11 +50,15 @@ def mansard_roof(plan: Floats, height: float, *, rise: float, level: int) -> She
         height: Of the walls [m].
         rise: Of the slopes [m].
         level: Level of detail.
+        blind: Numbers of walls to neighbours, which go straight up.
     """
-    inner = inset(plan, 0.45 * rise)
+    steep = np.array([i in blind for i in range(len(plan))])
+    inner = inset(plan, np.where(steep, 0.0, 0.45 * rise))
     if inner is None:
         return flat_roof(plan, height, parapet=0.6, level=level)
-    return {"roof": _ring(plan, inner, height, height + rise), "deck": cap(inner, height + rise)}
+    sides = _ring(plan, inner, height, height + rise)
+    found = {"roof": sides[~steep], "wall": sides[steep]}
+    return {**found, "deck": cap(inner, height + rise)}
 
 
 def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, level: int) -> Shell:
@@ -121,14 +129,26 @@ def is_convex(plan: Floats) -> bool:
     return bool((before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > -1e-9).all())
 
 
-def inset(plan: Floats, distance: float) -> Floats | None:
-    """The plan with every wall moved inwards [m], (n, 2), or None where that cannot be."""
+def inset(plan: Floats, distance: float | Floats) -> Floats | None:
+    """The plan with every wall moved inwards, (n, 2), or None where that cannot be.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        distance: For all walls or each one, (n,) [m].
+    """
     inward = _inward(plan)
     before = np.roll(inward, 1, axis=0)
     turn = 1.0 + (before * inward).sum(axis=1)
     if (turn < 0.3).any():  # a needle's point would run far
         return None
-    moved = plan + distance * (before + inward) / turn[:, None]
+    after_it = np.broadcast_to(np.asarray(distance, dtype=np.float64), (len(plan),))
+    before_it = np.roll(after_it, 1)
+    mean = 0.5 * (before_it + after_it)
+    moved = plan + mean[:, None] * (before + inward) / turn[:, None]
+    # Unequal distances shift a corner along the bisector's normal, but not on straight walls.
+    bent = np.maximum(2.0 - turn, 1e-9)
+    aside = np.where(2.0 - turn > 0.02, 0.5 * (after_it - before_it) / bent, 0.0)
+    moved += aside[:, None] * (inward - before)
     old, new = (np.roll(ring, -1, axis=0) - ring for ring in (plan, moved))
     kept = ((old * new).sum(axis=1) > 0.04 * (old * old).sum(axis=1)).all()
     return moved if kept and Polygon(moved).is_valid else None

@@ -13,6 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Colour, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.shapes import street_corners
 from sumo3dviz_pt.shapes.solids import box, moved, prism, superellipsoid, tube
 from sumo3dviz_pt.shapes.street_strokes import lettering
 from sumo3dviz_pt.shapes.traffic_light import upward
@@ -129,6 +130,10 @@ FURNITURE: Mapping[str, Callable[[int], list[Part]]] = {
     "bench": bench,
     "parking_meter": parking_meter,
     "bus_shelter": bus_shelter,
+    "cabinet": street_corners.cabinet,
+    "post_box": street_corners.post_box,
+    "advertising_column": street_corners.advertising_column,
+    "bicycle_stand": street_corners.bicycle_stand,
 }
 """Every piece by its name."""
 

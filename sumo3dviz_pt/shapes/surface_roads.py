@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.shapes.noise import Band, blurred, fractal, smoothstep, soft
 from sumo3dviz_pt.shapes.surface_maps import Maps, Recipe, mixed, tinted, with_mean
 
@@ -80,28 +80,66 @@ def concrete(recipe: Recipe) -> Maps:
     return Maps(with_mean(colour, recipe.albedo))
 
 
-def _distance_to_joint(coordinate: Floats, width: float) -> Floats:
-    """Distance from the nearest multiple of a slab's width [m]."""
-    return np.asarray(np.abs((coordinate + width / 2) % width - width / 2))
-
-
 def paving(recipe: Recipe) -> Maps:
-    """Slabs in running bond; params `slab` [m], `joint` [m], `variety`."""
-    slab, joint = recipe.params.get("slab", 0.5), recipe.params.get("joint", 0.008)
+    """Slabs of all lengths in courses, as masons lay them; joints, dirt and gum.
+
+    Params `slab` (mean length) [m], `joint` [m], `variety`, `gum` (spots on a square
+    metre).
+    """
     texel = recipe.tile / recipe.pixels
     y, x = (np.indices(recipe.shape) + 0.5) * texel
-    row = np.floor(y / slab).astype(np.int64)
-    shifted = (x + (row % 2) * slab / 2) % recipe.tile
-    column = np.floor(shifted / slab).astype(np.int64)
-    gap = np.minimum(_distance_to_joint(y, slab), _distance_to_joint(shifted, slab))
+    gap, slab, count = _courses(recipe, x, y)
+    joint = recipe.params.get("joint", 0.008)
     # Anti-aliased: joints are about as wide as a texel.
     joints = np.clip((joint / 2 - gap) / texel + 0.5, 0.0, 1.0)
     edge = np.exp(-np.maximum(gap - joint / 2, 0.0) / 0.012)
-    count = round(recipe.tile / slab)
     rng = np.random.default_rng(recipe.seed + 50)
-    tones = 1 + recipe.params.get("variety", 0.07) * rng.standard_normal((count, count)).clip(-2, 2)
-    base = concrete(recipe).albedo * tones[row, column][..., None]
-    dirt = 0.10 * soft(fractal(recipe.shape, Band(1.5, 3.0), seed=recipe.seed + 8), 1.6)
-    colour = base * (1.0 - dirt - 0.10 * edge)[..., None]
+    tones = 1 + recipe.params.get("variety", 0.07) * rng.standard_normal(count).clip(-2, 2)
+    hues = 0.02 * rng.standard_normal((count, 1)).clip(-2, 2) * [1.0, 0.0, -1.0]
+    base = concrete(recipe).albedo * tones[slab][..., None] * (1.0 + hues[slab])
+    dirt = 0.07 * soft(fractal(recipe.shape, Band(1.2, 4.0), seed=recipe.seed + 8), 1.6)
+    blots = smoothstep(1.2, 2.6, fractal(recipe.shape, Band(1.6, 5.0), seed=recipe.seed + 9))
+    colour = base * (1.0 - dirt - 0.10 * edge - 0.16 * blots - 0.34 * _gum(recipe, x, y))[..., None]
     sand = tinted(np.full(recipe.shape, 0.42), np.asarray(recipe.albedo) * (1.05, 0.97, 0.86))
     return Maps(with_mean(mixed(colour, sand, joints), recipe.albedo))
+
+
+def _courses(recipe: Recipe, x: Floats, y: Floats) -> tuple[Floats, Ints, int]:
+    """Distance from the nearest joint [m], number of the slab, and how many slabs there are."""
+    length = recipe.params.get("slab", 0.5)
+    rng = np.random.default_rng(recipe.seed + 51)
+    rows = _splits(recipe.tile, 0.8 * length, 0.25, rng)
+    row = np.searchsorted(rows, y[:, 0], side="right") - 1
+    gap = np.minimum(y - rows[row][:, None], rows[row + 1][:, None] - y)
+    slab = np.zeros(recipe.shape, dtype=np.int64)
+    first = 0
+    for number in range(len(rows) - 1):
+        ends = _splits(recipe.tile, length, 0.42, rng)
+        shift = rng.uniform(0.0, recipe.tile)
+        own = row == number
+        at = (x[own] + shift) % recipe.tile
+        column = np.searchsorted(ends, at, side="right") - 1
+        gap[own] = np.minimum(gap[own], np.minimum(at - ends[column], ends[column + 1] - at))
+        slab[own] = first + column
+        first += len(ends) - 1
+    return gap, slab, first
+
+
+def _splits(whole: float, mean: float, spread: float, rng: np.random.Generator) -> Floats:
+    """Places that part a length [m] into pieces of about a mean."""
+    sizes = 1.0 + spread * rng.uniform(-1.0, 1.0, round(whole / mean))
+    ends = np.append(0.0, np.cumsum(sizes))
+    return np.asarray(ends * (whole / ends[-1]))
+
+
+def _gum(recipe: Recipe, x: Floats, y: Floats) -> Floats:
+    """Trodden chewing gum: dark round spots, (h, w) in [0, 1]."""
+    rng = np.random.default_rng(recipe.seed + 52)
+    spots = np.zeros(recipe.shape)
+    texel = recipe.tile / recipe.pixels
+    for _ in range(round(recipe.params.get("gum", 0.0) * recipe.tile**2)):
+        (u, v), radius, tone = rng.uniform(0.1, recipe.tile - 0.1, 2), *rng.uniform(0.4, 1.0, 2)
+        box = tuple(slice(int((c - 0.04) / texel), int((c + 0.04) / texel) + 1) for c in (v, u))
+        away = np.hypot(x[box] - u, y[box] - v)
+        spots[box] = np.maximum(spots[box], tone * smoothstep(0.03 * radius, 0.012 * radius, away))
+    return spots

@@ -181,7 +181,7 @@ SPECIES: Mapping[str, Species] = MappingProxyType(
             (1.75, 1.05),
             138,
             (0.046, 0.087, 0.037),
-            1.35,
+            1.85,
             bark=(0.11, 0.075, 0.055),
             fork=(9, 2),
             bend=0.025,

@@ -54,8 +54,8 @@ FAULTS = {
         (FRAMES,),
     ),
     "lamps are not recentred": Fault(
-        "render/lamps.py", "key, self._meshes[lamps.id].vertices - origin)",
-        "key, self._meshes[lamps.id].vertices)", (PICTURES,),
+        "render/lamps.py", "key, each.mesh.vertices - origin)",
+        "key, each.mesh.vertices)", (PICTURES,),
     ),
     "the cap ignores exempt pixels": Fault(
         "render/passes.py", "np.where(self.exempt[..., None], kept + lost, kept)", "kept",
@@ -121,7 +121,7 @@ FAULTS = {
         'if "head" not in roles:', (f"{DARK}::{BY_DAY}",),
     ),
     "moving vehicles are unlit by night": Fault(
-        "scene/vehicle_lights.py", '{"head", "tail", "sign"} if self.dark else set()', "set()",
+        "scene/vehicle_lights.py", "set(_AT_NIGHT) if self.dark else set()", "set()",
         (f"{DARK}::test_by_night_whoever_drives_is_lit",),
     ),
     "plain bodies have no lamps": Fault(

@@ -101,8 +101,9 @@ def test_nobody_visible_is_dropped_and_the_limit_holds(seed, limit):
         distance = np.linalg.norm(points - view.position, axis=1)
         must = alive[:, column] & (distance < needs.FAR_END) & in_picture(view, points)
         assert shown[must, column].all()
-        assert (distance[choice.near[:, column]] < needs.NEAR_END).all()
-        apart = choice.far[:, column] & (distance < needs.NEAR_END)
+        end = needs.near_end(gaze)[column]
+        assert (distance[choice.near[:, column]] < end).all()
+        apart = choice.far[:, column] & (distance < end)
         if apart.any():
             assert choice.near[:, column].sum() == limit
             assert distance[choice.near[:, column]].max() <= distance[apart].min()

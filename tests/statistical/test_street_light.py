@@ -15,7 +15,7 @@ from builders import (
 )
 
 from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOW, Lamp, lamp_sets
+from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOBE, LOW, Lamp, lamp_sets
 from sumo3dviz_pt.scene.street_places import Site
 from sumo3dviz_pt.scene.surroundings import Surroundings
 
@@ -34,7 +34,7 @@ def site():
 @pytest.mark.parametrize("away", [0.0, 6.0, 15.0])
 @pytest.mark.parametrize("height", [LOW, HIGH])
 def test_a_lamp_gives_the_light_of_its_flux(height, away):
-    """E = F h^2 / (pi (h^2 + d^2)^2) at a distance d beside the spot below the lens."""
+    """E = I c h / r^3 beside the spot below the lens, by its lobe's integral I = F / flux."""
     lamps = lamp_sets([Lamp((0.0, 0.0, 0.0), 0.0, height)], site())
     materials = {"g": diffuse(ALBEDO), "signal_lens": MATERIALS["signal_lens"]}
     ground = static("g", plane(60), "g")
@@ -44,5 +44,7 @@ def test_a_lamp_gives_the_light_of_its_flux(height, away):
         view = view_at([1.5, away, 5.0], pitch=-90, fov=3)
         radiance = session.render(frame_of(view)).radiance.mean(axis=(0, 1), dtype=np.float64)
     lux = float(radiance @ LUMINANCE) * np.pi / ALBEDO * CANDELAS
-    known = FLUX[height] * height**2 / np.pi / (height**2 + away**2) ** 2
+    square = height**2 + away**2
+    intensity = FLUX[height] / LOBE.flux * LOBE.at(height / np.sqrt(square))
+    known = intensity * height**2 / square**2
     assert lux == pytest.approx(known, rel=0.03)

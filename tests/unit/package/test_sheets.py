@@ -5,12 +5,16 @@ import numpy as np
 import pytest
 from builders import box, diffuse
 
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import SkySettings
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.scene import showroom
 from sumo3dviz_pt.scene.showroom import Exhibit
-from sumo3dviz_pt.sheets import SKIES, SheetOrder, _view_of, draw_sheet, sheet_names
+from sumo3dviz_pt.scene.sky import build_sky
+from sumo3dviz_pt.scene.still_life import still_life
+from sumo3dviz_pt.sheets import SKIES, SheetOrder, _exposed, _view_of, draw_sheet, sheet_names
 
 SIZE = (96, 54)
 
@@ -49,6 +53,26 @@ def test_the_whole_exhibit_is_in_the_picture_and_fills_it(low, high):
     upward = np.abs(corners[:, 2] / corners[:, 0]) / np.tan(view.fov / 2) * 16 / 9
     assert 0.6 < max(across.max(), upward.max()) <= 1.0
     assert view.position[2] >= 0.4
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+def test_the_still_life_stands_before_the_eye(yaw):
+    life = still_life(yaw)
+    assert {part.material for part in life.parts} <= set(life.materials)
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    for part in life.parts:
+        if part.material not in ("ground_grass", "asphalt", "line"):
+            places = part.mesh.vertices[:, :2] @ ahead
+            assert places.min() > 5.0 and places.max() < 60.0
+            assert part.mesh.bounds[0, 2] > -2.5
+
+
+@pytest.mark.parametrize("name", [n for n in catalog.template_names("sky") if "night" in n])
+@pytest.mark.parametrize("light", [1e-7, 1e-3])
+def test_nights_are_exposed_by_what_is_seen(name, light):
+    sky = build_sky(SkySettings(preset=name))
+    picture = _exposed(np.full((4, 4, 3), light, np.float32), sky)
+    assert 20 < picture.mean() < 130
 
 
 @pytest.mark.slow

@@ -4,16 +4,39 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.render.air import clear_dome, sunlight
+from sumo3dviz_pt.render.spectrum import WAVELENGTHS, to_rgb
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def test_overhead_sunlight_is_what_the_coefficients_leave():
-    """Optical depths from the scale heights: 8 km, 1.2 km, and 15 km of ozone."""
-    depth = 8e3 * np.array([8.39e-6, 13.86e-6, 27.0e-6]) + 1.2e3 * 5.0e-6
-    depth = depth + 15e3 * np.array([2.2e-6, 1.85e-6, 0.22e-6])
-    left = sunlight(np.array([0.0]), np.array([1.0]))[0]
-    np.testing.assert_allclose(left, np.exp(-depth), rtol=0.01)
+    """Optical depths: 8 km of molecules, 1.2 km of aerosol, 300 Dobson units of ozone.
+
+    At 550 nm turbidity 3 has twice the molecules' depth, 0.108, in aerosol.
+    """
+    molecules = 8e3 * 13.558e-6 * (550 / WAVELENGTHS) ** 4
+    aerosol = 2 * 8e3 * 13.558e-6 * (550 / WAVELENGTHS) ** 1.3
+    ozone = np.interp(WAVELENGTHS, [415, 535, 595, 655, 685], [0, 0.0206, 0.0404, 0.0186, 0.0101])
+    known = to_rgb(np.exp(-molecules - aerosol - ozone))
+    left = sunlight(np.array([0.0]), np.array([1.0]), 3.0)[0]
+    np.testing.assert_allclose(left, known, rtol=0.02)
+
+
+def test_haze_reddens_and_dims_a_low_sun():
+    clear, hazy = (sunlight(np.array([0.0]), np.sin(np.radians([8.0])), t)[0] for t in (1.5, 4.0))
+    assert hazy[0] < 0.6 * clear[0] and hazy[2] / hazy[0] < 0.7 * clear[2] / clear[0]
+
+
+@pytest.mark.parametrize("elevation", [-2.0, -4.0, -6.0])
+def test_the_zenith_of_dusk_is_blue_and_not_purple(elevation):
+    """The ozone's hour: Hulburt 1953, doi:10.1364/JOSA.43.000113."""
+    red, green, blue = clear_dome(np.radians(elevation), 2.0, rows=12, columns=8).radiance[-1, 0]
+    assert red < 0.75 * green and blue > 1.5 * green
+
+
+def test_the_afterglow_is_warm_until_haze_hides_it():
+    glow = [clear_dome(np.radians(-4.0), t, rows=20, columns=8).radiance[2, 0] for t in (1.3, 4.0)]
+    assert glow[0][0] > 2 * glow[0][2] and glow[1][0] < glow[1][2]
 
 
 def test_clouds_see_the_sun_after_it_has_set():
@@ -23,7 +46,7 @@ def test_clouds_see_the_sun_after_it_has_set():
 
 
 def test_a_low_sun_is_red():
-    red, green, blue = sunlight(np.array([0.0]), np.sin(np.radians([1.0])))[0]
+    red, green, blue = sunlight(np.array([0.0]), np.sin(np.radians([2.0])), 1.5)[0]
     assert red > 2 * green > 4 * blue
 
 
@@ -34,7 +57,7 @@ def test_radiance_is_finite_and_positive(elevation):
 
 
 def test_dusk_is_blue_above_and_warm_below():
-    dome = clear_dome(np.radians(-4.0), rows=20, columns=12)
+    dome = clear_dome(np.radians(-4.0), 1.5, rows=20, columns=12)
     zenith, afterglow = dome.radiance[-1, 0], dome.radiance[2, 0]
     assert zenith[2] > 1.5 * zenith[0] and afterglow[0] > 2 * afterglow[2]
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.render.denoise import mixed, texture
+from sumo3dviz_pt.render.denoise import mixed, open_sky, texture
 
 SHAPE = (24, 32, 3)
 HIT = np.full(SHAPE[:2], 0.3)
@@ -51,6 +51,20 @@ def test_the_sky_stays_raw_however_bright():
     raw[0, 0] = 1e4
     found = mixed(smooth, raw, hit=np.zeros(SHAPE[:2]), share=0.2)
     np.testing.assert_array_equal(found, raw)
+
+
+def test_gaps_between_leaves_are_no_open_sky():
+    """They would sparkle: another set of pixels in every frame."""
+    rows, columns = np.indices(SHAPE[:2])
+    hit = np.ones(SHAPE[:2])
+    hit[:, 12:] = 0.0  # a wall's straight edge
+    gaps = (columns < 10) & ((3 * rows + 5 * columns) % 4 < 2)
+    hit[gaps] = 0.0
+    np.testing.assert_array_equal(open_sky(hit), columns >= 12)
+    smooth, raw = checks()
+    found = mixed(smooth, raw, hit=hit, share=0.0)
+    np.testing.assert_array_equal(found[:, :12], smooth[:, :12])
+    np.testing.assert_array_equal(found[:, 12:], raw[:, 12:])
 
 
 @given(st.floats(0.0, 1.0), st.floats(3.0, 1e6))

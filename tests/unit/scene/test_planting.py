@@ -20,6 +20,7 @@ from sumo3dviz_pt.scene.planting import (
     Plot,
     plant,
     why_bare,
+    why_nowhere,
 )
 from sumo3dviz_pt.scene.planting_far import MOST, plant_far
 from sumo3dviz_pt.scene.surroundings import surroundings
@@ -95,15 +96,14 @@ def test_what_lies_far_stands_free_too_and_keeps_its_budget():
 
 
 @pytest.mark.parametrize(
-    ("surface", "pois", "bare"),
-    [
-        ("ground_grass", (), False),
-        ("ground_sand", (), True),
-        ("ground_grass", ("tree", 60.0), True),
-        ("ground_grass", ("tree", -300.0), False),
-        ("ground_grass", ("bench", 60.0), False),
-    ],
+    ("pois", "bare"),
+    [((), False), (("tree", 60.0), True), (("tree", -300.0), False), (("bench", 60.0), False)],
 )
-def test_only_green_land_without_trees_in_view_is_planted(surface, pois, bare):
+def test_only_land_without_trees_in_view_is_planted(pois, bare):
     given = [Poi("a", pois[0], (pois[1], 0.0), None, None, "a.xml")] if pois else []
-    assert (why_bare(surface, given, (), around()) is not None) == bare
+    assert (why_bare(given, (), around()) is not None) == bare
+
+
+@pytest.mark.parametrize(("surface", "bare"), [("ground_grass", False), ("ground_sand", True)])
+def test_only_green_land_is_planted(surface, bare):
+    assert (why_nowhere(surface) is not None) == bare

@@ -60,7 +60,7 @@ def test_vehicles_have_their_own_size():
 
 def test_levels_of_a_vehicle(monkeypatch):
     small = next(body for body in showroom._bodies() if body.assembly.model == "e_scooter")
-    monkeypatch.setattr(showroom, "_bodies", lambda: iter([small]))
+    monkeypatch.setattr(showroom, "_bodies", lambda chosen: iter([small]))
     hero, middle, far = exhibits("levels")
     assert (hero.title, middle.title) == ("e_scooter, hero", "e_scooter")
     assert hero.triangles > middle.triangles > far.triangles

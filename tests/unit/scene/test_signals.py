@@ -305,3 +305,29 @@ def test_far_heads_are_plainer_and_signals_are_dimmed_by_night():
         made, phases("G"), SignalSettings(), around=replace(around, dark=True)
     ).radiance_at(0.0)["signals"]
     assert 0.2 < night.max() / signals.radiance_at(0.0)["signals"].max() < 0.6
+
+
+def test_lenses_have_the_candelas_that_en_12368_asks_for():
+    """100 to 400 cd on the axis (performance level 1, class 1), lens by lens."""
+    signals = build_signals(
+        network([edge("in", 0.0), out()], [link(0)]), phases("G"), SignalSettings()
+    )
+    lamps, head = signals.lamps[0], signals.heads[0]
+    axis = -np.array([np.cos(head.yaw), np.sin(head.yaw), 0.0])
+    a, b, c = (lamps.mesh.vertices[lamps.mesh.faces[:, k]] for k in range(3))
+    shown = np.maximum(0.5 * np.cross(b - a, c - a) @ axis, 0.0)
+    area = np.bincount(lamps.lamp_of_face, shown)
+    for index, name in enumerate(lamps.lamps[: head.lamps]):
+        luminance = np.dot(RADIANCE[name.rsplit("/", 1)[-1]], [0.2126, 0.7152, 0.0722]) * 32_000
+        assert 100.0 <= luminance * area[index] <= 400.0
+        assert area[index] == pytest.approx(np.pi * 0.1**2, rel=0.05)
+
+
+def test_little_of_a_signal_reaches_the_pavement_below_it():
+    """By night a lens gives below a tenth of its candelas 40 degrees from its axis."""
+    signals = build_signals(
+        network([edge("in", 0.0), out()], [link(0)]), phases("G"), SignalSettings()
+    )
+    lobe = signals.lamps[0].lobe
+    low, half, ten = lobe.at(np.cos(np.radians([40.0, 10.0, 5.0])))
+    assert 0.02 < low < 0.1 < 0.4 < half < 0.7 < ten < 1.0

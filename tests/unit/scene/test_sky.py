@@ -23,7 +23,7 @@ def degrees(sky):
 def test_the_promised_presets_exist():
     founding = {"sky_blue", "sky_halloween"}
     founding |= {f"sky_daycloud{k}" for k in (1, 2, 3)} | {f"sky_night{k}" for k in (1, 2, 3)}
-    assert founding | {"sky_overcast", "sky_dawn", "sky_dusk"} <= set(PRESETS)
+    assert founding | {"sky_overcast", "sky_dawn", "sky_golden", "sky_dusk"} <= set(PRESETS)
 
 
 @pytest.mark.parametrize("name", PRESETS)

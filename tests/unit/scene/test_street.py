@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
 from sumo3dviz_pt.scene.street import build_street
-from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOW, place_lamps, radiance
+from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOBE, LOW, place_lamps, radiance
 from sumo3dviz_pt.scene.street_places import (
     Site,
     border_of,
@@ -158,12 +158,12 @@ def test_below_a_lamp_it_is_as_bright_as_the_standard_asks(height):
         + b / np.sqrt(1 + b * b) * np.arctan(a / np.sqrt(1 + b * b))
     ) / 2
     lux = float(np.dot(radiance(height), LUMINANCE)) * CANDELAS * 4 * corner
-    assert 20.0 < lux < 30.0
-    assert lux == pytest.approx(FLUX[height] / np.pi / height**2, rel=0.01)
+    assert 10.0 < lux < 30.0
+    assert lux == pytest.approx(FLUX[height] / LOBE.flux / height**2, rel=0.01)
 
 
 def test_mean_light_on_a_street_is_that_of_its_class():
-    """Twelve lamps along 360 m light the lanes with 7.5 to 20 lx on average (M3 to M5)."""
+    """Twelve lamps along 360 m light the lanes with 10 to 20 lx on average (M2 to M4)."""
     net = network(edge("in", 0.0, kinds="fcc", x=(0.0, 378.0)))
     site = site_on(net)
     lamps = place_lamps(borders_near(net, site.around, reach=900.0), (), site)
@@ -172,8 +172,9 @@ def test_mean_light_on_a_street_is_that_of_its_class():
     for lamp in lamps:
         over = np.array(lamp.place[:2]) + 1.5 * np.array([np.cos(lamp.yaw), np.sin(lamp.yaw)])
         square = (x - over[0]) ** 2 + (y - over[1]) ** 2 + lamp.height**2
-        lux += FLUX[lamp.height] / np.pi * lamp.height**2 / square**2
-    assert 7.5 < lux.mean() < 20.0
+        shine = LOBE.at(lamp.height / np.sqrt(square))
+        lux += FLUX[lamp.height] / LOBE.flux * shine * lamp.height**2 / square**2
+    assert 10.0 < lux.mean() < 20.0
     assert lux.max() < 31.0
 
 

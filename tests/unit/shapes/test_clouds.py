@@ -81,7 +81,9 @@ def test_compression_loses_little(tmp_path, layer):
     assert np.sqrt(np.mean((read_exr(tmp_path / "a.exr")[0] - image) ** 2)) < 0.02
 
 
-@pytest.mark.parametrize("kind", [{"cirrus": 0.7}, {"flakes": 0.8}, {"stratus": True}])
+@pytest.mark.parametrize(
+    "kind", [{"cirrus": 0.7}, {"flakes": 0.8}, {"mackerel": 0.8}, {"stratus": True}]
+)
 def test_sheets_are_plausible_and_have_no_seam(kind):
     made = make_clouds(CloudRecipe(48, 5, (0.8, 0.7), **kind))
     for values in (made.cover, made.sunlit, made.skylit):
@@ -95,6 +97,23 @@ def test_sheets_are_plausible_and_have_no_seam(kind):
         assert made.cover.min() == 1.0
         rising = made.skylit.mean(axis=1)
         assert rising[0] > 1.8 * rising[-1], "darker at the horizon, as the CIE's"
+
+
+@pytest.mark.parametrize("kind", ["cirrus", "mackerel"])
+def test_thin_cloud_shines_around_a_low_sun(kind):
+    dull = CloudRecipe(48, 5, (np.pi, 0.12), fades=1.0, **{kind: 0.8})
+    plain, shining = make_clouds(dull), make_clouds(replace(dull, backlit=1.0))
+    assert np.array_equal(plain.cover, shining.cover)
+    gain = shining.sunlit - plain.sunlit
+    towards, opposite = gain[40:, 90:102].mean(), gain[40:, :12].mean()
+    assert towards > 0.05 and towards > 10 * opposite >= 0
+
+
+def test_clouds_reach_as_low_as_the_recipe_says():
+    high = CloudRecipe(180, 5, (0.8, 0.7), cirrus=0.8)
+    low = replace(high, fades=1.0)
+    near = slice(-6, -2)  # one to three degrees
+    assert make_clouds(low).cover[near].mean() > 1.5 * make_clouds(high).cover[near].mean()
 
 
 @pytest.mark.parametrize("name", catalog.names("skies"))

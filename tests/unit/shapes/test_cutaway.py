@@ -55,14 +55,15 @@ def test_cutaway_leaves_bonnet_low_body_and_dashboard():
         assert len(part.tint) == len(part.mesh.faces)
     assert 0.95 < max(part.mesh.vertices[:, 2].max() for part in paint) <= 1.01
     assert min(part.mesh.vertices[:, 0].min() for part in paint) == pytest.approx(-4.0)
-    dashboard = next(part for part in opened.parts if part.material == "interior")
-    # It begins at the bonnet's edge and swells before the driver's eye, not the passenger's.
+    dashboard = next(part for part in opened.parts if part.material == "dash_pad")
+    # It begins at the bonnet's edge; the hood stands before the driver, not the passenger.
     low, high = dashboard.mesh.bounds
     assert -1.6 < low[0] < high[0] == pytest.approx(-0.97)
-    behind = dashboard.mesh.vertices[dashboard.mesh.vertices[:, 0] < -1.2]
-    assert behind[np.argmax(behind[:, 2]), 1] == pytest.approx(EYE[1], abs=0.15)
-    assert behind[:, 2].max() < EYE[2] - 0.15
-    wheel = [part for part in opened.parts if part.material == "trim"]
+    hood = [part for part in opened.parts if part.material == "dash_pad"][1].mesh.vertices
+    assert hood[:, 1].mean() == pytest.approx(EYE[1], abs=0.02)
+    assert hood[:, 2].max() < EYE[2] - 0.12
+    assert {lamp.role for lamp in opened.lamps} == {"dials", "screen"}
+    wheel = [part for part in opened.parts if part.material == "leather_rim"]
     assert wheel and all(part.mesh.bounds[1, 2] < EYE[2] - 0.1 for part in wheel)
     assert opened.far
 

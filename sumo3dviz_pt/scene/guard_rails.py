@@ -1,0 +1,73 @@
+"""Guard rails beside fast roads where a scenario brings no fences of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.scene.kinds import kind_of
+from sumo3dviz_pt.scene.planting import is_fast
+from sumo3dviz_pt.scene.street_places import borders_near
+from sumo3dviz_pt.scene.surroundings import Surroundings
+from sumo3dviz_pt.shapes.planar import union
+
+REACH = 520.0
+"""Rails stand at most this far from a camera [m]."""
+
+OFF = 0.85
+"""Distance of rails from the asphalt [m]."""
+
+SOURCE = "guard_rails"
+"""The `source` of rails that are put up."""
+
+_WEDGE = 1.0  # gaps between carriageways narrower than twice this hold none, beside `OFF` [m]
+_SHORTEST = 16.0  # length of a rail, at least [m]
+_STEP = 8.0  # distance between its points, at most [m]
+
+
+def guard_rails(
+    network: Network,
+    paved: Sequence[shapely.Polygon],
+    polygons: Sequence[Polygon],
+    *,
+    around: Surroundings,
+) -> tuple[Polygon, ...]:
+    """Rails along the fast roads around a shot's cameras, as lines.
+
+    Args:
+        network: Its fast edges get rails.
+        paved: Outlines of all roads.
+        polygons: The scenario's: where it has fences, there are no others.
+        around: Cameras.
+    """
+    own = any(kind_of(item.type, item.source) == "fences" for item in polygons)
+    borders = [] if own else borders_near(network, around, reach=REACH)
+    lanes = [lane for border in borders if is_fast(border) for lane in border.edge.lanes]
+    if not lanes:
+        return ()
+    low, high = around.viewpoints[:, :2].min(axis=0), around.viewpoints[:, :2].max(axis=0)
+    box = (*(low - REACH), *(high + REACH))
+    near = [area for area in shapely.clip_by_rect(list(paved), *box) if not area.is_empty]
+    fast = union(
+        [
+            shapely.LineString(lane.shape[:, :2]).buffer(lane.width / 2.0, cap_style="flat")
+            for lane in lanes
+            if len(lane.shape) > 1
+        ]
+    )
+    # Closing small gaps ends rails before the sharp wedges where ramps leave.
+    sides = union(near).buffer(OFF + _WEDGE).buffer(-_WEDGE).boundary
+    edge = shapely.box(*box).boundary.buffer(2.0)
+    sides = shapely.difference(shapely.intersection(sides, fast.buffer(OFF + 0.6)), edge)
+    lines = shapely.get_parts(shapely.line_merge(sides))
+    found: list[Polygon] = []
+    for line in lines:
+        shape = shapely.get_coordinates(shapely.segmentize(line.simplify(0.04), _STEP))
+        if line.length > _SHORTEST and len(shape) > 1:
+            found.append(Polygon(f"rail:{len(found)}", "guard_rail", shape, False, None, SOURCE))
+    order = np.argsort([float(item.shape[0].sum()) for item in found], kind="stable")
+    return tuple(found[int(k)] for k in order)

@@ -1,0 +1,212 @@
+"""Rows of houses along city streets: where they stand, and what they are made of."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+
+from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.scene.roads_layout import layout_roads
+from sumo3dviz_pt.scene.street_fronts import REACH, SOURCE, grow_rows, why_none
+from sumo3dviz_pt.scene.street_houses import BUDGET, build_fronts
+from sumo3dviz_pt.scene.surroundings import surroundings
+
+EYES = np.array([[0.0, 0.0, 1.5]])
+CARS = frozenset({"passenger", "bus", "bicycle", "truck", "delivery"})
+
+
+def street(name, ends, *, speed=13.9, walk=2.5, lanes=1, rise=0.0, bend=0.0):
+    """Both directions of a straight or bent street through points, with footways."""
+    (x0, y0), (x1, y1) = ends
+    at = np.linspace(0.0, 1.0, 15)
+    way = np.array([x1 - x0, y1 - y0])
+    side = np.array([-way[1], way[0]]) / np.hypot(*way)
+    middle = np.array([x0, y0]) + at[:, None] * way + bend * (4 * at * (1 - at))[:, None] * side
+    heights = rise * middle[:, :1]
+    found = {}
+    for sign, key in ((1, name), (-1, f"-{name}")):
+        line = (middle if sign > 0 else middle[::-1]).copy()
+        row = []
+        widths = ([walk] if walk else []) + [3.2] * lanes
+        offset = sum(widths)
+        for index, width in enumerate(widths):
+            offset -= width
+            shape = line - sign * side * (offset + width / 2)
+            level = heights if sign > 0 else heights[::-1]
+            own = frozenset({"pedestrian"}) if walk and index == 0 else CARS
+            points = np.column_stack([shape, level])
+            row.append(Lane(f"{key}_{index}", key, index, points, width, speed, 100.0, own))
+        found[key] = Edge(key, "normal", "A", "B", tuple(row))
+    return found
+
+
+def network(*streets):
+    ends = {n: Junction(n, "dead_end", np.zeros(3), np.zeros((0, 3))) for n in ("A", "B")}
+    edges = {key: edge for some in streets for key, edge in some.items()}
+    return Network(edges, ends, (), Location(boundary=(-200, -200, 200, 200)))
+
+
+def grown(net, *, pois=(), polygons=(), eyes=EYES, seed=3):
+    layout = layout_roads(net, RoadSettings())
+    around = surroundings(net, seed=seed, viewpoints=eyes)
+    rows = grow_rows(net, list(layout.outline), (pois, polygons), around=around)
+    return rows, layout, around
+
+
+def plans_of(rows):
+    return [shapely.Polygon(house.plan) for house in rows.houses]
+
+
+TOWN = network(street("e", ((-200, 0), (200, 0))))
+
+
+@pytest.mark.parametrize("bend", [0.0, 40.0])
+def test_houses_stand_side_by_side_behind_the_pavements_of_a_town(bend):
+    net = network(street("e", ((-200, 0), (200, 0)), bend=bend))
+    rows, layout, _ = grown(net)
+    paved = shapely.union_all(list(layout.outline))
+    plans = plans_of(rows)
+    assert len(plans) > 30
+    assert all(1.2 < plan.distance(paved) < 6.0 for plan in plans)
+    assert shapely.union_all(plans).area > 0.995 * sum(plan.area for plan in plans)
+    shared = sum(len(house.blind) for house in rows.houses) / len(rows.houses)
+    assert shared > 1.6
+
+
+def test_fronts_look_at_the_street_and_blind_walls_at_neighbours():
+    rows, _, around = grown(TOWN)
+    plans = plans_of(rows)
+    for house, plan in zip(rows.houses, plans, strict=True):
+        assert plan.exterior.is_ccw
+        after = np.roll(house.plan, -1, axis=0)
+        for wall in range(house.fronts):
+            middle = 0.5 * (house.plan[wall] + after[wall])
+            assert abs(middle[1]) < abs(house.plan[:, 1]).min() + 1.0
+        for wall in house.blind:
+            middle = shapely.Point(0.5 * (house.plan[wall] + after[wall]))
+            assert sum(other.distance(middle) < 1.6 for other in plans) >= 2
+    assert around.distances(np.array([h.plan.mean(axis=0) for h in rows.houses])).max() < REACH
+
+
+@pytest.mark.parametrize(
+    "net",
+    [
+        pytest.param(network(street("m", ((-200, 0), (200, 0)), speed=27.8)), id="motorway"),
+        pytest.param(network(street("c", ((-200, 0), (200, 0)), walk=0.0)), id="country road"),
+        pytest.param(network(), id="no roads"),
+    ],
+)
+def test_no_houses_close_in_where_nobody_would_live_at_the_kerb(net):
+    layout = layout_roads(net, RoadSettings())
+    around = surroundings(net, seed=1, viewpoints=EYES)
+    rows = grow_rows(net, list(layout.outline), ((), ()), around=around)
+    assert not rows.houses and not rows.forecourts
+    fronts = build_fronts(rows, layout, around=around, near=(0.0, 0.0))
+    assert not fronts.static and not fronts.lamps
+    assert [item.what for item in fronts.left_out] == ["street_fronts"]
+
+
+def test_a_dense_net_is_a_town_without_footways_too():
+    every = (-3, -2, -1, 0, 1, 2, 3)
+    streets = [street(f"e{k}", ((-300, 80 * k), (300, 80 * k)), walk=0.0) for k in every]
+    streets += [street(f"n{k}", ((80 * k, -300), (80 * k, 300)), walk=0.0) for k in every]
+    assert len(grown(network(*streets))[0].houses) > 40
+
+
+def test_what_the_scenario_brings_keeps_its_place():
+    home = Poi("h", "home", (50.0, 20.0), None, None, "x.add.xml")
+    pond = Polygon(
+        "p", "water", np.array([(-60, 5), (-20, 5), (-20, 40), (-60, 40)]), True, None, ""
+    )
+    land = Polygon(
+        "l",
+        "landuse.residential",
+        np.array([(-300, -300), (300, -300), (300, 300)]),
+        True,
+        None,
+        "",
+    )
+    rows, _, _ = grown(TOWN, pois=(home,), polygons=(pond, land))
+    plans = plans_of(rows)
+    assert len(plans) > 20
+    assert min(plan.distance(shapely.Point(home.position)) for plan in plans) > 9.0
+    assert all(not plan.intersects(shapely.Polygon(pond.shape)) for plan in plans)
+
+
+def test_houses_stand_behind_a_row_of_street_trees():
+    places = [(x, s * 10.5) for x in range(-190, 191, 12) for s in (1, -1)]
+    trees = [Poi(f"t{k}", "tree", place, None, None, "") for k, place in enumerate(places)]
+    bare, _, _ = grown(TOWN)
+    rows, _, _ = grown(TOWN, pois=trees)
+    nearest = [
+        np.median([np.abs(house.plan[:, 1]).min() for house in some.houses])
+        for some in (bare, rows)
+    ]
+    assert nearest[0] < 8.5 and nearest[1] > 12.5
+    assert len(rows.houses) > 30
+
+
+def test_no_house_stands_in_a_camera_or_before_what_it_looks_at():
+    eyes = np.array([[0.0, 14.0, 6.0]])
+    rows, _, _ = grown(TOWN, eyes=eyes)
+    assert min(plan.distance(shapely.Point(eyes[0, :2])) for plan in plans_of(rows)) > 2.9
+
+
+def test_building_polygons_of_the_scenario_stand_alone():
+    shape = np.array([(30.0, 12.0), (44.0, 12.0), (44.0, 24.0)])
+    assert why_none([Polygon("b", "building", shape, True, None, "")])
+    assert why_none([Polygon("b", "water", shape, True, None, "")]) is None
+
+
+def test_the_same_town_is_built_again_and_another_seed_builds_another():
+    one, again, other = (grown(TOWN, seed=seed)[0] for seed in (3, 3, 4))
+    assert [h.id for h in one.houses] == [h.id for h in again.houses]
+    assert all(
+        np.array_equal(a.plan, b.plan) for a, b in zip(one.houses, again.houses, strict=True)
+    )
+    assert {h.plan.tobytes() for h in one.houses} != {h.plan.tobytes() for h in other.houses}
+
+
+def test_areas_tell_others_where_not_to_stand():
+    rows, _, _ = grown(TOWN)
+    areas = rows.polygons()
+    assert {item.source for item in areas} == {SOURCE}
+    assert {item.type for item in areas} == {"building", "forecourt"}
+    assert len(areas) == len(rows.houses) + len(rows.forecourts)
+
+
+def test_forecourts_fill_what_is_left_between_pavements_and_houses():
+    rows, layout, _ = grown(TOWN)
+    paved = shapely.union_all(list(layout.outline))
+    courts = shapely.union_all(rows.forecourts)
+    assert courts.intersection(paved.buffer(-0.2)).area < 0.01
+    for house in rows.houses:
+        front = shapely.LineString(house.plan[: house.fronts + 1])
+        gap = front.buffer(-1.5, single_sided=True).difference(paved)
+        assert courts.intersection(gap).area > 0.97 * gap.area
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.06])
+def test_parts_keep_the_budget_and_stand_on_the_ground(rise):
+    net = network(street("e", ((-200, 0), (200, 0)), rise=rise))
+    rows, layout, around = grown(net)
+    fronts = build_fronts(rows, layout, around=around, near=(0.0, 0.0))
+    assert sum(len(item.part.mesh.faces) for item in fronts.static) < 1.25 * BUDGET
+    assert {item.part.material for item in fronts.static} <= set(fronts.materials)
+    assert not fronts.lamps
+    for item in fronts.static:
+        if "court" in item.id:
+            x, _, z = item.part.mesh.vertices.T
+            assert (np.abs(z - rise * x) < 1.0).all()
+
+
+def test_at_night_windows_and_shops_shine():
+    rows, layout, around = grown(TOWN)
+    dark = replace(around, dark=True)
+    fronts = build_fronts(rows, layout, around=dark, near=(0.0, 0.0))
+    names = [lamp.id for lamp in fronts.lamps]
+    assert names and len(set(names)) == len(names)
+    assert all(name.startswith("street_fronts_") for name in names)
