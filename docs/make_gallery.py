@@ -16,15 +16,25 @@ HERE = Path(__file__).resolve().parent
 IMAGES = HERE / "images"
 MADE = "<!-- Made by docs/make_gallery.py; change the script, not this page. -->"
 
+BEAUTY = "--quality study --size 1280x720"
 COMMON = "--quality preview --size 960x540"
+SCENARIOS = HERE.parents[1] / "shared" / "data"
+"""Scenarios that are not ours to ship; pictures of them are made where they are there."""
+
+PAPER = (
+    "{mode: eulerian, position: [19357.74, 17808.70, 11.95], look_at: [19265, 17773, 0],"
+    " lens: {fov: 60}}"
+)
+"""The founding paper's standing camera, turned along the road."""
 
 PICTURES = {
-    "motorway_day": f"ronda --time 462 --camera driver {COMMON}",
+    "motorway_day": f"ronda --time 462 --camera driver {BEAUTY}",
     "motorway_golden_hour": "ronda --time 462 --camera driver"
-    f" --set template=highway_golden_hour {COMMON}",
-    "city_day": f"crossing --time 458 --camera corner --set template=city_day {COMMON}",
-    "city_dusk": f"crossing --time 458 --camera corner --set template=city_dusk {COMMON}",
-    "city_night": f"crossing --time 458 --camera corner --set template=city_night {COMMON}",
+    f" --set template=highway_golden_hour {BEAUTY}",
+    "city_day": f"crossing --time 458 --camera corner --set template=city_day {BEAUTY}",
+    "city_dusk": f"crossing --time 458 --camera corner --set template=city_dusk {BEAUTY}",
+    "city_night": f"crossing --time 458 --camera corner --set template=city_night {BEAUTY}",
+    "barcelona": f"barcelona --time 1260 --camera paper --set 'cameras.paper={PAPER}' {BEAUTY}",
     "ronda_overview": f"ronda --time 488 --camera overview {COMMON}",
     "ronda_flight": f"ronda --time 458 --camera flight {COMMON}",
     "crossing_driver": f"crossing --time 497 --camera driver --set template=village_day {COMMON}",
@@ -32,6 +42,9 @@ PICTURES = {
     "ronda_abstract": f"ronda --time 488 --camera overview --set template=abstract {COMMON}",
 }
 """Example and options by the picture's name."""
+
+FOREIGN = {"barcelona"}
+"""Pictures of scenarios that `init` makes a scene file for."""
 
 CITY = "crossing --time 458 --camera near --set template=city_day"
 SMALL = "--quality standard --size 480x360"
@@ -60,7 +73,8 @@ def tell_tale(name: str) -> str:
 def command(name: str) -> list[str]:
     """The arguments of a picture's command, but for its output."""
     example, *options = shlex.split(PICTURES[name] if name in PICTURES else tell_tale(name))
-    return ["still", f"examples/{example}/scene.yaml", *options]
+    scene = f"{example}.yaml" if name in FOREIGN else f"examples/{example}/scene.yaml"
+    return ["still", scene, *options]
 
 
 def page() -> str:
@@ -75,9 +89,10 @@ def entries(names: Iterable[str]) -> list[str]:
     lines = []
     for name in names:
         lines += [
-            f"![{name.replace('_', ', ')}](images/{name}.png)",
+            f"![{name.replace('_', ', ')}](images/{name}.jpg)",
             "",
             "```sh",
+            *([f"sumo3dviz-pt init {name} -o {name}.yaml"] if name in FOREIGN else []),
             f"sumo3dviz-pt {shlex.join(command(name))} -o {name}.png",
             "```",
             "",
@@ -86,15 +101,23 @@ def entries(names: Iterable[str]) -> list[str]:
 
 
 def make(name: str, folder: Path) -> None:
-    """Render a picture and store it in few colours, to keep the repository small."""
+    """Render a picture and store it with little loss, to keep the repository small."""
     from PIL import Image
 
     raw = folder / f"{name}.png"
-    call = [sys.executable, "-m", "sumo3dviz_pt.cli", *command(name), "-o", str(raw)]
-    subprocess.run(call, check=True, cwd=HERE.parent)
+    words = command(name)
+    if name in FOREIGN:
+        words[1] = str(folder / words[1])
+        call("init", str(SCENARIOS / name), "-o", words[1])
+    call(*words, "-o", str(raw))
     with Image.open(raw) as picture:
-        small = picture.convert("RGB").quantize(256, dither=Image.Dither.FLOYDSTEINBERG)
-        small.save(IMAGES / f"{name}.png", optimize=True)
+        # Few colours would turn signals and blinkers into their neighbours' hue.
+        picture.convert("RGB").save(IMAGES / f"{name}.jpg", quality=93, subsampling=0)
+
+
+def call(*words: str) -> None:
+    """Run our command line."""
+    subprocess.run([sys.executable, "-m", "sumo3dviz_pt.cli", *words], check=True, cwd=HERE.parent)
 
 
 def main() -> int:

@@ -25,7 +25,7 @@ SOURCE = "guard_rails"
 """The `source` of rails that are put up."""
 
 _WEDGE = 1.0  # gaps between carriageways narrower than twice this hold none, beside `OFF` [m]
-_SHORTEST = 16.0  # length of a rail, at least [m]
+_SHORTEST = 40.0  # length of a rail, at least [m]
 _STEP = 8.0  # distance between its points, at most [m]
 
 
