@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import runpy
+import shlex
 import shutil
 import tomllib
 from pathlib import Path
@@ -48,8 +49,7 @@ def test_two_commands_set_a_fresh_machine_up() -> None:
 def test_commands_exist_with_their_options(page: Path) -> None:
     parser = arguments.build_parser()
     for call in commands(page.read_text(encoding="utf-8")):
-        words = [word.strip("\"'") for word in call.split()[1:]]
-        parser.parse_args(words)
+        parser.parse_args(shlex.split(call)[1:])
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *MANUAL], ids=lambda path: path.name)
