@@ -36,8 +36,14 @@ WEAR_ATTRIBUTE = "vertex_wear"
 
 _PLUGIN = "sumo3dviz_untiled"
 _COLOUR_ATTRIBUTE = "vertex_colour"
-_PLAIN = {"tile": 4.0, "uneven": 0.0, "patches": 0.0, "fields": 0.0, "roughness": 0.0}
-_PLAIN["regular"] = 0.0
+_PLAIN = {
+    "tile": 4.0,
+    "uneven": 0.0,
+    "patches": 0.0,
+    "fields": 0.0,
+    "roughness": 0.0,
+    "regular": 0.0,
+}
 _UNKNOWN = (0.12, 0.12, 0.12)  # reflectance
 
 PIXEL = 8e-4

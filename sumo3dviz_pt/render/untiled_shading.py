@@ -13,7 +13,7 @@ import mitsuba as mi
 
 from sumo3dviz_pt.model.geometry import UNWORN
 from sumo3dviz_pt.render.fields import fields, patches
-from sumo3dviz_pt.render.lattice import PERIOD, corners, mixed, unit
+from sumo3dviz_pt.render.lattice import PERIOD, corners, hashed, mixed, unit
 from sumo3dviz_pt.render.pyramid import Pyramid
 
 PAINTS = ((0.62, 0.62, 0.60), (0.60, 0.38, 0.05))
@@ -40,7 +40,7 @@ class Untiled:
         fields: Amount of crops.
         roughness: Mean roughness, where this is one; else 0.
         wear: Tells a mesh's wear, if it has any.
-        regular: Not 0 where copies must not be shifted: slabs.
+        regular: Not 0 where copies may slide by whole rows only: slabs.
     """
 
     pyramid: Pyramid
@@ -90,7 +90,10 @@ class Untiled:
         uv = si.uv + jitter / mi.Float(mi.UInt32(self.pyramid.size) >> level)
         near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
         if self.regular > 0:
-            texel = self._pick(uv, level, mi.UInt32(0), active)
+            # Rows of copies slide along each other: joints run through between them.
+            row = mi.UInt32(mi.Int32(dr.floor(si.uv.y)))
+            slide = hashed(row, mi.UInt32(0), PERIOD - 1) & 0xFFFF
+            texel = self._pick(uv, level, slide, active)
             return mi.Color3f(texel.x, texel.y, texel.z) - mi.Color3f(self.average), (
                 self._noise(si.uv, near)
             )

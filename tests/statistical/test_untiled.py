@@ -71,9 +71,12 @@ def test_mean_and_spread_are_the_bitmaps(name):
 def test_nothing_returns_after_a_tile(name):
     word, uv = word_of(name), spots(count=100_000)
     here = values_at(word, uv)
-    for step in ((1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (2.0, 0.0)):
+    # Slabs stay whole: they return along their course; across, only joints of courses do.
+    along = () if word.get("regular") else ((1.0, 0.0), (2.0, 0.0))
+    most = 0.3 if word.get("regular") else 0.05
+    for step in (*along, (0.0, 1.0), (1.0, 1.0), (1.0, 2.0)):
         there = values_at(word, uv + np.array(step))
-        assert abs(np.corrcoef(here, there)[0, 1]) < 0.05
+        assert abs(np.corrcoef(here, there)[0, 1]) < most
 
 
 def test_far_away_it_fades_to_its_mean():
