@@ -35,7 +35,7 @@ QUALITY = RAW.model_copy(update={"spp": 1, "pass_spp": 1, "max_depth": 2})
 MOST_WRONG = 1e-3
 
 # Albedos of different hue: directions of a cube's surface grid, no two alike.
-HUES = np.array([c for c in product((0.1, 0.45, 0.8), repeat=3) if max(c) == 0.8])
+HUES = np.array([c for c in product((0.1, 0.33, 0.57, 0.8), repeat=3) if max(c) == 0.8])
 HUES = HUES / np.linalg.norm(HUES, axis=1, keepdims=True)
 
 
