@@ -13,14 +13,14 @@ from sumo3dviz_pt.scene.roads_cells import Cells, Polygons, quad_polygons
 from sumo3dviz_pt.scene.roads_details import Stretch, detail_quads
 from sumo3dviz_pt.scene.roads_graded import Graded, graded_on, joined
 from sumo3dviz_pt.scene.roads_layout import RoadLayout
-from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip, distance_to
-from sumo3dviz_pt.scene.roads_wear import TRACK_PLACE, is_driven
-from sumo3dviz_pt.scene.roads_wear_junction import brightness
+from sumo3dviz_pt.scene.roads_strips import BoundsXY, Strip
+from sumo3dviz_pt.scene.roads_wear import TRACK_PLACE
+from sumo3dviz_pt.scene.roads_wear_junction import brightness, near_junctions
 from sumo3dviz_pt.shapes.bands import band_along
 from sumo3dviz_pt.shapes.polyline import arc_length, without_repeats
 
-_FARTHEST, _LARGEST, _LEAST = 140.0, 5_000.0, 80.0
-"""Junctions farther away [m], larger or smaller [m2] show none."""
+_LEAST = 80.0
+"""Smaller junctions [m2] show none."""
 
 _EACH = 110.0
 """Area for one detail [m2]."""
@@ -51,17 +51,10 @@ def junction_details(
     """
     chosen: dict[str, list[Graded]] = {}
     cells = layout.cells
-    for index in np.flatnonzero(np.isnan(cells.quads[:, 0, 0])):
-        inside = layout.insides.get(cells.owners[index])
-        surface, polygon = cells.surfaces[index], cells.polygons[index]
-        if focus is None or inside is None or surface not in surfaces:
-            continue
-        ways = [strip for strip in inside.ways if is_driven(strip)]
-        if not ways or not _LEAST < polygon.area < _LARGEST:
-            continue
-        if distance_to(focus, shapely.get_coordinates(polygon.centroid))[0] < _FARTHEST:
+    for index, surface, polygon, ways in near_junctions(layout, surfaces=surfaces, focus=focus):
+        if polygon.area > _LEAST:
             tones = [*_repairs(cells.owners[index], polygon, ways), *_rubber(ways)]
-            piece = _laid(tones, cells, int(index))
+            piece = _laid(tones, cells, index)
             worn = brightness(piece.vertices[:, :2], ways)[:, None] ** [1.0, 0.0, 0.0]
             piece = Graded(piece.vertices, piece.faces, piece.wear * worn)
             chosen.setdefault(surface, []).append(piece)

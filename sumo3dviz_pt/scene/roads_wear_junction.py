@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import shapely
@@ -47,21 +47,37 @@ def junction_wear(
         focus: Box around the camera's path [m]; without one no junction is near.
     """
     chosen: dict[str, list[Graded]] = {}
+    for index, surface, polygon, ways in near_junctions(layout, surfaces=surfaces, focus=focus):
+        piece = _worn(polygon, ways)
+        heights = layout.cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
+        vertices = np.column_stack([piece.vertices[:, :2], heights])
+        chosen.setdefault(surface, []).append(Graded(vertices, piece.faces, piece.wear))
+    return {surface: joined(pieces) for surface, pieces in chosen.items()}
+
+
+def near_junctions(
+    layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None
+) -> Iterator[tuple[int, str, shapely.Geometry, list[Strip]]]:
+    """Insides of junctions near the camera's path that show use.
+
+    Args:
+        layout: The roads.
+        surfaces: Those that show wear.
+        focus: Box around the camera's path [m]; without one no junction is near.
+
+    Yields:
+        Index of the cell, its surface, its outline and the ways that are driven across it.
+    """
     cells = layout.cells
-    for index in np.flatnonzero(np.isnan(cells.quads[:, 0, 0])):
+    for index in map(int, np.flatnonzero(np.isnan(cells.quads[:, 0, 0]))):
         inside = layout.insides.get(cells.owners[index])
         surface, polygon = cells.surfaces[index], cells.polygons[index]
         if focus is None or inside is None or surface not in surfaces or polygon.is_empty:
             continue
         ways = [strip for strip in inside.ways if is_driven(strip)]
         middle = shapely.get_coordinates(polygon.centroid)
-        if not ways or polygon.area > _LARGEST or distance_to(focus, middle)[0] > _FARTHEST:
-            continue
-        piece = _worn(polygon, ways)
-        heights = cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
-        vertices = np.column_stack([piece.vertices[:, :2], heights])
-        chosen.setdefault(surface, []).append(Graded(vertices, piece.faces, piece.wear))
-    return {surface: joined(pieces) for surface, pieces in chosen.items()}
+        if ways and polygon.area <= _LARGEST and distance_to(focus, middle)[0] <= _FARTHEST:
+            yield index, surface, polygon, ways
 
 
 def _worn(polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:

@@ -12,23 +12,6 @@ _COARSEST = 0.22
 """Of a body's smallest side: in larger cells a bicycle would be gone."""
 
 
-def clustered(mesh: Mesh, cell: float) -> Mesh:
-    """Merge all vertices of each cell of a grid; flat, without texture coordinates.
-
-    Args:
-        mesh: Any triangles.
-        cell: Side of the grid's cells [m].
-
-    Returns:
-        What is left of the faces; perhaps none.
-
-    References:
-        Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex
-        scenes, 1993.
-    """
-    return clustered_body([mesh], cell)[0]
-
-
 def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
     """Coarser meshes of a body with the outline that it had.
 
@@ -40,7 +23,11 @@ def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
         cell: Side of the grid's cells [m]; small bodies get smaller ones.
 
     Returns:
-        One mesh for each part; some may have no faces left.
+        One flat mesh for each part, without texture coordinates; some may have no faces left.
+
+    References:
+        Rossignac and Borrel, Multi-resolution 3D approximations for rendering complex
+        scenes, 1993.
     """
     used = [mesh.vertices[mesh.faces].reshape(-1, 3) for mesh in meshes]
     points = np.concatenate([np.zeros((0, 3)), *used])

@@ -7,27 +7,6 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 
-def polar_grid(radii: Floats, *, segments: int) -> Mesh:
-    """A level disc around the origin, facing up.
-
-    Args:
-        radii: Increasing radii of its rings, (n,) [m], n >= 1.
-        segments: Sectors, >= 3.
-    """
-    turns = np.linspace(0.0, 2.0 * np.pi, segments, endpoint=False)
-    rings = radii[:, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    flat = np.concatenate([np.zeros((1, 2)), rings.reshape(-1, 2)])
-    column = np.arange(segments)
-    after = (column + 1) % segments
-    fan = np.stack([np.zeros_like(column), 1 + column, 1 + after], axis=1)
-    inner = 1 + (np.arange(len(radii) - 1) * segments)[:, None]
-    a, b = inner + column, inner + after
-    c, d = b + segments, a + segments
-    quads = [np.stack([a, d, c], -1).reshape(-1, 3), np.stack([a, c, b], -1).reshape(-1, 3)]
-    vertices = np.column_stack([flat, np.zeros(len(flat))])
-    return Mesh(vertices, np.concatenate([fan, *quads]))
-
-
 def height_field(x: Floats, y: Floats, z: Floats) -> Mesh:
     """A surface over a rectangular grid, facing up, with smooth normals.
 

@@ -7,13 +7,13 @@ import pytest
 from builders import ball
 
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.shapes.clustering import clustered, clustered_body
+from sumo3dviz_pt.shapes.clustering import clustered_body
 
 
 @pytest.mark.parametrize("cell", [0.1, 0.25, 0.5])
 def test_a_ball_keeps_its_outline_and_loses_faces(cell):
     fine = ball((1.0, 2.0, 3.0), 1.0)
-    coarse = clustered(fine, cell)
+    coarse = clustered_body([fine], cell)[0]
     assert len(coarse.faces) < len(fine.faces) * min(1.0, 0.05 / cell**2)
     assert np.abs(coarse.bounds - fine.bounds).max() < cell
     a, b, c = (coarse.vertices[coarse.faces[:, k]] for k in range(3))
@@ -25,9 +25,9 @@ def test_a_ball_keeps_its_outline_and_loses_faces(cell):
 
 def test_small_things_vanish():
     speck = ball((0.0, 0.0, 0.0), 0.01)
-    assert not len(clustered(speck, 0.5).faces)
+    assert not len(clustered_body([speck], 0.5)[0].faces)
     none = Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
-    assert not len(clustered(none, 0.5).faces)
+    assert not len(clustered_body([none], 0.5)[0].faces)
 
 
 def test_a_body_keeps_its_outermost_points():
