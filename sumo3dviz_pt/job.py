@@ -334,7 +334,11 @@ class OutputSettings(Settings):
 class MotionSettings(Settings):
     """How logged samples become continuous motion."""
 
-    smoother: str = Field("paper_symmetric", description="paper_symmetric or paper")
+    smoother: str = Field("lane", description="lane, hermite, linear, paper_symmetric or paper")
+    heading: Literal["chord", "tractrix"] = Field(
+        "chord", description="how bodies follow their fronts; tractrix never slips sideways"
+    )
+    suspension: bool = Field(True, description="bodies pitch and roll with acceleration")
 
 
 class Quality(Settings):

@@ -180,7 +180,14 @@ def read(
         margin=MARGIN,
         allow_truncated=job.scenario.allow_truncated,
     )
-    return files, scenario, smooth_log(scenario.traffic, smoother=job.motion.smoother)
+    trajectories = smooth_log(
+        scenario.traffic,
+        smoother=job.motion.smoother,
+        network=scenario.network,
+        types=scenario.vehicle_types,
+        heading=job.motion.heading,
+    )
+    return files, scenario, trajectories
 
 
 def frame_times(start: float, end: float, fps: float) -> Floats:

@@ -6,6 +6,8 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 
@@ -52,6 +54,7 @@ class Trace:
         slopes: Nose up, (n,) [rad]; 0 where the log has none.
         lanes: Index into `TrafficLog.lane_names`, (n,); -1 where the log has none.
         signals: SUMO's signal bits, (n,); -1 where the log has none.
+        offsets: Place along the lane, (n,) [m]; NaN where the log has none, empty if unknown.
     """
 
     id: str
@@ -64,6 +67,7 @@ class Trace:
     slopes: Floats
     lanes: Ints
     signals: Ints
+    offsets: Floats = field(default_factory=lambda: np.empty(0))
 
     @property
     def key(self) -> str:

@@ -20,6 +20,7 @@ class Motion:
         yaws: Counter-clockwise from east, (n,) [rad]; NaN where not alive.
         pitches: Nose up, (n,) [rad]; NaN where not alive.
         speeds: Along the path, (n,) [m/s]; NaN where not alive.
+        travelled: Way of the front since its piece began, (n,) [m]; NaN where not alive.
     """
 
     alive: Bools
@@ -27,6 +28,7 @@ class Motion:
     yaws: Floats
     pitches: Floats
     speeds: Floats
+    travelled: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +62,36 @@ class Piece(Protocol):
     def sample(self, times: Floats) -> Motion:
         """Motion at times within [begin, end], (n,) [s]; all alive."""
 
+    def trail(self, times: Floats, distances: Floats) -> Floats:
+        """Points of the path behind the front.
+
+        Args:
+            times: Within [begin, end], (n,) [s].
+            distances: Behind the front along the path that it drove, (k,) [m], >= 0.
+
+        Returns:
+            Points on the ground, (n, k, 3) [m]; further back than the log tells they lie
+            straight behind.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Something in a log that could not be shown as it is, or that a user should know.
+
+    Attributes:
+        kind: `gap`, `teleport`, `no lanes`, `no way`, `off lane`, `parking`, `reversing`,
+            `lane change`, `steep` or `unlike the log`.
+        begin: [s].
+        end: [s].
+        value: How large: seconds for a gap, metres or radians else.
+    """
+
+    kind: str
+    begin: float
+    end: float
+    value: float = 0.0
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
@@ -70,12 +102,14 @@ class Trajectory:
         kind: `vehicle`, `person` or `container`.
         type_id: Its vType, may be empty.
         pieces: In time order, disjoint; gaps and teleports lie between them.
+        remarks: What was noticed in its log, in time order.
     """
 
     id: str
     kind: str
     type_id: str
     pieces: tuple[Piece, ...]
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def key(self) -> str:
@@ -88,7 +122,7 @@ class Trajectory:
         motion = Motion(
             np.zeros(times.shape, dtype=np.bool_),
             np.full((*times.shape, 3), np.nan),
-            *(np.full(times.shape, np.nan) for _ in range(3)),
+            *(np.full(times.shape, np.nan) for _ in range(4)),
         )
         for piece in self.pieces:
             inside = (times >= piece.begin - 1e-9) & (times <= piece.end + 1e-9)
@@ -96,7 +130,7 @@ class Trajectory:
                 continue
             part = piece.sample(np.clip(times[inside], piece.begin, piece.end))
             motion.alive[inside] = True
-            for name in ("positions", "yaws", "pitches", "speeds"):
+            for name in ("positions", "yaws", "pitches", "speeds", "travelled"):
                 getattr(motion, name)[inside] = getattr(part, name)
         return motion
 

@@ -19,9 +19,11 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.trajectory import Motion, Piece
+from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.motion.front import Front, FrontMotion
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import Samples, wrapped
+from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.setting import Setting
 
 FRAME_RATE = 25.0
 """[1/s]."""
@@ -37,7 +39,7 @@ SHORTEST_STEP = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FramePiece:
+class FrameFront:
     """Motion known at frames and interpolated between them.
 
     Attributes:
@@ -47,6 +49,7 @@ class FramePiece:
         positions: (n, 3) [m].
         headings: Unwrapped, (n,) [rad].
         pitches: (n,) [rad].
+        remarks: What was noticed.
     """
 
     begin: float
@@ -55,16 +58,16 @@ class FramePiece:
     positions: Floats
     headings: Floats
     pitches: Floats
+    remarks: tuple[Remark, ...] = ()
 
-    def sample(self, times: Floats) -> Motion:
-        """Motion at times within [begin, end], (n,) [s]."""
+    def at(self, times: Floats) -> FrontMotion:
+        """Where the front is at times within [begin, end], (n,) [s]."""
         columns = [np.interp(times, self.frames, column) for column in self.positions.T]
-        return Motion(
-            np.ones(len(times), dtype=np.bool_),
+        return FrontMotion(
             np.stack(columns, axis=1),
-            wrapped(np.interp(times, self.frames, self.headings)),
-            np.interp(times, self.frames, self.pitches),
             self._speeds(times),
+            np.interp(times, self.frames, self.headings),
+            np.interp(times, self.frames, self.pitches),
         )
 
     def _speeds(self, times: Floats) -> Floats:
@@ -76,9 +79,10 @@ class FramePiece:
         return np.asarray(steps[np.clip(index, 0, len(steps) - 1)])
 
 
-@register("paper")
-def paper(samples: Samples) -> Piece:
+@register("paper", heads=True)
+def paper(samples: Samples, setting: Setting) -> Front:
     """Smooth as the founding paper does."""
+    del setting  # the paper uses nothing but places and angles
     begin, end = float(samples.times[0]), float(samples.times[-1])
     count = int(np.floor((end - begin) * FRAME_RATE + 1e-6)) + 1
     frames = begin + np.arange(count) / FRAME_RATE
@@ -89,7 +93,7 @@ def paper(samples: Samples) -> Piece:
     smooth = origin + _moving_average(drawn, window=POSITION_FRAMES)
     headings = _headings(smooth[:, :2], angles=smooth[:, 3])
     headings = _moving_average(headings[:, None], window=HEADING_FRAMES)[:, 0]
-    return FramePiece(begin, end, frames, smooth[:, :3], headings, smooth[:, 4])
+    return FrameFront(begin, end, frames, smooth[:, :3], headings, smooth[:, 4])
 
 
 def _moving_average(values: Floats, *, window: int) -> Floats:

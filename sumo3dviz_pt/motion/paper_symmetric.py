@@ -21,9 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.trajectory import Motion, Piece
+from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.motion.front import Front, FrontMotion
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import PiecewiseLinear, Samples, nearest_turn, wrapped
+from sumo3dviz_pt.motion.samples import PiecewiseLinear, Samples, nearest_turn
+from sumo3dviz_pt.motion.setting import Setting
 
 POSITION_HALF_WIDTH = 0.42
 """Half the window of places and SUMO's angle [s]."""
@@ -45,7 +47,7 @@ HEADING_STEP = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SmoothPiece:
+class SmoothFront:
     """Moving averages that can be asked at any time.
 
     Attributes:
@@ -53,12 +55,14 @@ class SmoothPiece:
         path: x, y and SUMO's unwrapped yaw, (n, 3).
         rise: z and slope, (n, 2).
         heading: Unwrapped yaw before its averaging, (m, 1) [rad].
+        remarks: What was noticed.
     """
 
     origin: Floats
     path: PiecewiseLinear
     rise: PiecewiseLinear
     heading: PiecewiseLinear
+    remarks: tuple[Remark, ...] = ()
 
     @property
     def begin(self) -> float:
@@ -70,29 +74,29 @@ class SmoothPiece:
         """Last sample's time [s]."""
         return float(self.path.knots[-1])
 
-    def sample(self, times: Floats) -> Motion:
-        """Motion at times within [begin, end], (n,) [s]."""
+    def at(self, times: Floats) -> FrontMotion:
+        """Where the front is at times within [begin, end], (n,) [s]."""
         path, rates = self.path.average(times, half_width=POSITION_HALF_WIDTH)
         rise, climbs = self.rise.average(times, half_width=HEIGHT_HALF_WIDTH)
         yaws, _ = self.heading.average(times, half_width=HEADING_HALF_WIDTH)
-        return Motion(
-            np.ones(len(times), dtype=np.bool_),
+        return FrontMotion(
             np.column_stack([path[:, :2], rise[:, 0]]) + self.origin,
-            wrapped(yaws[:, 0]),
-            rise[:, 1],
             np.linalg.norm(np.column_stack([rates[:, :2], climbs[:, 0]]), axis=1),
+            yaws[:, 0],
+            rise[:, 1],
         )
 
 
-@register("paper_symmetric")
-def paper_symmetric(samples: Samples) -> Piece:
+@register("paper_symmetric", heads=True)
+def paper_symmetric(samples: Samples, setting: Setting) -> Front:
     """Smooth in continuous time, with exact ends."""
+    del setting  # the paper uses nothing but places and angles
     origin = samples.positions[0]
     place = samples.positions - origin
     path = PiecewiseLinear.through(samples.times, np.column_stack([place[:, :2], samples.yaws]))
     rise = PiecewiseLinear.through(samples.times, np.column_stack([place[:, 2], samples.slopes]))
     knots = _heading_knots(float(samples.times[0]), float(samples.times[-1]))
-    return SmoothPiece(origin, path, rise, PiecewiseLinear.through(knots, _headings(path, knots)))
+    return SmoothFront(origin, path, rise, PiecewiseLinear.through(knots, _headings(path, knots)))
 
 
 def _heading_knots(begin: float, end: float) -> Floats:

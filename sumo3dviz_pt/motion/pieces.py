@@ -13,6 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.samples import Samples
 
 TELEPORT_SLACK = 8.0
@@ -40,30 +41,51 @@ def split(trace: Trace, *, step: float) -> tuple[Samples, ...]:
     """
     if len(trace.times) == 0:
         return ()
-    cuts = np.flatnonzero(_breaks(trace, step=step)) + 1
+    cuts = np.flatnonzero(_gaps(trace, step=step) | _teleports(trace)) + 1
     bounds = [0, *cuts.tolist(), len(trace.times)]
     return tuple(_samples(trace, slice(first, last)) for first, last in pairwise(bounds))
 
 
 def _samples(trace: Trace, part: slice) -> Samples:
     """A stretch of a trace."""
+    known = len(trace.offsets) == len(trace.times)
+    times = trace.times[part]
     return Samples(
-        trace.times[part],
+        times,
         trace.positions[part],
         np.unwrap(trace.yaws[part]),
         trace.slopes[part],
+        trace.speeds[part],
+        trace.lanes[part],
+        trace.offsets[part] if known else np.full(len(times), np.nan),
     )
 
 
-def _breaks(trace: Trace, *, step: float) -> Bools:
-    """Which steps between samples are gaps or teleports, (n - 1,)."""
+def breaks(trace: Trace, *, step: float) -> tuple[Remark, ...]:
+    """Where a trace was cut and why; arguments as in `split`."""
+    gaps, teleports = _gaps(trace, step=step), _teleports(trace)
+    found = []
+    for number in np.flatnonzero(gaps | teleports).tolist():
+        begin, end = trace.times[number], trace.times[number + 1]
+        away = trace.positions[number + 1] - trace.positions[number]
+        gap = bool(gaps[number])
+        value = float(end - begin) if gap else float(np.linalg.norm(away[:2]))
+        found.append(Remark("gap" if gap else "teleport", float(begin), float(end), value))
+    return tuple(found)
+
+
+def _gaps(trace: Trace, *, step: float) -> Bools:
+    """Which steps between samples lack rows, (n - 1,)."""
+    steps = np.diff(trace.times)
+    return steps > GAP_FACTOR * step if step > 0.0 else np.zeros(len(steps), dtype=np.bool_)
+
+
+def _teleports(trace: Trace) -> Bools:
+    """Which steps between samples lead further than anyone drives, (n - 1,)."""
     steps = np.diff(trace.times)
     lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
     reach = _reach(trace.speeds, steps=steps, lengths=lengths)
-    teleports: Bools = lengths > reach + TELEPORT_SLACK
-    if step > 0.0:
-        teleports |= steps > GAP_FACTOR * step
-    return teleports
+    return np.asarray(lengths > reach + TELEPORT_SLACK)
 
 
 def _reach(speeds: Floats, *, steps: Floats, lengths: Floats) -> Floats:

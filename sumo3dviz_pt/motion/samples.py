@@ -7,13 +7,12 @@ value can be asked at any real time, whatever the frame rate.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.trajectory import Motion
+from sumo3dviz_pt.model.geometry import Floats, Ints
 
 Places = NDArray[np.intp]
 """Indices into an array."""
@@ -28,44 +27,22 @@ class Samples:
         positions: Middle of the front bumper, (n, 3) [m].
         yaws: Counter-clockwise from east, unwrapped, (n,) [rad].
         slopes: Nose up, (n,) [rad].
+        speeds: (n,) [m/s]; NaN where the log has none.
+        lanes: Index into the log's lane names, (n,); -1 where the log has none.
+        offsets: Place along the lane, (n,) [m]; NaN where the log has none.
     """
 
     times: Floats
     positions: Floats
     yaws: Floats
     slopes: Floats
+    speeds: Floats
+    lanes: Ints
+    offsets: Floats
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StandingPiece:
-    """A single sample: the road user exists at exactly that time.
-
-    Attributes:
-        samples: n = 1.
-    """
-
-    samples: Samples
-
-    @property
-    def begin(self) -> float:
-        """The sample's time [s]."""
-        return float(self.samples.times[0])
-
-    @property
-    def end(self) -> float:
-        """The sample's time [s]."""
-        return self.begin
-
-    def sample(self, times: Floats) -> Motion:
-        """The logged pose, standing, at each of the times, (n,) [s]."""
-        count = len(times)
-        return Motion(
-            np.ones(count, dtype=np.bool_),
-            np.repeat(self.samples.positions, count, axis=0),
-            wrapped(np.repeat(self.samples.yaws, count)),
-            np.repeat(self.samples.slopes, count),
-            np.zeros(count),
-        )
+    def part(self, which: slice | Ints) -> Samples:
+        """Some of the samples, in their order."""
+        return Samples(*(getattr(self, item.name)[which] for item in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -185,6 +185,7 @@ class _Reader:
             z = float(get("z", 0.0))
             angle = float(attributes["angle"])
             speed, slope = float(get("speed", nan)), float(get("slope", 0.0))
+            offset = float(get("pos", nan))
             signals = int(get("signals", -1))
             key = (tag, attributes["id"], get("type", ""))
         except (KeyError, ValueError):
@@ -201,7 +202,7 @@ class _Reader:
         buffer = self.rows.get(key)
         if buffer is None:
             buffer = self.rows[key] = array("d")
-        buffer.extend((self._time, x, y, z, angle, speed, slope, place, signals))
+        buffer.extend((self._time, x, y, z, angle, speed, slope, place, signals, offset))
 
     def _odd_time(self, attributes: Mapping[str, str]) -> float:
         """A time that is not written in seconds."""
@@ -221,7 +222,7 @@ class _Reader:
                     f'the attribute "{name}" is missing; log at least x,y,angle '
                     "(--fcd-output.attributes)"
                 )
-        for name in ("x", "y", "z", "angle", "speed", "slope", "signals"):
+        for name in ("x", "y", "z", "angle", "speed", "slope", "signals", "pos"):
             value = element.number(name, 0.0)
             if abs(value) >= _FAR:
                 break

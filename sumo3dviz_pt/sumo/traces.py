@@ -16,9 +16,9 @@ Key = tuple[str, str, str]
 """Kind, id and type: an id that comes back with another type is another road user."""
 
 Rows = dict[Key, "array[float]"]
-"""Packed rows: time, x, y, z, angle, speed, slope, lane, signals."""
+"""Packed rows: time, x, y, z, angle, speed, slope, lane, signals, place on it."""
 
-COLUMNS = 9
+COLUMNS = 10
 
 STEEPEST = np.radians(30.0)
 """SUMO logs slopes up to 90 degrees on walking areas and at kerbs; no road has them [rad]."""
@@ -57,7 +57,7 @@ def build_traces(rows: Rows) -> tuple[Trace, ...]:
 
 
 def _table(buffer: array[float]) -> Floats:
-    """Packed rows as a table, (n, 9)."""
+    """Packed rows as a table, (n, 10)."""
     return np.frombuffer(buffer, dtype=np.float64).reshape(-1, COLUMNS)
 
 
@@ -83,6 +83,7 @@ def _trace(key: Key, table: Floats) -> Trace:
         slopes=frozen(np.clip(np.radians(table[:, 6]), -STEEPEST, STEEPEST)),
         lanes=frozen(table[:, 7], np.int64),
         signals=frozen(table[:, 8], np.int64),
+        offsets=frozen(np.where(np.isfinite(table[:, 9]), table[:, 9], np.nan)),
     )
 
 

@@ -1,0 +1,212 @@
+"""Bodies on the road: pieces of motion made of legs in which a body moves in one sense."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Motion, Piece, Remark
+from sumo3dviz_pt.motion.curves import Hermite
+from sumo3dviz_pt.motion.driven import Driven
+from sumo3dviz_pt.motion.front import Front
+from sumo3dviz_pt.motion.headings import Heading, Headings, chord, logged, own, tractrix
+from sumo3dviz_pt.motion.hermite import CurveFront
+from sumo3dviz_pt.motion.manoeuvres import Stretch, stretches
+from sumo3dviz_pt.motion.registry import Smoother
+from sumo3dviz_pt.motion.samples import Samples, wrapped
+from sumo3dviz_pt.motion.setting import Setting
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """A stretch of moving in one sense.
+
+    Attributes:
+        driven: Where its front was.
+        headings: Yaws and pitches.
+        straight: Yaw by time where the body does not follow its front; else None.
+        start: What was travelled before it [m].
+        sense: -1 where it backs up, else 1.
+    """
+
+    driven: Driven
+    headings: Headings
+    straight: Callable[[Floats], Floats] | None = None
+    start: float = 0.0
+    sense: float = 1.0
+
+    @property
+    def front(self) -> Front:
+        """The motion of its front."""
+        return self.driven.front
+
+    @property
+    def travelled(self) -> float:
+        """What was travelled at its end [m]."""
+        return self.start + self.sense * float(self.driven.ways[-1])
+
+    def sample(self, times: Floats) -> Motion:
+        """Motion at times within it, (n,) [s]."""
+        motion = self.front.at(times)
+        ways = self.driven.way_at(times, motion.positions)
+        yaws, pitches = self.headings(times, motion, ways)
+        return Motion(
+            np.ones(len(times), dtype=np.bool_),
+            motion.positions,
+            wrapped(yaws),
+            pitches,
+            motion.speeds,
+            self.start + self.sense * ways,
+        )
+
+    def trail(self, times: Floats, distances: Floats) -> Floats:
+        """Points behind its front, (n, k, 3) [m]; see `Piece.trail`."""
+        places = self.front.at(times).positions
+        if self.straight is not None:
+            yaws = self.straight(times)
+            ahead = np.stack([np.cos(yaws), np.sin(yaws), np.zeros(len(yaws))], axis=1)
+            return np.asarray(places[:, None] - distances[None, :, None] * ahead[:, None])
+        ways = self.driven.way_at(times, places)
+        points = self.driven.points_at((ways[:, None] - distances).ravel())
+        return points.reshape(len(times), len(distances), 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LegsPiece:
+    """One unbroken stretch of motion.
+
+    Attributes:
+        legs: In time order; each begins where the one before it ends.
+    """
+
+    legs: tuple[Leg, ...]
+
+    @property
+    def begin(self) -> float:
+        """First sample's time [s]."""
+        return self.legs[0].front.begin
+
+    @property
+    def end(self) -> float:
+        """Last sample's time [s]."""
+        return self.legs[-1].front.end
+
+    def sample(self, times: Floats) -> Motion:
+        """Motion at times within [begin, end], (n,) [s]."""
+        if len(self.legs) == 1:
+            return self.legs[0].sample(times)
+        parts = [(inside, leg.sample(times[inside])) for inside, leg in self._legs_at(times)]
+        order = np.argsort(np.concatenate([inside for inside, _ in parts]), kind="stable")
+        names = ("alive", "positions", "yaws", "pitches", "speeds", "travelled")
+        return Motion(
+            *(np.concatenate([getattr(part, name) for _, part in parts])[order] for name in names)
+        )
+
+    def trail(self, times: Floats, distances: Floats) -> Floats:
+        """Points behind the front, (n, k, 3) [m]; see `Piece.trail`."""
+        points = np.empty((len(times), len(distances), 3))
+        for inside, leg in self._legs_at(times):
+            points[inside] = leg.trail(times[inside], distances)
+        return points
+
+    def _legs_at(self, times: Floats) -> list[tuple[np.ndarray, Leg]]:
+        """Places of the times that each leg covers, for legs that cover any."""
+        joints = np.array([leg.front.begin for leg in self.legs[1:]])
+        which = np.searchsorted(joints, times, side="right")
+        return [(np.flatnonzero(which == n), self.legs[n]) for n in np.unique(which).tolist()]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StandingPiece:
+    """A single sample: the road user exists at exactly that time.
+
+    Attributes:
+        samples: n = 1.
+    """
+
+    samples: Samples
+
+    @property
+    def begin(self) -> float:
+        """The sample's time [s]."""
+        return float(self.samples.times[0])
+
+    @property
+    def end(self) -> float:
+        """The sample's time [s]."""
+        return self.begin
+
+    def sample(self, times: Floats) -> Motion:
+        """The logged pose, standing, at each of the times, (n,) [s]."""
+        count = len(times)
+        return Motion(
+            np.ones(count, dtype=np.bool_),
+            np.repeat(self.samples.positions, count, axis=0),
+            wrapped(np.repeat(self.samples.yaws, count)),
+            np.repeat(self.samples.slopes, count),
+            np.zeros(count),
+            np.zeros(count),
+        )
+
+    def trail(self, times: Floats, distances: Floats) -> Floats:
+        """Points straight behind the front, (n, k, 3) [m]."""
+        yaw, slope = float(self.samples.yaws[0]), float(self.samples.slopes[0])
+        ahead = np.array([np.cos(yaw), np.sin(yaw), np.tan(slope)])
+        points = self.samples.positions[0] - distances[:, None] * ahead
+        return np.repeat(points[None], len(times), axis=0)
+
+
+def make_piece(
+    samples: Samples, smoother: Smoother, setting: Setting, *, heading: Heading
+) -> tuple[Piece, tuple[Remark, ...]]:
+    """Motion of one stretch of samples, and what was noticed."""
+    if len(samples.times) == 1:
+        return StandingPiece(samples), ()
+    if smoother.heads:
+        front = smoother.make(samples, setting)
+        yaw = float(samples.yaws[0])
+        driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
+        return LegsPiece((Leg(driven, own),)), front.remarks
+    legs: list[Leg] = []
+    remarks: list[Remark] = []
+    for stretch in stretches(samples, kind=setting.kind):
+        legs.append(_leg(stretch, smoother, setting, heading, legs[-1] if legs else None))
+        remarks += [*legs[-1].front.remarks, *_manoeuvre(stretch)]
+    return LegsPiece(tuple(legs)), tuple(remarks)
+
+
+def _leg(
+    stretch: Stretch, smoother: Smoother, setting: Setting, heading: Heading, before: Leg | None
+) -> Leg:
+    """A leg that begins as the one before it ends."""
+    samples = stretch.samples
+    parking = stretch.kind == "parking"
+    front = _aside(samples) if parking else smoother.make(samples, setting)
+    yaw, start = float(samples.yaws[0]), 0.0
+    if before is not None:
+        yaw, start = float(before.sample(np.array([front.begin])).yaws[0]), before.travelled
+    driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
+    if stretch.kind:
+        straight, headings = logged(samples, yaw=yaw, at_once=parking)
+        sense = -1.0 if stretch.kind == "reversing" else 1.0
+        return Leg(driven, headings, straight, start, sense)
+    if heading == "tractrix":
+        return Leg(driven, tractrix(driven, setting.length, yaw=yaw), start=start)
+    return Leg(driven, chord(driven, setting.length), start=start)
+
+
+def _aside(samples: Samples) -> Front:
+    """A move from place to place that begins and ends at rest."""
+    return CurveFront(Hermite(samples.times, samples.positions, np.zeros_like(samples.positions)))
+
+
+def _manoeuvre(stretch: Stretch) -> tuple[Remark, ...]:
+    """What users should know of a stretch."""
+    if not stretch.kind:
+        return ()
+    samples = stretch.samples
+    moved = float(np.linalg.norm(samples.positions[-1, :2] - samples.positions[0, :2]))
+    return (Remark(stretch.kind, float(samples.times[0]), float(samples.times[-1]), moved),)

@@ -1,0 +1,111 @@
+"""Curves through samples: cubic Hermite, and the slopes that make them smooth or monotone.
+
+All act on columns, (n, k), or on single values, (n,), alike.
+
+References:
+    C. de Boor, A Practical Guide to Splines, chapter IV (C2 cubic spline by slopes).
+    F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5 (1984): monotone slopes
+    by the weighted harmonic mean (PCHIP).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_banded
+
+from sumo3dviz_pt.model.geometry import Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hermite:
+    """A cubic Hermite curve over time.
+
+    Attributes:
+        knots: Strictly increasing, (n,) [s], n >= 2.
+        values: (n, k) or (n,).
+        slopes: Alike, per second.
+    """
+
+    knots: Floats
+    values: Floats
+    slopes: Floats
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """Values and their rates at times, (m,) [s]; constant outside the knots."""
+        index = np.clip(
+            np.searchsorted(self.knots, times, side="right") - 1, 0, len(self.knots) - 2
+        )
+        step = self.knots[index + 1] - self.knots[index]
+        share = np.clip((times - self.knots[index]) / step, 0.0, 1.0)
+        if self.values.ndim > 1:
+            step, share = step[:, None], share[:, None]
+        start = self.values[index]
+        rise = self.values[index + 1] - start
+        first, last = step * self.slopes[index], step * self.slopes[index + 1]
+        # Horner in the rise from the left value, so that far origins keep their digits.
+        square = 3.0 * rise - 2.0 * first - last
+        cube = first + last - 2.0 * rise
+        values = start + share * (first + share * (square + share * cube))
+        return values, (first + share * (2.0 * square + 3.0 * share * cube)) / step
+
+
+def smooth_slopes(knots: Floats, values: Floats) -> Floats:
+    """Slopes of the cubic spline with continuous second derivative, (n,).
+
+    The ends are parabolic: the slope of the outer stretch is the mean of its two slopes.
+    """
+    steps = np.diff(knots)
+    rates = np.diff(values) / steps
+    if len(rates) == 1:
+        return np.repeat(rates, 2)
+    bands = np.ones((3, len(knots)))
+    bands[0, 2:], bands[2, :-2] = steps[:-1], steps[1:]
+    bands[1, 1:-1] = 2.0 * (steps[:-1] + steps[1:])
+    right = np.empty(len(knots))
+    right[0], right[-1] = 2.0 * rates[0], 2.0 * rates[-1]
+    right[1:-1] = 3.0 * (steps[1:] * rates[:-1] + steps[:-1] * rates[1:])
+    return np.asarray(solve_banded((1, 1), bands, right))
+
+
+def monotone_slopes(knots: Floats, values: Floats) -> Floats:
+    """Slopes that overshoot nothing, level at both ends, (n, k) or (n,) (PCHIP)."""
+    slopes = np.zeros_like(values)
+    if len(knots) < 3:
+        return slopes
+    steps = np.diff(knots).reshape(-1, *([1] * (values.ndim - 1)))
+    rates = np.diff(values, axis=0) / steps
+    left, right = rates[:-1], rates[1:]
+    one, two = 2.0 * steps[1:] + steps[:-1], steps[1:] + 2.0 * steps[:-1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (one + two) / (one / left + two / right)
+    slopes[1:-1] = np.where(left * right > 0.0, mean, 0.0)
+    return slopes
+
+
+def forward_slopes(slopes: Floats, rates: Floats) -> Floats:
+    """Slopes limited so that a Hermite curve through rising values never falls, (n,).
+
+    Args:
+        slopes: Wanted at the knots, (n,).
+        rates: Of the stretches between them, (n - 1,), >= 0.
+
+    References:
+        F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17 (1980): slopes up to
+        three times the rates beside them keep a cubic monotone.
+    """
+    padded = np.concatenate([rates[:1], rates, rates[-1:]])
+    return np.clip(slopes, 0.0, 3.0 * np.minimum(padded[:-1], padded[1:]))
+
+
+def eased(share: Floats) -> Floats:
+    """From 0 to 1 with level first and second derivatives at both ends: u^3 (10 - 15 u + 6 u^2)."""
+    share = np.clip(share, 0.0, 1.0)
+    return share**3 * (10.0 + share * (6.0 * share - 15.0))
+
+
+def eased_rate(share: Floats) -> Floats:
+    """Derivative of `eased`: 30 u^2 (1 - u)^2 between 0 and 1, else 0."""
+    share = np.clip(share, 0.0, 1.0)
+    return 30.0 * (share * (1.0 - share)) ** 2

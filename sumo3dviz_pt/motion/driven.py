@@ -1,0 +1,113 @@
+"""The path that a front has driven: points by time and by way, also from before the log.
+
+References:
+    shared facts on SUMO's logs, section 3: the angle is that of the chord from the rear
+    to the front, so that front - length x direction lies on the driven way. That tells
+    where the path lay before the first sample.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.motion.front import Front
+from sumo3dviz_pt.motion.samples import Samples
+
+_STEP = 0.1
+"""Ways are known at multiples of this time, so that the asked window moves none of them [s]."""
+
+_APART = 0.05
+"""Points of the path before the first sample are at least so far apart [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Driven:
+    """Where a front was.
+
+    Attributes:
+        front: Its motion.
+        knots: Times at which the way is known, (n,) [s].
+        places: Of the front at them, (n, 3) [m].
+        ways: Level way since the beginning, never falling, (n,) [m].
+        past: Points of the path up to the beginning, (p, 3) [m], p >= 2.
+        past_ways: Their ways, strictly rising to 0, (p,) [m].
+    """
+
+    front: Front
+    knots: Floats
+    places: Floats
+    ways: Floats
+    past: Floats
+    past_ways: Floats
+
+    @classmethod
+    def of(cls, front: Front, samples: Samples, *, length: float, yaw: float) -> Driven:
+        """Follow a front.
+
+        Args:
+            front: Its motion.
+            samples: That it was made of.
+            length: Of the body [m].
+            yaw: Of the body at the beginning [rad].
+        """
+        knots = _knots(front.begin, front.end)
+        places = front.at(knots).positions
+        steps = np.diff(places[:, :2], axis=0)
+        ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+        at = np.interp(samples.times, knots, ways)
+        past, past_ways = _past(samples, at, length=length, yaw=yaw)
+        return cls(front, knots, places, ways, past, past_ways)
+
+    def way_at(self, times: Floats, places: Floats) -> Floats:
+        """Way since the beginning at times, (n,) [m]; `places` are the front's then, (n, 3)."""
+        index = np.searchsorted(self.knots, times, side="right") - 1
+        index = np.clip(index, 0, len(self.knots) - 1)
+        away = places[:, :2] - self.places[index, :2]
+        return np.asarray(self.ways[index] + np.hypot(away[:, 0], away[:, 1]))
+
+    def points_at(self, ways: Floats) -> Floats:
+        """Points of the path, (n, 3) [m], by way since the beginning, (n,) [m]; also negative."""
+        points = np.empty((len(ways), 3))
+        driven = ways > 0.0
+        if driven.any():
+            # Strictly rising, so that a standstill is one point.
+            rising = self.ways + 1e-9 * np.arange(len(self.ways))
+            times = np.interp(ways[driven], rising, self.knots)
+            points[driven] = self.front.at(times).positions
+        if not driven.all():
+            points[~driven] = self._before(ways[~driven])
+        return points
+
+    def _before(self, ways: Floats) -> Floats:
+        """Points of the path before the beginning; straight on beyond what is known."""
+        points = np.stack([np.interp(ways, self.past_ways, axis) for axis in self.past.T], axis=1)
+        beyond = np.minimum(ways - self.past_ways[0], 0.0)
+        step = (self.past[1] - self.past[0]) / (self.past_ways[1] - self.past_ways[0])
+        return np.asarray(points + beyond[:, None] * step)
+
+
+def _knots(begin: float, end: float) -> Floats:
+    """Absolute times between two, and both, (n,) [s]."""
+    inner = np.arange(np.ceil(begin / _STEP), np.floor(end / _STEP) + 1.0) * _STEP
+    inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]
+    return np.concatenate([[begin], inner, [end]])
+
+
+def _past(samples: Samples, ways: Floats, *, length: float, yaw: float) -> tuple[Floats, Floats]:
+    """The path before the first sample: where the rear was at the samples of the first length."""
+    known = np.flatnonzero(ways < length - _APART)
+    kept = [0]
+    for number in known[1:].tolist():
+        if ways[number] - ways[kept[-1]] >= _APART:
+            kept.append(number)
+    yaws, slopes = samples.yaws[kept].copy(), samples.slopes[kept]
+    yaws[0] = yaw
+    level = np.stack([np.cos(yaws), np.sin(yaws), np.tan(slopes)], axis=1)
+    rears = samples.positions[kept] - length * level
+    return (
+        np.concatenate([rears, samples.positions[:1]]),
+        np.concatenate([ways[kept] - length, [0.0]]),
+    )

@@ -1,0 +1,106 @@
+"""Cubic Hermite curves through the samples, with the logged speeds and angles.
+
+Needs no network. SUMO's angle is that of the chord from the rear to the front; in a bend
+the front moves further round, by half the body's length times the curvature.
+
+References:
+    shared facts on motion, sections 4 and 5.6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.motion.along import run_along
+from sumo3dviz_pt.motion.curves import Hermite, monotone_slopes
+from sumo3dviz_pt.motion.front import Front, FrontMotion
+from sumo3dviz_pt.motion.registry import register
+from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.setting import Setting
+
+_LARGEST_LEAD = np.radians(30.0)
+"""The front moves no further off the body's heading [rad]."""
+
+_SHORT = 0.2
+"""Samples nearer to one another say nothing about a bend [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CurveFront:
+    """The front on a curve through its samples.
+
+    Attributes:
+        curve: Positions over time.
+        remarks: What was noticed.
+    """
+
+    curve: Hermite
+    remarks: tuple[Remark, ...] = ()
+
+    @property
+    def begin(self) -> float:
+        """First sample's time [s]."""
+        return float(self.curve.knots[0])
+
+    @property
+    def end(self) -> float:
+        """Last sample's time [s]."""
+        return float(self.curve.knots[-1])
+
+    def at(self, times: Floats) -> FrontMotion:
+        """Where the front is at times within [begin, end], (n,) [s]."""
+        positions, rates = self.curve.at(times)
+        return FrontMotion(positions, np.linalg.norm(rates, axis=1))
+
+
+@register("hermite")
+def hermite(samples: Samples, setting: Setting) -> Front:
+    """Join samples by curves."""
+    return bridge(samples, setting)
+
+
+def bridge(
+    samples: Samples,
+    setting: Setting,
+    *,
+    first: Floats | None = None,
+    last: Floats | None = None,
+) -> CurveFront:
+    """Join samples by curves.
+
+    Args:
+        samples: n >= 2.
+        setting: Says what the speeds mean.
+        first: Velocity at the first sample, (3,) [m/s]; None takes what the log says.
+        last: At the last one, likewise.
+    """
+    steps = np.diff(samples.positions[:, :2], axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    way = np.concatenate([[0.0], np.cumsum(lengths)])
+    along = run_along(samples.times, way, samples.speeds, euler=setting.euler)
+    ahead = _directions(samples, way, length=setting.length)
+    slopes = np.empty_like(samples.positions)
+    slopes[:, :2] = along.slopes[:, None] * ahead
+    slopes[:, 2] = monotone_slopes(samples.times, samples.positions[:, 2])
+    for at, given in ((0, first), (-1, last)):
+        if given is not None:
+            slopes[at] = given
+    return CurveFront(Hermite(samples.times, samples.positions, slopes))
+
+
+def _directions(samples: Samples, way: Floats, *, length: float) -> Floats:
+    """Unit vectors in which the front moves at the samples, (n, 2)."""
+    kept = np.concatenate([[0], 1 + np.flatnonzero(np.diff(way) > _SHORT)])
+    yaws = samples.yaws
+    if len(kept) > 2:
+        bends = np.gradient(yaws[kept], way[kept])
+        lead = np.interp(way, way[kept], bends) * length / 2.0
+        yaws = yaws + np.clip(lead, -_LARGEST_LEAD, _LARGEST_LEAD)
+    ahead = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
+    around = np.gradient(samples.positions[:, :2], axis=0)
+    backward = (around * ahead).sum(axis=1) < 0.0
+    return np.where(backward[:, None], -ahead, ahead)

@@ -1,0 +1,171 @@
+"""Motion along the lanes that the log names; our best smoother.
+
+Where a vehicle is comes from its lanes and its places on them: the path is the lanes'
+centre line with rounded corners, the way along it is smooth in time and never falls, and
+changes of lanes are moves that a vehicle can drive. What the samples lie off that path
+(parking, sublane offsets, rounding) is kept, smooth in time. Steps whose lanes are missing
+or contradict the places are bridged by `hermite`.
+
+References:
+    shared facts on motion, section 5, but for changes of lanes: the two tracks are
+    blended as curves, so that lanes that are not parallel leave no step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.motion.along import run_along
+from sumo3dviz_pt.motion.curves import Hermite, monotone_slopes
+from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
+from sumo3dviz_pt.motion.hermite import bridge, hermite
+from sumo3dviz_pt.motion.lane_path import Blend, LanePath, lane_path
+from sumo3dviz_pt.motion.registry import register
+from sumo3dviz_pt.motion.route import Run, follow
+from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.track import Track, track_along
+from sumo3dviz_pt.motion.ways import Ways
+
+_INSTANT = 1.2
+"""A sideways step between two samples of at least this is no motion of the log's [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneFront:
+    """The front along its lanes.
+
+    Attributes:
+        along: Stations over time.
+        path: Points by station.
+        beside: What it is off the path over time: along, to the left, up, (n, 3) [m].
+        remarks: Its changes of lanes.
+    """
+
+    along: Hermite
+    path: LanePath
+    beside: Hermite
+    remarks: tuple[Remark, ...]
+
+    @property
+    def begin(self) -> float:
+        """First sample's time [s]."""
+        return float(self.along.knots[0])
+
+    @property
+    def end(self) -> float:
+        """Last sample's time [s]."""
+        return float(self.along.knots[-1])
+
+    def at(self, times: Floats) -> FrontMotion:
+        """Where the front is at times within [begin, end], (n,) [s]."""
+        stations, speeds = self.along.at(times)
+        points, ahead, rates = self.path.at(stations)
+        offsets, drifts = self.beside.at(times)
+        frames = _frames(ahead)
+        points += np.einsum("nij,ni->nj", frames, offsets)
+        velocities = rates * speeds[:, None] + np.einsum("nij,ni->nj", frames, drifts)
+        return FrontMotion(points, np.linalg.norm(velocities, axis=1))
+
+
+@register("lane")
+def lane(samples: Samples, setting: Setting) -> Front:
+    """Follow the lanes where they are known, and `hermite` between them."""
+    ways = setting.ways
+    runs, failed = follow(samples, setting)
+    if ways is None or not runs:
+        return hermite(samples, setting)
+    known = {
+        run.first: _lane_front(samples.part(slice(run.first, run.last + 1)), setting, ways, run)
+        for run in runs
+    }
+    bounds = sorted({0, len(samples.times) - 1, *known, *(run.last for run in runs)})
+    fronts: list[Front] = []
+    for first, last in pairwise(bounds):
+        made: Front | None = known.get(first)
+        if made is None:
+            before = fronts[-1] if fronts else None
+            part = samples.part(slice(first, last + 1))
+            made = _gap(part, setting, before, known.get(last))
+        fronts.append(made)
+    remarks = _failures(samples, failed)
+    return fronts[0] if len(fronts) == 1 else Chain(tuple(fronts), remarks)
+
+
+def _failures(samples: Samples, failed: Mapping[int, str]) -> tuple[Remark, ...]:
+    """Remarks on the steps that have no lanes, neighbours of one reason together."""
+    found: list[Remark] = []
+    for step, reason in sorted(failed.items()):
+        begin, end = float(samples.times[step]), float(samples.times[step + 1])
+        if found and found[-1].kind == reason and found[-1].end == begin:
+            begin = found.pop().begin
+        found.append(Remark(reason, begin, end, end - begin))
+    return tuple(found)
+
+
+def _gap(samples: Samples, setting: Setting, before: Front | None, after: Front | None) -> Front:
+    """Motion where no lanes are known, as fast at its ends as what it joins."""
+    return bridge(
+        samples,
+        setting,
+        first=None if before is None else velocity(before, before.end),
+        last=None if after is None else velocity(after, after.begin),
+    )
+
+
+def _lane_front(samples: Samples, setting: Setting, ways: Ways, run: Run) -> LaneFront:
+    """Motion along known lanes."""
+    along = run_along(samples.times, np.array(run.stations), samples.speeds, euler=setting.euler)
+    instant = _instant(samples, ways, run)
+    path, stepped, blends = lane_path(ways, run, along, instant=instant)
+    points, ahead, _ = stepped.at(along.values)
+    off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions - points)
+    beside = Hermite(samples.times, off, monotone_slopes(samples.times, off))
+    return LaneFront(along, path, beside, tuple(map(_remark, blends)))
+
+
+def _instant(samples: Samples, ways: Ways, run: Run) -> Bools:
+    """Which changes of lanes are steps in the log: from one sample to the next, (m,)."""
+    if not run.switches:
+        return np.zeros(0, dtype=np.bool_)
+    tracks = [track_along(ways, chain) for chain in run.chains]
+    return np.array(
+        [
+            abs(_sideways(samples, tracks[number], switch.step, run.stations))
+            / sum(other.step == switch.step for other in run.switches)
+            > _INSTANT
+            for number, switch in enumerate(run.switches)
+        ]
+    )
+
+
+def _sideways(samples: Samples, track: Track, step: int, stations: Sequence[float]) -> float:
+    """How far a step leads to the left of a track [m]."""
+    both = slice(step, step + 2)
+    (
+        points,
+        ahead,
+    ) = track.at(np.array(stations[both]))
+    off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions[both] - points)
+    return float(off[1, 1] - off[0, 1])
+
+
+def _frames(ahead: Floats) -> Floats:
+    """Level directions ahead and to the left, and up, for each direction, (n, 3, 3)."""
+    level = ahead[:, :2] / np.maximum(np.linalg.norm(ahead[:, :2], axis=1), 1e-9)[:, None]
+    frames = np.zeros((len(ahead), 3, 3))
+    frames[:, 0, :2] = level
+    frames[:, 1, 0], frames[:, 1, 1] = -level[:, 1], level[:, 0]
+    frames[:, 2, 2] = 1.0
+    return frames
+
+
+def _remark(blend: Blend) -> Remark:
+    """What users should know of a change of lanes."""
+    return Remark("lane change", *blend.times, blend.width)

@@ -1,0 +1,226 @@
+"""The path of a run along lanes: tracks, and the eased moves between them.
+
+The path is the first track plus, for every change of lanes, the eased difference to the
+next track. Driven by the arc length, nothing slides sideways while it stands.
+
+References:
+    shared facts on motion, section 5.4: an instant change becomes a lateral move of 4 s
+    with level acceleration at both ends, longer where less than four times its width would
+    be driven meanwhile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
+from sumo3dviz_pt.motion.route import Chain, Run, Switch
+from sumo3dviz_pt.motion.track import ROUNDING, Track, track_along
+from sumo3dviz_pt.motion.ways import Ways
+
+CHANGE_TIME = 4.0
+"""An instant change of lanes takes so long [s]."""
+
+_WIDEST = 8.0
+"""The move may begin so long before the change, and end so long after it [s]."""
+
+_AHEAD = 4.0
+"""So many times its width is driven during the move, if there is time."""
+
+_LEAST_AHEAD = 2.5
+"""Where roads beside each other are too short, so many times."""
+
+_WIDENING = 0.5
+_SHORTEST = 0.5
+"""No move is shorter [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Blend:
+    """A move from one track to the next.
+
+    Attributes:
+        begin: Station where it begins [m].
+        end: Where it ends [m].
+        width: How far the tracks are apart, positive to the left [m].
+        times: When it begins and ends [s].
+    """
+
+    begin: float
+    end: float
+    width: float
+    times: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LanePath:
+    """Points by station.
+
+    Attributes:
+        tracks: m + 1 of them.
+        begins: Stations where the moves between them begin, never falling, (m,) [m].
+        ends: Where they end, likewise.
+    """
+
+    tracks: tuple[Track, ...]
+    begins: Floats
+    ends: Floats
+
+    def at(self, stations: Floats) -> tuple[Floats, Floats, Floats]:
+        """Points, directions of the road and derivatives by station, (n, 3) each.
+
+        The direction leaves the sideways move out; the derivative has it.
+        """
+        done = np.searchsorted(self.ends, stations, side="right")
+        begun = np.searchsorted(self.begins, stations, side="left")
+        points, ahead = self._on(done, stations)
+        rates = ahead.copy()
+        for step in range(int((begun - done).max(initial=0))):
+            moving = np.flatnonzero(done + step < begun)
+            number, at = done[moving] + step, stations[moving]
+            length = self.ends[number] - self.begins[number]
+            share = (at - self.begins[number]) / length
+            (here, toward), (there, onward) = self._on(number, at), self._on(number + 1, at)
+            weight = eased(share)[:, None]
+            points[moving] += weight * (there - here)
+            ahead[moving] += weight * (onward - toward)
+            rate = (eased_rate(share) / length)[:, None]
+            rates[moving] += weight * (onward - toward) + rate * (there - here)
+        return points, ahead, rates
+
+    def _on(self, numbers: Ints, stations: Floats) -> tuple[Floats, Floats]:
+        """Points and derivatives on tracks, each of its own, (n, 3) each."""
+        if len(self.tracks) == 1:
+            return self.tracks[0].at(stations)
+        points, tangents = np.empty((len(stations), 3)), np.empty((len(stations), 3))
+        for number in np.unique(numbers).tolist():
+            inside = numbers == number
+            points[inside], tangents[inside] = self.tracks[number].at(stations[inside])
+        return points, tangents
+
+
+def lane_path(
+    ways: Ways, run: Run, along: Hermite, *, instant: Bools
+) -> tuple[LanePath, LanePath, tuple[Blend, ...]]:
+    """The path of a run, and what its samples are measured from.
+
+    Args:
+        ways: The lanes.
+        run: Lanes and stations.
+        along: Stations over time.
+        instant: Which of the changes took no time in the log, (m,).
+
+    Returns:
+        The path; the same with instant changes as steps between two samples; the moves.
+    """
+    chains = [list(chain) for chain in run.chains]
+    blends: list[Blend] = []
+    for number, switch in enumerate(run.switches):
+        blend = _blend(ways, chains, number, along, switch)
+        blends.append(_after(blend, blends[-1]) if blends else blend)
+    tracks = tuple(track_along(ways, chain) for chain in chains)
+    begins, ends = (np.array([getattr(b, name) for b in blends]) for name in ("begin", "end"))
+    middles = _middles(run, along)
+    steps = np.where(instant, middles, begins), np.where(instant, middles + 1e-6, ends)
+    path = LanePath(tracks, begins, ends)
+    return path, LanePath(tracks, *map(np.maximum.accumulate, steps)), tuple(blends)
+
+
+def _middles(run: Run, along: Hermite) -> Floats:
+    """Stations between the samples around each switch, (m,) [m]."""
+    steps = [switch.step for switch in run.switches]
+    shares = np.array([switch.share for switch in run.switches])
+    low, high = along.values[steps], along.values[[step + 1 for step in steps]]
+    return np.asarray(low + shares * (high - low))
+
+
+def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch: Switch) -> Blend:
+    """Where a vehicle moves from one chain to the next; both are lengthened to cover it."""
+    knots = along.knots
+    step = float(knots[switch.step + 1] - knots[switch.step])
+    middle = float(knots[switch.step]) + switch.share * step
+    station = float(along.at(np.array([middle]))[0][0])
+    width = _apart(ways, chains[number : number + 2], station)
+    times = _window(along, middle, _AHEAD * abs(width))
+    begin, end = (float(value) for value in along.at(np.array(times))[0])
+    _lengthen(ways, chains, number, (begin - ROUNDING, end + ROUNDING))
+    low = chains[number + 1][0][1]
+    high = chains[number][-1][1] + ways.length(chains[number][-1][0])
+    begin, end = _fitted((begin, end), (low, high), least=_LEAST_AHEAD * abs(width))
+    return Blend(begin, max(end, begin + _SHORTEST), width, times)
+
+
+def _apart(ways: Ways, chains: Sequence[Chain], station: float) -> float:
+    """How far the second chain is left of the first at a station [m]."""
+    (here, ahead), (there, _) = (track_along(ways, c).at(np.array([station])) for c in chains)
+    away, ahead = (there - here)[0, :2], ahead[0, :2]
+    return float((ahead[0] * away[1] - ahead[1] * away[0]) / max(np.hypot(*ahead), 1e-9))
+
+
+def _window(along: Hermite, middle: float, least: float) -> tuple[float, float]:
+    """Begin and end of a move around a time, long enough to drive so far [s]."""
+    first, last = float(along.knots[0]), float(along.knots[-1])
+    reach = CHANGE_TIME / 2.0
+    while True:
+        times = max(middle - reach, first), min(middle + reach, last)
+        low, high = along.at(np.array(times))[0]
+        if high - low >= least or reach >= _WIDEST:
+            return times
+        reach += _WIDENING
+
+
+def _fitted(
+    wanted: tuple[float, float], room: tuple[float, float], *, least: float
+) -> tuple[float, float]:
+    """A stretch as long as wanted that lies where both tracks do, as far as that goes [m]."""
+    length, space = wanted[1] - wanted[0], room[1] - room[0]
+    if space >= length:
+        begin = min(max(wanted[0], room[0]), room[1] - length)
+        return begin, begin + length
+    if space >= least:
+        return room
+    middle, half = sum(room) / 2.0, max(least, space) / 2.0
+    middle = min(max(middle, wanted[0]), wanted[1])
+    return middle - half, middle + half
+
+
+def _lengthen(ways: Ways, chains: list[Chain], number: int, reach: tuple[float, float]) -> None:
+    """Continue two chains beside each other, so far as lanes of the same edges lead on."""
+    old, new = chains[number], chains[number + 1]
+    while new[0][1] > reach[0]:
+        found = _matching(ways, ways.before.get(new[0][0], ()), old, new[0][1], ends=True)
+        if found is None:
+            break
+        new.insert(0, (found, new[0][1] - ways.length(found)))
+    while (end := old[-1][1] + ways.length(old[-1][0])) < reach[1]:
+        found = _matching(ways, ways.onward.get(old[-1][0], ()), new, end, ends=False)
+        if found is None:
+            break
+        old.append((found, end))
+
+
+def _matching(
+    ways: Ways, names: Sequence[str], chain: Chain, station: float, *, ends: bool
+) -> str | None:
+    """The lane of some that lies on an edge of a chain's lanes near a station."""
+    edges = set(_edges_near(ways, chain, station, ends=ends))
+    return next((name for name in names if ways.lane(name).edge_id in edges), None)
+
+
+def _edges_near(ways: Ways, chain: Chain, station: float, *, ends: bool) -> Iterator[str]:
+    """Edges of a chain's lanes that end (or begin) within 10 m of a station."""
+    for name, begin in chain:
+        place = begin + ways.length(name) if ends else begin
+        if abs(place - station) < 10.0:
+            yield ways.lane(name).edge_id
+
+
+def _after(blend: Blend, earlier: Blend) -> Blend:
+    """The same move, not begun or ended before an earlier one."""
+    begin = max(blend.begin, earlier.begin)
+    end = max(blend.end, earlier.end, begin + _SHORTEST)
+    return Blend(begin, end, blend.width, blend.times)
