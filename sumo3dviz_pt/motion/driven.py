@@ -22,6 +22,9 @@ _STEP = 0.1
 _APART = 0.05
 """Points of the path before the first sample are at least so far apart [m]."""
 
+_SLACK = 0.15
+"""Between points of that path the way is longer or shorter by no more than this share."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Driven:
@@ -57,8 +60,7 @@ class Driven:
         places = front.at(knots).positions
         steps = np.diff(places[:, :2], axis=0)
         ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
-        at = np.interp(samples.times, knots, ways)
-        past, past_ways = _past(samples, at, length=length, yaw=yaw)
+        past, past_ways = _past(samples, front, np.interp(samples.times, knots, ways), length, yaw)
         return cls(front, knots, places, ways, past, past_ways)
 
     def way_at(self, times: Floats, places: Floats) -> Floats:
@@ -96,18 +98,34 @@ def _knots(begin: float, end: float) -> Floats:
     return np.concatenate([[begin], inner, [end]])
 
 
-def _past(samples: Samples, ways: Floats, *, length: float, yaw: float) -> tuple[Floats, Floats]:
+def _past(
+    samples: Samples, front: Front, ways: Floats, length: float, yaw: float
+) -> tuple[Floats, Floats]:
     """The path before the first sample: where the rear was at the samples of the first length."""
-    known = np.flatnonzero(ways < length - _APART)
-    kept = [0]
-    for number in known[1:].tolist():
-        if ways[number] - ways[kept[-1]] >= _APART:
-            kept.append(number)
-    yaws, slopes = samples.yaws[kept].copy(), samples.slopes[kept]
+    yaws = samples.yaws.copy()
     yaws[0] = yaw
-    level = np.stack([np.cos(yaws), np.sin(yaws), np.tan(slopes)], axis=1)
-    rears = samples.positions[kept] - length * level
+    near = np.flatnonzero(ways < length - _APART)
+    # From where the front is shown, which within changes of lanes is not where it is logged.
+    places = front.at(samples.times[near]).positions
+    ahead = np.stack([np.cos(yaws[near]), np.sin(yaws[near]), np.tan(samples.slopes[near])], axis=1)
+    rears, behind = places - length * ahead, ways[near] - length
+    kept = [0]
+    for number in range(1, len(near)):
+        step = behind[number] - behind[kept[-1]]
+        if step < _APART:
+            continue
+        steps = (
+            (rears[number] - rears[kept[-1]], step),
+            (places[0] - rears[number], -behind[number]),
+        )
+        if all(_fits(float(np.hypot(*away[:2])), way) for away, way in steps):
+            kept.append(number)
     return (
-        np.concatenate([rears, samples.positions[:1]]),
-        np.concatenate([ways[kept] - length, [0.0]]),
+        np.concatenate([rears[kept], places[:1]]),
+        np.concatenate([behind[kept], [0.0]]),
     )
+
+
+def _fits(distance: float, way: float) -> bool:
+    """Whether two points can lie so far apart on a path: angles that jump tell of no path."""
+    return abs(distance - way) < _SLACK * way + _APART

@@ -19,18 +19,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.along import run_along
-from sumo3dviz_pt.motion.curves import Hermite, monotone_slopes
+from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
 from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
 from sumo3dviz_pt.motion.hermite import bridge, hermite
 from sumo3dviz_pt.motion.lane_path import Blend, LanePath, lane_path
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.route import Run, follow
+from sumo3dviz_pt.motion.route import Run, Switch, follow
 from sumo3dviz_pt.motion.samples import Samples
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.track import Track, track_along
+from sumo3dviz_pt.motion.track import Track
 from sumo3dviz_pt.motion.ways import Ways
 
 _INSTANT = 1.2
@@ -122,27 +122,40 @@ def _gap(samples: Samples, setting: Setting, before: Front | None, after: Front 
 def _lane_front(samples: Samples, setting: Setting, ways: Ways, run: Run) -> LaneFront:
     """Motion along known lanes."""
     along = run_along(samples.times, np.array(run.stations), samples.speeds, euler=setting.euler)
-    instant = _instant(samples, ways, run)
-    path, stepped, blends = lane_path(ways, run, along, instant=instant)
-    points, ahead, _ = stepped.at(along.values)
+    path, blends = lane_path(ways, run, along)
+    points, ahead = _anchors(samples, path, run, along.values)
     off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions - points)
     beside = Hermite(samples.times, off, monotone_slopes(samples.times, off))
     return LaneFront(along, path, beside, tuple(map(_remark, blends)))
 
 
-def _instant(samples: Samples, ways: Ways, run: Run) -> Bools:
-    """Which changes of lanes are steps in the log: from one sample to the next, (m,)."""
-    if not run.switches:
-        return np.zeros(0, dtype=np.bool_)
-    tracks = [track_along(ways, chain) for chain in run.chains]
-    return np.array(
-        [
-            abs(_sideways(samples, tracks[number], switch.step, run.stations))
-            / sum(other.step == switch.step for other in run.switches)
-            > _INSTANT
-            for number, switch in enumerate(run.switches)
-        ]
-    )
+def _anchors(samples: Samples, path: LanePath, run: Run, stations: Floats) -> tuple[Floats, Floats]:
+    """What the samples are measured from, and its direction, (n, 3) each.
+
+    That is the path, but where the log changes lanes in no time the samples stay on their
+    own tracks: the move there is ours alone.
+    """
+    points, ahead = path.tracks[0].at(stations)
+    before = points, ahead
+    own = np.array(run.own)
+    for number, switch in enumerate(run.switches):
+        here = path.tracks[number + 1].at(stations)
+        if _instant(samples, path.tracks[number], run, switch):
+            weight = (own > number).astype(np.float64)
+        else:
+            length = path.ends[number] - path.begins[number]
+            weight = eased((stations - path.begins[number]) / length)
+        points = points + weight[:, None] * (here[0] - before[0])
+        ahead = ahead + weight[:, None] * (here[1] - before[1])
+        before = here
+    return points, ahead
+
+
+def _instant(samples: Samples, track: Track, run: Run, switch: Switch) -> bool:
+    """Whether a change of lanes is a step in the log, from one sample to the next."""
+    together = sum(other.step == switch.step for other in run.switches)
+    moved = abs(_sideways(samples, track, switch.step, run.stations))
+    return moved / together > _INSTANT
 
 
 def _sideways(samples: Samples, track: Track, step: int, stations: Sequence[float]) -> float:

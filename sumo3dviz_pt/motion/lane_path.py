@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
 from sumo3dviz_pt.motion.route import Chain, Run, Switch
 from sumo3dviz_pt.motion.track import ROUNDING, Track, track_along
@@ -31,7 +31,7 @@ _WIDEST = 8.0
 _AHEAD = 4.0
 """So many times its width is driven during the move, if there is time."""
 
-_LEAST_AHEAD = 2.5
+_LEAST_AHEAD = 1.5
 """Where roads beside each other are too short, so many times."""
 
 _WIDENING = 0.5
@@ -103,39 +103,23 @@ class LanePath:
         return points, tangents
 
 
-def lane_path(
-    ways: Ways, run: Run, along: Hermite, *, instant: Bools
-) -> tuple[LanePath, LanePath, tuple[Blend, ...]]:
-    """The path of a run, and what its samples are measured from.
+def lane_path(ways: Ways, run: Run, along: Hermite) -> tuple[LanePath, tuple[Blend, ...]]:
+    """The path of a run, and the moves in it.
 
     Args:
         ways: The lanes.
         run: Lanes and stations.
         along: Stations over time.
-        instant: Which of the changes took no time in the log, (m,).
-
-    Returns:
-        The path; the same with instant changes as steps between two samples; the moves.
     """
     chains = [list(chain) for chain in run.chains]
+    room = (float(along.values[0]), float(along.values[-1]))
     blends: list[Blend] = []
     for number, switch in enumerate(run.switches):
         blend = _blend(ways, chains, number, along, switch)
-        blends.append(_after(blend, blends[-1]) if blends else blend)
+        blends.append(_placed(blend, blends[-1] if blends else None, room))
     tracks = tuple(track_along(ways, chain) for chain in chains)
     begins, ends = (np.array([getattr(b, name) for b in blends]) for name in ("begin", "end"))
-    middles = _middles(run, along)
-    steps = np.where(instant, middles, begins), np.where(instant, middles + 1e-6, ends)
-    path = LanePath(tracks, begins, ends)
-    return path, LanePath(tracks, *map(np.maximum.accumulate, steps)), tuple(blends)
-
-
-def _middles(run: Run, along: Hermite) -> Floats:
-    """Stations between the samples around each switch, (m,) [m]."""
-    steps = [switch.step for switch in run.switches]
-    shares = np.array([switch.share for switch in run.switches])
-    low, high = along.values[steps], along.values[[step + 1 for step in steps]]
-    return np.asarray(low + shares * (high - low))
+    return LanePath(tracks, begins, ends), tuple(blends)
 
 
 def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch: Switch) -> Blend:
@@ -147,11 +131,13 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     width = _apart(ways, chains[number : number + 2], station)
     times = _window(along, middle, _AHEAD * abs(width))
     begin, end = (float(value) for value in along.at(np.array(times))[0])
+    short = max(_LEAST_AHEAD * abs(width) - (end - begin), 0.0) / 2.0
+    begin, end = begin - short, end + short
     _lengthen(ways, chains, number, (begin - ROUNDING, end + ROUNDING))
     low = chains[number + 1][0][1]
     high = chains[number][-1][1] + ways.length(chains[number][-1][0])
     begin, end = _fitted((begin, end), (low, high), least=_LEAST_AHEAD * abs(width))
-    return Blend(begin, max(end, begin + _SHORTEST), width, times)
+    return Blend(begin, end, width, times)
 
 
 def _apart(ways: Ways, chains: Sequence[Chain], station: float) -> float:
@@ -219,8 +205,11 @@ def _edges_near(ways: Ways, chain: Chain, station: float, *, ends: bool) -> Iter
             yield ways.lane(name).edge_id
 
 
-def _after(blend: Blend, earlier: Blend) -> Blend:
-    """The same move, not begun or ended before an earlier one."""
-    begin = max(blend.begin, earlier.begin)
-    end = max(blend.end, earlier.end, begin + _SHORTEST)
-    return Blend(begin, end, blend.width, blend.times)
+def _placed(blend: Blend, earlier: Blend | None, room: tuple[float, float]) -> Blend:
+    """The same move within a run, not begun or ended before an earlier one."""
+    begin, end = blend.begin, blend.end
+    if earlier is not None:
+        begin, end = max(begin, earlier.begin), max(end, earlier.end)
+    end = min(max(end, room[0] + _SHORTEST), room[1])
+    begin = max(min(begin, end - _SHORTEST), room[0])
+    return Blend(begin, max(end, begin + 1e-6), blend.width, blend.times)

@@ -24,8 +24,14 @@ _ASIDE = 1.5
 _STANDING = 0.5
 """[m/s]."""
 
-_STILL = 0.05
-"""Samples nearer to one another are of one place [m]."""
+_STILL = 0.75
+"""Samples nearer to one another are of one place: queues creep [m]."""
+
+_AROUND = 8.0
+"""So long before and after a change of lanes counts whether a vehicle drives on [s]."""
+
+_AHEAD = 1.5
+"""Who drives so many times a change's width meanwhile needs no manoeuvre."""
 
 _BACKING = 0.15
 """A step backward that is longer is meant [m]."""
@@ -69,9 +75,17 @@ def _flags(samples: Samples) -> tuple[Bools, Bools]:
     ahead = steps[:, 0] * np.cos(yaws) + steps[:, 1] * np.sin(yaws)
     aside = np.abs(steps[:, 1] * np.cos(yaws) - steps[:, 0] * np.sin(yaws))
     parking = (aside > _ASIDE) & _slow(samples, steps)
+    for step in np.flatnonzero(parking & (np.diff(samples.lanes) != 0)).tolist():
+        parking[step] = _driven_around(samples, step, ahead) < _AHEAD * aside[step]
     straight = np.abs(np.diff(samples.yaws)) < np.pi / 4.0
     reversing = (ahead < -_BACKING) & (aside < -ahead) & straight & ~parking
     return parking, reversing
+
+
+def _driven_around(samples: Samples, step: int, ahead: Floats) -> float:
+    """How far a vehicle drives on around a step aside [m]."""
+    near = np.abs(samples.times[:-1] - samples.times[step]) <= _AROUND
+    return float(np.abs(ahead[near]).sum())
 
 
 def _slow(samples: Samples, steps: Floats) -> Bools:

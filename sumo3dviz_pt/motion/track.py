@@ -25,6 +25,9 @@ ROUNDING = 2.0
 _TOUCHING = 1e-6
 """Points of a track at least so far apart [m]."""
 
+_GAP = 0.3
+"""Lanes whose ends are further apart do not join [m]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Track:
@@ -76,13 +79,31 @@ class Track:
 def track_along(ways: Ways, lanes: Sequence[tuple[str, float]]) -> Track:
     """The centre line along lanes.
 
+    Lanes that do not join are joined by straight lines over twice the gap to both sides.
+
     Args:
         ways: The lanes.
         lanes: Each lane and the station of its beginning, in order.
     """
     stations = [ways.stations(name) + begin for name, begin in lanes]
+    points = [ways.lane(name).shape for name, _ in lanes]
+    for number in range(len(lanes) - 1):
+        gap = float(np.linalg.norm(points[number + 1][0, :2] - points[number][-1, :2]))
+        if gap > _GAP:
+            _join(stations, points, number, trim=2.0 * gap)
     along = np.concatenate(stations)
-    points = np.concatenate([ways.lane(name).shape for name, _ in lanes])
     # Where one lane ends the next begins; of two points at one station the first counts.
     kept = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
-    return Track(along[kept], points[kept])
+    return Track(along[kept], np.concatenate(points)[kept])
+
+
+def _join(stations: list[Floats], points: list[Floats], number: int, *, trim: float) -> None:
+    """Cut both lanes at a joint, by no more than half of each."""
+    for lane, begin in ((number, True), (number + 1, False)):
+        along, shape = stations[lane], points[lane]
+        cut = min(trim, (along[-1] - along[0]) / 2.0)
+        at = along[-1] - cut if begin else along[0] + cut
+        spot = np.array([[np.interp(at, along, axis) for axis in shape.T]])
+        kept = along < at if begin else along > at
+        parts = ([along[kept], [at]], [shape[kept], spot])
+        stations[lane], points[lane] = (np.concatenate(p if begin else p[::-1]) for p in parts)
