@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +11,7 @@ from sumo3dviz_pt.model.trajectory import Motion, Piece, Remark
 from sumo3dviz_pt.motion.curves import Hermite
 from sumo3dviz_pt.motion.driven import Driven
 from sumo3dviz_pt.motion.front import Front
-from sumo3dviz_pt.motion.headings import Heading, Headings, chord, logged, own, tractrix
+from sumo3dviz_pt.motion.headings import STEEPEST, Heading, chord, logged, steepness, tractrix
 from sumo3dviz_pt.motion.hermite import CurveFront
 from sumo3dviz_pt.motion.manoeuvres import Stretch, stretches
 from sumo3dviz_pt.motion.registry import Smoother
@@ -26,15 +25,15 @@ class Leg:
 
     Attributes:
         driven: Where its front was.
-        headings: Yaws and pitches.
-        straight: Yaw by time where the body does not follow its front; else None.
+        headings: Yaw and pitch over time, (n, 2) [rad]; None where the front says them.
+        follows: Whether the body follows its front.
         start: What was travelled before it [m].
         sense: -1 where it backs up, else 1.
     """
 
     driven: Driven
-    headings: Headings
-    straight: Callable[[Floats], Floats] | None = None
+    headings: Hermite | None
+    follows: bool = True
     start: float = 0.0
     sense: float = 1.0
 
@@ -52,7 +51,10 @@ class Leg:
         """Motion at times within it, (n,) [s]."""
         motion = self.front.at(times)
         ways = self.driven.way_at(times, motion.positions)
-        yaws, pitches = self.headings(times, motion, ways)
+        yaws, pitches = motion.yaws, motion.pitches
+        if self.headings is not None:
+            yaws, pitches = self.headings.at(times)[0].T
+        assert yaws is not None and pitches is not None
         return Motion(
             np.ones(len(times), dtype=np.bool_),
             motion.positions,
@@ -65,8 +67,8 @@ class Leg:
     def trail(self, times: Floats, distances: Floats) -> Floats:
         """Points behind its front, (n, k, 3) [m]; see `Piece.trail`."""
         places = self.front.at(times).positions
-        if self.straight is not None:
-            yaws = self.straight(times)
+        if not self.follows and self.headings is not None:
+            yaws = self.headings.at(times)[0][:, 0]
             ahead = np.stack([np.cos(yaws), np.sin(yaws), np.zeros(len(yaws))], axis=1)
             return np.asarray(places[:, None] - distances[None, :, None] * ahead[:, None])
         ways = self.driven.way_at(times, places)
@@ -169,12 +171,13 @@ def make_piece(
         front = smoother.make(samples, setting)
         yaw = float(samples.yaws[0])
         driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
-        return LegsPiece((Leg(driven, own),)), front.remarks
+        return LegsPiece((Leg(driven, None),)), front.remarks
     legs: list[Leg] = []
     remarks: list[Remark] = []
     for stretch in stretches(samples, kind=setting.kind):
         legs.append(_leg(stretch, smoother, setting, heading, legs[-1] if legs else None))
         remarks += [*legs[-1].front.remarks, *_manoeuvre(stretch)]
+        remarks += _steep(legs[-1], setting)
     return LegsPiece(tuple(legs)), tuple(remarks)
 
 
@@ -190,9 +193,12 @@ def _leg(
         yaw, start = float(before.sample(np.array([front.begin])).yaws[0]), before.travelled
     driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
     if stretch.kind:
-        straight, headings = logged(samples, yaw=yaw, at_once=parking)
+        headings = logged(samples, yaw=yaw, at_once=parking)
         sense = -1.0 if stretch.kind == "reversing" else 1.0
-        return Leg(driven, headings, straight, start, sense)
+        return Leg(driven, headings, follows=False, start=start, sense=sense)
+    if setting.kind == "person":
+        # People turn and step aside on the spot.
+        return Leg(driven, logged(samples, yaw=yaw, at_once=False), start=start)
     if heading == "tractrix":
         return Leg(driven, tractrix(driven, setting.length, yaw=yaw), start=start)
     return Leg(driven, chord(driven, setting.length), start=start)
@@ -210,3 +216,15 @@ def _manoeuvre(stretch: Stretch) -> tuple[Remark, ...]:
     samples = stretch.samples
     moved = float(np.linalg.norm(samples.positions[-1, :2] - samples.positions[0, :2]))
     return (Remark(stretch.kind, float(samples.times[0]), float(samples.times[-1]), moved),)
+
+
+def _steep(leg: Leg, setting: Setting) -> tuple[Remark, ...]:
+    """Slopes that are refused."""
+    if setting.kind == "person" or not leg.follows:
+        return ()
+    slopes = np.abs(steepness(leg.driven, setting.length))
+    steep = np.flatnonzero(slopes > STEEPEST)
+    if not len(steep):
+        return ()
+    times = leg.driven.knots[steep]
+    return (Remark("steep", float(times[0]), float(times[-1]), float(slopes.max())),)

@@ -56,7 +56,7 @@ class Driven:
             length: Of the body [m].
             yaw: Of the body at the beginning [rad].
         """
-        knots = _knots(front.begin, front.end)
+        knots = absolute_times(front.begin, front.end)
         places = front.at(knots).positions
         steps = np.diff(places[:, :2], axis=0)
         ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
@@ -91,7 +91,7 @@ class Driven:
         return np.asarray(points + beyond[:, None] * step)
 
 
-def _knots(begin: float, end: float) -> Floats:
+def absolute_times(begin: float, end: float) -> Floats:
     """Absolute times between two, and both, (n,) [s]."""
     inner = np.arange(np.ceil(begin / _STEP), np.floor(end / _STEP) + 1.0) * _STEP
     inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]

@@ -1,5 +1,7 @@
 """Headings of bodies: the chord behind the front, a dragged rear axle, or what the log says.
 
+A heading is a curve of yaw and pitch over time, through what is known every 0.1 s.
+
 References:
     shared facts on motion, section 5.5. The chord from the rear to the front along the
     driven path is SUMO's own definition of the angle; on the displayed path it holds while
@@ -9,24 +11,22 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
-from sumo3dviz_pt.motion.driven import Driven
-from sumo3dviz_pt.motion.front import FrontMotion
+from sumo3dviz_pt.motion.driven import Driven, absolute_times
 from sumo3dviz_pt.motion.samples import Samples, nearest_turn
 
 Heading = Literal["chord", "tractrix"]
 
-Headings = Callable[[Floats, FrontMotion, Floats], tuple[Floats, Floats]]
-"""Yaw and pitch, (n,) [rad] each, from times, the front's motion and its way, (n,) each."""
-
 STEEPEST = np.radians(30.0)
 """No road is steeper; SUMO logs up to 90 degrees at kerbs and stairs [rad]."""
+
+FASTEST_TURN = np.radians(120.0)
+"""No body turns faster, whatever the path does: a lane's corners can [rad/s]."""
 
 _AXLE = 0.78
 """Where the rear axle is, as a share of the length behind the front."""
@@ -37,33 +37,98 @@ _STEP = 0.04
 _LEAST_LEVEL = 0.2
 """A chord shorter than this share of the length says nothing about the slope."""
 
-
-def chord(driven: Driven, length: float) -> Headings:
-    """Along the chord from the point of the path one length behind to the front."""
-
-    def headings(times: Floats, motion: FrontMotion, ways: Floats) -> tuple[Floats, Floats]:
-        del times
-        rear = driven.points_at(ways - length)
-        ahead = motion.positions - rear
-        return np.arctan2(ahead[:, 1], ahead[:, 0]), _pitches(ahead, length)
-
-    return headings
+_EASED = 9
+"""Knots of an eased turn."""
 
 
-def tractrix(driven: Driven, length: float, *, yaw: float) -> Headings:
-    """Along the line from a rear axle that the front drags, which never slips sideways."""
+def chord(driven: Driven, length: float) -> Hermite:
+    """Along the chord from the point of the path one length behind to the front.
+
+    Returns:
+        Yaw and pitch, (n, 2) [rad], unwrapped.
+    """
+    ahead = driven.places - driven.points_at(driven.ways - length)
+    yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
+    return _curve(driven.knots, calmed(driven.knots, yaws), _pitches(ahead, length))
+
+
+def steepness(driven: Driven, length: float) -> Floats:
+    """Slope of the chord at the knots, as it is, (n,) [rad]."""
+    return _pitches(driven.places - driven.points_at(driven.ways - length), length)
+
+
+def tractrix(driven: Driven, length: float, *, yaw: float) -> Hermite:
+    """Along the line from a rear axle that the front drags, which never slips sideways.
+
+    Returns:
+        Yaw and pitch, (n, 2) [rad], unwrapped.
+    """
     front = driven.front
-    first, last = np.ceil(front.begin / _STEP), np.floor(front.end / _STEP)
-    inner = np.arange(first, last + 1.0) * _STEP
-    inner = inner[(inner > front.begin) & (inner < front.end)]
-    knots = np.concatenate([[front.begin], inner, [front.end]])
+    knots = np.unique(np.concatenate([driven.knots, _fine(front.begin, front.end)]))
     dragged = np.unwrap(_dragged(front.at(knots).positions[:, :2], _AXLE * length, yaw))
-    along = chord(driven, length)
+    yaws = calmed(driven.knots, np.interp(driven.knots, knots, dragged))
+    ahead = driven.places - driven.points_at(driven.ways - length)
+    return _curve(driven.knots, yaws, _pitches(ahead, length))
 
-    def headings(times: Floats, motion: FrontMotion, ways: Floats) -> tuple[Floats, Floats]:
-        return np.interp(times, knots, dragged), along(times, motion, ways)[1]
 
-    return headings
+def logged(samples: Samples, *, yaw: float, at_once: bool) -> Hermite:
+    """The log's angles, for bodies that do not follow their fronts.
+
+    Args:
+        samples: n >= 2.
+        yaw: At the beginning [rad].
+        at_once: Whether only the first and the last angle count, joined by one eased turn.
+
+    Returns:
+        Yaw and pitch, (n, 2) [rad], unwrapped.
+    """
+    yaws = nearest_turn(samples.yaws, np.full(len(samples.yaws), yaw))
+    yaws = np.unwrap(np.concatenate([[yaw], yaws[1:]]))
+    if not at_once:
+        curve = _curve(samples.times, yaws, samples.slopes)
+        knots = absolute_times(float(samples.times[0]), float(samples.times[-1]))
+        shown = curve.at(knots)[0]
+        return _curve(knots, calmed(knots, shown[:, 0]), shown[:, 1])
+    share = np.linspace(0.0, 1.0, _EASED)
+    times = samples.times[0] + share * (samples.times[-1] - samples.times[0])
+    turned = yaws[0] + eased(share) * (yaws[-1] - yaws[0])
+    return _curve(times, turned, np.interp(times, samples.times, samples.slopes))
+
+
+def calmed(times: Floats, yaws: Floats) -> Floats:
+    """The same turns, nowhere faster than `FASTEST_TURN`, (n,) [rad].
+
+    The middle between the lowest and the highest curve of that slope that bound the yaws;
+    turns that are slow enough stay as they are.
+    """
+    if (np.abs(np.diff(yaws)) <= FASTEST_TURN * np.diff(times)).all():
+        return yaws
+    reach = np.ptp(yaws) / FASTEST_TURN
+    low, high = yaws.copy(), yaws.copy()
+    for step in range(1, len(times)):
+        later = times[step:] - times[:-step]
+        if later.min() > reach:
+            break
+        away = FASTEST_TURN * later
+        low[:-step] = np.minimum(low[:-step], yaws[step:] + away)
+        low[step:] = np.minimum(low[step:], yaws[:-step] + away)
+        high[:-step] = np.maximum(high[:-step], yaws[step:] - away)
+        high[step:] = np.maximum(high[step:], yaws[:-step] - away)
+    # It begins as the body stood.
+    first = FASTEST_TURN * (times - times[0])
+    return np.clip((low + high) / 2.0, yaws[0] - first, yaws[0] + first)
+
+
+def _curve(times: Floats, yaws: Floats, pitches: Floats) -> Hermite:
+    """A curve that stands where its knots do."""
+    values = np.column_stack([yaws, np.clip(pitches, -STEEPEST, STEEPEST)])
+    return Hermite(times, values, monotone_slopes(times, values))
+
+
+def _fine(begin: float, end: float) -> Floats:
+    """Absolute times between two [s]."""
+    inner = np.arange(np.ceil(begin / _STEP), np.floor(end / _STEP) + 1.0) * _STEP
+    return inner[(inner > begin) & (inner < end)]
 
 
 def _dragged(places: Floats, base: float, yaw: float) -> Floats:
@@ -78,49 +143,7 @@ def _dragged(places: Floats, base: float, yaw: float) -> Floats:
     return yaws
 
 
-def own(times: Floats, motion: FrontMotion, ways: Floats) -> tuple[Floats, Floats]:
-    """What the smoother itself says.
-
-    Raises:
-        ValueError: If it says nothing.
-    """
-    del times, ways
-    if motion.yaws is None or motion.pitches is None:
-        raise ValueError("the smoother gives no headings")
-    return motion.yaws, motion.pitches
-
-
-def logged(
-    samples: Samples, *, yaw: float, at_once: bool
-) -> tuple[Callable[[Floats], Floats], Headings]:
-    """The log's angles, for bodies that do not follow their fronts.
-
-    Args:
-        samples: n >= 2.
-        yaw: At the beginning [rad].
-        at_once: Whether only the first and the last angle count, joined by one eased turn.
-
-    Returns:
-        Yaw by time; yaw and pitch as other headings give them.
-    """
-    yaws = nearest_turn(samples.yaws, np.full(len(samples.yaws), yaw))
-    yaws = np.unwrap(np.concatenate([[yaw], yaws[1:]]))
-    curve = Hermite(samples.times, yaws, monotone_slopes(samples.times, yaws))
-    begin, length = samples.times[0], samples.times[-1] - samples.times[0]
-
-    def turned(times: Floats) -> Floats:
-        if at_once:
-            return np.asarray(yaws[0] + eased((times - begin) / length) * (yaws[-1] - yaws[0]))
-        return curve.at(times)[0]
-
-    def headings(times: Floats, motion: FrontMotion, ways: Floats) -> tuple[Floats, Floats]:
-        del motion, ways
-        return turned(times), np.interp(times, samples.times, samples.slopes)
-
-    return turned, headings
-
-
 def _pitches(ahead: Floats, length: float) -> Floats:
     """Nose up along chords, (n, 3) -> (n,) [rad]."""
     level = np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), _LEAST_LEVEL * length)
-    return np.clip(np.arctan2(ahead[:, 2], level), -STEEPEST, STEEPEST)
+    return np.arctan2(ahead[:, 2], level)

@@ -13,13 +13,13 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.along import run_along
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
@@ -30,11 +30,19 @@ from sumo3dviz_pt.motion.registry import register
 from sumo3dviz_pt.motion.route import Run, Switch, follow
 from sumo3dviz_pt.motion.samples import Samples
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.track import Track
 from sumo3dviz_pt.motion.ways import Ways
 
 _INSTANT = 1.2
 """A sideways step between two samples of at least this is no motion of the log's [m]."""
+
+_STEEPEST = 0.35
+"""Nor is a move further aside than this share of the way ahead meanwhile."""
+
+_MOVING = 0.1
+"""Samples of one move aside differ by more [m]."""
+
+_LONGEST = 5.0
+"""A move aside is looked for so long before and after a switch [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,50 +131,74 @@ def _lane_front(samples: Samples, setting: Setting, ways: Ways, run: Run) -> Lan
     """Motion along known lanes."""
     along = run_along(samples.times, np.array(run.stations), samples.speeds, euler=setting.euler)
     path, blends = lane_path(ways, run, along)
-    points, ahead = _anchors(samples, path, run, along.values)
-    off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions - points)
-    beside = Hermite(samples.times, off, monotone_slopes(samples.times, off))
+    points, ahead, counts = _anchors(samples, path, run, along.values)
+    off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions - points)[counts]
+    beside = Hermite(samples.times[counts], off, monotone_slopes(samples.times[counts], off))
     return LaneFront(along, path, beside, tuple(map(_remark, blends)))
 
 
-def _anchors(samples: Samples, path: LanePath, run: Run, stations: Floats) -> tuple[Floats, Floats]:
-    """What the samples are measured from, and its direction, (n, 3) each.
+def _anchors(
+    samples: Samples, path: LanePath, run: Run, stations: Floats
+) -> tuple[Floats, Floats, Bools]:
+    """What the samples are measured from, its direction, (n, 3) each, and which count, (n,).
 
-    That is the path, but where the log changes lanes in no time the samples stay on their
-    own tracks: the move there is ours alone.
+    That is the path, but where no vehicle could drive a change of lanes as the log has it
+    the samples stay on their own tracks, and those amid it do not count: the move is ours.
     """
     points, ahead = path.tracks[0].at(stations)
     before = points, ahead
-    own = np.array(run.own)
+    own, counts = np.array(run.own), np.ones(len(stations), dtype=np.bool_)
     for number, switch in enumerate(run.switches):
         here = path.tracks[number + 1].at(stations)
-        if _instant(samples, path.tracks[number], run, switch):
+        first, last = _change(samples, before, stations, switch)
+        if _undrivable(samples, before, stations, (first, last), run, switch):
             weight = (own > number).astype(np.float64)
+            counts[first + 1 : last] = False
         else:
             length = path.ends[number] - path.begins[number]
             weight = eased((stations - path.begins[number]) / length)
         points = points + weight[:, None] * (here[0] - before[0])
         ahead = ahead + weight[:, None] * (here[1] - before[1])
         before = here
-    return points, ahead
+    return points, ahead, counts
 
 
-def _instant(samples: Samples, track: Track, run: Run, switch: Switch) -> bool:
-    """Whether a change of lanes is a step in the log, from one sample to the next."""
+def _change(
+    samples: Samples, track: tuple[Floats, Floats], stations: Floats, switch: Switch
+) -> tuple[int, int]:
+    """First and last sample of a move aside around a switch."""
+    reach = np.abs(samples.times - samples.times[switch.step]) <= _LONGEST
+    aside = np.where(reach, _aside(samples, track), 0.0)
+    steps = np.diff(aside) * np.sign(aside[switch.step + 1] - aside[switch.step])
+    first, last = switch.step, switch.step + 1
+    while first > 0 and reach[first - 1] and steps[first - 1] > _MOVING:
+        first -= 1
+    while last < len(aside) - 1 and reach[last + 1] and steps[last] > _MOVING:
+        last += 1
+    return first, last
+
+
+def _undrivable(
+    samples: Samples,
+    track: tuple[Floats, Floats],
+    stations: Floats,
+    ends: tuple[int, int],
+    run: Run,
+    switch: Switch,
+) -> bool:
+    """Whether a change of lanes is a jump in the log, or a slide more aside than ahead."""
+    aside = _aside(samples, track)
     together = sum(other.step == switch.step for other in run.switches)
-    moved = abs(_sideways(samples, track, switch.step, run.stations))
-    return moved / together > _INSTANT
+    if abs(aside[switch.step + 1] - aside[switch.step]) / together > _INSTANT:
+        return True
+    first, last = ends
+    return bool(abs(aside[last] - aside[first]) > _STEEPEST * (stations[last] - stations[first]))
 
 
-def _sideways(samples: Samples, track: Track, step: int, stations: Sequence[float]) -> float:
-    """How far a step leads to the left of a track [m]."""
-    both = slice(step, step + 2)
-    (
-        points,
-        ahead,
-    ) = track.at(np.array(stations[both]))
-    off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions[both] - points)
-    return float(off[1, 1] - off[0, 1])
+def _aside(samples: Samples, track: tuple[Floats, Floats]) -> Floats:
+    """How far samples are to the left of a track whose points and directions are given, (n,)."""
+    off = np.einsum("nij,nj->ni", _frames(track[1]), samples.positions - track[0])
+    return np.asarray(off[:, 1])
 
 
 def _frames(ahead: Floats) -> Floats:

@@ -19,7 +19,7 @@ PARKING_TIME = 3.0
 """A move aside takes at least so long, if there is time [s]."""
 
 _ASIDE = 1.5
-"""A step further to the side while standing is a move into or out of a parking place [m]."""
+"""A step further while standing is a move into or out of a parking place [m]."""
 
 _STANDING = 0.5
 """[m/s]."""
@@ -74,7 +74,8 @@ def _flags(samples: Samples) -> tuple[Bools, Bools]:
     yaws = samples.yaws[:-1]
     ahead = steps[:, 0] * np.cos(yaws) + steps[:, 1] * np.sin(yaws)
     aside = np.abs(steps[:, 1] * np.cos(yaws) - steps[:, 0] * np.sin(yaws))
-    parking = (aside > _ASIDE) & _slow(samples, steps)
+    # Out of a place across the road, the way aside is ahead.
+    parking = (np.linalg.norm(steps, axis=1) > _ASIDE) & _slow(samples, steps)
     for step in np.flatnonzero(parking & (np.diff(samples.lanes) != 0)).tolist():
         parking[step] = _driven_around(samples, step, ahead) < _AHEAD * aside[step]
     straight = np.abs(np.diff(samples.yaws)) < np.pi / 4.0

@@ -19,6 +19,21 @@ from sumo3dviz_pt.motion.samples import Samples
 TELEPORT_SLACK = 8.0
 """What a step may exceed speed x dt by, lane changes and length included [m]."""
 
+BACKWARD_SLACK = 2.0
+"""Likewise of one that leads backward: nobody backs up faster than the log says [m]."""
+
+WALKING_SLACK = 2.0
+"""Likewise of persons: SUMO puts who waits at a stop on its place there [m]."""
+
+PARKING_SLACK = 15.0
+"""Likewise of vehicles that stand before and after: places across the road are far [m]."""
+
+_STANDING = 0.5
+"""[m/s]."""
+
+UNLIKE = 2.0
+"""A step that exceeds one and a half times the logged speeds by more is remarked on [m]."""
+
 GAP_FACTOR = 1.5
 """Missing rows: a step longer than this many steps of the log."""
 
@@ -62,16 +77,31 @@ def _samples(trace: Trace, part: slice) -> Samples:
 
 
 def breaks(trace: Trace, *, step: float) -> tuple[Remark, ...]:
-    """Where a trace was cut and why; arguments as in `split`."""
+    """Where a trace was cut and why, and steps that its speeds do not explain.
+
+    Arguments as in `split`.
+    """
     gaps, teleports = _gaps(trace, step=step), _teleports(trace)
+    excess = _excess(trace)
     found = []
-    for number in np.flatnonzero(gaps | teleports).tolist():
-        begin, end = trace.times[number], trace.times[number + 1]
+    for number in np.flatnonzero(gaps | teleports | (excess > UNLIKE)).tolist():
+        begin, end = float(trace.times[number]), float(trace.times[number + 1])
         away = trace.positions[number + 1] - trace.positions[number]
-        gap = bool(gaps[number])
-        value = float(end - begin) if gap else float(np.linalg.norm(away[:2]))
-        found.append(Remark("gap" if gap else "teleport", float(begin), float(end), value))
+        if gaps[number]:
+            found.append(Remark("gap", begin, end, end - begin))
+        elif teleports[number]:
+            found.append(Remark("teleport", begin, end, float(np.linalg.norm(away[:2]))))
+        else:
+            found.append(Remark("unlike the log", begin, end, float(excess[number])))
     return tuple(found)
+
+
+def _excess(trace: Trace) -> Floats:
+    """How far each step leads beyond one and a half times its logged speeds, (n - 1,) [m]."""
+    lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
+    fastest = np.fmax(trace.speeds[:-1], trace.speeds[1:])
+    known = np.isfinite(fastest) & ~_parked(trace)
+    return np.where(known, lengths - 1.5 * fastest * np.diff(trace.times), 0.0)
 
 
 def _gaps(trace: Trace, *, step: float) -> Bools:
@@ -83,9 +113,20 @@ def _gaps(trace: Trace, *, step: float) -> Bools:
 def _teleports(trace: Trace) -> Bools:
     """Which steps between samples lead further than anyone drives, (n - 1,)."""
     steps = np.diff(trace.times)
-    lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
+    level = np.diff(trace.positions[:, :2], axis=0)
+    lengths = np.linalg.norm(level, axis=1)
     reach = _reach(trace.speeds, steps=steps, lengths=lengths)
-    return np.asarray(lengths > reach + TELEPORT_SLACK)
+    if trace.kind != "vehicle":
+        return np.asarray(lengths > reach + WALKING_SLACK)
+    slack = np.where(_parked(trace), PARKING_SLACK, TELEPORT_SLACK)
+    ahead = level[:, 0] * np.cos(trace.yaws[:-1]) + level[:, 1] * np.sin(trace.yaws[:-1])
+    thrown = ~_parked(trace) & (-ahead > 1.5 * reach + BACKWARD_SLACK)
+    return np.asarray((lengths > reach + slack) | thrown)
+
+
+def _parked(trace: Trace) -> Bools:
+    """Whether a vehicle stands before and after each step, by the log's own word, (n - 1,)."""
+    return np.asarray((trace.speeds[1:] < _STANDING) & (trace.speeds[:-1] < _STANDING))
 
 
 def _reach(speeds: Floats, *, steps: Floats, lengths: Floats) -> Floats:
