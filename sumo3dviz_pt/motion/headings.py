@@ -25,7 +25,7 @@ Heading = Literal["chord", "tractrix"]
 STEEPEST = np.radians(30.0)
 """No road is steeper; SUMO logs up to 90 degrees at kerbs and stairs [rad]."""
 
-FASTEST_TURN = np.radians(120.0)
+FASTEST_TURN = np.radians(130.0)
 """No body turns faster, whatever the path does: a lane's corners can [rad/s]."""
 
 _AXLE = 0.78

@@ -41,6 +41,9 @@ _STEEPEST = 0.35
 _MOVING = 0.1
 """Samples of one move aside differ by more [m]."""
 
+_ENDING = 2.0
+"""Over so long what rounding misses at births and deaths is made up for [s]."""
+
 _LONGEST = 5.0
 """A move aside is looked for so long before and after a switch [s]."""
 
@@ -131,41 +134,73 @@ def _lane_front(samples: Samples, setting: Setting, ways: Ways, run: Run) -> Lan
     """Motion along known lanes."""
     along = run_along(samples.times, np.array(run.stations), samples.speeds, euler=setting.euler)
     path, blends = lane_path(ways, run, along)
-    points, ahead, counts = _anchors(samples, path, run, along.values)
-    off = np.einsum("nij,nj->ni", _frames(ahead), samples.positions - points)[counts]
-    beside = Hermite(samples.times[counts], off, monotone_slopes(samples.times[counts], off))
+    off, counts = _off_path(samples, path, run, along.values)
+    times = samples.times[counts]
+    beside = Hermite(times, off[counts], monotone_slopes(times, off[counts]))
     return LaneFront(along, path, beside, tuple(map(_remark, blends)))
 
 
-def _anchors(
-    samples: Samples, path: LanePath, run: Run, stations: Floats
-) -> tuple[Floats, Floats, Bools]:
-    """What the samples are measured from, its direction, (n, 3) each, and which count, (n,).
+def _off_path(samples: Samples, path: LanePath, run: Run, stations: Floats) -> tuple[Floats, Bools]:
+    """How far samples are off their path: along, to the left, up, (n, 3) [m]; and which count.
 
-    That is the path, but where no vehicle could drive a change of lanes as the log has it
-    the samples stay on their own tracks, and those amid it do not count: the move is ours.
+    SUMO knows a place along a lane's polyline and an offset to its side; that offset is
+    kept beside the rounded line, where corners throw nothing about. Along and up samples
+    are held against their own lanes, as lanes beside each other are not equally long. To
+    the side they are held against the path, but where no vehicle could drive a change of
+    lanes as the log has it they stay on their own lanes too, and those amid it do not
+    count: the move is ours.
     """
-    points, ahead = path.tracks[0].at(stations)
-    before = points, ahead
+    lines = [track.corners_at(stations) for track in path.tracks]
     own, counts = np.array(run.own), np.ones(len(stations), dtype=np.bool_)
+    sides, both = _Blended(lines[0]), _Blended(lines[0])
     for number, switch in enumerate(run.switches):
-        here = path.tracks[number + 1].at(stations)
-        first, last = _change(samples, before, stations, switch)
-        if _undrivable(samples, before, stations, (first, last), run, switch):
-            weight = (own > number).astype(np.float64)
+        lies = (own > number).astype(np.float64)
+        weight = lies
+        first, last = _change(samples, lines[number], switch)
+        if _undrivable(samples, lines[number], stations, (first, last), run, switch):
             counts[first + 1 : last] = False
         else:
             length = path.ends[number] - path.begins[number]
             weight = eased((stations - path.begins[number]) / length)
-        points = points + weight[:, None] * (here[0] - before[0])
-        ahead = ahead + weight[:, None] * (here[1] - before[1])
-        before = here
-    return points, ahead, counts
+        sides = sides.toward(lines[number], lines[number + 1], weight)
+        both = both.toward(lines[number], lines[number + 1], lies)
+    off = both.off(samples.positions)
+    off[:, 1] = sides.off(samples.positions)[:, 1]
+    # Births and deaths are exact.
+    points, ahead, _ = path.at(stations[[0, -1]])
+    exact = _Blended((points, ahead)).off(samples.positions[[0, -1]])
+    times = samples.times
+    first, last = (1.0 - eased(np.abs(times - times[end]) / _ENDING) for end in (0, -1))
+    shares = first / np.maximum(first + last, 1.0), last / np.maximum(first + last, 1.0)
+    missed = exact - off[[0, -1]]
+    return off + sum(
+        share[:, None] * miss for share, miss in zip(shares, missed, strict=True)
+    ), counts
 
 
-def _change(
-    samples: Samples, track: tuple[Floats, Floats], stations: Floats, switch: Switch
-) -> tuple[int, int]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Blended:
+    """Points with directions, (n, 3) each."""
+
+    line: tuple[Floats, Floats]
+
+    def toward(
+        self, here: tuple[Floats, Floats], there: tuple[Floats, Floats], weight: Floats
+    ) -> _Blended:
+        """Moved by shares of the way from one line to another, (n,)."""
+        points, ahead = (
+            mine + weight[:, None] * (b - a)
+            for mine, a, b in zip(self.line, here, there, strict=True)
+        )
+        return _Blended((points, ahead))
+
+    def off(self, positions: Floats) -> Floats:
+        """How far positions lie along, to the left and up, (n, 3) [m]."""
+        points, ahead = self.line
+        return np.asarray(np.einsum("nij,nj->ni", _frames(ahead), positions - points))
+
+
+def _change(samples: Samples, track: tuple[Floats, Floats], switch: Switch) -> tuple[int, int]:
     """First and last sample of a move aside around a switch."""
     reach = np.abs(samples.times - samples.times[switch.step]) <= _LONGEST
     aside = np.where(reach, _aside(samples, track), 0.0)
@@ -197,8 +232,7 @@ def _undrivable(
 
 def _aside(samples: Samples, track: tuple[Floats, Floats]) -> Floats:
     """How far samples are to the left of a track whose points and directions are given, (n,)."""
-    off = np.einsum("nij,nj->ni", _frames(track[1]), samples.positions - track[0])
-    return np.asarray(off[:, 1])
+    return np.asarray(_Blended(track).off(samples.positions)[:, 1])
 
 
 def _frames(ahead: Floats) -> Floats:

@@ -32,7 +32,10 @@ _AHEAD = 4.0
 """So many times its width is driven during the move, if there is time."""
 
 _LEAST_AHEAD = 1.5
-"""Where roads beside each other are too short, so many times."""
+"""Who drives slower yet, or stands, moves over so many times its width."""
+
+_AMID = 0.2
+"""The switch is amid a move if at least this share of it lies before and after."""
 
 _WIDENING = 0.5
 _SHORTEST = 0.5
@@ -116,7 +119,7 @@ def lane_path(ways: Ways, run: Run, along: Hermite) -> tuple[LanePath, tuple[Ble
     blends: list[Blend] = []
     for number, switch in enumerate(run.switches):
         blend = _blend(ways, chains, number, along, switch)
-        blends.append(_placed(blend, blends[-1] if blends else None, room))
+        blends.append(_after(blend, blends[-1], room) if blends else blend)
     tracks = tuple(track_along(ways, chain) for chain in chains)
     begins, ends = (np.array([getattr(b, name) for b in blends]) for name in ("begin", "end"))
     return LanePath(tracks, begins, ends), tuple(blends)
@@ -136,7 +139,8 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     _lengthen(ways, chains, number, (begin - ROUNDING, end + ROUNDING))
     low = chains[number + 1][0][1]
     high = chains[number][-1][1] + ways.length(chains[number][-1][0])
-    begin, end = _fitted((begin, end), (low, high), least=_LEAST_AHEAD * abs(width))
+    room = (float(along.values[0]), float(along.values[-1]))
+    begin, end = _fitted((begin, end), station, room=room, lanes=(low, high))
     return Blend(begin, end, width, times)
 
 
@@ -160,18 +164,28 @@ def _window(along: Hermite, middle: float, least: float) -> tuple[float, float]:
 
 
 def _fitted(
-    wanted: tuple[float, float], room: tuple[float, float], *, least: float
+    wanted: tuple[float, float],
+    station: float,
+    *,
+    room: tuple[float, float],
+    lanes: tuple[float, float],
 ) -> tuple[float, float]:
-    """A stretch as long as wanted that lies where both tracks do, as far as that goes [m]."""
-    length, space = wanted[1] - wanted[0], room[1] - room[0]
-    if space >= length:
-        begin = min(max(wanted[0], room[0]), room[1] - length)
-        return begin, begin + length
-    if space >= least:
-        return room
-    middle, half = sum(room) / 2.0, max(least, space) / 2.0
-    middle = min(max(middle, wanted[0]), wanted[1])
-    return middle - half, middle + half
+    """The stretch of a move [m].
+
+    Args:
+        wanted: Its begin and end.
+        station: Of the switch.
+        room: The run's first and last station, which it keeps to.
+        lanes: Where both tracks have lanes. There it goes, if the switch stays amid it.
+    """
+    length = max(min(wanted[1] - wanted[0], room[1] - room[0]), _SHORTEST)
+    begin = min(max(wanted[0], room[0]), room[1] - length)
+    shift = max(lanes[0] - begin, 0.0) + min(lanes[1] - length - begin, 0.0)
+    low = max(station - (1.0 - _AMID) * length, room[0])
+    high = min(station - _AMID * length, room[1] - length)
+    if low <= begin <= high:
+        begin = min(max(begin + shift, low), high)
+    return begin, begin + length
 
 
 def _lengthen(ways: Ways, chains: list[Chain], number: int, reach: tuple[float, float]) -> None:
@@ -205,11 +219,8 @@ def _edges_near(ways: Ways, chain: Chain, station: float, *, ends: bool) -> Iter
             yield ways.lane(name).edge_id
 
 
-def _placed(blend: Blend, earlier: Blend | None, room: tuple[float, float]) -> Blend:
-    """The same move within a run, not begun or ended before an earlier one."""
-    begin, end = blend.begin, blend.end
-    if earlier is not None:
-        begin, end = max(begin, earlier.begin), max(end, earlier.end)
-    end = min(max(end, room[0] + _SHORTEST), room[1])
-    begin = max(min(begin, end - _SHORTEST), room[0])
-    return Blend(begin, max(end, begin + 1e-6), blend.width, blend.times)
+def _after(blend: Blend, earlier: Blend, room: tuple[float, float]) -> Blend:
+    """The same move, not begun or ended before an earlier one, nor ended after the run."""
+    begin, end = max(blend.begin, earlier.begin), max(blend.end, earlier.end)
+    end = min(end, max(room[1], earlier.end))
+    return Blend(min(begin, end - 1e-6), end, blend.width, blend.times)

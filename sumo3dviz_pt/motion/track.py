@@ -52,6 +52,12 @@ class Track:
         object.__setattr__(self, "tangents", tangents)
         object.__setattr__(self, "bends", np.diff(tangents, axis=0))
 
+    def corners_at(self, stations: Floats) -> tuple[Floats, Floats]:
+        """Points and derivatives of the polyline itself, as SUMO sees it, (m, 3) each."""
+        index = np.searchsorted(self.stations[1:-1], stations, side="right")
+        tangents = self.tangents[index]
+        return self.points[index] + (stations - self.stations[index])[:, None] * tangents, tangents
+
     def at(self, stations: Floats) -> tuple[Floats, Floats]:
         """Points and derivatives by station, (m, 3) each; straight on beyond both ends.
 
@@ -59,9 +65,7 @@ class Track:
         (h - |x|)^3 / (6 h^2) within |x| < h.
         """
         inner = self.stations[1:-1]
-        index = np.searchsorted(inner, stations, side="right")
-        tangents = self.tangents[index].copy()
-        points = self.points[index] + (stations - self.stations[index])[:, None] * tangents
+        points, tangents = self.corners_at(stations)
         first = np.searchsorted(inner, stations - ROUNDING, side="right")
         last = np.searchsorted(inner, stations + ROUNDING, side="left")
         for step in range(int((last - first).max(initial=0))):
@@ -71,7 +75,7 @@ class Track:
             reach = ROUNDING - np.abs(away)
             bends = self.bends[corner]
             points[near] += (reach**3 / (6.0 * ROUNDING**2))[:, None] * bends
-            turned = -np.sign(away) * reach**2 / (2.0 * ROUNDING**2)
+            turned = np.where(away < 0.0, 1.0, -1.0) * reach**2 / (2.0 * ROUNDING**2)
             tangents[near] += turned[:, None] * bends
         return points, tangents
 
