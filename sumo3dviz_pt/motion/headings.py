@@ -65,10 +65,9 @@ def tractrix(driven: Driven, length: float, *, yaw: float) -> Hermite:
     """
     front = driven.front
     knots = np.unique(np.concatenate([driven.knots, _fine(front.begin, front.end)]))
-    dragged = np.unwrap(_dragged(front.at(knots).positions[:, :2], _AXLE * length, yaw))
-    yaws = calmed(driven.knots, np.interp(driven.knots, knots, dragged))
-    ahead = driven.places - driven.points_at(driven.ways - length)
-    return _curve(driven.knots, yaws, _pitches(ahead, length))
+    dragged = _dragged(front.at(knots).positions[:, :2], _AXLE * length, yaw)
+    slopes = np.interp(knots, driven.knots, steepness(driven, length))
+    return _curve(knots, calmed(knots, np.unwrap(dragged)), slopes)
 
 
 def logged(samples: Samples, *, yaw: float, at_once: bool) -> Hermite:

@@ -41,8 +41,8 @@ _STEEPEST = 0.35
 _MOVING = 0.1
 """Samples of one move aside differ by more [m]."""
 
-_ENDING = 2.0
-"""Over so long what rounding misses at births and deaths is made up for [s]."""
+_ENDING = 10.0
+"""Over so far what rounding misses at births and deaths is made up for [m]."""
 
 _LONGEST = 5.0
 """A move aside is looked for so long before and after a switch [s]."""
@@ -166,16 +166,18 @@ def _off_path(samples: Samples, path: LanePath, run: Run, stations: Floats) -> t
         both = both.toward(lines[number], lines[number + 1], lies)
     off = both.off(samples.positions)
     off[:, 1] = sides.off(samples.positions)[:, 1]
-    # Births and deaths are exact.
+    off += _ends_missed(samples, path, stations, off)
+    return off, counts
+
+
+def _ends_missed(samples: Samples, path: LanePath, stations: Floats, off: Floats) -> Floats:
+    """What makes births and deaths exact: rounding missed them, fading away from both, (n, 3)."""
     points, ahead, _ = path.at(stations[[0, -1]])
-    exact = _Blended((points, ahead)).off(samples.positions[[0, -1]])
-    times = samples.times
-    first, last = (1.0 - eased(np.abs(times - times[end]) / _ENDING) for end in (0, -1))
-    shares = first / np.maximum(first + last, 1.0), last / np.maximum(first + last, 1.0)
-    missed = exact - off[[0, -1]]
-    return off + sum(
-        share[:, None] * miss for share, miss in zip(shares, missed, strict=True)
-    ), counts
+    missed = _Blended((points, ahead)).off(samples.positions[[0, -1]]) - off[[0, -1]]
+    away = np.abs(stations[:, None] - stations[[0, -1]])
+    shares = 1.0 - eased(away / _ENDING)
+    shares /= np.maximum(shares.sum(axis=1), 1.0)[:, None]
+    return np.asarray(shares @ missed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

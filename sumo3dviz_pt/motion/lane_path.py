@@ -34,6 +34,9 @@ _AHEAD = 4.0
 _LEAST_AHEAD = 1.5
 """Who drives slower yet, or stands, moves over so many times its width."""
 
+_STANDING = 0.3
+"""Ways between samples driven slower count as standing [m/s]."""
+
 _AMID = 0.2
 """The switch is amid a move if at least this share of it lies before and after."""
 
@@ -115,11 +118,10 @@ def lane_path(ways: Ways, run: Run, along: Hermite) -> tuple[LanePath, tuple[Ble
         along: Stations over time.
     """
     chains = [list(chain) for chain in run.chains]
-    room = (float(along.values[0]), float(along.values[-1]))
     blends: list[Blend] = []
     for number, switch in enumerate(run.switches):
         blend = _blend(ways, chains, number, along, switch)
-        blends.append(_after(blend, blends[-1], room) if blends else blend)
+        blends.append(_after(blend, blends[-1]) if blends else blend)
     tracks = tuple(track_along(ways, chain) for chain in chains)
     begins, ends = (np.array([getattr(b, name) for b in blends]) for name in ("begin", "end"))
     return LanePath(tracks, begins, ends), tuple(blends)
@@ -132,14 +134,14 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     middle = float(knots[switch.step]) + switch.share * step
     station = float(along.at(np.array([middle]))[0][0])
     width = _apart(ways, chains[number : number + 2], station)
-    times = _window(along, middle, _AHEAD * abs(width))
+    room = _room(along, switch.step, _LEAST_AHEAD * abs(width))
+    times = _window(along, middle, _AHEAD * abs(width), room)
     begin, end = (float(value) for value in along.at(np.array(times))[0])
-    short = max(_LEAST_AHEAD * abs(width) - (end - begin), 0.0) / 2.0
+    short = max(_LEAST_AHEAD * abs(width) - (end - begin), 0.0)
     begin, end = begin - short, end + short
     _lengthen(ways, chains, number, (begin - ROUNDING, end + ROUNDING))
     low = chains[number + 1][0][1]
     high = chains[number][-1][1] + ways.length(chains[number][-1][0])
-    room = (float(along.values[0]), float(along.values[-1]))
     begin, end = _fitted((begin, end), station, room=room, lanes=(low, high))
     return Blend(begin, end, width, times)
 
@@ -151,13 +153,36 @@ def _apart(ways: Ways, chains: Sequence[Chain], station: float) -> float:
     return float((ahead[0] * away[1] - ahead[1] * away[0]) / max(np.hypot(*ahead), 1e-9))
 
 
-def _window(along: Hermite, middle: float, least: float) -> tuple[float, float]:
-    """Begin and end of a move around a time, long enough to drive so far [s]."""
+def _room(along: Hermite, step: int, least: float) -> tuple[float, float]:
+    """Stations between the standstills around a step: who stands keeps its lane [m].
+
+    A step amid a standstill moves over after it, or before it if there is more room.
+    """
+    standing = np.diff(along.values) < _STANDING * np.diff(along.knots)
+    moving = np.flatnonzero(~standing)
+    first = last = step
+    if standing[step]:
+        first = int(moving[moving < step].max(initial=-1)) + 1
+        last = int(moving[moving > step].min(initial=len(standing))) - 1
+    before = np.flatnonzero(standing[:first])
+    after = np.flatnonzero(standing[last + 1 :])
+    low = float(along.values[before[-1] + 1] if len(before) else along.values[0])
+    high = float(along.values[last + 1 + after[0]] if len(after) else along.values[-1])
+    if not standing[step]:
+        return low, high
+    here, there = float(along.values[first]), float(along.values[last + 1])
+    return (there, high) if high - there >= min(least, here - low) else (low, here)
+
+
+def _window(
+    along: Hermite, middle: float, least: float, room: tuple[float, float]
+) -> tuple[float, float]:
+    """Begin and end of a move around a time, long enough to drive so far within a room [s]."""
     first, last = float(along.knots[0]), float(along.knots[-1])
     reach = CHANGE_TIME / 2.0
     while True:
         times = max(middle - reach, first), min(middle + reach, last)
-        low, high = along.at(np.array(times))[0]
+        low, high = np.clip(along.at(np.array(times))[0], *room)
         if high - low >= least or reach >= _WIDEST:
             return times
         reach += _WIDENING
@@ -175,11 +200,12 @@ def _fitted(
     Args:
         wanted: Its begin and end.
         station: Of the switch.
-        room: The run's first and last station, which it keeps to.
+        room: First and last station that it keeps to.
         lanes: Where both tracks have lanes. There it goes, if the switch stays amid it.
     """
+    wanted = max(wanted[0], min(room[0], station)), min(wanted[1], max(room[1], station))
     length = max(min(wanted[1] - wanted[0], room[1] - room[0]), _SHORTEST)
-    begin = min(max(wanted[0], room[0]), room[1] - length)
+    begin = max(min(wanted[0], room[1] - length), room[0])
     shift = max(lanes[0] - begin, 0.0) + min(lanes[1] - length - begin, 0.0)
     low = max(station - (1.0 - _AMID) * length, room[0])
     high = min(station - _AMID * length, room[1] - length)
@@ -219,8 +245,7 @@ def _edges_near(ways: Ways, chain: Chain, station: float, *, ends: bool) -> Iter
             yield ways.lane(name).edge_id
 
 
-def _after(blend: Blend, earlier: Blend, room: tuple[float, float]) -> Blend:
-    """The same move, not begun or ended before an earlier one, nor ended after the run."""
+def _after(blend: Blend, earlier: Blend) -> Blend:
+    """The same move, not begun or ended before an earlier one."""
     begin, end = max(blend.begin, earlier.begin), max(blend.end, earlier.end)
-    end = min(end, max(room[1], earlier.end))
     return Blend(min(begin, end - 1e-6), end, blend.width, blend.times)

@@ -19,10 +19,16 @@ PARKING_TIME = 3.0
 """A move aside takes at least so long, if there is time [s]."""
 
 _ASIDE = 1.5
-"""A step further while standing is a move into or out of a parking place [m]."""
+"""A move further aside without driving is one into or out of a parking place [m]."""
+
+_SLIDING = 0.4
+"""Steps that lead aside faster, and further aside than ahead, belong to one move [m/s]."""
 
 _STANDING = 0.5
-"""[m/s]."""
+"""Slower vehicles stand [m/s]."""
+
+_CREEPING = 0.3
+"""Ways driven slower than this do not count as driving on [m/s]."""
 
 _STILL = 0.75
 """Samples nearer to one another are of one place: queues creep [m]."""
@@ -76,17 +82,41 @@ def _flags(samples: Samples) -> tuple[Bools, Bools]:
     aside = np.abs(steps[:, 1] * np.cos(yaws) - steps[:, 0] * np.sin(yaws))
     # Out of a place across the road, the way aside is ahead.
     parking = (np.linalg.norm(steps, axis=1) > _ASIDE) & _slow(samples, steps)
-    for step in np.flatnonzero(parking & (np.diff(samples.lanes) != 0)).tolist():
-        parking[step] = _driven_around(samples, step, ahead) < _AHEAD * aside[step]
+    parking &= np.diff(samples.lanes) == 0
+    times = np.diff(samples.times)
+    sliding = (aside > _SLIDING * times) & (aside > np.abs(ahead))
+    # Who drives that fast by its own word turns a corner.
+    sliding &= ~(np.fmax(samples.speeds[:-1], samples.speeds[1:]) * times > aside)
+    for first, last in _stretches_of(sliding & ~parking):
+        moved = float(aside[first:last].sum())
+        if moved > _ASIDE and _driven_around(samples, ahead, (first, last)) < _AHEAD * moved:
+            parking[first:last] = True
     straight = np.abs(np.diff(samples.yaws)) < np.pi / 4.0
     reversing = (ahead < -_BACKING) & (aside < -ahead) & straight & ~parking
     return parking, reversing
 
 
-def _driven_around(samples: Samples, step: int, ahead: Floats) -> float:
-    """How far a vehicle drives on around a step aside [m]."""
-    near = np.abs(samples.times[:-1] - samples.times[step]) <= _AROUND
-    return float(np.abs(ahead[near]).sum())
+def _stretches_of(flags: Bools) -> list[tuple[int, int]]:
+    """Begin and end of each stretch of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
+
+
+def _driven_around(samples: Samples, ahead: Floats, ends: tuple[int, int]) -> float:
+    """How far a vehicle drives on before or after some steps, until it stands [m]."""
+    times, rates = samples.times, ahead / np.diff(samples.times)
+    first, last = ends
+    low, high = first, last
+    while low > 0 and rates[low - 1] > _CREEPING and times[first] - times[low - 1] <= _AROUND:
+        low -= 1
+    while (
+        high < len(rates) and rates[high] > _CREEPING and times[high + 1] - times[last] <= _AROUND
+    ):
+        high += 1
+    before, amid, after = (float(ahead[a:b].sum()) for a, b in ((low, first), ends, (last, high)))
+    # Who stands meanwhile moves over on one side of it.
+    stands = amid < _CREEPING * float(times[last] - times[first])
+    return max(before, after) if stands else before + amid + after
 
 
 def _slow(samples: Samples, steps: Floats) -> Bools:
@@ -103,7 +133,10 @@ def _ends(samples: Samples, parking: Bools, reversing: Bools) -> Iterator[tuple[
     last = step = 0
     while step < len(parking):
         if parking[step]:
-            first, end = _widened(samples, step, floor=last)
+            end = step + 1
+            while end < len(parking) and parking[end]:
+                end += 1
+            first, end = _widened(samples, step, end, floor=last)
             yield first, end, "parking"
         elif reversing[step]:
             first, end = step, step + 1
@@ -116,15 +149,15 @@ def _ends(samples: Samples, parking: Bools, reversing: Bools) -> Iterator[tuple[
         last = step = end
 
 
-def _widened(samples: Samples, step: int, *, floor: int) -> tuple[int, int]:
+def _widened(samples: Samples, first: int, last: int, *, floor: int) -> tuple[int, int]:
     """Samples around a move aside between which there is time for it: after it, then before."""
-    times, first, last = samples.times, step, step + 1
+    times, before, after = samples.times, first, last
     while last + 1 < len(times) and times[last] - times[first] < PARKING_TIME:
-        if not _same_place(samples, last + 1, step + 1):
+        if not _same_place(samples, last + 1, after):
             break
         last += 1
     while first > floor and times[last] - times[first] < PARKING_TIME:
-        if not _same_place(samples, first - 1, step):
+        if not _same_place(samples, first - 1, before):
             break
         first -= 1
     return first, last

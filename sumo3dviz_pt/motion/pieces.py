@@ -65,12 +65,13 @@ def _samples(trace: Trace, part: slice) -> Samples:
     """A stretch of a trace."""
     known = len(trace.offsets) == len(trace.times)
     times = trace.times[part]
+    # Some tools log backing up as a negative speed.
     return Samples(
         times,
         trace.positions[part],
         np.unwrap(trace.yaws[part]),
         trace.slopes[part],
-        trace.speeds[part],
+        np.abs(trace.speeds[part]),
         trace.lanes[part],
         trace.offsets[part] if known else np.full(len(times), np.nan),
     )
@@ -99,7 +100,8 @@ def breaks(trace: Trace, *, step: float) -> tuple[Remark, ...]:
 def _excess(trace: Trace) -> Floats:
     """How far each step leads beyond one and a half times its logged speeds, (n - 1,) [m]."""
     lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
-    fastest = np.fmax(trace.speeds[:-1], trace.speeds[1:])
+    speeds = np.abs(trace.speeds)
+    fastest = np.fmax(speeds[:-1], speeds[1:])
     known = np.isfinite(fastest) & ~_parked(trace)
     return np.where(known, lengths - 1.5 * fastest * np.diff(trace.times), 0.0)
 
@@ -115,7 +117,7 @@ def _teleports(trace: Trace) -> Bools:
     steps = np.diff(trace.times)
     level = np.diff(trace.positions[:, :2], axis=0)
     lengths = np.linalg.norm(level, axis=1)
-    reach = _reach(trace.speeds, steps=steps, lengths=lengths)
+    reach = _reach(np.abs(trace.speeds), steps=steps, lengths=lengths)
     if trace.kind != "vehicle":
         return np.asarray(lengths > reach + WALKING_SLACK)
     slack = np.where(_parked(trace), PARKING_SLACK, TELEPORT_SLACK)
@@ -126,7 +128,8 @@ def _teleports(trace: Trace) -> Bools:
 
 def _parked(trace: Trace) -> Bools:
     """Whether a vehicle stands before and after each step, by the log's own word, (n - 1,)."""
-    return np.asarray((trace.speeds[1:] < _STANDING) & (trace.speeds[:-1] < _STANDING))
+    standing = np.abs(trace.speeds) < _STANDING
+    return np.asarray(standing[1:] & standing[:-1])
 
 
 def _reach(speeds: Floats, *, steps: Floats, lengths: Floats) -> Floats:
