@@ -19,7 +19,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
 from sumo3dviz_pt.motion.route import Chain, Run, Switch
-from sumo3dviz_pt.motion.track import ROUNDING, Track, track_along
+from sumo3dviz_pt.motion.track import REACH, Track, track_along
 from sumo3dviz_pt.motion.ways import Ways
 
 CHANGE_TIME = 4.0
@@ -139,7 +139,7 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     begin, end = (float(value) for value in along.at(np.array(times))[0])
     short = max(_LEAST_AHEAD * abs(width) - (end - begin), 0.0)
     begin, end = begin - short, end + short
-    _lengthen(ways, chains, number, (begin - ROUNDING, end + ROUNDING))
+    _lengthen(ways, chains, number, (begin - REACH, end + REACH))
     low = chains[number + 1][0][1]
     high = chains[number][-1][1] + ways.length(chains[number][-1][0])
     begin, end = _fitted((begin, end), station, room=room, lanes=(low, high))

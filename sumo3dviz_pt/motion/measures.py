@@ -34,7 +34,8 @@ REAR_AXLE = 0.78
 _SLOW = 0.3
 """Below it the direction of the velocity is noise, and the heading stands for it [m/s]."""
 
-_CHUNK = 512
+_CHUNK = 32
+"""Places that are measured together: those of a stretch of road."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,17 +200,32 @@ def offsets(places: Floats, lines: Sequence[Floats]) -> Floats:
         return np.full(len(places), np.nan)
     starts = np.concatenate([line[:-1] for line in lines])
     along = np.concatenate([np.diff(line, axis=0) for line in lines])
-    lengths = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
-    units = along / lengths[:, None]
     found = np.empty(len(places))
     for first in range(0, len(places), _CHUNK):
-        part = places[first : first + _CHUNK, None, :] - starts
-        ahead = (part * units).sum(axis=2)
-        left = part[:, :, 1] * units[:, 0] - part[:, :, 0] * units[:, 1]
-        beyond = ahead - np.clip(ahead, 0.0, lengths)
-        away = np.hypot(left, beyond)
-        nearest = np.argmin(away, axis=1)
-        rows = np.arange(len(part))
-        signs = np.where(left[rows, nearest] < 0.0, -1.0, 1.0)
-        found[first : first + _CHUNK] = signs * away[rows, nearest]
+        some = places[first : first + _CHUNK]
+        near = _candidates(some, starts, along)
+        found[first : first + _CHUNK] = _nearest(some, starts[near], along[near])
     return found
+
+
+def _candidates(places: Floats, starts: Floats, along: Floats) -> Bools:
+    """Which stretches can be the nearest of some places that lie together, (m,)."""
+    middle = (places.min(axis=0) + places.max(axis=0)) / 2.0
+    reach = float(np.linalg.norm(places - middle, axis=1).max())
+    half = np.linalg.norm(along, axis=1) / 2.0
+    away = np.linalg.norm(starts + along / 2.0 - middle, axis=1)
+    return np.asarray(away - half <= (away + half).min() + 2.0 * reach)
+
+
+def _nearest(places: Floats, starts: Floats, along: Floats) -> Floats:
+    """Signed distances from the nearest of some stretches, (n,) [m]."""
+    lengths = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
+    units = along / lengths[:, None]
+    part = places[:, None, :] - starts
+    ahead = (part * units).sum(axis=2)
+    left = part[:, :, 1] * units[:, 0] - part[:, :, 0] * units[:, 1]
+    away = np.hypot(left, ahead - np.clip(ahead, 0.0, lengths))
+    nearest = np.argmin(away, axis=1)
+    rows = np.arange(len(part))
+    signs = np.where(left[rows, nearest] < 0.0, -1.0, 1.0)
+    return np.asarray(signs * away[rows, nearest])

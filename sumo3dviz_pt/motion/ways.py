@@ -91,7 +91,7 @@ class Ways:
         """Places of a lane's points in SUMO's sense: from 0 to its length, (n,) [m]."""
         if name not in self._stations:
             lane = self.network.lanes[name]
-            steps = np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
+            steps = np.linalg.norm(np.diff(lane.shape, axis=0), axis=1)
             along = np.concatenate([[0.0], np.cumsum(steps)])
             self._stations[name] = along * (lane.length / max(along[-1], 1e-9))
         return self._stations[name]
