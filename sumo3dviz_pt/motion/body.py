@@ -11,7 +11,15 @@ from sumo3dviz_pt.model.trajectory import Motion, Piece, Remark
 from sumo3dviz_pt.motion.curves import Hermite
 from sumo3dviz_pt.motion.driven import Driven
 from sumo3dviz_pt.motion.front import Front
-from sumo3dviz_pt.motion.headings import STEEPEST, Heading, chord, logged, steepness, tractrix
+from sumo3dviz_pt.motion.headings import (
+    STEEPEST,
+    Heading,
+    chord,
+    chords,
+    logged,
+    slopes_of,
+    tractrix,
+)
 from sumo3dviz_pt.motion.hermite import CurveFront
 from sumo3dviz_pt.motion.manoeuvres import Stretch, stretches
 from sumo3dviz_pt.motion.registry import Smoother
@@ -175,16 +183,16 @@ def make_piece(
     legs: list[Leg] = []
     remarks: list[Remark] = []
     for stretch in stretches(samples, kind=setting.kind):
-        legs.append(_leg(stretch, smoother, setting, heading, legs[-1] if legs else None))
-        remarks += [*legs[-1].front.remarks, *_manoeuvre(stretch)]
-        remarks += _steep(legs[-1], setting)
+        leg, steep = _leg(stretch, smoother, setting, heading, legs[-1] if legs else None)
+        legs.append(leg)
+        remarks += [*leg.front.remarks, *_manoeuvre(stretch), *steep]
     return LegsPiece(tuple(legs)), tuple(remarks)
 
 
 def _leg(
     stretch: Stretch, smoother: Smoother, setting: Setting, heading: Heading, before: Leg | None
-) -> Leg:
-    """A leg that begins as the one before it ends."""
+) -> tuple[Leg, tuple[Remark, ...]]:
+    """A leg that begins as the one before it ends, and slopes that are refused."""
     samples = stretch.samples
     parking = stretch.kind == "parking"
     front = _aside(samples) if parking else smoother.make(samples, setting)
@@ -195,13 +203,16 @@ def _leg(
     if stretch.kind:
         headings = logged(samples, yaw=yaw, at_once=parking)
         sense = -1.0 if stretch.kind == "reversing" else 1.0
-        return Leg(driven, headings, follows=False, start=start, sense=sense)
+        return Leg(driven, headings, follows=False, start=start, sense=sense), ()
     if setting.kind == "person":
         # People turn and step aside on the spot.
-        return Leg(driven, logged(samples, yaw=yaw, at_once=False), start=start)
+        return Leg(driven, logged(samples, yaw=yaw, at_once=False), start=start), ()
+    ahead = chords(driven, setting.length)
     if heading == "tractrix":
-        return Leg(driven, tractrix(driven, setting.length, yaw=yaw), start=start)
-    return Leg(driven, chord(driven, setting.length), start=start)
+        headings = tractrix(driven, ahead, setting.length, yaw=yaw)
+    else:
+        headings = chord(driven, ahead)
+    return Leg(driven, headings, start=start), _steep(driven, ahead)
 
 
 def _aside(samples: Samples) -> Front:
@@ -218,13 +229,11 @@ def _manoeuvre(stretch: Stretch) -> tuple[Remark, ...]:
     return (Remark(stretch.kind, float(samples.times[0]), float(samples.times[-1]), moved),)
 
 
-def _steep(leg: Leg, setting: Setting) -> tuple[Remark, ...]:
+def _steep(driven: Driven, ahead: Floats) -> tuple[Remark, ...]:
     """Slopes that are refused."""
-    if setting.kind == "person" or not leg.follows:
-        return ()
-    slopes = np.abs(steepness(leg.driven, setting.length))
+    slopes = np.abs(slopes_of(ahead))
     steep = np.flatnonzero(slopes > STEEPEST)
     if not len(steep):
         return ()
-    times = leg.driven.knots[steep]
+    times = driven.knots[steep]
     return (Remark("steep", float(times[0]), float(times[-1]), float(slopes.max())),)

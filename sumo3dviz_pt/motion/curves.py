@@ -78,7 +78,7 @@ def monotone_slopes(knots: Floats, values: Floats) -> Floats:
     rates = np.diff(values, axis=0) / steps
     left, right = rates[:-1], rates[1:]
     one, two = 2.0 * steps[1:] + steps[:-1], steps[1:] + 2.0 * steps[:-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = (one + two) / (one / left + two / right)
     slopes[1:-1] = np.where(left * right > 0.0, mean, 0.0)
     return slopes

@@ -41,24 +41,33 @@ _EASED = 9
 """Knots of an eased turn."""
 
 
-def chord(driven: Driven, length: float) -> Hermite:
-    """Along the chord from the point of the path one length behind to the front.
+def chords(driven: Driven, length: float) -> Floats:
+    """From the point of the path one length behind to the front, at the knots, (n, 3) [m]."""
+    return driven.places - driven.points_at(driven.ways - length)
+
+
+def chord(driven: Driven, ahead: Floats) -> Hermite:
+    """Along the chords.
+
+    Args:
+        driven: The path.
+        ahead: From `chords`.
 
     Returns:
         Yaw and pitch, (n, 2) [rad], unwrapped.
     """
-    ahead = driven.places - driven.points_at(driven.ways - length)
     yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
-    return _curve(driven.knots, calmed(driven.knots, yaws), _pitches(ahead, length))
+    return _curve(driven.knots, calmed(driven.knots, yaws), slopes_of(ahead))
 
 
-def steepness(driven: Driven, length: float) -> Floats:
-    """Slope of the chord at the knots, as it is, (n,) [rad]."""
-    return _pitches(driven.places - driven.points_at(driven.ways - length), length)
-
-
-def tractrix(driven: Driven, length: float, *, yaw: float) -> Hermite:
+def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Hermite:
     """Along the line from a rear axle that the front drags, which never slips sideways.
+
+    Args:
+        driven: The path.
+        ahead: From `chords`; says the pitch.
+        length: Of the body [m].
+        yaw: At the beginning [rad].
 
     Returns:
         Yaw and pitch, (n, 2) [rad], unwrapped.
@@ -66,8 +75,16 @@ def tractrix(driven: Driven, length: float, *, yaw: float) -> Hermite:
     front = driven.front
     knots = np.unique(np.concatenate([driven.knots, _fine(front.begin, front.end)]))
     dragged = _dragged(front.at(knots).positions[:, :2], _AXLE * length, yaw)
-    slopes = np.interp(knots, driven.knots, steepness(driven, length))
+    slopes = np.interp(knots, driven.knots, slopes_of(ahead))
     return _curve(knots, calmed(knots, np.unwrap(dragged)), slopes)
+
+
+def slopes_of(ahead: Floats) -> Floats:
+    """Nose up along chords, (n, 3) [m] -> (n,) [rad]; folded ones are not steep."""
+    if not np.ptp(ahead[:, 2]):
+        return np.full(len(ahead), np.arctan2(ahead[0, 2], np.hypot(*ahead[0, :2])))
+    level = np.hypot(ahead[:, 0], ahead[:, 1])
+    return np.asarray(np.arctan2(ahead[:, 2], np.maximum(level, _LEAST_LEVEL * level.max())))
 
 
 def logged(samples: Samples, *, yaw: float, at_once: bool) -> Hermite:
@@ -140,9 +157,3 @@ def _dragged(places: Floats, base: float, yaw: float) -> Floats:
         x, y = front_x - share * away_x, front_y - share * away_y
         yaws[number] = np.arctan2(away_y, away_x)
     return yaws
-
-
-def _pitches(ahead: Floats, length: float) -> Floats:
-    """Nose up along chords, (n, 3) -> (n,) [rad]."""
-    level = np.maximum(np.hypot(ahead[:, 0], ahead[:, 1]), _LEAST_LEVEL * length)
-    return np.arctan2(ahead[:, 2], level)

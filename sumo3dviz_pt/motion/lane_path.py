@@ -133,7 +133,7 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     step = float(knots[switch.step + 1] - knots[switch.step])
     middle = float(knots[switch.step]) + switch.share * step
     station = float(along.at(np.array([middle]))[0][0])
-    width = _apart(ways, chains[number : number + 2], station)
+    width = _apart(ways, (chains[number][-1], chains[number + 1][0]), station)
     room = _room(along, switch.step, _LEAST_AHEAD * abs(width))
     times = _window(along, middle, _AHEAD * abs(width), room)
     begin, end = (float(value) for value in along.at(np.array(times))[0])
@@ -146,9 +146,11 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     return Blend(begin, end, width, times)
 
 
-def _apart(ways: Ways, chains: Sequence[Chain], station: float) -> float:
-    """How far the second chain is left of the first at a station [m]."""
-    (here, ahead), (there, _) = (track_along(ways, c).at(np.array([station])) for c in chains)
+def _apart(ways: Ways, lanes: tuple[tuple[str, float], ...], station: float) -> float:
+    """How far the second of two lanes is left of the first at a station [m]."""
+    (here, ahead), (there, _) = (
+        track_along(ways, [lane]).corners_at(np.array([station])) for lane in lanes
+    )
     away, ahead = (there - here)[0, :2], ahead[0, :2]
     return float((ahead[0] * away[1] - ahead[1] * away[0]) / max(np.hypot(*ahead), 1e-9))
 

@@ -42,6 +42,10 @@ _AHEAD = 1.5
 _BACKING = 0.15
 """A step backward that is longer is meant [m]."""
 
+_STRAIGHT = np.pi / 4.0
+_LEAST_STEP = 0.2
+"""Without lanes only who turns less backs up [rad/s]; over shorter steps as over this [s]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
@@ -91,9 +95,13 @@ def _flags(samples: Samples) -> tuple[Bools, Bools]:
         moved = float(aside[first:last].sum())
         if moved > _ASIDE and _driven_around(samples, ahead, (first, last)) < _AHEAD * moved:
             parking[first:last] = True
-    straight = np.abs(np.diff(samples.yaws)) < np.pi / 4.0
-    reversing = (ahead < -_BACKING) & (aside < -ahead) & straight & ~parking
-    return parking, reversing
+    backward = (ahead < -_BACKING) & (aside < -ahead)
+    # Along a lane the places tell: a long body in a tight turn points away from its way.
+    told = np.isfinite(samples.offsets) & (samples.lanes >= 0)
+    same = told[1:] & told[:-1] & (np.diff(samples.lanes) == 0)
+    falling = np.diff(samples.offsets) < -_BACKING
+    straight = np.abs(np.diff(samples.yaws)) < _STRAIGHT * np.maximum(times, _LEAST_STEP)
+    return parking, backward & np.where(same, falling, straight) & ~parking
 
 
 def _stretches_of(flags: Bools) -> list[tuple[int, int]]:

@@ -22,17 +22,53 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.ways import Ways
 
-ROUNDING = 2.25
-"""Half the width of the triangle that averages [m]."""
+TIGHTEST, WIDEST = 2.25, 10.0
+"""Half the width of the triangle that averages, at corners and at faint bends [m]."""
 
-REACH = 2.0 * ROUNDING
-"""What is further from a corner is as the polyline is [m]."""
+_BEND = 0.3
+"""Width times bend: a corner is cut by a tenth of it, 3 cm, where it is not tight [m]."""
+
+REACH = 2.0 * WIDEST
+"""What is further from a bend is as the polyline is [m]."""
 
 _TOUCHING = 1e-6
 """Points of a track at least so far apart [m]."""
 
+_STRAIGHT = 1e-5
+"""Fainter bends are none [rad]."""
+
 _GAP = 0.3
 """Lanes whose ends are further apart do not join [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bends:
+    """Corners that are rounded alike.
+
+    Attributes:
+        stations: Rising, (n,) [m].
+        bends: Change of tangent, (n, 3).
+        widths: Half the width of the triangle at each, (n,) [m].
+        reach: Twice the largest of them [m].
+    """
+
+    stations: Floats
+    bends: Floats
+    widths: Floats
+    reach: float
+
+    def add(self, stations: Floats, points: Floats, tangents: Floats) -> None:
+        """Round points and tangents, (m, 3) each, in place."""
+        first = np.searchsorted(self.stations, stations - self.reach, side="right")
+        last = np.searchsorted(self.stations, stations + self.reach, side="left")
+        for step in range(int((last - first).max(initial=0))):
+            near = np.flatnonzero(first + step < last)
+            corner = first[near] + step
+            away = stations[near] - self.stations[corner]
+            moved, turned = _rounded(np.abs(away), self.widths[corner])
+            bends = self.bends[corner]
+            points[near] += moved[:, None] * bends
+            tangents[near] += np.where(away < 0.0, -turned, turned)[:, None] * bends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,20 +79,29 @@ class Track:
         stations: Strictly increasing, (n,) [m], n >= 2.
         points: (n, 3) [m].
         tangents: Of the stretches, (n - 1, 3).
-        bends: Change of tangent at each inner point, (n - 2, 3).
+        bends: At the inner points, tight ones and faint ones.
     """
 
     stations: Floats
     points: Floats
     tangents: Floats = field(init=False)
-    bends: Floats = field(init=False)
+    bends: tuple[_Bends, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         """Derive what every question needs."""
-        steps = np.diff(self.stations)[:, None]
-        tangents = np.diff(self.points, axis=0) / steps
+        tangents = np.diff(self.points, axis=0) / np.diff(self.stations)[:, None]
+        turned = np.diff(tangents, axis=0)
+        size = np.linalg.norm(turned, axis=1)
+        widths = np.clip(_BEND / np.maximum(size, 1e-9), TIGHTEST, WIDEST)
+        groups = []
+        for chosen in (widths == TIGHTEST, (widths > TIGHTEST) & (size > _STRAIGHT)):
+            if chosen.any():
+                reach = 2.0 * float(widths[chosen].max())
+                groups.append(
+                    _Bends(self.stations[1:-1][chosen], turned[chosen], widths[chosen], reach)
+                )
         object.__setattr__(self, "tangents", tangents)
-        object.__setattr__(self, "bends", np.diff(tangents, axis=0))
+        object.__setattr__(self, "bends", tuple(groups))
 
     def corners_at(self, stations: Floats) -> tuple[Floats, Floats]:
         """Points and derivatives of the polyline itself, as SUMO sees it, (m, 3) each."""
@@ -66,32 +111,23 @@ class Track:
 
     def at(self, stations: Floats) -> tuple[Floats, Floats]:
         """Points and derivatives by station, (m, 3) each; straight on beyond both ends."""
-        inner = self.stations[1:-1]
         points, tangents = self.corners_at(stations)
-        first = np.searchsorted(inner, stations - REACH, side="right")
-        last = np.searchsorted(inner, stations + REACH, side="left")
-        for step in range(int((last - first).max(initial=0))):
-            near = np.flatnonzero(first + step < last)
-            corner = first[near] + step
-            away = stations[near] - inner[corner]
-            moved, turned = _rounded(np.abs(away))
-            bends = self.bends[corner]
-            points[near] += moved[:, None] * bends
-            tangents[near] += np.where(away < 0.0, -turned, turned)[:, None] * bends
+        for bends in self.bends:
+            bends.add(stations, points, tangents)
         return points, tangents
 
 
-def _rounded(away: Floats) -> tuple[Floats, Floats]:
+def _rounded(away: Floats, widths: Floats) -> tuple[Floats, Floats]:
     """What rounding adds to a ramp that begins at 0 by distance from there, and its rate, (n,).
 
     A ramp averaged with the B-spline of order 2 or 4 (the triangle, and the triangle
     twice) exceeds itself by truncated powers of the distance.
     """
-    share = away / ROUNDING
+    share = away / widths
     near, far = np.maximum(1.0 - share, 0.0), np.maximum(2.0 - share, 0.0)
     moved = near**3 / 3.0 - (far**5 - 4.0 * near**5) / 120.0
     turned = (far**4 - 4.0 * near**4) / 24.0 - near**2
-    return ROUNDING * moved, turned
+    return widths * moved, turned
 
 
 def track_along(ways: Ways, lanes: Sequence[tuple[str, float]]) -> Track:
