@@ -25,6 +25,7 @@ from sumo3dviz_pt.motion.headings import Heading
 from sumo3dviz_pt.motion.pieces import breaks, split
 from sumo3dviz_pt.motion.registry import SMOOTHERS, Smoother
 from sumo3dviz_pt.motion.setting import Settings, is_euler
+from sumo3dviz_pt.motion.track import Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
 __all__ = ["MARGIN", "Settings", "settings_of", "smooth", "smooth_log", "smoother_names"]
@@ -57,7 +58,7 @@ def settings_of(
         types: Say how long bodies are, by id.
     """
     return Settings(
-        ways=None if network is None else Ways(network),
+        tracks=None if network is None else Tracks(Ways(network)),
         lane_names=log.lane_names,
         types=types or {},
         euler=bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle")),

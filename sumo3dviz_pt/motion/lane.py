@@ -30,7 +30,7 @@ from sumo3dviz_pt.motion.registry import register
 from sumo3dviz_pt.motion.route import Run, Switch, follow
 from sumo3dviz_pt.motion.samples import Samples
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.track import Tracks
 
 _INSTANT = 1.2
 """A sideways step between two samples of at least this is no motion of the log's [m]."""
@@ -88,12 +88,12 @@ class LaneFront:
 @register("lane")
 def lane(samples: Samples, setting: Setting) -> Front:
     """Follow the lanes where they are known, and `hermite` between them."""
-    ways = setting.ways
+    tracks = setting.tracks
     runs, failed = follow(samples, setting)
-    if ways is None or not runs:
+    if tracks is None or not runs:
         return hermite(samples, setting)
     known = {
-        run.first: _lane_front(samples.part(slice(run.first, run.last + 1)), setting, ways, run)
+        run.first: _lane_front(samples.part(slice(run.first, run.last + 1)), setting, tracks, run)
         for run in runs
     }
     bounds = sorted({0, len(samples.times) - 1, *known, *(run.last for run in runs)})
@@ -130,10 +130,10 @@ def _gap(samples: Samples, setting: Setting, before: Front | None, after: Front 
     )
 
 
-def _lane_front(samples: Samples, setting: Setting, ways: Ways, run: Run) -> LaneFront:
+def _lane_front(samples: Samples, setting: Setting, tracks: Tracks, run: Run) -> LaneFront:
     """Motion along known lanes."""
     along = run_along(samples.times, np.array(run.stations), samples.speeds, euler=setting.euler)
-    path, blends = lane_path(ways, run, along)
+    path, blends = lane_path(tracks, run, along)
     off, counts = _off_path(samples, path, run, along.values)
     times = samples.times[counts]
     beside = Hermite(times, off[counts], monotone_slopes(times, off[counts]))

@@ -19,7 +19,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
 from sumo3dviz_pt.motion.route import Chain, Run, Switch
-from sumo3dviz_pt.motion.track import REACH, Track, track_along
+from sumo3dviz_pt.motion.track import REACH, Track, Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
 CHANGE_TIME = 4.0
@@ -109,31 +109,34 @@ class LanePath:
         return points, tangents
 
 
-def lane_path(ways: Ways, run: Run, along: Hermite) -> tuple[LanePath, tuple[Blend, ...]]:
+def lane_path(tracks: Tracks, run: Run, along: Hermite) -> tuple[LanePath, tuple[Blend, ...]]:
     """The path of a run, and the moves in it.
 
     Args:
-        ways: The lanes.
+        tracks: Lines along the lanes.
         run: Lanes and stations.
         along: Stations over time.
     """
     chains = [list(chain) for chain in run.chains]
     blends: list[Blend] = []
     for number, switch in enumerate(run.switches):
-        blend = _blend(ways, chains, number, along, switch)
+        blend = _blend(tracks, chains, number, along, switch)
         blends.append(_after(blend, blends[-1]) if blends else blend)
-    tracks = tuple(track_along(ways, chain) for chain in chains)
+    made = tuple(tracks.along(chain) for chain in chains)
     begins, ends = (np.array([getattr(b, name) for b in blends]) for name in ("begin", "end"))
-    return LanePath(tracks, begins, ends), tuple(blends)
+    return LanePath(made, begins, ends), tuple(blends)
 
 
-def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch: Switch) -> Blend:
+def _blend(
+    tracks: Tracks, chains: list[Chain], number: int, along: Hermite, switch: Switch
+) -> Blend:
     """Where a vehicle moves from one chain to the next; both are lengthened to cover it."""
     knots = along.knots
     step = float(knots[switch.step + 1] - knots[switch.step])
     middle = float(knots[switch.step]) + switch.share * step
     station = float(along.at(np.array([middle]))[0][0])
-    width = _apart(ways, (chains[number][-1], chains[number + 1][0]), station)
+    ways = tracks.ways
+    width = _apart(tracks, (chains[number][-1], chains[number + 1][0]), station)
     room = _room(along, switch.step, _LEAST_AHEAD * abs(width))
     times = _window(along, middle, _AHEAD * abs(width), room)
     begin, end = (float(value) for value in along.at(np.array(times))[0])
@@ -146,10 +149,10 @@ def _blend(ways: Ways, chains: list[Chain], number: int, along: Hermite, switch:
     return Blend(begin, end, width, times)
 
 
-def _apart(ways: Ways, lanes: tuple[tuple[str, float], ...], station: float) -> float:
+def _apart(tracks: Tracks, lanes: tuple[tuple[str, float], ...], station: float) -> float:
     """How far the second of two lanes is left of the first at a station [m]."""
     (here, ahead), (there, _) = (
-        track_along(ways, [lane]).corners_at(np.array([station])) for lane in lanes
+        tracks.along([lane]).corners_at(np.array([station])) for lane in lanes
     )
     away, ahead = (there - here)[0, :2], ahead[0, :2]
     return float((ahead[0] * away[1] - ahead[1] * away[0]) / max(np.hypot(*ahead), 1e-9))

@@ -16,6 +16,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
+from sumo3dviz_pt.motion.track import Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
 _CHANGING = 0.2
@@ -39,18 +40,23 @@ class Setting:
     """What a smoother knows beside the samples.
 
     Attributes:
-        ways: The lanes; None where no network is given.
+        tracks: Lines along the lanes; None where no network is given.
         lane_names: That the samples' lanes index.
         euler: Whether speeds are backward differences, and so no rates.
         kind: `vehicle`, `person` or `container`.
         length: Over which the body follows its front [m].
     """
 
-    ways: Ways | None = None
+    tracks: Tracks | None = None
     lane_names: tuple[str, ...] = ()
     euler: bool = False
     kind: str = "vehicle"
     length: float = 5.0
+
+    @property
+    def ways(self) -> Ways | None:
+        """The lanes; None where no network is given."""
+        return None if self.tracks is None else self.tracks.ways
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,13 +64,13 @@ class Settings:
     """The settings of a whole log.
 
     Attributes:
-        ways: The lanes; None where no network is given.
+        tracks: Lines along the lanes; None where no network is given.
         lane_names: Of the log.
         types: By id.
         euler: Whether the log's speeds are backward differences.
     """
 
-    ways: Ways | None = None
+    tracks: Tracks | None = None
     lane_names: tuple[str, ...] = ()
     types: Mapping[str, VehicleType] = field(default_factory=dict)
     euler: bool = False
@@ -73,7 +79,7 @@ class Settings:
         """The setting of one trace."""
         verdict = is_euler([trace], least=_ENOUGH)
         return Setting(
-            self.ways if trace.kind == "vehicle" else None,
+            self.tracks if trace.kind == "vehicle" else None,
             self.lane_names,
             self.euler if verdict is None else verdict,
             trace.kind,
