@@ -173,13 +173,8 @@ def read(
     files = scenario_files(job)
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
-    scenario = read_scenario(
-        files,
-        begin=begin,
-        end=end,
-        margin=MARGIN,
-        allow_truncated=job.scenario.allow_truncated,
-    )
+    truncated = job.scenario.allow_truncated
+    scenario = read_scenario(files, begin=begin, end=end, margin=MARGIN, allow_truncated=truncated)
     trajectories = smooth_log(
         scenario.traffic,
         smoother=job.motion.smoother,

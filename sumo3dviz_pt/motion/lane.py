@@ -14,7 +14,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -27,7 +27,7 @@ from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
 from sumo3dviz_pt.motion.hermite import bridge, hermite
 from sumo3dviz_pt.motion.lane_path import Blend, LanePath, lane_path
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.route import Run, Switch, follow
+from sumo3dviz_pt.motion.route import Run, Switch, follow, stretches_of
 from sumo3dviz_pt.motion.samples import Samples
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.track import Tracks
@@ -89,11 +89,17 @@ class LaneFront:
 def lane(samples: Samples, setting: Setting) -> Front:
     """Follow the lanes where they are known, and `hermite` between them."""
     tracks = setting.tracks
-    runs, failed = follow(samples, setting)
-    if tracks is None or not runs:
+    if tracks is None:
         return hermite(samples, setting)
+    stretches = stretches_of(samples, setting, tracks.ways)
+    # Lanes are as long as they are drawn; speeds are logged in SUMO's metres.
+    runs, failed = follow(replace(samples, offsets=samples.offsets * stretches), setting)
+    remarks = _failures(samples, failed)
+    if not runs:
+        return replace(bridge(samples, setting), remarks=remarks)
+    drawn = replace(samples, speeds=samples.speeds * stretches)
     known = {
-        run.first: _lane_front(samples.part(slice(run.first, run.last + 1)), setting, tracks, run)
+        run.first: _lane_front(drawn.part(slice(run.first, run.last + 1)), setting, tracks, run)
         for run in runs
     }
     bounds = sorted({0, len(samples.times) - 1, *known, *(run.last for run in runs)})
@@ -105,7 +111,6 @@ def lane(samples: Samples, setting: Setting) -> Front:
             part = samples.part(slice(first, last + 1))
             made = _gap(part, setting, before, known.get(last))
         fronts.append(made)
-    remarks = _failures(samples, failed)
     return fronts[0] if len(fronts) == 1 else Chain(tuple(fronts), remarks)
 
 

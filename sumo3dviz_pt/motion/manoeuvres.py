@@ -96,12 +96,13 @@ def _flags(samples: Samples) -> tuple[Bools, Bools]:
         if moved > _ASIDE and _driven_around(samples, ahead, (first, last)) < _AHEAD * moved:
             parking[first:last] = True
     backward = (ahead < -_BACKING) & (aside < -ahead)
-    # Along a lane the places tell: a long body in a tight turn points away from its way.
+    # Along lanes the places tell: a long body in a tight turn points away from its way, and
+    # lanes beside each other in a bend are not equally long.
     told = np.isfinite(samples.offsets) & (samples.lanes >= 0)
-    same = told[1:] & told[:-1] & (np.diff(samples.lanes) == 0)
-    falling = np.diff(samples.offsets) < -_BACKING
+    falling = (np.diff(samples.lanes) == 0) & (np.diff(samples.offsets) < -_BACKING)
     straight = np.abs(np.diff(samples.yaws)) < _STRAIGHT * np.maximum(times, _LEAST_STEP)
-    return parking, backward & np.where(same, falling, straight) & ~parking
+    meant = np.where(told[1:] & told[:-1], falling, straight)
+    return parking, backward & meant & ~parking
 
 
 def _stretches_of(flags: Bools) -> list[tuple[int, int]]:

@@ -96,6 +96,10 @@ class Run:
 def follow(samples: Samples, setting: Setting) -> tuple[list[Run], dict[int, str]]:
     """Find the lanes that a stretch of samples drove along.
 
+    Args:
+        samples: With places in metres as lanes are drawn.
+        setting: Knows the lanes.
+
     Returns:
         Runs of two samples or more, in order; and why a step lies in none of them, by the
         number of its first sample.
@@ -121,6 +125,16 @@ def follow(samples: Samples, setting: Setting) -> tuple[list[Run], dict[int, str
         else:
             run.follow(ways, way, places)
     return runs, failed
+
+
+def stretches_of(samples: Samples, setting: Setting, ways: Ways) -> Floats:
+    """How much longer the lane of each sample is than SUMO says, (n,)."""
+    found = np.ones(len(samples.times))
+    for lane, which in _groups(samples.lanes):
+        name = setting.lane_names[lane] if lane >= 0 else ""
+        if name in ways:
+            found[which] = ways.stretch(name)
+    return found
 
 
 def _steps(

@@ -28,6 +28,12 @@ TIGHTEST, WIDEST = 2.25, 10.0
 _BEND = 0.3
 """Width times bend: a corner is cut by a tenth of it, 3 cm, where it is not tight [m]."""
 
+_SIDEWAYS = 15.0
+"""Fast corners get so much width per bend that they need no more acceleration [m/s2]."""
+
+_MOST_CUT = 1.0
+"""Width times bend of fast corners, at most: they are cut by 10 cm [m]."""
+
 REACH = 2.0 * WIDEST
 """What is further from a bend is as the polyline is [m]."""
 
@@ -81,6 +87,7 @@ class Polyline:
     Attributes:
         stations: Strictly increasing, (n,) [m], n >= 2.
         points: (n, 3) [m].
+        limits: Speed limit at the points, (n,) [m/s].
         tangents: Of the stretches, (n - 1, 3).
         knots: Evenly spaced, they cover the stations and `REACH` beyond, (m,) [m].
         rounded: Points and derivatives of the rounded line at the knots, (m, 6).
@@ -88,6 +95,7 @@ class Polyline:
 
     stations: Floats
     points: Floats
+    limits: Floats
     tangents: Floats = field(init=False)
     knots: Floats = field(init=False)
     rounded: Floats = field(init=False)
@@ -99,7 +107,7 @@ class Polyline:
         count = int(np.ceil((self.stations[-1] - self.stations[0] + 2.0 * REACH) / _GRAIN)) + 1
         knots = self.stations[0] - REACH + _GRAIN * np.arange(count)
         points, ahead = (part.copy() for part in self.corners_at(knots))
-        for bends in _bends(self.stations[1:-1], np.diff(tangents, axis=0)):
+        for bends in _bends(self.stations[1:-1], np.diff(tangents, axis=0), self.limits[1:-1]):
             bends.add(knots, points, ahead)
         object.__setattr__(self, "knots", knots)
         object.__setattr__(self, "rounded", np.concatenate([points, ahead], axis=1))
@@ -168,11 +176,18 @@ class Tracks:
         return Track(self._lines[names], begin)
 
 
-def _bends(stations: Floats, turned: Floats) -> Iterator[_Bends]:
-    """Corners with their changes of tangent, (n, 3): tight ones, then faint ones."""
+def _bends(stations: Floats, turned: Floats, limits: Floats) -> Iterator[_Bends]:
+    """Corners with their changes of tangent, (n, 3), and speed limits: tight ones, then faint."""
     size = np.linalg.norm(turned, axis=1)
-    widths = np.clip(_BEND / np.maximum(size, 1e-9), TIGHTEST, WIDEST)
-    for chosen in (widths == TIGHTEST, (widths > TIGHTEST) & (size > _STRAIGHT)):
+    total = np.concatenate([[0.0], np.cumsum(size)])
+    first = np.searchsorted(stations, stations - TIGHTEST)
+    last = np.searchsorted(stations, stations + TIGHTEST, side="right")
+    # A bend that is drawn finely is tight, however faint its corners are.
+    around = np.maximum(total[last] - total[first], 1e-9)
+    eased = np.minimum(limits**2 * around / _SIDEWAYS, _MOST_CUT / around)
+    widths = np.clip(np.maximum(_BEND / around, eased), TIGHTEST, WIDEST)
+    widths = np.where(around > 1.0, TIGHTEST / around, widths)
+    for chosen in (widths <= TIGHTEST, (widths > TIGHTEST) & (size > _STRAIGHT)):
         if chosen.any():
             reach = 2.0 * float(widths[chosen].max())
             yield _Bends(stations[chosen], turned[chosen], widths[chosen], reach)
@@ -205,7 +220,8 @@ def _polyline(ways: Ways, lanes: Sequence[tuple[str, float]]) -> Polyline:
     along = np.concatenate(stations)
     # Where one lane ends the next begins; of two points at one station the first counts.
     kept = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
-    return Polyline(along[kept], np.concatenate(points)[kept])
+    limits = np.repeat([ways.lane(name).speed for name, _ in lanes], [len(p) for p in points])
+    return Polyline(along[kept], np.concatenate(points)[kept], limits[kept])
 
 
 def _join(stations: list[Floats], points: list[Floats], number: int, *, trim: float) -> None:

@@ -63,6 +63,9 @@ class Way:
 class Ways:
     """The graph of a network's lanes.
 
+    Inside some junctions SUMO gives all lanes one length, whatever their shapes; here they
+    are as long as they are drawn.
+
     Attributes:
         network: The roads.
     """
@@ -70,6 +73,7 @@ class Ways:
     network: Network
     _found: dict[tuple[str, str, int], tuple[Way, ...]] = field(default_factory=dict, init=False)
     _stations: dict[str, Floats] = field(default_factory=dict, init=False)
+    _stretches: dict[str, float] = field(default_factory=dict, init=False)
 
     def __contains__(self, lane: str) -> bool:
         """Whether there is such a lane."""
@@ -80,20 +84,30 @@ class Ways:
         return self.network.lanes[name]
 
     def length(self, name: str) -> float:
-        """SUMO's length of a lane [m]."""
-        return self.network.lanes[name].length
+        """Length of a lane [m]: SUMO's, but inside junctions that of the drawn lane."""
+        return self.network.lanes[name].length * self.stretch(name)
+
+    def stretch(self, name: str) -> float:
+        """How much longer a lane is than SUMO says; lanes of a road keep their common length."""
+        if not self.inside(name):
+            return 1.0
+        if name not in self._stretches:
+            lane = self.network.lanes[name]
+            drawn = np.linalg.norm(np.diff(lane.shape, axis=0), axis=1).sum()
+            self._stretches[name] = float(drawn) / max(lane.length, 1e-9)
+        return self._stretches[name]
 
     def inside(self, name: str) -> bool:
         """Whether a lane lies inside a junction."""
         return name.startswith(":")
 
     def stations(self, name: str) -> Floats:
-        """Places of a lane's points in SUMO's sense: from 0 to its length, (n,) [m]."""
+        """Places of a lane's points, from 0 to its length, (n,) [m]."""
         if name not in self._stations:
-            lane = self.network.lanes[name]
-            steps = np.linalg.norm(np.diff(lane.shape, axis=0), axis=1)
+            shape = self.network.lanes[name].shape
+            steps = np.linalg.norm(np.diff(shape, axis=0), axis=1)
             along = np.concatenate([[0.0], np.cumsum(steps)])
-            self._stations[name] = along * (lane.length / max(along[-1], 1e-9))
+            self._stations[name] = along * (self.length(name) / max(along[-1], 1e-9))
         return self._stations[name]
 
     @cached_property
