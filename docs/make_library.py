@@ -10,23 +10,20 @@ from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
 
 HERE = Path(__file__).resolve().parent
 SIZE = (360, 240)
-SMOOTH = ("skies",)
-QUALITIES = {"skies": "standard"}
 SIZES = {"skies": (392, 220), "levels": (340, 210)}
+QUALITIES = {"skies": "standard", "trees": "standard"}
 
 
 def make(name: str, folder: Path) -> None:
-    """Draw a sheet and store it in few colours, to keep the repository small."""
+    """Draw a sheet and store it with little loss, to keep the repository small."""
     from PIL import Image
 
     raw = folder / f"{name}.png"
     draw_sheet(SheetOrder(name, raw, SIZES.get(name, SIZE), QUALITIES.get(name, "preview")))
     with Image.open(raw) as picture:
-        small = picture.convert("RGB")
-        if name not in SMOOTH:
-            few = small.quantize(256, kmeans=2)  # dithers only towards a given palette
-            small = small.quantize(palette=few, dither=Image.Dither.FLOYDSTEINBERG)
-        small.save(HERE / "images" / f"sheet_{name}.png", optimize=True)
+        # Few colours put a weave on paint and cloth.
+        target = HERE / "images" / f"sheet_{name}.jpg"
+        picture.convert("RGB").save(target, quality=92, subsampling=0)
 
 
 def main() -> int:

@@ -40,6 +40,7 @@ def build_parser() -> argparse.ArgumentParser:
         _add_develop,
         _add_converge,
         _add_report,
+        _add_motion,
         _add_assets,
         _add_doctor,
     ):
@@ -70,8 +71,12 @@ def _add_check(commands: Any) -> None:
     sub = commands.add_parser("check", help="validate a scene; say what it holds and leaves out")
     sub.add_argument("scene", type=Path)
     sub.add_argument("--json", action="store_true", help="as JSON")
-    sub.add_argument(
+    instead = sub.add_mutually_exclusive_group()
+    instead.add_argument(
         "--stress", action="store_true", help="render the scene's edges and judge every picture"
+    )
+    instead.add_argument(
+        "--motion", action="store_true", help="measure how everyone in the log moves instead"
     )
     sub.add_argument("--camera", help="whose shot --stress starts from [the first shot's]")
     sub.add_argument("--time", type=float, help="its time, SUMO's [s; the shot's first]")
@@ -128,6 +133,16 @@ def _add_report(commands: Any) -> None:
     sub.add_argument("frames", type=Path, help="folder of frames, or the film beside it")
     sub.add_argument("--against", type=Path, help="frames of the same times to compare with")
     sub.add_argument("-o", "--output", type=Path, required=True, help="folder for the report")
+
+
+def _add_motion(commands: Any) -> None:
+    sub = commands.add_parser("motion", help="draw how one road user moves, on a map and over time")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--vehicle", metavar="ID", required=True, help="its id; persons count too")
+    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
+    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="plot.png")
+    _add_overrides(sub)
 
 
 def _add_converge(commands: Any) -> None:

@@ -130,10 +130,15 @@ def _check(options: argparse.Namespace) -> int:
 
     from sumo3dviz_pt.checks import check_scene, in_words
     from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.motion_checks import motion_report
 
     if options.stress:
         return _stress(options)
-    report = check_scene(load_job(options.scene, overrides_of(options)))
+    job = load_job(options.scene, overrides_of(options))
+    if options.motion:
+        print(motion_report(job, as_json=options.json))
+        return 0
+    report = check_scene(job)
     print(json.dumps(report, indent=1) if options.json else in_words(report))
     return 0
 
@@ -143,11 +148,11 @@ def _stress(options: argparse.Namespace) -> int:
     import json
 
     from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.report.stress import StressOrder, chosen, put_under_stress
+    from sumo3dviz_pt.report.stress import StressOrder, chosen, put_under_stress, without_notes
     from sumo3dviz_pt.report.stress_report import in_words
 
     cases = chosen(options.only)
-    with _progress() as show, _without_notes():
+    with _progress() as show, without_notes():
         report = put_under_stress(
             load_job(options.scene, overrides_of(options)),
             StressOrder(options.camera, options.time, options.variant),
@@ -292,6 +297,17 @@ def _converge(options: argparse.Namespace) -> int:
     return 0
 
 
+def _motion(options: argparse.Namespace) -> int:
+    """Draw how one road user moves."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.motion_drawing import Wanted, draw_motion
+
+    job = load_job(options.scene, overrides_of(options))
+    draw_motion(job, Wanted(options.vehicle, options.output, options.start, options.end))
+    print(f"wrote {options.output}")
+    return 0
+
+
 def _doctor(_: argparse.Namespace) -> int:
     """Look at the installation."""
     from sumo3dviz_pt.doctor import examine
@@ -299,18 +315,6 @@ def _doctor(_: argparse.Namespace) -> int:
     healthy, lines = examine()
     print("\n".join(lines))
     return 0 if healthy else 1
-
-
-@contextmanager
-def _without_notes() -> Iterator[None]:
-    """Keep notes back where a report says the same, and a note a picture would bury it."""
-    ours = logging.getLogger("sumo3dviz_pt")
-    before = ours.level
-    ours.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        ours.setLevel(before)
 
 
 @contextmanager
@@ -383,6 +387,7 @@ _COMMANDS: Mapping[str, Callable[[argparse.Namespace], int]] = {
     "develop": _develop,
     "converge": _converge,
     "report": _report,
+    "motion": _motion,
     "assets": _assets,
     "doctor": _doctor,
 }

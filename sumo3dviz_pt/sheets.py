@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +40,7 @@ Pixels = NDArray[np.uint8]
 SKIES = "skies"
 """The sheet that shows skies; the others show exhibits."""
 
-_APART = 120.0  # between exhibits, so that none stands in another's light [m]
+_APART = 170.0  # between exhibits, so that none stands in another's light [m]
 _COLUMNS = {SKIES: 3, "levels": 6}
 _SLABS = 2  # triangles of samples, which are not worth telling
 _FLAT = 0.1  # height of what one looks down on [m]
@@ -164,14 +163,14 @@ def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
     """
     low, high = exhibit.bounds
     middle = (low + high) / 2
+    points = np.concatenate([part.mesh.vertices for part in exhibit.parts]) - middle
     direction = np.array([1.0, 0.9, 0.35 if high[2] - low[2] > _FLAT else 1.5])
     direction /= np.linalg.norm(direction)
     left = np.array([direction[1], -direction[0], 0.0]) / math.hypot(*direction[:2])
     up = np.cross(-direction, left)
-    corners = np.array(list(product(*zip(low, high, strict=True)))) - middle
     wide = math.tan(_FOV / 2)
-    needed = np.maximum(np.abs(corners @ left), np.abs(corners @ up) / aspect) / wide
-    away = float((needed + corners @ direction).max()) * 1.06 + 0.2
+    needed = np.maximum(np.abs(points @ left), np.abs(points @ up) / aspect) / wide
+    away = float((needed + points @ direction).max()) * 1.06 + 0.2
     eye = middle + direction * away + at
     return View(_aimed(np.maximum(eye, [-np.inf, -np.inf, 0.4]), middle + at), _FOV)
 

@@ -11,7 +11,6 @@ not aim at them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -20,18 +19,12 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Lobe
-from sumo3dviz_pt.model.scene import FrameState, View
+from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.lamp_picks import Glow, cells_for, grid_of, nearness, picked, share_of
 
 _PLUGIN = "sumo3dviz_lamps"
 _TABLES = ("radiance", "axes", "lobes", "density", "chance", "grid")
-_MOST_CELLS = 16
-_ROOM = 400_000  # numbers in a table by cell and unit
-_WIDE = 192.0  # side of the grid [m]
-_AHEAD = 60.0  # from the eye to its middle [m]
-_NEAR = 30.0  # from here on, a lamp's light matters less the smaller it is in the picture [m]
-_AROUND = 12.0  # lamps this far outside the picture still light what is in it [m]
-_OUTSIDE = 0.1
 
 
 class _Lamps:
@@ -173,34 +166,6 @@ def register_lamps() -> None:
     mi.register_emitter(_PLUGIN, lambda props: LampEmitter(props))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Glow:
-    """The lamps of a mesh in one frame.
-
-    Attributes:
-        radiance: On the axis, (lamps, 3).
-        axes: Unit, (lamps, 3).
-        lobes: Floor, sharpness and flux as in `model.lamps.Lobe`, (lamps, 3).
-        areas: Of the units, (m,) [m2].
-        lamp_of_unit: Which lamp each unit belongs to, (m,).
-        places: Of the units, (m, 3) [m].
-    """
-
-    radiance: Floats
-    axes: Floats
-    lobes: Floats
-    areas: Floats
-    lamp_of_unit: Ints
-    places: Floats
-
-    @property
-    def power(self) -> Floats:
-        """What units give, mean of the channels, (m,)."""
-        given = (self.radiance.mean(axis=1) * self.lobes[:, 2])[self.lamp_of_unit] * self.areas
-        # Broken radiances must be found, and be counted in the picture.
-        return np.asarray(np.nan_to_num(given, nan=1.0, posinf=1e3))
-
-
 def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str, Any]:
     """The emitter of a mesh of lamps as a plugin's dict, dark and not aimed at at first.
 
@@ -215,11 +180,6 @@ def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str
         return {"type": _PLUGIN, **sizes, "sampling_weight": 0.0}
     radiance = {"type": "mesh_attribute", "name": convert.RADIANCE_ATTRIBUTE}
     return {"type": "area", "radiance": radiance, "sampling_weight": 0.0}
-
-
-def cells_for(units: int) -> int:
-    """Rows and columns of the grid for so many units."""
-    return int(np.clip(np.sqrt(_ROOM / units), 1, _MOST_CELLS))
 
 
 def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: float) -> None:
@@ -244,53 +204,6 @@ def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: 
         convert.overwrite(parameters, f"{name}.emitter.{table}", values)
     lumens = CANDELAS_PER_UNIT * float(glow.power @ nearness(glow.places, frame.view))
     parameters[f"{name}.emitter.sampling_weight"] = weight * share_of(lumens)
-
-
-def share_of(lumens: float) -> float:
-    """How often paths aim at what gives a picture so much light [lm], against a night sky.
-
-    Noise is least where an emitter's share of the picks follows the root of its second
-    moment. Small lamps light little, but nearly alone, so it grows with the root of their
-    light.
-    """
-    return float(np.sqrt(min(max(lumens, 0.0), 1e9) / 1250.0))
-
-
-def grid_of(view: View, cells: int) -> tuple[Floats, float]:
-    """Lowest corner of the grid around what a view sees, (2,), and a cell's side [m]."""
-    forward = view.world_from_camera.matrix[:2, 0]
-    return view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells
-
-
-def picked(glow: Glow, corner: Floats, step: float) -> tuple[Floats, Floats]:
-    """How points are picked, by cell and unit: density [1/m2] and summed chance, (c * c, m).
-
-    Args:
-        glow: The lamps.
-        corner: Lowest one of the grid, (2,) [m].
-        step: A cell's side [m].
-    """
-    cells = cells_for(len(glow.areas))
-    power = glow.power
-    middles = (np.arange(cells) + 0.5) * step
-    x, y = ((corner[k] + middles)[:, None] - glow.places[:, k] for k in (0, 1))
-    reach = (0.5 * step + 2.0) ** 2
-    given = power / (y[:, None] ** 2 + x[None] ** 2 + reach).reshape(-1, len(power))
-    total = given.sum(axis=1, keepdims=True)
-    if not total.min() > 0.0:
-        return np.zeros_like(given), np.ones_like(given)
-    given /= total
-    chance = np.cumsum(given, axis=1)
-    return given / np.maximum(glow.areas, 1e-12), chance / chance[:, -1:]
-
-
-def nearness(places: Floats, view: View) -> Floats:
-    """How large the light of lamps at places, (n, 3) [m], is in a picture, (n,), in (0, 1]."""
-    seen = (places - view.position) @ view.world_from_camera.matrix[:3, :3]
-    room = 1.15 * np.tan(view.fov / 2.0) * np.maximum(seen[:, 0], 0.0) + _AROUND
-    inside = (seen[:, 0] > -_AROUND) & (np.abs(seen[:, 1]) < room)
-    large = 1.0 / (1.0 + np.linalg.norm(seen, axis=1) / _NEAR)
-    return np.asarray(np.where(inside, large, _OUTSIDE * large))
 
 
 def lobe_row(lobe: Lobe) -> tuple[float, float, float]:

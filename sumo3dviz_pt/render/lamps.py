@@ -11,14 +11,8 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.render import convert
-from sumo3dviz_pt.render.lamp_emitter import (
-    Glow,
-    axes_of,
-    faces_of,
-    lamp_emitter,
-    light,
-    lobe_row,
-)
+from sumo3dviz_pt.render.lamp_emitter import axes_of, faces_of, lamp_emitter, light, lobe_row
+from sumo3dviz_pt.render.lamp_picks import Glow
 
 UNTINTED = 0.03
 """Reflectance of lenses without a colour: dark glass."""

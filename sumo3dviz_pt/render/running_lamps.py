@@ -22,7 +22,8 @@ from sumo3dviz_pt.model.lamps import Beam, Lobe, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, View
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.clear_lamps import clear_lamps
-from sumo3dviz_pt.render.lamp_emitter import Glow, lamp_emitter, light, lobe_row, share_of
+from sumo3dviz_pt.render.lamp_emitter import lamp_emitter, light, lobe_row
+from sumo3dviz_pt.render.lamp_picks import Glow, share_of
 from sumo3dviz_pt.render.lamps import UNTINTED
 
 MOST_BEAMS = 24

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import gc
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import drjit as dr
@@ -19,7 +17,13 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.render import convert, guides
 from sumo3dviz_pt.render.backend import Backend
-from sumo3dviz_pt.render.capped import capped_integrator, path_integrator, register_capped
+from sumo3dviz_pt.render.capped import (
+    capped_integrator,
+    lamps_seen,
+    path_integrator,
+    register_capped,
+)
+from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.compound import Lump, lumps
 from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.denoise import denoise, mixed
@@ -78,9 +82,11 @@ class Samples:
 
     Attributes:
         capped: Mean of the capped samples, (h, w, 3).
-        lost: What the cap took, (h, w, 3): added to `capped` it gives the plain mean.
+        lost: What the cap took and lamps that are seen directly and traced by themselves,
+            (h, w, 3): added to `capped` it gives the plain mean.
         radiance: `capped`, but plain where an emitter is seen directly, (h, w, 3).
-        guides: By name: `depth` x share of hits [m], `hit`, `albedo`, `normal`; as needed.
+        guides: By name: `depth` x share of hits [m], `hit`, `albedo`, `normal`, `glow` of
+            those lamps; as needed.
         tally: As in `Rendered`.
     """
 
@@ -97,27 +103,12 @@ class Samples:
         return np.where(hit > 0.5, self.guides["depth"] / np.maximum(hit, 1e-6), np.inf)
 
 
-@dataclass(slots=True)
-class _Clock:
-    """Adds up CPU-seconds by phase."""
-
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def phase(self, name: str) -> Iterator[None]:
-        """Charge a block of work to a phase."""
-        start = time.process_time()
-        yield
-        spent = time.process_time() - start
-        self.seconds[name] = self.seconds.get(name, 0.0) + spent
-
-
 class Session:
     """A scene in Mitsuba. Use it as a context manager: only one can live at a time."""
 
     def __init__(self, scene: SceneData, backend: Backend, settings: RenderSettings) -> None:
         self.data, self.backend, self.settings = scene, backend, settings
-        self.clock = _Clock()
+        self.clock = Clock()
         with self.clock.phase("load"):
             if backend.jit:
                 register_paint()
@@ -156,7 +147,7 @@ class Session:
     def __exit__(self, *_: object) -> None:
         """Give everything back, so that another session compiles the same kernels."""
         self._scene = self._parameters = self._pool = self._scalar = None
-        self._trace = self._trace_guides = _trace
+        self._trace = self._trace_guides = self._trace_lamps = _trace
         self._lights = {}
         self._lamps = Lamps((), bsdf=None, jit=False)
         self._materials = Materials({})
@@ -199,7 +190,9 @@ class Session:
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
             ) from error
         report(sum_of.tally, frame.time)
-        return Samples(*sum_of.means(), sum_of.mean(), found, sum_of.tally)
+        kept, lost = sum_of.means()
+        glow = found.get("glow", np.float32(0.0))
+        return Samples(kept, lost + glow, sum_of.mean() + glow, found, sum_of.tally)
 
     def finish(self, samples: Samples, frame: FrameState, *, denoiser: str | None = None) -> Image:
         """Denoise, then lay haze over the picture.
@@ -265,10 +258,15 @@ class Session:
         quality = self.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
         in_kernel = self.backend.jit and quality.cap is not None
-        self._integrator = capped_integrator(path, self._limit) if in_kernel else path
-        self._guide_integrator = mi.load_dict(guides.guide_plugin(quality, lamps=self._aimed))
+        apart = in_kernel and self._aimed
+        self._integrator = (
+            capped_integrator(path, self._limit, direct=not apart) if in_kernel else path
+        )
+        lamps = self._aimed and not apart
+        self._guide_integrator = mi.load_dict(guides.guide_plugin(quality, lamps=lamps))
+        self._lamp_integrator = lamps_seen() if apart else None
         # One recording each: a shared one is recorded anew at every change of integrator.
-        self._trace, self._trace_guides = self._tracer(), self._tracer()
+        self._trace, self._trace_guides, self._trace_lamps = (self._tracer() for _ in range(3))
 
     @property
     def _limit(self) -> float:
@@ -365,7 +363,12 @@ class Session:
             return {}
         own, spp = self._seed(seed ^ 0x5BD1E995), guides.guide_spp(quality)
         image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
-        return guides.as_guides(np.array(image, dtype=np.float32))
+        found = guides.as_guides(np.array(image, dtype=np.float32))
+        if self._lamp_integrator is not None:
+            own, spp = self._seed(seed ^ 0x3C6EF372), guides.lamp_spp(quality)
+            image = self._trace_lamps(self._scene, self._lamp_integrator, 0, spp, own)
+            found["glow"] = np.array(image, dtype=np.float32)
+        return found
 
     def _passes(
         self,

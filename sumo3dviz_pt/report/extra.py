@@ -9,13 +9,17 @@ from sumo3dviz_pt.errors import ConfigError
 _NEEDED = {"flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
 
 
-def check_extra() -> None:
+def check_extra(*modules: str) -> None:
     """Refuse to start work whose results could not be measured or drawn.
+
+    Args:
+        modules: Those that the work needs; none means all of the extra.
 
     Raises:
         ConfigError: If a package of the extra `report` is missing.
     """
-    missing = [package for module, package in _NEEDED.items() if find_spec(module) is None]
+    needed = {module: _NEEDED[module] for module in modules or _NEEDED}
+    missing = [package for module, package in needed.items() if find_spec(module) is None]
     if missing:
         raise ConfigError(
             f'reports need {" and ".join(missing)}: pip install "sumo3dviz_pt[report]"'

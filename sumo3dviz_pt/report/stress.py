@@ -6,9 +6,10 @@ there. Cases that differ in samples or exposure alone share the renderer, too.
 
 from __future__ import annotations
 
+import logging
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from itertools import groupby
@@ -113,6 +114,18 @@ def put_under_stress(
             left = (clock.monotonic() - started) / done * (total - done)
             on_case(StressNews(outcome.name, done, total, left))
     return StressReport(scene.base.camera, scene.facts.times["shot"], tuple(outcomes))
+
+
+@contextmanager
+def without_notes() -> Iterator[None]:
+    """Keep notes back where a report says the same, and a note a picture would bury it."""
+    ours = logging.getLogger("sumo3dviz_pt")
+    before = ours.level
+    ours.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        ours.setLevel(before)
 
 
 def chosen(patterns: Sequence[str]) -> tuple[Case, ...]:

@@ -19,6 +19,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype
 from sumo3dviz_pt.scene.body_choice import (
     CAR_CLASSES,
+    RAIL_CLASSES,
     Choice,
     FigureChoice,
     ModelChoice,
@@ -39,6 +40,9 @@ from sumo3dviz_pt.shapes.user_mesh import UserVehicle, read_user_vehicle
 _LARGEST_STRETCH = 1.25
 """Width and height of a model are scaled by no more than this factor."""
 
+_HEAVY = 7.0
+"""Longer vehicles roll and dive as lorries and buses do [m]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
@@ -52,6 +56,9 @@ class Body:
         materials: What the prototypes need beside `MATERIALS`.
         stride: Length of two steps of somebody who walks, or way of a turn of the cranks of
             somebody who pedals [m]; or None.
+        ride: What it does when it is accelerated: a name in `scene/sway.py`'s `SPRINGS`,
+            `lean`, or nothing.
+        vclass: What it is drawn as.
     """
 
     assembly: Assembly
@@ -60,6 +67,8 @@ class Body:
     seat: Seat
     materials: Mapping[str, Bsdf] = field(default_factory=dict)
     stride: float | None = None
+    ride: str = ""
+    vclass: str = ""
 
     @property
     def prototype(self) -> Prototype:
@@ -88,7 +97,21 @@ def _(choice: ModelChoice, shelf: Shelf) -> Body:
     fitted = fitted_model(entry, shelf, choice)
     seat = _model_seat(entry, choice.vclass, fitted.scale, fitted.size)
     stride = DEVELOPMENT * float(fitted.scale[0]) if pedals(entry.meta) else None
-    return Body(Assembly(entry.name, fitted.units), fitted.scale, fitted.size, seat, stride=stride)
+    assembly = Assembly(entry.name, fitted.units, fitted.hinged)
+    ride = _ride(entry.meta, choice.vclass)
+    return Body(
+        assembly, fitted.scale, fitted.size, seat, stride=stride, ride=ride, vclass=choice.vclass
+    )
+
+
+def _ride(meta: Mapping[str, Any], vclass: str) -> str:
+    """What a model does when it is accelerated."""
+    build = str(meta.get("build", "car"))
+    if build == "cycle":
+        return "lean"
+    if vclass in RAIL_CLASSES or vclass == "ship" or build == "hull":
+        return ""
+    return "car" if float(meta["length"]) < _HEAVY else "heavy"
 
 
 def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:
@@ -119,7 +142,7 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
     scale = np.array(choice.size) / near
     seat = class_seat(choice.vclass, np.array(choice.size))
     unit = Unit(shelved(shelf, name, make))
-    return Body(Assembly(name, (unit,)), scale, choice.size, seat)
+    return Body(Assembly(name, (unit,)), scale, choice.size, seat, vclass=choice.vclass)
 
 
 @build_body.register
@@ -156,7 +179,9 @@ def _(choice: UserChoice, shelf: Shelf) -> Body:
     unit = Unit(shelved(shelf, name, lambda: Prototype(name, parts, parts, made.lamps)))
     drawn = sizes(factor * size)
     seat = class_seat(choice.vclass, np.array(drawn))
-    return Body(Assembly(name, (unit,)), np.full(3, factor), drawn, seat, materials)
+    return Body(
+        Assembly(name, (unit,)), np.full(3, factor), drawn, seat, materials, vclass=choice.vclass
+    )
 
 
 def _user_parts(made: UserVehicle, name: str) -> tuple[tuple[Part, ...], dict[str, Bsdf]]:

@@ -13,7 +13,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.scene.chance import pick, share_of
-from sumo3dviz_pt.scene.coupling import pitch_of, spare_units
+from sumo3dviz_pt.scene.coupling import Carriages, pitch_of, spare_units
 from sumo3dviz_pt.scene.seats import PLAIN_CLASSES
 
 Size = tuple[float, float, float]
@@ -48,6 +48,11 @@ _HEIGHT_SPREAD = 0.1
 _CAR_LENGTHS = (2.2, 6.6)
 _CAR_WIDTHS = (1.2, 2.5)
 TALLEST_CAR = 2.3
+
+RAIL_CLASSES = frozenset(
+    ["tram", "rail_urban", "subway", "cable_car", "rail", "rail_electric", "rail_fast"]
+)
+"""vClasses that run on rails: they bend bogie by bogie and show no way that they choose."""
 
 _COARSE_SHAPES = frozenset(
     ["coach", "trailer", "emergency", "tram", "rail_urban", "subway", "wheelchair"]
@@ -112,11 +117,12 @@ class Look:
 
 @dataclass(frozen=True, slots=True)
 class ModelChoice:
-    """A vehicle of the catalogue, for a vType of this size [m]."""
+    """A vehicle of the catalogue, for a vType of this size [m], of these carriages."""
 
     model: Model
     vclass: str
     size: Size
+    carriages: Carriages | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,11 +262,14 @@ def choose(
     if vclass == "pedestrian" and looks:
         return _figure(kind, looks, share_of(seed, name, "look"))
     size = (kind.length, kind.width, kind.height)
+    cars = Carriages.of(kind.params) if vclass in RAIL_CLASSES else None
     serving = [model for model in models if vclass in model.vclasses]
     if not serving and vclass in LIVERIES:
         serving = [model for model in models if "passenger" in model.vclasses]
     if vclass not in CAR_CLASSES:
-        serving = [model for model in serving if _can_be(model, kind.length)]
+        able = [model for model in serving if _can_be(model, kind.length)]
+        trains = [model for model in serving if cars is not None and model.pitch]
+        serving = trains or able
     if not serving:
         return PlainChoice("passenger" if vclass in LIVERIES else vclass, size)
     serving = [model for model in serving if kind.gui_shape in model.gui_shapes] or serving
@@ -268,7 +277,7 @@ def choose(
         model.share * _likelihood(model.filled(kind.length), wanted=kind.length)
         for model in serving
     ]
-    return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size)
+    return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size, cars)
 
 
 def _can_be(model: Model, length: float) -> bool:

@@ -41,17 +41,19 @@ class Drawn:
 
     Attributes:
         model: What it is a copy of.
-        near: Names, one for each part.
-        far: Likewise.
-        hero: Likewise; empty if there is no full detail.
-        posed: Whether it takes poses, and so is never instanced.
+        near: Names, one for each rigid part.
+        far: One for each part.
+        hero: Likewise, of rigid ones in full detail; empty if there is none.
+        posed: Of parts that take poses, and so are never instanced, near and in full detail.
+        length: As drawn [m].
     """
 
     model: str
     near: tuple[str, ...]
     far: tuple[str, ...]
     hero: tuple[str, ...] = ()
-    posed: bool = False
+    posed: tuple[str, ...] = ()
+    length: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +102,11 @@ def heroic(bodies: Sequence[Drawn], heroes: frozenset[str]) -> Bools:
     return np.array([bool(body.hero) and body.model in heroes for body in bodies], dtype=np.bool_)
 
 
+def lengths_of(bodies: Sequence[Drawn]) -> Floats:
+    """How long all are, (k,) [m]."""
+    return np.array([body.length for body in bodies], dtype=np.float64)
+
+
 def _most_heroes(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
     """How many models in full detail the budget allows: instances count once."""
     detailed = sum(triangles.get(name, 0) for name in slots.near)
@@ -113,7 +120,9 @@ def _heroes(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[
     able = np.array([bool(body.hero) for body in bodies], dtype=np.bool_)
     seen: Counter[str] = Counter()
     for gaze, alive, positions in frames:
-        choice = choose(gaze, alive, positions, limit=MOST_NEAR, heroic=able)
+        choice = choose(
+            gaze, alive, positions, limit=MOST_NEAR, heroic=able, lengths=lengths_of(bodies)
+        )
         for k in np.flatnonzero(choice.hero.any(axis=1)).tolist():
             seen[bodies[k].model] += int(choice.hero[k].sum())
     ranked = sorted(seen, key=lambda model: (-seen[model], model))
@@ -122,18 +131,19 @@ def _heroes(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[
 
 def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) -> Slots:
     """Most bodies of each kind at once."""
-    fixed = np.array([not body.posed for body in bodies], dtype=np.bool_)[:, None]
-    near, far, hero = (
-        _Members.of([getattr(body, level) for body in bodies]) for level in ("near", "far", "hero")
+    near, far, hero, moving = (
+        _Members.of([getattr(body, level) for body in bodies])
+        for level in ("near", "far", "hero", "posed")
     )
+    lengths = lengths_of(bodies)
     rigid: Counter[str] = Counter()
     posed: Counter[str] = Counter()
     distant: Counter[str] = Counter()
     full: Counter[str] = Counter()
     for gaze, alive, positions in frames:
-        choice: Choice = choose(gaze, alive, positions, limit=limit, heroic=able)
-        rigid |= near.most(choice.near & fixed)
-        posed |= near.most(choice.near & ~fixed)
+        choice: Choice = choose(gaze, alive, positions, limit=limit, heroic=able, lengths=lengths)
+        rigid |= near.most(choice.near)
+        posed |= moving.most(choice.near | choice.hero)
         distant |= far.most(choice.far)
         full |= hero.most(choice.hero)
     return Slots(_sorted(rigid + full), _sorted(distant), _sorted(posed))

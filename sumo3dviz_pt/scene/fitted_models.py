@@ -23,9 +23,10 @@ from sumo3dviz_pt.scene.body_choice import (
     ModelChoice,
     Size,
 )
-from sumo3dviz_pt.scene.coupling import coupled, pitch_of, spare_units
-from sumo3dviz_pt.scene.drawing import Unit
+from sumo3dviz_pt.scene.coupling import Row, coupled, numbered, pitch_of, spare_units
+from sumo3dviz_pt.scene.drawing import Joint, Unit
 from sumo3dviz_pt.shapes.bake import has_hero
+from sumo3dviz_pt.shapes.bellows import Bellows, bellows
 from sumo3dviz_pt.shapes.cycle_pedalling import pedalling, pedals
 from sumo3dviz_pt.shapes.hulls import turned_round
 from sumo3dviz_pt.shapes.ply import read_ply
@@ -53,11 +54,13 @@ class Fitted:
         units: From front to rear.
         scale: Along x, y, z, (3,).
         size: As drawn: length, width, height [m].
+        hinged: Whether the units' ends are kept together where it bends.
     """
 
     units: tuple[Unit, ...]
     scale: Floats
     size: Size
+    hinged: bool = False
 
 
 def fitted_model(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
@@ -69,10 +72,11 @@ def fitted_model(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fit
         choice: Says the size.
     """
     if "units" in entry.meta:
-        units, length = _units(entry, shelf, wanted=choice.size[0])
+        units, length = _units(entry, shelf, choice)
         own = (length, *choice.model.size[1:])
         scale = model_scale(own, wanted=choice.size, car=False)
-        return Fitted(units, scale, sizes(scale * own))
+        hinged = bool(entry.meta.get("hinged", False))
+        return Fitted(units, scale, sizes(scale * own), hinged)
     if entry.meta.get("build") == "cycle":
         return _scaled(entry, shelf, choice)
     if entry.meta.get("recipe", {}).get("stretch"):
@@ -118,16 +122,66 @@ def _rounded(unit: Unit, shelf: Shelf, *, ratio: float) -> Unit:
     return replace(unit, prototype=body, model=unit.prototype.name)
 
 
-def _units(entry: catalog.Entry, shelf: Shelf, *, wanted: float) -> tuple[tuple[Unit, ...], float]:
-    """The units of a vehicle and their length in all [m]."""
-    if "units" not in entry.meta:
-        return (_unit(entry, shelf, at=0.0),), float(entry.meta["length"])
-    length = float(entry.meta["length"])
-    rows = list(entry.meta["units"])
-    pitch = pitch_of(rows)
-    more = spare_units(length, pitch, wanted=wanted)
-    found = [_unit(catalog.find("vehicles", n), shelf, at=x) for n, x in coupled(rows, more)]
-    return tuple(found), length + more * pitch
+def _units(
+    entry: catalog.Entry, shelf: Shelf, choice: ModelChoice
+) -> tuple[tuple[Unit, ...], float]:
+    """The units of a vehicle and their length in all [m].
+
+    A row of `units` may say where the unit is held to the path, `pivots: [first, second]`
+    behind its own front, and what hangs behind it, `bellows: {from, to, half, low, high,
+    folds}`: `from` behind its own front, `to` behind that of the next unit [m].
+    """
+    rows: list[Row] = list(entry.meta["units"])
+    if choice.carriages is None:
+        length, pitch = float(entry.meta["length"]), pitch_of(rows)
+        more = spare_units(length, pitch, wanted=choice.size[0])
+        placed = coupled(rows, more)
+        units = [_coupled_unit(row, shelf, at=x) for row, x in placed]
+        return _joined(units, [row for row, _ in placed], shelf), length + more * pitch
+    spans = choice.carriages.split(choice.size[0])
+    chosen = numbered(rows, len(spans))
+    units = [
+        _coupled_unit(row, shelf, at=-behind, length=own)
+        for row, (behind, own) in zip(chosen, spans, strict=True)
+    ]
+    return _joined(units, chosen, shelf), choice.size[0]
+
+
+def _coupled_unit(row: Row, shelf: Shelf, *, at: float, length: float | None = None) -> Unit:
+    """A unit of a whole; of another length than its model's where that is given [m]."""
+    entry = catalog.find("vehicles", str(row["model"]))
+    own = float(entry.meta["length"])
+    pivots = None
+    if "pivots" in row:
+        first, second = (float(value) for value in row["pivots"])
+        pivots = (first, second)
+    unit = _unit(entry, shelf, at=at)
+    return replace(unit, length=own, pivots=pivots, stretch=(length or own) / own)
+
+
+def _joined(units: list[Unit], rows: list[Row], shelf: Shelf) -> tuple[Unit, ...]:
+    """Units with what hangs between them."""
+    made = []
+    for unit, after, row in zip(units, units[1:], rows, strict=False):
+        joint = _joint(unit, after, row["bellows"], shelf) if "bellows" in row else None
+        made.append(replace(unit, joint=joint))
+    return (*made, units[-1])
+
+
+def _joint(unit: Unit, after: Unit, row: Mapping[str, Any], shelf: Shelf) -> Joint:
+    """A bellows between two units."""
+    ahead, behind = float(row["from"]), float(row["to"])
+    length = unit.at - after.at + behind * after.stretch - ahead * unit.stretch
+    half, low, high = (float(row[key]) for key in ("half", "low", "high"))
+    shape = Bellows(round(length, 3), half, low, high, int(row["folds"]))
+    name = f"bellows {shape.length:g}x{half:g}x{low:g}-{high:g}"
+
+    def make() -> Prototype:
+        near, poses = bellows(shape)
+        far, far_poses = bellows(shape, far=True)
+        return Prototype(name, (near,), (far,), poses=poses, far_poses=far_poses)
+
+    return Joint(shelved(shelf, name, make), shape.length, ahead, behind)
 
 
 def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.scene import LeftOut
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene.kinds import kind_of
 from sumo3dviz_pt.scene.planting import is_fast
 from sumo3dviz_pt.scene.street_places import borders_near
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes.planar import union
+
+FAMILY = "guard rails"
+"""What users call them."""
 
 REACH = 520.0
 """Rails stand at most this far from a camera [m]."""
@@ -29,26 +34,54 @@ _SHORTEST = 40.0  # length of a rail, at least [m]
 _STEP = 8.0  # distance between its points, at most [m]
 
 
+@dataclass(frozen=True, slots=True)
+class Rails:
+    """Guard rails that are put up.
+
+    Attributes:
+        polygons: Their lines.
+        left_out: Why there are none.
+    """
+
+    polygons: tuple[Polygon, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+
 def guard_rails(
     network: Network,
     paved: Sequence[shapely.Polygon],
     polygons: Sequence[Polygon],
     *,
     around: Surroundings,
-) -> tuple[Polygon, ...]:
+) -> Rails:
     """Rails along the fast roads around a shot's cameras, as lines.
 
     Args:
         network: Its fast edges get rails.
         paved: Outlines of all roads.
         polygons: The scenario's: where it has fences, there are no others.
-        around: Cameras.
+        around: Cameras; without any there are no rails.
     """
-    own = any(kind_of(item.type, item.source) == "fences" for item in polygons)
-    borders = [] if own else borders_near(network, around, reach=REACH)
-    lanes = [lane for border in borders if is_fast(border) for lane in border.edge.lanes]
-    if not lanes:
-        return ()
+    if any(kind_of(item.type, item.source) == "fences" for item in polygons):
+        return Rails(left_out=(LeftOut(FAMILY, "the scenario has fences of its own"),))
+    lanes = _fast_lanes(network, around)
+    found = _rails_along(lanes, paved, around) if lanes else []
+    if not found:
+        return Rails(left_out=(LeftOut(FAMILY, "no fast road near the camera has a free side"),))
+    order = np.argsort([float(item.shape[0].sum()) for item in found], kind="stable")
+    return Rails(tuple(found[int(k)] for k in order))
+
+
+def _fast_lanes(network: Network, around: Surroundings) -> list[Lane]:
+    """Lanes of fast roads near the cameras."""
+    near = borders_near(network, around, reach=REACH) if len(around.viewpoints) else []
+    return [lane for border in near if is_fast(border) for lane in border.edge.lanes]
+
+
+def _rails_along(
+    lanes: Sequence[Lane], paved: Sequence[shapely.Polygon], around: Surroundings
+) -> list[Polygon]:
+    """Rails beside the asphalt where lanes are its border."""
     low, high = around.viewpoints[:, :2].min(axis=0), around.viewpoints[:, :2].max(axis=0)
     box = (*(low - REACH), *(high + REACH))
     near = [area for area in shapely.clip_by_rect(list(paved), *box) if not area.is_empty]
@@ -69,5 +102,4 @@ def guard_rails(
         shape = shapely.get_coordinates(shapely.segmentize(line.simplify(0.04), _STEP))
         if line.length > _SHORTEST and len(shape) > 1:
             found.append(Polygon(f"rail:{len(found)}", "guard_rail", shape, False, None, SOURCE))
-    order = np.argsort([float(item.shape[0].sum()) for item in found], kind="stable")
-    return tuple(found[int(k)] for k in order)
+    return found

@@ -27,7 +27,9 @@ HERO_END = 32.0
 """Nearer road users are drawn in full detail through a lens of 50 degrees [m]."""
 
 _LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
-_LONGEST = 14.0  # from a front bumper to what else of a body may be in the picture [m]
+_LONGEST = 14.0  # from a front bumper to what else of most bodies may be in the picture [m]
+_SHADOW = 40.0  # from a front bumper to what else may be seen of most, shadows at most hours [m]
+_CAST = 25.0  # of those beyond the rear of a longer one [m]
 
 MOST_NEAR = 120
 """Road users in detail in one frame, at most."""
@@ -67,13 +69,13 @@ class Gaze:
         return Gaze(self.positions[part], self.forwards[part], self.half_angles[part])
 
 
-def in_view(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
+def in_view(gaze: Gaze, points: Floats, *, radius: float | Floats) -> Bools:
     """Which balls can be seen at which times.
 
     Args:
         gaze: n times.
         points: Centres, (k, 3) or, one for each time, (k, n, 3) [m].
-        radius: Of the balls, shadow included [m].
+        radius: Of the balls, shadow included; one, or (k, 1) [m].
 
     Returns:
         (k, n); also true for what is nearer than `AROUND`.
@@ -81,12 +83,12 @@ def in_view(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
     return _within(gaze, points, radius=radius, around=AROUND + radius)
 
 
-def in_picture(gaze: Gaze, points: Floats, *, radius: float) -> Bools:
+def in_picture(gaze: Gaze, points: Floats, *, radius: float | Floats) -> Bools:
     """As `in_view`, but what stands nearby beside or behind the camera does not count."""
     return _within(gaze, points, radius=radius, around=radius)
 
 
-def _within(gaze: Gaze, points: Floats, *, radius: float, around: float) -> Bools:
+def _within(gaze: Gaze, points: Floats, *, radius: float | Floats, around: float | Floats) -> Bools:
     """Which balls reach into the viewing cone or lie nearer than a distance, (k, n)."""
     centres = points[:, None, :] if points.ndim == 2 else points
     towards = centres - gaze.positions
@@ -120,6 +122,7 @@ def choose(
     *,
     limit: int,
     heroic: Bools | None = None,
+    lengths: Floats | None = None,
 ) -> Choice:
     """Choose the nearest visible road users for detail and the others for stand-ins.
 
@@ -129,13 +132,21 @@ def choose(
         positions: (k, n, 3) [m]; anything where not alive.
         limit: How many are drawn in detail at once, at most.
         heroic: Who can be drawn in full detail, (k,); None is nobody.
+        lengths: Of their bodies, (k,) [m]: a train is seen long after its front; None is short.
     """
+    long = np.zeros(len(alive)) if lengths is None else lengths
     places = np.where(alive[..., None], positions, 1e9)
-    distance = np.linalg.norm(places - gaze.positions, axis=-1)
-    # 40 m covers a long vehicle and its shadow at most hours of the day.
-    shown = alive & (distance < FAR_END) & in_view(gaze, places, radius=40.0)
+    # A long one may be near although its front is not.
+    beyond = np.maximum(long - _LONGEST, 0.0)[:, None]
+    distance = np.maximum(np.linalg.norm(places - gaze.positions, axis=-1) - beyond, 0.0)
+    reach = np.maximum(_SHADOW, long + _CAST)[:, None]
+    shown = alive & (distance < FAR_END) & in_view(gaze, places, radius=reach)
     near = _nearest(distance, among=shown & (distance < near_end(gaze)), limit=limit)
-    able = near & (distance < _hero_end(gaze)) & in_picture(gaze, places, radius=_LONGEST)
+    able = (
+        near
+        & (distance < _hero_end(gaze))
+        & in_picture(gaze, places, radius=np.maximum(_LONGEST, long)[:, None])
+    )
     able &= False if heroic is None else heroic[:, None]
     hero = _nearest(distance, among=able, limit=MOST_HEROES)
     return Choice(near & ~hero, shown & ~near, hero)

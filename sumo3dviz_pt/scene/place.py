@@ -12,17 +12,17 @@ from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
-from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene import needs
-from sumo3dviz_pt.scene.ground import build_ground, with_fields
-from sumo3dviz_pt.scene.guard_rails import guard_rails
+from sumo3dviz_pt.scene.ground import GroundParts, build_ground, with_fields
+from sumo3dviz_pt.scene.guard_rails import FAMILY as RAILS
+from sumo3dviz_pt.scene.guard_rails import Rails, guard_rails
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.scene.meadow import Meadow, build_meadow, lawn_of
 from sumo3dviz_pt.scene.planting import Planting, plant, plot_of, why_bare, why_nowhere
 from sumo3dviz_pt.scene.planting_far import plant_far
 from sumo3dviz_pt.scene.roads import RoadParts, build_roads
 from sumo3dviz_pt.scene.roads_strips import BoundsXY
-from sumo3dviz_pt.scene.scenery import BUDGET, build_scenery
+from sumo3dviz_pt.scene.scenery import BUDGET, Scenery, build_scenery
 from sumo3dviz_pt.scene.signals import Signals, build_signals
 from sumo3dviz_pt.scene.street import build_street, site_of
 from sumo3dviz_pt.scene.street_fronts import SOURCE, Rows, grow_rows, why_none
@@ -75,82 +75,116 @@ def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
-    region = (
-        float(low[0]) - ROAD_REACH,
-        float(low[1]) - ROAD_REACH,
-        float(high[0]) + ROAD_REACH,
-        float(high[1]) + ROAD_REACH,
-    )
-    network = scenario.network
-    path = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-    roads = build_roads(network, job.roads, textured=job.textured, region=region, focus=path)
-    ground = build_ground(
-        job.ground,
-        network,
-        roads=roads.layout,
-        textured=job.textured,
-        seed=job.seed,
-        room=Room(occupied(scenario.pois, scenario.polygons, gaze.positions), gaze),
-    )
-    around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
-    around = replace(around, dark=dark)
-    rows, fronts = _fronts(scenario, job, roads, around)
-    own = scenario.polygons
-    scenario = replace(scenario, polygons=(*own, *rows.polygons()))
-    planting = _planting(scenario, job, roads, around)
-    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois))
-    meadow = _meadow(scenario, job, roads, around)
-    near = replace(network, connections=_connections_in(network, region))
+    land = _land(scenario, job, gaze, dark=dark)
+    roads, around = land.roads, land.around
+    grown = _grown(scenario, job, land)
     signals = build_signals(
-        near, scenario.signals, job.signals, around=around, raised=roads.surface_height_at
+        replace(scenario.network, connections=_connections_in(scenario.network, _region(gaze))),
+        scenario.signals,
+        job.signals,
+        around=around,
+        raised=roads.surface_height_at,
     )
-    site = site_of(scenario, around, roads=roads, ground=ground, supports=signals.feet)
-    street = build_street(scenario, job.street, site=site, dark=dark)
-    fixed = (
-        *roads.static,
-        *ground.static,
-        *meadow.static,
-        *planting.static,
-        *fronts.static,
-        *signals.static,
-        *street.static,
-    )
-    courts = court_height(roads.layout)
-    pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
-    fixed = (*fixed, *pits)
-    taken = sum(len(part.part.mesh.faces) for part in fixed)
-    rails = _rails(scenario.network, job, roads, (own, around))
+    site = site_of(grown.scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
+    street = build_street(grown.scenario, job.street, site=site, dark=dark)
+    rails = _rails(scenario, job, land)
+    made = (grown.meadow, grown.planting, grown.fronts, signals, street)
+    fixed = [part for some in (roads, land.ground, *made) for part in some.static]
+    fixed += grown.pits
     scenery = build_scenery(
-        scenario.pois,
-        (*own, *rails),
+        grown.scenario.pois,
+        (*scenario.polygons, *rails.polygons),
         job.objects,
         around=around,
         textured=job.textured,
-        budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
+        budget=min(BUDGET, max(STATIC_BUDGET - _triangles(fixed), _LEAST_SCENERY)),
     )
     parts = (*fixed, *scenery.static)
+    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
     return Place(
         tuple(part for part in parts if len(part.part.mesh.faces)),
-        {
-            **MATERIALS,
-            **roads.materials,
-            **(with_fields(ground.materials) if planting.open else ground.materials),
-            **scenery.materials,
-            **fronts.materials,
-        },
+        _materials(land, grown, scenery),
         roads,
         signals,
-        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *fronts.lamps, *street.lamps),
-        (
-            *planting.left_out,
-            *fronts.left_out,
-            *meadow.left_out,
-            *scenery.left_out,
-            *signals.left_out,
-            *street.left_out,
-        ),
+        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *grown.fronts.lamps, *street.lamps),
+        tuple(out for some in said for out in some.left_out),
     )
+
+
+def _region(gaze: needs.Gaze) -> BoundsXY:
+    """Where roads and signals are built."""
+    x0, y0, x1, y1 = _path(gaze)
+    return x0 - ROAD_REACH, y0 - ROAD_REACH, x1 + ROAD_REACH, y1 + ROAD_REACH
+
+
+def _path(gaze: needs.Gaze) -> BoundsXY:
+    """The box around a camera's way."""
+    low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Land:
+    """What everything stands on, and what it is placed by."""
+
+    roads: RoadParts
+    ground: GroundParts
+    around: Surroundings
+
+
+def _land(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -> _Land:
+    """Roads and ground around a camera's path."""
+    network, textured = scenario.network, job.textured
+    roads = build_roads(
+        network, job.roads, textured=textured, region=_region(gaze), focus=_path(gaze)
+    )
+    room = Room(occupied(scenario.pois, scenario.polygons, gaze.positions), gaze)
+    ground = build_ground(
+        job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
+    )
+    around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
+    return _Land(roads, ground, replace(around, dark=dark))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Grown:
+    """What stands where a scenario says nothing, and the scenario with it."""
+
+    scenario: Scenario
+    fronts: Fronts
+    planting: Planting
+    meadow: Meadow
+    pits: Sequence[StaticPart]
+
+
+def _grown(scenario: Scenario, job: Job, land: _Land) -> _Grown:
+    """Houses along streets, then planting beside them, then grass between all of it."""
+    roads, around = land.roads, land.around
+    rows, fronts = _fronts(scenario, job, roads, around)
+    scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
+    planting = _planting(scenario, job, roads, around)
+    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois))
+    meadow = _meadow(scenario, job, roads, around)
+    courts = court_height(roads.layout)
+    pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
+    return _Grown(scenario, fronts, planting, meadow, pits)
+
+
+def _triangles(parts: Sequence[StaticPart]) -> int:
+    """In all."""
+    return sum(len(part.part.mesh.faces) for part in parts)
+
+
+def _materials(land: _Land, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:
+    """Everything that does not move may be made of these."""
+    ground = land.ground.materials
+    return {
+        **MATERIALS,
+        **land.roads.materials,
+        **(with_fields(ground) if grown.planting.open else ground),
+        **scenery.materials,
+        **grown.fronts.materials,
+    }
 
 
 def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
@@ -197,14 +231,17 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     return replace(found, pois=(*belts, *found.pois), static=static, open=True)
 
 
-def _rails(
-    network: Network, job: Job, roads: RoadParts, how: tuple[Sequence[Polygon], Surroundings]
-) -> tuple[Polygon, ...]:
+def _rails(scenario: Scenario, job: Job, land: _Land) -> Rails:
     """Guard rails where the scenario has no fences; none where everything is plain."""
-    own, around = how
-    if not job.textured or job.street.furniture == "none" or not len(around.viewpoints):
-        return ()
-    return guard_rails(network, list(roads.layout.outline), own, around=around)
+    why = None
+    if not job.textured:
+        why = "everything is shown in plain colours"
+    if job.street.furniture == "none":
+        why = "switched off by `street.furniture`"
+    if why is not None:
+        return Rails(left_out=(LeftOut(RAILS, why),))
+    paved = list(land.roads.layout.outline)
+    return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
 
 
 def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:

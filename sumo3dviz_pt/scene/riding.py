@@ -19,7 +19,9 @@ from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.trajectory import Piece, Trajectory
 from sumo3dviz_pt.scene.aiming import Aim, aim_at
+from sumo3dviz_pt.scene.articulation import Links
 from sumo3dviz_pt.scene.bodies import Body
+from sumo3dviz_pt.scene.stances import first_frame, links_of, sway_of
 from sumo3dviz_pt.scene.traffic import Fleet, find_rider
 
 _LAG_SAMPLES = 49
@@ -63,6 +65,9 @@ class RidingCamera:
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
         cutaway: Whether the own cabin is not drawn.
         turns_about: The point that stays at rest in the picture, (3,) [m].
+        body: Whose first unit it sits in; None is a rigid one.
+        springs: Whether the body's springs move the eye and nod the view. They never roll it:
+            people keep their heads upright, and a rolling horizon makes sick.
     """
 
     trajectory: Trajectory
@@ -72,6 +77,8 @@ class RidingCamera:
     lag: float
     cutaway: bool
     turns_about: Floats
+    body: Body | None = None
+    springs: bool = False
 
     def view_at(self, time: float) -> View:
         """The view at a time [s].
@@ -80,22 +87,39 @@ class RidingCamera:
             ConfigError: If the road user does not exist then; the message says when it does.
         """
         piece = self._piece(time)
-        motion = piece.sample(np.array([min(max(time, piece.begin), piece.end)]))
-        yaw, pitch = float(motion.yaws[0]), float(motion.pitches[0])
-        body = Transform.from_pose(motion.positions[0], yaw=yaw, pitch=pitch)
-        if self.lag > 0.0:
+        inside = min(max(time, piece.begin), piece.end)
+        body = Transform(first_frame(piece, inside, self._links))
+        if self.lag <= 0.0:
+            placed = self._seated(piece, inside, body)
+        else:
             pivot = body.points(self.turns_about[None])[0]
             swung, tilt = self._swung(piece, time)
             turned = Transform.from_pose((0.0, 0.0, 0.0), yaw=swung, pitch=tilt)
             body = Transform.from_pose(
                 pivot - turned.points(self.turns_about[None])[0], yaw=swung, pitch=tilt
             )
-        return View(
-            body @ self.aim.placed(self.eye),
-            self.fov,
-            rides_in=self.trajectory.key,
-            cutaway=self.cutaway,
-        )
+            placed = body @ self.aim.placed(self.eye)
+        return View(placed, self.fov, rides_in=self.trajectory.key, cutaway=self.cutaway)
+
+    @property
+    def _links(self) -> Links | None:
+        """Where the units of an articulated vehicle are held."""
+        return None if self.body is None else links_of(self.body)
+
+    def _seated(self, piece: Piece, time: float, frame: Transform) -> Transform:
+        """The eye in a body that moves on its springs; the view nods with it."""
+        if self.body is None or not self.springs:
+            return frame @ self.aim.placed(self.eye)
+        swayed = sway_of(self.body, piece, time)
+        eye = frame.points((swayed @ [*self.eye, 1.0])[None, :3])[0]
+        level = frame.matrix.copy()
+        level[:3, 3] = 0.0
+        nod = float(np.arcsin(np.clip(swayed[2, 0], -1.0, 1.0)))
+        turned = Transform.from_pose((0.0, 0.0, 0.0), pitch=nod)
+        seated = Transform(level) @ turned @ self.aim.placed(np.zeros(3))
+        matrix = seated.matrix.copy()
+        matrix[:3, 3] = eye
+        return Transform(matrix)
 
     def _piece(self, time: float) -> Piece:
         """The stretch of motion at a time."""
@@ -152,6 +176,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         preset.lag,
         preset.cutaway,
         middle,
+        body,
+        fleet.suspension,
     )
 
 

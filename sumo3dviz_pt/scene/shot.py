@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Lights, SkySettings
-from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
     Bsdf,
@@ -25,13 +25,19 @@ from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
-from sumo3dviz_pt.scene.crowd import FAR_TRIANGLES, SHOT_TRIANGLES, CrowdPlan, heroic, plan_crowd
+from sumo3dviz_pt.scene.crowd import (
+    FAR_TRIANGLES,
+    SHOT_TRIANGLES,
+    CrowdPlan,
+    heroic,
+    plan_crowd,
+)
 from sumo3dviz_pt.scene.darkness import is_dark
-from sumo3dviz_pt.scene.drawing import Assembly
 from sumo3dviz_pt.scene.place import Place, build_place
+from sumo3dviz_pt.scene.presence import Present
 from sumo3dviz_pt.scene.signals import Signals
 from sumo3dviz_pt.scene.sky import build_sky
-from sumo3dviz_pt.scene.traffic import Fleet, build_fleet, find_rider
+from sumo3dviz_pt.scene.traffic import Fleet, Level, build_fleet, find_rider
 from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
 from sumo3dviz_pt.shapes.clustering import clustered_body
 
@@ -81,18 +87,38 @@ class Shot:
             ConfigError: If the camera rides with someone who does not exist then.
         """
         view = self.camera.view_at(time)
-        present = self.fleet.present_at(time, view=view)
-        assemblies = [self.fleet.bodies[k].assembly for k, _ in present]
-        movers = self._on_footways([mover for _, mover in present])
+        present = self._on_footways(self.fleet.presence.at(time))
+        drawn = [self.fleet.bodies[k].assembly.drawn for k in present.users.tolist()]
         gaze = needs.Gaze.of([view], aspect=self.aspect)
-        positions = np.array([mover.world_from_body.position for mover in movers]).reshape(-1, 1, 3)
-        alive = np.ones((len(movers), 1), dtype=np.bool_)
-        opened = view.rides_in if view.cutaway else None
-        able = heroic([assembly.drawn for assembly in assemblies], self.heroes)
-        able &= np.array([mover.id != opened for mover in movers], dtype=np.bool_)
-        choice = needs.choose(gaze, alive, positions, limit=self.limit, heroic=able)
-        near, posed, far = _parts(list(zip(assemblies, movers, strict=True)), choice)
+        opened = self.fleet.places.get(view.rides_in or "", -1) if view.cutaway else -1
+        choice = needs.choose(
+            gaze,
+            np.ones((len(drawn), 1), dtype=np.bool_),
+            present.positions[:, None],
+            limit=self.limit,
+            heroic=heroic(drawn, self.heroes) & (present.users != opened),
+            lengths=self.fleet.lengths[present.users],
+        )
+        near, posed, far = self._parts(present, choice, view)
         return FrameState(time, view, near, far, self.signals.radiance_at(time), posed)
+
+    def _parts(
+        self, present: Present, choice: needs.Choice, view: View
+    ) -> tuple[tuple[Mover, ...], tuple[Mover, ...], tuple[Mover, ...]]:
+        """The parts of all that is seen: in detail, in detail with poses, by stand-ins."""
+        near: list[Mover] = []
+        posed: list[Mover] = []
+        far: list[Mover] = []
+        heroes, distant = choice.hero[:, 0], choice.far[:, 0]
+        seen = np.flatnonzero(choice.near[:, 0] | heroes | distant)
+        wholes = self.fleet.wholes(present, seen, view=view)
+        for row, whole in zip(seen.tolist(), wholes, strict=True):
+            level: Level = "far" if distant[row] else "hero" if heroes[row] else "near"
+            ridden = whole.id == view.rides_in
+            for part in self.fleet.parts(present, row, whole, level=level, ridden=ridden):
+                moves = self.fleet.prototypes[part.prototype].poses is not None
+                (far if distant[row] else posed if moves else near).append(part)
+        return tuple(near), tuple(posed), tuple(far)
 
     def under_sky(self, settings: SkySettings, lights: Lights = "auto") -> Shot | None:
         """The same shot under another sky; nothing else is built again.
@@ -112,35 +138,14 @@ class Shot:
             return None
         return replace(self, data=replace(self.data, sky=sky))
 
-    def _on_footways(self, movers: Sequence[Mover]) -> tuple[Mover, ...]:
+    def _on_footways(self, present: Present) -> Present:
         """Lift walkers onto raised footways."""
-        walkers = [index for index, mover in enumerate(movers) if mover.id.startswith("person:")]
-        if not walkers:
-            return tuple(movers)
-        spots = np.array([movers[index].world_from_body.position[:2] for index in walkers])
-        lifted = list(movers)
-        for index, height in zip(walkers, self.footway(spots), strict=True):
-            up = Transform.from_pose([0.0, 0.0, float(height)])
-            mover = movers[index]
-            lifted[index] = replace(mover, world_from_body=up @ mover.world_from_body)
-        return tuple(lifted)
-
-
-def _parts(
-    users: Sequence[tuple[Assembly, Mover]], choice: needs.Choice
-) -> tuple[tuple[Mover, ...], tuple[Mover, ...], tuple[Mover, ...]]:
-    """The parts of all road users: in detail, in detail with poses, by stand-ins."""
-    near: list[Mover] = []
-    posed: list[Mover] = []
-    far: list[Mover] = []
-    for k, (assembly, mover) in enumerate(users):
-        hero = bool(choice.hero[k, 0])
-        if hero or choice.near[k, 0]:
-            row = posed if assembly.drawn.posed else near
-            row += assembly.movers(mover, hero=hero)
-        elif choice.far[k, 0]:
-            far += assembly.movers(mover)
-    return tuple(near), tuple(posed), tuple(far)
+        walkers = np.flatnonzero(self.fleet.on_foot[present.users])
+        if not len(walkers):
+            return present
+        lifted = present.positions.copy()
+        lifted[walkers, 2] += self.footway(lifted[walkers, :2])
+        return replace(present, positions=lifted)
 
 
 def build_shot(
@@ -165,25 +170,15 @@ def build_shot(
     """
     sky = build_sky(job.sky, location=scenario.network.location)
     dark = is_dark(sky, job.lights)
-    lights = vehicle_lights(scenario.traffic.traces, dark=dark, seed=job.seed)
-    fleet = build_fleet(
-        trajectories, scenario.vehicle_types, job.vehicles, seed=job.seed, lights=lights
-    )
-    if isinstance(camera, LagrangianCamera):
-        rider = find_rider(fleet, camera.vehicle).key
-        fleet = fleet.with_cockpit(rider, left_hand=scenario.network.left_hand)
+    fleet = _fleet(scenario, trajectories, job, camera=camera, dark=dark)
+    fleet = replace(fleet, times=times)
     built = build_camera(camera, fleet=fleet, left_hand=scenario.network.left_hand)
     aspect = job.output.size[1] / job.output.size[0]
-    every = max(1, -(-len(times) // _MOST_VIEWS))
-    sparse = [built.view_at(float(time)) for time in times[::every]]
-    gaze = needs.Gaze.of(sparse, aspect=aspect)
-    place = build_place(scenario, job, gaze, dark=dark)
+    place = build_place(scenario, job, _gaze(built, times, aspect), dark=dark)
     standing = sum(len(part.part.mesh.faces) for part in place.static)
     crowd = _crowd(fleet, built, times, aspect, budget=SHOT_TRIANGLES - standing)
     fleet = fleet.with_heroes(crowd.heroes)
-    shown = sorted({*crowd.slots.near, *crowd.slots.far, *crowd.slots.posed})
-    opened = {name: fleet.prototypes[name] for name in shown}
-    opened = _coarse_enough(opened, crowd.slots.far)
+    opened = _shown(fleet.prototypes, crowd.slots)
     data = SceneData(
         materials=_materials(place, opened.values(), fleet.materials),
         static=place.static,
@@ -209,6 +204,36 @@ def build_shot(
     )
 
 
+def _fleet(
+    scenario: Scenario,
+    trajectories: Sequence[Trajectory],
+    job: Job,
+    *,
+    camera: CameraSettings,
+    dark: bool,
+) -> Fleet:
+    """Everyone on the road; the vehicle that a camera rides in is open."""
+    lights = vehicle_lights(scenario.traffic.traces, dark=dark, seed=job.seed)
+    fleet = build_fleet(
+        trajectories,
+        scenario.vehicle_types,
+        job.vehicles,
+        seed=job.seed,
+        lights=lights,
+        suspension=job.motion.suspension,
+    )
+    if not isinstance(camera, LagrangianCamera):
+        return fleet
+    rider = find_rider(fleet, camera.vehicle).key
+    return fleet.with_cockpit(rider, left_hand=scenario.network.left_hand)
+
+
+def _gaze(camera: Camera, times: Floats, aspect: float) -> needs.Gaze:
+    """Where a camera is and looks over the whole shot, by a few of its views."""
+    every = max(1, -(-len(times) // _MOST_VIEWS))
+    return needs.Gaze.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
+
+
 def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
     """Plan who is drawn how over the whole shot, with so many triangles."""
     if not fleet.keys:
@@ -223,6 +248,12 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
+
+
+def _shown(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
+    """The bodies that somebody shows."""
+    names = sorted({*slots.near, *slots.far, *slots.posed})
+    return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
 
 
 def _coarse_enough(

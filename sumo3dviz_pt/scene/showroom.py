@@ -39,6 +39,8 @@ _LEVELLED = frozenset(
 """Models that the sheet of levels shows; all have full detail."""
 
 _SLAB = 8.0  # side of a surface's sample [m]
+_SMALL_SLAB = 3.0  # of those on which bricks and tiles should be seen [m]
+_LAID = frozenset({"brick", "plaster", "roof_tiles", "paving"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,6 +108,7 @@ def _exhibit(body: Body, level: str, number: int) -> Exhibit:
     """A vehicle at a level of detail, in a colour of its own."""
     colour = EUROPEAN.colours[(3 * number + 10) % len(EUROPEAN.colours)]
     parts = [part for unit in body.assembly.units for part in _unit_parts(unit, level)]
+    parts += [part for unit in body.assembly.units for part in _joint_parts(unit, level)]
     painted = tuple(_painted(part, colour) for part in parts)
     title = body.assembly.model if level == "middle" else f"{body.assembly.model}, {level}"
     return Exhibit(title, painted, {**MATERIALS, **body.materials})
@@ -124,6 +127,15 @@ def _unit_parts(unit: Unit, level: str) -> list[Part]:
         turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if back else 0.0)
         found += [Part(turned.mesh(p.mesh), p.material) for p in made[unit.wheel].parts]
     return found
+
+
+def _joint_parts(unit: Unit, level: str) -> list[Part]:
+    """What hangs behind a unit, straight, in the whole's frame."""
+    if unit.joint is None:
+        return []
+    place = Transform.from_pose((unit.at - unit.joint.ahead, 0.0, 0.0))
+    parts = unit.joint.prototype.far if level == "far" else unit.joint.prototype.parts
+    return [Part(place.mesh(part.mesh), part.material) for part in parts]
 
 
 def _painted(part: Part, colour: Colour) -> Part:
@@ -202,7 +214,8 @@ def _facing_traffic() -> Iterator[Exhibit]:
 def _surfaces() -> Iterator[Exhibit]:
     """Samples of all surfaces, lying on the ground."""
     for name in catalog.names("surfaces"):
-        x, y = 0.5 * _SLAB * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1]])
+        side = _SMALL_SLAB if name in _LAID else _SLAB
+        x, y = 0.5 * side * np.array([[-1, 1, 1, -1], [-1, -1, 1, 1]])
         top = np.column_stack([x, y, np.full(4, 0.05)])
         uvs = np.column_stack([x, y]) / metres_per_tile(name)
         mesh = Mesh(top, np.array([[0, 1, 2], [0, 2, 3]]), None, uvs)

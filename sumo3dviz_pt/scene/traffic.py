@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -14,7 +16,8 @@ from sumo3dviz_pt.job import VehicleSettings
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.scene.articulation import rigid_frames
 from sumo3dviz_pt.scene.bodies import Body, build_body
 from sumo3dviz_pt.scene.body_choice import (
     Choice,
@@ -26,17 +29,20 @@ from sumo3dviz_pt.scene.body_choice import (
 )
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.crowd import Drawn
+from sumo3dviz_pt.scene.drawing import AT_REST
 from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import own_palette, paint_of
-from sumo3dviz_pt.scene.gait import Walk, effort
+from sumo3dviz_pt.scene.gait import effort, stride_phase
 from sumo3dviz_pt.scene.heroes import hero_prototypes
+from sumo3dviz_pt.scene.presence import Presence, Present
+from sumo3dviz_pt.scene.stances import Stances
 from sumo3dviz_pt.scene.vehicle_lights import VehicleLights
 from sumo3dviz_pt.shapes.cutaway import cutaway
 
 _LOG = logging.getLogger(__name__)
 
-_MOMENT = 0.1
-"""Before and after which the speed tells whether somebody brakes [s]."""
+Level = Literal["near", "far", "hero"]
+"""In detail, by a stand-in, in full detail."""
 
 _UNKNOWN_TYPES: Mapping[str, VehicleType] = {
     "vehicle": VehicleType("", "passenger", 5.0, 1.8, 1.5),
@@ -57,13 +63,15 @@ class Fleet:
         cockpits: Names of opened prototypes by key of who rides in them.
         prototypes: By name; only those in use.
         materials: What user models need beside `MATERIALS`.
-        pieces: All stretches of motion with their owner's index, in order.
-        lives: Begin and end of each piece, (pieces, 2) [s].
-        owners: Index of each piece's road user, (pieces,).
-        places: Index of each road user by key.
         lights: Which lamps they light; None leaves all off.
         seed: Of all chance.
-        walks: How far people have walked, by index of the piece.
+        suspension: Whether bodies move on their springs and riders lean.
+        times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
+        places: Index of each road user by key.
+        lengths: As drawn, (v,) [m].
+        on_foot: Who walks, (v,).
+        presence: Who exists when.
+        stances: How they stand.
     """
 
     trajectories: tuple[Trajectory, ...]
@@ -74,27 +82,25 @@ class Fleet:
     cockpits: Mapping[str, str] = field(default_factory=dict)
     lights: VehicleLights | None = None
     seed: int = 0
-    pieces: tuple[Piece, ...] = field(init=False)
-    lives: Floats = field(init=False)
-    owners: Ints = field(init=False)
+    suspension: bool = True
+    times: Floats | None = None
     places: Mapping[str, int] = field(init=False)
-    walks: Mapping[int, Walk] = field(init=False)
+    lengths: Floats = field(init=False)
+    on_foot: Bools = field(init=False)
+    presence: Presence = field(init=False)
+    stances: Stances = field(init=False)
 
     def __post_init__(self) -> None:
         """Index the pieces of motion, so that a frame asks only those alive."""
-        pieces = [(k, piece) for k, t in enumerate(self.trajectories) for piece in t.pieces]
-        lives = np.array([(piece.begin, piece.end) for _, piece in pieces]).reshape(-1, 2)
         places = {trajectory.key: k for k, trajectory in enumerate(self.trajectories)}
+        presence = Presence(self.trajectories, self.times)
+        stances = Stances(self.trajectories, self.bodies, presence, suspension=self.suspension)
+        on_foot = [trajectory.kind == "person" for trajectory in self.trajectories]
         object.__setattr__(self, "places", places)
-        object.__setattr__(self, "pieces", tuple(piece for _, piece in pieces))
-        object.__setattr__(self, "lives", lives)
-        object.__setattr__(self, "owners", np.array([k for k, _ in pieces], dtype=np.int64))
-        walks = {
-            number: Walk.of(piece)
-            for number, (k, piece) in enumerate(pieces)
-            if self.bodies[k].stride is not None
-        }
-        object.__setattr__(self, "walks", walks)
+        object.__setattr__(self, "lengths", np.array([body.size[0] for body in self.bodies]))
+        object.__setattr__(self, "on_foot", np.array(on_foot, dtype=np.bool_))
+        object.__setattr__(self, "presence", presence)
+        object.__setattr__(self, "stances", stances)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -107,28 +113,49 @@ class Fleet:
         return np.array([body.size for body in self.bodies]).reshape(-1, 3)
 
     def movers_at(self, time: float, *, view: View | None = None) -> tuple[Mover, ...]:
-        """Everyone who exists at a time [s], in the order of the trajectories.
+        """Everyone who exists at a time, in the order of the trajectories.
 
         Args:
             time: SUMO's time [s].
             view: The camera; the vehicle that it rides in is opened where it says so.
         """
-        return tuple(mover for _, mover in self.present_at(time, view=view))
+        present = self.presence.at(time)
+        return tuple(self.wholes(present, np.arange(len(present.users)), view=view))
 
-    def present_at(self, time: float, *, view: View | None = None) -> tuple[tuple[int, Mover], ...]:
-        """Everyone who exists at a time with their index; arguments as in `movers_at`."""
-        inside = (self.lives[:, 0] - 1e-9 <= time) & (time <= self.lives[:, 1] + 1e-9)
-        alive = np.flatnonzero(inside)
-        motions = [self._sampled(piece, time) for piece in alive.tolist()]
-        if not motions:
-            return ()
-        owners = [int(self.owners[piece]) for piece in alive.tolist()]
-        matrices = _placements(motions, scales=np.stack([self.bodies[k].scale for k in owners]))
+    def wholes(self, present: Present, rows: Ints, *, view: View | None = None) -> Iterator[Mover]:
+        """Some of those who exist at a time.
+
+        Args:
+            present: Everyone then.
+            rows: Which of them, (n,).
+            view: As in `movers_at`.
+        """
+        positions, yaws, pitches = present.positions[rows], present.yaws[rows], present.pitches
+        matrices = rigid_frames(positions, yaws, pitches[rows])
         opened = view.rides_in if view is not None and view.cutaway else None
-        return tuple(
-            (int(self.owners[n]), self._mover(n, matrix, motion, time, opened=opened))
-            for n, matrix, motion in zip(alive.tolist(), matrices, motions, strict=True)
-        )
+        for row, matrix in zip(rows.tolist(), matrices, strict=True):
+            yield self._whole(present, row, matrix, opened=opened)
+
+    def parts(
+        self, present: Present, row: int, whole: Mover, *, level: Level, ridden: bool
+    ) -> Iterator[Mover]:
+        """What one of those who exist at a time is drawn with.
+
+        Args:
+            present: Everyone then.
+            row: Which of them.
+            whole: It, from `wholes`.
+            level: Of detail.
+            ridden: Whether the camera rides with it.
+        """
+        body, piece = self.bodies[int(present.users[row])], int(present.pieces[row])
+        hero, stance = level == "hero", AT_REST
+        if hero or ridden or body.assembly.bends:
+            stance = self.stances.stance(piece, present.time, hero=hero, ridden=ridden)
+        if self.suspension and body.ride == "lean" and level != "far":
+            leant = Transform(self.stances.lean(piece, present.time))
+            whole = replace(whole, world_from_body=whole.world_from_body @ leant)
+        yield from body.assembly.movers(whole, hero=hero, stance=stance)
 
     def positions(self, times: Floats) -> tuple[Bools, Floats, Floats]:
         """Where everyone is, for culling.
@@ -176,7 +203,8 @@ class Fleet:
             k: Its index.
             opened: Whether a camera sits in it at some time.
         """
-        drawn, cockpit = self.bodies[k].assembly.drawn, self.cockpits.get(self.keys[k])
+        drawn = replace(self.bodies[k].assembly.drawn, length=float(self.lengths[k]))
+        cockpit = self.cockpits.get(self.trajectories[k].key)
         if not (opened and cockpit):
             return drawn
         return replace(drawn, near=(cockpit, *drawn.near[1:]), hero=())
@@ -195,30 +223,26 @@ class Fleet:
         }
         return replace(self, prototypes={**self.prototypes, **made, **lit})
 
-    def _sampled(self, piece: int, time: float) -> Motion:
-        """Motion of one piece a moment before a time, at it and a moment after."""
-        begin, end = self.lives[piece]
-        times = np.array([time - _MOMENT, time, time + _MOMENT])
-        return self.pieces[piece].sample(np.clip(times, begin, end))
-
-    def _mover(
-        self, piece: int, matrix: Floats, motion: Motion, time: float, *, opened: str | None
-    ) -> Mover:
-        """One road user at its place."""
-        k = int(self.owners[piece])
-        key, name = self.trajectories[k].key, self.bodies[k].prototype.name
+    def _whole(self, present: Present, row: int, frame: Floats, *, opened: str | None) -> Mover:
+        """One road user at its place, in one piece."""
+        k, piece = int(present.users[row]), int(present.pieces[row])
+        body, key = self.bodies[k], self.trajectories[k].key
+        name = body.prototype.name
         if key == opened:
             name = self.cockpits.get(key, name)
-        mover = Mover(key, name, Transform(matrix), self.colours[k])
-        speed, stride = float(motion.speeds[1]), self.bodies[k].stride
-        if stride is not None:
+        frame = frame.copy()
+        frame[:3, :3] *= body.scale
+        phase = share = 0.0
+        if body.stride is not None:
             start = share_of(self.seed, key, "gait")
-            phase = self.walks[piece].phase(time, stride=stride, start=start)
-            mover = replace(mover, phase=phase, effort=effort(speed))
-        if self.lights is None or not self.bodies[k].prototype.lamps:
-            return mover
-        change = float(motion.speeds[2] - motion.speeds[0]) / (2.0 * _MOMENT)
-        return replace(mover, lit=self.lights.lit(key, time, speed=speed, acceleration=change))
+            travelled = float(present.travelled[row])
+            phase = stride_phase(travelled, stride=body.stride, start=start)
+            share = effort(float(present.speeds[row]))
+        lit = frozenset[str]()
+        if self.lights is not None and body.prototype.lamps:
+            derived = partial(self.stances.derived, piece)
+            lit = self.lights.lit(key, present.time, derived=derived)
+        return Mover(key, name, Transform(frame), self.colours[k], lit, "", phase, share)
 
 
 def build_fleet(
@@ -228,6 +252,7 @@ def build_fleet(
     *,
     seed: int,
     lights: VehicleLights | None = None,
+    suspension: bool = True,
 ) -> Fleet:
     """Give every road user its body and colour.
 
@@ -237,6 +262,7 @@ def build_fleet(
         settings: Models, colours and user models.
         seed: The job's; a road user's choice depends on it and on its id only.
         lights: Which lamps they light; None leaves all off.
+        suspension: Whether bodies move on their springs and riders lean.
 
     Raises:
         ConfigError: If a model, colour or user's file is wrong.
@@ -275,6 +301,7 @@ def build_fleet(
         materials,
         lights=lights,
         seed=seed,
+        suspension=suspension,
     )
 
 
@@ -307,24 +334,3 @@ def _announce(choices: Sequence[Choice]) -> None:
     plain = sorted({choice.vclass for choice in choices if isinstance(choice, PlainChoice)})
     if plain:
         _LOG.warning("plain bodies stand for %s: there are no models yet", ", ".join(plain))
-
-
-def _placements(motions: Sequence[Motion], *, scales: Floats) -> Floats:
-    """Matrices from body to world, (n, 4, 4): scale, then pitch, then yaw.
-
-    Args:
-        motions: Each at three times, of which the middle one counts.
-        scales: (n, 3).
-    """
-    yaws = np.array([motion.yaws[1] for motion in motions])
-    pitches = np.array([motion.pitches[1] for motion in motions])
-    cy, sy, cp, sp = np.cos(yaws), np.sin(yaws), np.cos(pitches), np.sin(pitches)
-    zero = np.zeros(len(motions))
-    matrices = np.zeros((len(motions), 4, 4))
-    matrices[:, :3, 0] = np.stack([cy * cp, sy * cp, sp], axis=1)
-    matrices[:, :3, 1] = np.stack([-sy, cy, zero], axis=1)
-    matrices[:, :3, 2] = np.stack([-cy * sp, -sy * sp, cp], axis=1)
-    matrices[:, :3, :3] *= scales[:, None, :]
-    matrices[:, :3, 3] = np.stack([motion.positions[1] for motion in motions])
-    matrices[:, 3, 3] = 1.0
-    return matrices

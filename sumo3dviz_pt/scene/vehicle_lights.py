@@ -1,7 +1,7 @@
 """Which lamps of a vehicle are lit, and how bright they are.
 
-What the log says (SUMO's signal bits) counts; where it says nothing, vehicles brake when
-they slow down or stand. After sunset everyone has head and tail lamps on.
+What the log says (SUMO's signal bits) counts; where it says nothing, lamps are derived from
+the motion (`scene/derived_lamps.py`). After sunset everyone has head and tail lamps on.
 
 References:
     Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
@@ -16,8 +16,10 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -26,16 +28,17 @@ from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLight
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.scene.derived_lamps import DerivedLamps
 from sumo3dviz_pt.shapes.beam import HALF_ANGLE, PEAK, beam_pattern
 
 BLINKS_PER_SECOND = 1.5
 """Of indicators (UN Regulation 6: 60 to 120 a minute)."""
 
-_BRAKING = -0.8
-"""Vehicles that slow down faster show it [m/s^2]."""
+FLASHES_PER_SECOND = 2.0
+"""Of blue lamps, each flash a double one (UN Regulation 65: 2 to 4 Hz)."""
 
-_STANDING = 0.3
-"""Slower vehicles stand, with a foot on the brake [m/s]."""
+_FLASHES = ((0.0, 0.2), (0.3, 0.5))
+"""Shares of a period in which blue lamps shine."""
 
 _INTENSITIES: Mapping[str, tuple[float, Colour]] = {
     "head": (25.0, (1.0, 0.96, 0.9)),
@@ -98,30 +101,39 @@ class VehicleLights:
     dark: bool
     seed: int
 
-    def lit(self, key: str, time: float, *, speed: float, acceleration: float) -> frozenset[str]:
+    def lit(self, key: str, time: float, *, derived: Callable[[], DerivedLamps]) -> frozenset[str]:
         """Roles of the lamps of a vehicle that shine.
 
         Args:
             key: The vehicle's.
             time: SUMO's time [s].
-            speed: [m/s].
-            acceleration: Negative where it slows down [m/s^2].
+            derived: What its motion says; asked for only where the log says nothing.
         """
-        roles = set(_AT_NIGHT) if self.dark else set()
+        roles = _AT_NIGHT if self.dark else frozenset[str]()
         log = self.logs.get(key)
         if log is None:
-            stopping = acceleration < _BRAKING or speed < _STANDING
-            return frozenset(roles | {"brake"} if stopping else roles)
-        bits = int(log.bits[max(int(np.searchsorted(log.times, time + 1e-9)) - 1, 0)])
-        shown = {role for role, bit in _BITS.items() if bits & bit}
-        shown |= {"left", "right"} if bits & _WARNING else set()
-        if not self._blinks(key, time):
-            shown -= {"left", "right", "blue"}
-        return frozenset(roles | shown)
+            shown = derived().roles_at(time)
+        else:
+            row = max(int(np.searchsorted(log.times, time + 1e-9)) - 1, 0)
+            shown = _roles_of(int(log.bits[row]))
+        return roles | shown - self._dark_now(key, time) if shown else roles
 
-    def _blinks(self, key: str, time: float) -> bool:
-        """Whether the vehicle's indicators are in the bright half of their period."""
-        return (time * BLINKS_PER_SECOND + share_of(self.seed, key, "blink")) % 1.0 < 0.5
+    def _dark_now(self, key: str, time: float) -> frozenset[str]:
+        """Roles that are in the dark part of their period; one vehicle's lamps keep time."""
+        share = share_of(self.seed, key, "blink")
+        blinks = (time * BLINKS_PER_SECOND + share) % 1.0 < 0.5
+        flash = (time * FLASHES_PER_SECOND + share) % 1.0
+        bright = any(begin <= flash < end for begin, end in _FLASHES)
+        return frozenset(() if blinks else ("left", "right")) | frozenset(
+            () if bright else ("blue",)
+        )
+
+
+@cache
+def _roles_of(bits: int) -> frozenset[str]:
+    """Roles that signal bits stand for."""
+    shown = {role for role, bit in _BITS.items() if bits & bit}
+    return frozenset(shown | {"left", "right"} if bits & _WARNING else shown)
 
 
 def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> VehicleLights:
@@ -132,11 +144,14 @@ def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> Vehicle
         dark: Whether lamps are lit.
         seed: The job's.
     """
-    logs = {
-        trace.key: _Log(trace.times, np.maximum(trace.signals, 0))
-        for trace in traces
-        if trace.kind == "vehicle" and (trace.signals >= 0).any()
-    }
+    logs: dict[str, _Log] = {}
+    seen: Counter[str] = Counter()
+    for trace in traces:
+        seen[trace.key] += 1
+        # A later vehicle with an earlier one's id is numbered, as its trajectory is.
+        key = trace.key if seen[trace.key] == 1 else f"{trace.key}#{seen[trace.key]}"
+        if trace.kind == "vehicle" and (trace.signals >= 0).any():
+            logs[key] = _Log(trace.times, np.maximum(trace.signals, 0))
     return VehicleLights(logs, dark, seed)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,9 @@ from sumo3dviz_pt.shapes.shell import Palette
 
 Coat = tuple[str, Colour]
 """A cladding's name and its mean reflectance."""
+
+Role = tuple[str, Colour | None]
+"""A material's name, and its colour unless it has one of its own."""
 
 CLADDINGS: Mapping[str, str] = {
     "plaster": "wall",
@@ -167,49 +170,19 @@ def palette(
             looks the same and makes no noise.
         dark: Whether windows are lit.
     """
-
-    def finish(coat: Coat) -> tuple[str, Colour | None]:
-        surface, colour = coat
-        if surface not in CLADDINGS:
-            return _MATERIALS[surface], colour
-        return (cladding(surface) if textured else CLADDINGS[surface]), colour
-
     surface, main = _drawn(colours.walls, rng)
     roof = _drawn(colours.roofs, rng)
     main = wall_colour or main
     signs = tuple(_accent(colours.signs, rng) for _ in range(3))
-    door, panel = _accent(DOORS, rng), _accent(_PANELS, rng)
-    shutter = _accent(_SHUTTERS, rng)
+    fittings = _fittings(main, rng)
     stone: Coat = ("concrete", _mixed(main, 0.4, (0.36, 0.34, 0.31)))
-    frame = _FRAMES[int(rng.integers(len(_FRAMES)))]
-    roles: dict[str, tuple[str, Colour | None]] = {
-        "wall": finish((surface, main)),
-        "base": finish(stone),
-        "front": finish(stone) if rng.random() < 0.6 else ("joinery", _accent(_SHOPFRONTS, rng)),
-        "plinth": finish(("concrete", (0.26, 0.25, 0.24))),
-        "reveal": ("wall", _mixed(main, 0.85, _PALE)),
-        "trim": ("wall", _mixed(main, 0.35, _PALE)),
-        "coping": ("wall", (0.3, 0.295, 0.285)),
-        "chimney": finish(("brick", (0.26, 0.12, 0.085))),
-        "roof": finish(roof),
-        "dormer": ("roof", _mixed(roof[1], 0.7, (0.12, 0.12, 0.125))),
-        "eaves": ("wall", _mixed(frame, 0.5, (0.3, 0.28, 0.25))),
-        "deck": finish(("concrete", (0.2, 0.197, 0.19))),
-        "frame": ("joinery", frame),
-        "joint": ("joinery", (0.04, 0.042, 0.045)),
-        "metal": ("metal_sheet", None),
-        "cooler": ("joinery", (0.5, 0.495, 0.47)),
-        "pipe": ("metal_sheet", None),
-        "rail": ("joinery", (0.03, 0.032, 0.034)),
-        "panel": ("joinery", _mixed(panel, 0.8, main)),
-        "glazing": ("glazing", (0.1, 0.12, 0.12)),
-        "door": ("joinery", door),
-        "shutter": ("joinery", shutter),
-        "awning": ("cloth", signs[1]),
-    }
-    for k, sign in enumerate(signs):
-        roles[f"sign{k}"] = ("sign", sign)
-        roles[f"letter{k}"] = ("sign", (0.72, 0.72, 0.7) if max(sign[1:]) < 0.34 else (0.05,) * 3)
+    front = None if rng.random() < 0.6 else _accent(_SHOPFRONTS, rng)
+    masonry = _masonry((surface, main), roof, stone)
+    roles: dict[str, Role] = {name: _finish(coat, textured) for name, coat in masonry.items()}
+    roles["front"] = _finish(stone, textured) if front is None else ("joinery", front)
+    roles |= _plain_walls(main, roof[1])
+    roles |= fittings
+    roles |= _lettered(signs)
     roles |= _behind_glass(rng)
     if surface == "glass":
         roles |= _coated(rng)
@@ -218,9 +191,68 @@ def palette(
     return roles
 
 
-def _behind_glass(rng: np.random.Generator) -> dict[str, tuple[str, Colour | None]]:
+def _finish(coat: Coat, textured: bool) -> Role:
+    """The material that shows a coat."""
+    surface, colour = coat
+    if surface not in CLADDINGS:
+        return _MATERIALS[surface], colour
+    return (cladding(surface) if textured else CLADDINGS[surface]), colour
+
+
+def _masonry(wall: Coat, roof: Coat, stone: Coat) -> dict[str, Coat]:
+    """Coats of what shows a surface nearby."""
+    return {
+        "wall": wall,
+        "base": stone,
+        "plinth": ("concrete", (0.26, 0.25, 0.24)),
+        "chimney": ("brick", (0.26, 0.12, 0.085)),
+        "roof": roof,
+        "deck": ("concrete", (0.2, 0.197, 0.19)),
+    }
+
+
+def _plain_walls(wall: Colour, roof: Colour) -> dict[str, Role]:
+    """Small walls and edges."""
+    return {
+        "reveal": ("wall", _mixed(wall, 0.85, _PALE)),
+        "trim": ("wall", _mixed(wall, 0.35, _PALE)),
+        "coping": ("wall", (0.3, 0.295, 0.285)),
+        "dormer": ("roof", _mixed(roof, 0.7, (0.12, 0.12, 0.125))),
+    }
+
+
+def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
+    """Doors, windows, rails and pipes of a house with such walls."""
+    door, panel = _accent(DOORS, rng), _accent(_PANELS, rng)
+    shutter = _accent(_SHUTTERS, rng)
+    frame = _accent(_FRAMES, rng)
+    return {
+        "frame": ("joinery", frame),
+        "eaves": ("wall", _mixed(frame, 0.5, (0.3, 0.28, 0.25))),
+        "joint": ("joinery", (0.04, 0.042, 0.045)),
+        "metal": ("metal_sheet", None),
+        "cooler": ("joinery", (0.5, 0.495, 0.47)),
+        "pipe": ("metal_sheet", None),
+        "rail": ("joinery", (0.03, 0.032, 0.034)),
+        "panel": ("joinery", _mixed(panel, 0.8, wall)),
+        "glazing": ("glazing", (0.1, 0.12, 0.12)),
+        "door": ("joinery", door),
+        "shutter": ("joinery", shutter),
+    }
+
+
+def _lettered(signs: Sequence[Colour]) -> dict[str, Role]:
+    """Sign boards, letters that stand out from them, and an awning to match."""
+    roles: dict[str, Role] = {"awning": ("cloth", signs[1])}
+    for k, sign in enumerate(signs):
+        roles[f"sign{k}"] = ("sign", sign)
+        roles[f"letter{k}"] = ("sign", (0.72, 0.72, 0.7) if max(sign[1:]) < 0.34 else (0.05,) * 3)
+    return roles
+
+
+def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
     """Colours of rooms, blinds and goods as seen through panes."""
-    found: dict[str, tuple[str, Colour | None]] = {}
+    found: dict[str, Role] = {}
     for number in range(CLASSES):
         depth = float(rng.uniform(0.01, 0.05))
         cloth = rng.uniform(0.17, 0.5) * np.array([1.0, rng.uniform(0.9, 1), rng.uniform(0.75, 1)])
@@ -234,10 +266,10 @@ def _behind_glass(rng: np.random.Generator) -> dict[str, tuple[str, Colour | Non
     return found
 
 
-def _coated(rng: np.random.Generator) -> dict[str, tuple[str, Colour | None]]:
+def _coated(rng: np.random.Generator) -> dict[str, Role]:
     """Panes with a coat against the sun, which shows more sky than room."""
     tone = rng.uniform(0.15, 0.24) * np.array([0.86, 0.97, 1.0 + 0.1 * rng.random()])
-    found: dict[str, tuple[str, Colour | None]] = {}
+    found: dict[str, Role] = {}
     for number in range(CLASSES):
         pane = ("coated_glass", _colour(tone * rng.uniform(0.8, 1.15)))
         found[f"room{number}"] = found[f"low{number}"] = pane

@@ -1,49 +1,47 @@
-"""Displayed motion on the shared scenarios: on the lane, along the lane, on the ground.
+"""Displayed motion on the shared scenarios: no jumps, no spins, on the lane, on the ground.
 
-At sampled frames the displayed front is held against the nearest centre line of the way
-that SUMO drove: the logged lanes of the samples that the smoothing window uses, and all
-internal lanes on the connections between them. Two seconds around lane changes are left out.
+Every n-th vehicle is shown by `lane`, the default, at every frame of a film of 25 fps and
+held against what SUMO wrote:
 
-The limits of the issue (the log's own distance + 1.5 m; 60 degrees when moving) do not hold
-for every frame, and cannot with averages over 0.84 s and 1.64 s of a log of 1 s. What exceeds
-them is asserted to be one of these, and rare:
-
-* distance: the straight line between two samples already cuts the corner (bologna_acosta:
-  an S of 60 degrees taken at 15 m/s between two samples), or SUMO takes a hairpin of more than
-  75 degrees within the window at 7-13 m/s (monaco: lanes are polylines with sharp kinks);
-* heading: the lane itself turns within 1 m of the front (internal lanes that are short hooks:
-  `:47_1_0` of bologna_acosta, `:clusterJ1_J2_2_0` of doerpfeldstr), or SUMO's own angle, the
-  chord from rear to front, is more than 60 degrees off its lane at a sample in the window
-  (tight turns of badhersfeld and monaco);
-* height: the lane is steeper than 40 % within 4 m, more than any real road (bumps and hairpins
-  of monaco).
+* from frame to frame no front moves further than 1.5 x the logged speed of the samples
+  around allows, plus 2 cm (3 cm more in changes of lanes), and no body turns by more than
+  180 deg/s, but where SUMO's own angle flips; moves into and out of parking places, which the
+  trajectory lists, aside. Where SUMO's places move on faster than its speeds say (lanes whose
+  length is not their shape's), the places count;
+* at every ninth frame the front is no further from the nearest centre line of the lanes that
+  SUMO drove than the log's own samples around are from theirs, plus 0.3 m, and plus half the
+  gap where the network's lanes do not join. Lanes between two samples are found here, not by
+  the smoother. Changes of lanes are left out while they last:
+  two seconds on both sides, or until 13 m (four times a lane's width) have been driven.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
-from sumo3dviz_pt.motion import smooth
+from sumo3dviz_pt.motion import smooth_log
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 VEHICLES = {  # every n-th vehicle
     "barcelona": 19,
-    "bologna_acosta": 2,
+    "bologna_acosta": 3,
     "doerpfeldstr": 2,
     "monaco_west_hills": 1,
     "badhersfeld": 4,
 }
-FRAMES = 9 / 25  # every ninth frame of a film of 25 fps [s]
-POSITION, HEADING = 0.42, 0.42 + 0.82  # half the windows of the smoother [s]
+STEP = 1 / 25
+EVERY = 9
 MOST_HOPS = 8
+CHANGE_WAY, CHANGE_TIME, LONGEST_CHANGE = 13.0, 2.0, 8.5
 
 pytestmark = [
     pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here"),
@@ -54,17 +52,6 @@ pytestmark = [
 @cache
 def scenario(name):
     return read_scenario(find_scenario(DATA / name))
-
-
-@dataclass(frozen=True)
-class Near:
-    """A point's nearest place on centre lines."""
-
-    distance: float
-    z: float
-    direction: float
-    turns: np.ndarray  # directions of all stretches within 1 m more
-    grade: float  # the steepest within 4 m
 
 
 class Ways:
@@ -97,202 +84,305 @@ class Ways:
                     return way
         return None
 
-    def near(self, lanes, point):
+    def line(self, lanes):
+        """One line through the centre lines of lanes that follow one another."""
         if lanes not in self.lines:
-            shapes = [self.network.lanes[lane].shape for lane in lanes]
-            start = np.concatenate([shape[:-1] for shape in shapes])
-            step = np.concatenate([np.diff(shape, axis=0) for shape in shapes])
-            length = np.maximum(np.linalg.norm(step[:, :2], axis=1), 1e-9)
-            grades = np.abs(step[:, 2]) / length
-            self.lines[lanes] = start, step, np.arctan2(step[:, 1], step[:, 0]), grades
-        start, step, directions, grades = self.lines[lanes]
-        flat = step[:, :2]
-        share = ((point[:2] - start[:, :2]) * flat).sum(1) / np.maximum((flat**2).sum(1), 1e-12)
-        found = start + np.clip(share, 0, 1)[:, None] * step
-        away = np.linalg.norm(found[:, :2] - point[:2], axis=1)
-        best = away.argmin()
-        turns = directions[away < away[best] + 1.0]
-        steepest = grades[away < away[best] + 4.0].max()
-        return Near(away[best], found[best, 2], directions[best], turns, steepest)
+            points = np.concatenate([self.network.lanes[lane].shape for lane in lanes])
+            self.lines[lanes] = shapely.LineString(points)
+        return self.lines[lanes]
+
+    def gap(self, lanes):
+        """The widest gap between lanes that follow one another [m]."""
+        shapes = [self.network.lanes[lane].shape for lane in lanes]
+        apart = [float(np.hypot(*(b[0] - a[-1])[:2])) for a, b in pairwise(shapes)]
+        return max(apart, default=0.0)
 
 
 def angle(difference):
     return np.degrees(np.abs((difference + np.pi) % (2 * np.pi) - np.pi))
 
 
-def window(times, t, half):
-    """First and last sample that an average around a time uses."""
-    first = np.searchsorted(times, t - half, side="right") - 1
-    last = np.searchsorted(times, t + half, side="left")
-    return max(first, 0), min(last, len(times) - 1)
-
-
 @dataclass
 class Measured:
-    """Of all sampled frames; outliers with what the log itself says there."""
+    """Of all shown frames; cases are (id, time, by how much)."""
 
+    frames: int = 0
+    checked: int = 0
+    changing: int = 0
+    broken: int = 0
+    jumps: list = field(default_factory=list)
+    spins: list = field(default_factory=list)
+    flips: int = 0
     excess: list = field(default_factory=list)  # beyond the log's own distance [m]
-    off: list = field(default_factory=list)  # heading against the lane, moving only [deg]
-    own_off: list = field(default_factory=list)  # SUMO's own angle at the samples, likewise
+    where: list = field(default_factory=list)
     height: list = field(default_factory=list)  # above the lane [m]
-    unexplained: list = field(default_factory=list)
-    left_out: int = 0
+    slope: list = field(default_factory=list)  # of the lane there
+    off: list = field(default_factory=list)  # heading against SUMO's own chord rule [deg]
+    parked: int = 0
+    swung: list = field(default_factory=list)  # of standing vehicles [deg]
 
 
-def frames_of(trace, log):
-    """Displayed motion at frames of a film that begins with the log."""
-    first = np.ceil((trace.times[0] - log.begin) / FRAMES)
-    times = log.begin + FRAMES * np.arange(first, (trace.times[-1] - log.begin) / FRAMES)
-    motion = smooth(trace, smoother="paper_symmetric", step=log.step).sample(times)
-    return times, motion
-
-
-@dataclass
 class Driven:
     """A vehicle's samples held against their own lanes."""
 
-    trace: object
-    names: list  # lane of each sample
-    steps: list  # lanes between samples; None for a lane change
-    away: np.ndarray  # [m]
-    askew: np.ndarray  # SUMO's angle against the lane [deg]
+    def __init__(self, trace, log, ways):
+        self.trace, self.ways = trace, ways
+        self.names = [log.lane_names[index] for index in trace.lanes]
+        self.steps = [ways.between(*pair) for pair in pairwise(self.names)]
+        self.changed = np.array([way is None for way in self.steps], dtype=bool)
+        lines = np.array([ways.line((name,)) for name in self.names], dtype=object)
+        self.away = shapely.distance(lines, shapely.points(trace.positions[:, :2]))
 
-    @classmethod
-    def of(cls, trace, log, ways):
-        names = [log.lane_names[index] for index in trace.lanes]
-        own = [ways.near((n,), p) for n, p in zip(names, trace.positions, strict=True)]
-        return cls(
-            trace,
-            names,
-            [ways.between(*pair) for pair in pairwise(names)],
-            np.array([near.distance for near in own]),
-            angle(trace.yaws - np.array([near.direction for near in own])),
+    def changing(self, times, travelled):
+        """Which times are within a change of lanes."""
+        found = np.zeros(len(times), dtype=bool)
+        for n in [n for n, way in enumerate(self.steps) if way is None]:
+            begin, end = self.trace.times[n], self.trace.times[n + 1]
+            ways = np.interp([begin, end], times, travelled)
+            near = (travelled > ways[0] - CHANGE_WAY) & (travelled < ways[1] + CHANGE_WAY)
+            near &= (times > begin - LONGEST_CHANGE) & (times < end + LONGEST_CHANGE)
+            found |= near | ((times > begin - CHANGE_TIME) & (times < end + CHANGE_TIME))
+        return found
+
+    def around(self, times):
+        """Numbers of the samples before and after times, one more on each side."""
+        last = len(self.trace.times) - 1
+        first = np.searchsorted(self.trace.times, times, side="right") - 1
+        return np.clip(first - 1, 0, last), np.clip(first + 2, 0, last)
+
+    def lanes(self, first, last):
+        """The way from one sample to another."""
+        steps = self.steps[first:last]
+        return tuple(dict.fromkeys(lane for step in steps if step for lane in step)) or (
+            self.names[first],
         )
 
-    def changing(self, times):
-        """Which times are within two seconds of a lane change."""
-        changes = np.array([n for n, way in enumerate(self.steps) if way is None], dtype=int)
-        begins, ends = self.trace.times[changes] - 2, self.trace.times[changes + 1] + 2
-        return ((begins <= times[:, None]) & (times[:, None] <= ends)).any(axis=1)
 
-    def lanes(self, i, j):
-        """The way from one sample to another."""
-        way = tuple(dict.fromkeys(lane for step in self.steps[i:j] for lane in step))
-        return way or (self.names[i],)
+def logged_speeds(trace, times, changed):
+    """The largest logged speed of the samples around each step between times, (n - 1,).
 
+    All five logs write the mean speed of the step before a sample (Euler). So at a sample
+    the vehicle is on its way from that sample's speed to the next one's.
 
-def follow(trace, log, ways, into):
-    """Hold one vehicle's frames against its lanes."""
-    driven = Driven.of(trace, log, ways)
-    into.own_off.extend(driven.askew[trace.speeds > 1.0])
-    times, motion = frames_of(trace, log)
-    changing = driven.changing(times) & motion.alive
-    into.left_out += int(changing.sum())
-    for k in np.flatnonzero(motion.alive & ~changing):
-        i, j = window(trace.times, times[k], POSITION)
-        near = ways.near(driven.lanes(i, j), motion.positions[k])
-        excess = near.distance - driven.away[i : j + 1].max()
-        height = motion.positions[k, 2] - near.z
-        into.excess.append(excess)
-        into.height.append(height)
-        case = (trace.id, round(float(times[k]), 2))
-        if motion.speeds[k] > 1.0:
-            into.off.append(angle(motion.yaws[k] - near.direction))
-            if into.off[-1] > 60 and not turning(driven, near, times[k], motion.yaws[k]):
-                into.unexplained.append((*case, "heading", into.off[-1]))
-        if excess > 1.5 and not cornering(driven, ways, times[k]):
-            into.unexplained.append((*case, "distance", excess))
-        if abs(height) > 0.3 and near.grade < 0.4:
-            into.unexplained.append((*case, "height", height))
+    Args:
+        changed: Steps between samples that change lanes: how far they lead says nothing.
+    """
+    moved = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1) / np.diff(trace.times)
+    speeds = np.maximum(trace.speeds, np.r_[0.0, np.where(changed, 0.0, moved)])
+    last = len(speeds) - 1
+    first = np.searchsorted(trace.times, times[:-1] + 1e-9, side="right") - 1
+    after = np.minimum(np.searchsorted(trace.times, times[1:] - 1e-9), last)
+    late = times[1:] > (trace.times[first] + trace.times[after]) / 2
+    following = speeds[np.minimum(after + late, last)]
+    return np.maximum(np.maximum(speeds[first], speeds[after]), following)
 
 
-def cornering(driven, ways, t):
-    """Whether the log itself cuts the corner, or turns by more than 75 degrees."""
+def flipping(trace, times):
+    """Which steps between times lie where SUMO's angle turns by more than 90 degrees a step."""
+    flips = np.flatnonzero(angle(np.diff(trace.yaws)) > 90.0)
+    found = np.zeros(len(times) - 1, dtype=bool)
+    for n in flips:
+        found |= (times[1:] > trace.times[n] - 1.0) & (times[:-1] < trace.times[n + 1] + 1.0)
+    return found
+
+
+def step_by_step(trajectory, driven, begin, into):
+    """Hold every frame against the one before; returns times, motion and what is listed."""
     trace = driven.trace
-    i, j = window(trace.times, t, POSITION)
-    chord = np.array([np.interp(t, trace.times, axis) for axis in trace.positions.T])
-    turned = np.degrees(np.ptp(np.unwrap(trace.yaws[i : j + 1])))
-    return ways.near(driven.lanes(i, j), chord).distance > 0.8 or turned > 75
+    first = np.ceil((trace.times[0] - begin) / STEP)
+    times = begin + STEP * np.arange(first, np.floor((trace.times[-1] - begin) / STEP) + 1)
+    motion = trajectory.sample(times)
+    listed = within(trajectory, "parking", times)
+    both = motion.alive[1:] & motion.alive[:-1] & ~(listed[1:] & listed[:-1])
+    into.parked += int(listed.sum())
+    moved = np.linalg.norm(np.diff(motion.positions[:, :2], axis=0), axis=1)
+    # Who changes lanes in a bend passes on its outside, where the way is longer.
+    outside = 0.03 * within(trajectory, "lane change", times)[1:]
+    beyond = moved - outside - 1.5 * logged_speeds(trace, times, driven.changed) * STEP - 0.02
+    turned = angle(np.diff(motion.yaws)) / STEP
+    flips = flipping(trace, times)
+    into.flips += int((both & flips & (turned > 180.0)).sum())
+    for found, bad, size in (
+        (into.jumps, both & (beyond > 1e-6), beyond),
+        (into.spins, both & ~flips & (turned > 180.0), turned),
+    ):
+        found += [(trace.id, round(times[k], 2), round(size[k], 3)) for k in np.flatnonzero(bad)]
+    still = np.hypot(*np.diff(trace.positions[:, :2], axis=0).T) < 1e-9
+    still = np.r_[False, still[:-1] & still[1:], False][np.searchsorted(trace.times, times[:-1])]
+    into.swung.append(angle(np.diff(motion.yaws))[still & both])
+    values = np.column_stack([motion.positions, motion.yaws, motion.pitches, motion.speeds])
+    into.broken += int((~np.isfinite(values[motion.alive])).sum())
+    into.frames += int(motion.alive.sum())
+    return times, motion, listed
 
 
-def turning(driven, near, t, yaw):
-    """Whether the lane turns into the heading close by, or SUMO's own angle is as far off."""
-    i, j = window(driven.trace.times, t, HEADING)
-    return angle(yaw - near.turns).min() <= 60 or driven.askew[i : j + 1].max() > 60
+def within(trajectory, kind, times):
+    """Which times are within remarks of a kind."""
+    found = np.zeros(len(times), dtype=bool)
+    for remark in trajectory.remarks:
+        if remark.kind == kind:
+            assert remark.end - remark.begin < 2 * LONGEST_CHANGE
+            found |= (times >= remark.begin - STEP) & (times <= remark.end + STEP)
+    return found
+
+
+def follow(trajectory, trace, log, ways, into):
+    """Hold one vehicle's frames against the log and its lanes."""
+    driven = Driven(trace, log, ways)
+    times, motion, listed = step_by_step(trajectory, driven, log.begin, into)
+    alive = np.flatnonzero(motion.alive)
+    if len(alive) < 2:
+        return
+    steps = np.linalg.norm(np.diff(motion.positions[alive, :2], axis=0), axis=1)
+    changing = np.zeros(len(times), dtype=bool)
+    changing[alive] = driven.changing(times[alive], np.r_[0.0, np.cumsum(steps)])
+    chosen = alive[(-alive) % EVERY == 0]
+    changing |= within(trajectory, "lane change", times)
+    into.changing += int((changing & ~listed)[chosen].sum())
+    chosen = chosen[~(changing | listed)[chosen]]
+    if not len(chosen):
+        return
+    into.checked += len(chosen)
+    first, last = driven.around(times[chosen])
+    around = [driven.lanes(*pair) for pair in zip(first, last, strict=True)]
+    lines = np.array([ways.line(lanes) for lanes in around], dtype=object)
+    spots = shapely.points(motion.positions[chosen, :2])
+    own = np.array([driven.away[i : j + 1].max() for i, j in zip(first, last, strict=True)])
+    excess = shapely.distance(lines, spots) - own
+    excess -= [ways.gap(lanes) / 2.0 if len(lanes) > 1 else 0.0 for lanes in around]
+    into.excess.append(excess)
+    into.where += [(trace.id, round(t, 2)) for t in times[chosen]]
+    into.height.append(motion.positions[chosen, 2] - heights(lines, spots))
+    into.slope.append(grades(lines, spots))
+    logged = np.interp(times[chosen], trace.times, np.unwrap(trace.yaws))
+    into.off.append(angle(motion.yaws[chosen] - logged))
+
+
+def heights(lines, spots):
+    """Height of lines nearest to points, (n,) [m]."""
+    return shapely.get_z(
+        shapely.line_interpolate_point(lines, shapely.line_locate_point(lines, spots))
+    )
+
+
+def grades(lines, spots):
+    """Steepest grade of lines within 4 m of points, (n,)."""
+    place = shapely.line_locate_point(lines, spots)
+    around = [heights_at(lines, place + away) for away in np.arange(-4, 4.5, 1.0)]
+    return np.abs(np.diff(around, axis=0)).max(axis=0)
+
+
+def heights_at(lines, places):
+    """Heights of lines at places along them, (n,) [m]."""
+    return shapely.get_z(shapely.line_interpolate_point(lines, np.maximum(places, 0.0)))
 
 
 @cache
-def measured(name, every=None):
+def measured(name):
     read, found = scenario(name), Measured()
+    log = read.traffic
+    vehicles = [t for t in log.traces if t.kind == "vehicle" and len(t.times) > 1]
+    some = replace(log, traces=tuple(vehicles[:: VEHICLES[name]]))
     ways = Ways(read.network)
-    vehicles = [t for t in read.traffic.traces if t.kind == "vehicle" and len(t.times) > 1]
-    for trace in vehicles[:: every or VEHICLES[name]]:
-        follow(trace, read.traffic, ways, found)
+    shown = smooth_log(
+        some, smoother="lane", network=read.network, types=read.vehicle_types, heading="chord"
+    )
+    for trajectory, trace in zip(shown, some.traces, strict=True):
+        follow(trajectory, trace, log, ways, found)
     return found
 
 
 @pytest.mark.parametrize("name", VEHICLES)
-def test_fronts_are_on_their_lanes(name):
-    excess = np.array(measured(name).excess)
-    assert len(excess) > 10_000
-    assert (excess <= 1.5).mean() >= 0.9998
-    assert np.percentile(excess, 99.9) <= 1.2
-    assert excess.max() <= 3.2
-
-
-@pytest.mark.parametrize("name", VEHICLES)
-def test_vehicles_head_along_their_lanes(name):
-    off = np.array(measured(name).off)
-    assert len(off) > 2500
-    # Queues crawl round the hooks and tight turns named above.
-    assert (off <= 60).mean() >= 0.996
-    assert np.percentile(off, 99) <= 25
-
-
-@pytest.mark.parametrize("name", VEHICLES)
-def test_vehicles_head_along_their_lanes_no_worse_than_in_sumo(name):
+def test_no_frame_is_broken(name):
     found = measured(name)
-    drawn, own = np.array(found.off), np.array(found.own_off)
-    assert (drawn > 60).mean() <= (own > 60).mean()
-    assert np.percentile(drawn, 99) <= np.percentile(own, 99)
+    assert found.frames > 150_000
+    assert found.broken == 0
 
 
 @pytest.mark.parametrize("name", VEHICLES)
-def test_what_exceeds_the_limits_is_in_the_log_or_in_the_network(name):
-    assert measured(name).unexplained == []
+def test_no_front_jumps(name):
+    assert measured(name).jumps == []
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+def test_no_body_spins(name):
+    found = measured(name)
+    assert found.spins == []
+    assert found.flips <= 10
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+def test_who_stands_does_not_turn(name):
+    swung = np.concatenate(measured(name).swung)
+    assert len(swung) > 1000 or name == "barcelona"
+    assert swung.max(initial=0.0) <= 0.05
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+def test_fronts_are_on_their_lanes(name):
+    excess = np.concatenate(measured(name).excess)
+    assert len(excess) > 15_000
+    assert excess.max() <= 0.3
+    assert np.percentile(excess, 99) <= 0.2
+
+
+@pytest.mark.parametrize("name", VEHICLES)
+def test_bodies_head_as_in_sumo(name):
+    # Against straight lines between SUMO's angles, which bends are not.
+    off = np.concatenate(measured(name).off)
+    assert np.percentile(off, 50) <= 0.3
+    assert np.percentile(off, 95) <= 3.0
+    assert np.percentile(off, 99) <= 6.0
 
 
 @pytest.mark.parametrize("name", VEHICLES)
 def test_few_frames_are_left_out(name):
     found = measured(name)
-    assert found.left_out < 0.1 * len(found.excess)
+    assert found.changing < 0.1 * found.checked
+    assert found.parked < 0.01 * found.frames
 
 
 @pytest.mark.parametrize("name", VEHICLES)
 def test_nothing_on_wheels_floats_or_sinks(name):
-    height = np.abs(measured(name).height)
+    found = measured(name)
+    height, slope = np.abs(np.concatenate(found.height)), np.concatenate(found.slope)
     if name != "monaco_west_hills":
         assert height.max() == 0.0
         return
-    # The rest are bumps of the network, up to 57 degrees from slope to slope, between two samples.
-    assert (height <= 0.3).mean() >= 0.999
-    assert height.max() <= 0.9
+    assert height.max() <= 0.35  # bumps of up to 57 degrees from slope to slope
+    assert height[slope < 0.4].max() <= 0.15
 
 
 def test_no_walker_floats_or_sinks():
     read = scenario("monaco_west_hills")
     log, ways = read.traffic, Ways(read.network)
+    some = [t for t in log.traces if t.kind == "person" and len(t.times) > 1][::2]
+    shown = smooth_log(replace(log, traces=tuple(some)), smoother="lane", network=read.network)
     excess, drift = [], []
-    for trace in [t for t in log.traces if t.kind == "person" and len(t.times) > 1][::2]:
-        times, motion = frames_of(trace, log)
-        for k in np.flatnonzero(motion.alive)[::2]:
-            i, j = window(trace.times, times[k], POSITION)
-            edges = {log.lane_names[index] for index in trace.lanes[i : j + 1]}
-            lanes = tuple(lane.id for e in sorted(edges) for lane in read.network.edges[e].lanes)
-            own = [abs(p[2] - ways.near(lanes, p).z) for p in trace.positions[i : j + 1]]
-            place = motion.positions[k]
-            excess.append(abs(place[2] - ways.near(lanes, place).z) - max(own))
-            drift.append(place[2] - np.interp(times[k], trace.times, trace.positions[:, 2]))
+    for trace, trajectory in zip(some, shown, strict=True):
+        first = np.ceil((trace.times[0] - log.begin) / STEP / EVERY)
+        times = log.begin + EVERY * STEP * np.arange(
+            first, (trace.times[-1] - log.begin) / STEP / EVERY
+        )
+        motion = trajectory.sample(times)
+        edges = {log.lane_names[index] for index in trace.lanes}
+        lanes = [lane.id for edge in sorted(edges) for lane in read.network.edges[edge].lanes]
+        lines = np.array([ways.line((lane,)) for lane in lanes], dtype=object)[:, None]
+        own = above(lines, trace.positions)
+        after = np.searchsorted(trace.times, times)[motion.alive]
+        places = motion.positions[motion.alive]
+        limit = np.maximum(own[np.maximum(after - 1, 0)], own[np.minimum(after, len(own) - 1)])
+        excess.append(above(lines, places) - limit)
+        logged = np.interp(times[motion.alive], trace.times, trace.positions[:, 2])
+        drift.append(places[:, 2] - logged)
+    excess, drift = np.concatenate(excess), np.abs(np.concatenate(drift))
     assert len(excess) > 5000
-    assert (np.array(excess) <= 0.3).mean() >= 0.9995
-    assert np.abs(drift).max() <= 0.05
+    assert (excess <= 0.3).mean() >= 0.999
+    assert drift.max() <= 0.2
+
+
+def above(lines, places):
+    """How far points are above or below the nearest of some lines, (n,) [m]."""
+    spots = shapely.points(places[:, :2])[None, :]
+    nearest = shapely.distance(lines, spots).argmin(axis=0)
+    return np.abs(places[:, 2] - heights(lines[nearest, 0], spots[0]))

@@ -42,6 +42,9 @@ LIGHT = "tests/statistical/test_stability_light.py"
 PLACES = "tests/statistical/test_stability_places.py"
 BROKEN = "tests/statistical/test_stability_broken.py"
 DARK = "tests/unit/package/test_day_and_night.py"
+STIFF = "tests/unit/motion/test_stiff_cases.py"
+DRIVES = "tests/unit/motion/test_stiff_drives.py"
+MANOEUVRES = "tests/unit/motion/test_stiff_manoeuvres.py"
 BY_DAY = "test_by_day_nothing_lights_the_scene_but_the_sky"
 
 FAULTS = {
@@ -71,14 +74,12 @@ FAULTS = {
         ("tests/unit/render/test_haze.py",),
     ),
     "bodies stand half a metre ahead": Fault(
-        "scene/traffic.py",
-        "matrices[:, :3, 3] = np.stack([motion.positions[1] for motion in motions])",
-        "matrices[:, :3, 3] = np.stack([m.positions[1] for m in motions]) + [0.5, 0, 0]",
-        (FRAMES,),
+        "scene/articulation.py", "matrices[:, :3, 3] = positions",
+        "matrices[:, :3, 3] = positions + [0.5, 0, 0]", (FRAMES,),
     ),
     "teleports are driven across": Fault(
-        "motion/pieces.py", "lengths > reach + TELEPORT_SLACK", "lengths > reach + 1e9",
-        ("tests/unit/motion",),
+        "motion/pieces.py", "(lengths > reach + slack) | thrown", "lengths > 1e9",
+        ("tests/unit/motion/test_pieces.py", STIFF),
     ),
     "dashes begin without half a gap": Fault(
         "shapes/bands.py", "self.stations[0] + 0.5 * gap", "self.stations[0] + 0.9 * gap",
@@ -104,6 +105,33 @@ FAULTS = {
         "return Choice(near & ~hero, shown & ~near & (distance > NEAR_END), hero)",
         ("tests/property/test_needs_properties.py",),
     ),
+    # Bodies on their path.
+    "trailers follow a tangent, not the path": Fault(
+        "scene/articulation.py", "heading = _unit(ahead - behind)",
+        "heading = _unit(ahead - _points(path, spacing, place - 0.5 * (second - first)))",
+        ("tests/unit/scene/test_articulation.py",),
+    ),
+    "outer wheels turn no faster than inner ones": Fault(
+        "scene/rolling.py", "places = np.stack([_places(units, hub) for hub in hubs], axis=1)",
+        "places = np.stack([units[:, hub.unit, :3, 3] for hub in hubs], axis=1)",
+        ("tests/unit/scene/test_rolling.py",),
+    ),
+    "wheels roll backwards": Fault(
+        "scene/drawing.py", "[[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]]",
+        "[[ct, 0.0, -st], [0.0, 1.0, 0.0], [st, 0.0, ct]]", ("tests/unit/scene/test_rolling.py",),
+    ),
+    "brake lamps have one threshold": Fault(
+        "scene/derived_lamps.py", "leaves = (change > -_RELEASES * lost)", "leaves = (change > -lost)",
+        ("tests/unit/scene/test_derived_lamps.py",),
+    ),
+    "bodies roll into the bend": Fault(
+        "scene/sway.py", "roll = springs.roll *", "roll = -springs.roll *",
+        ("tests/unit/scene/test_sway.py",),
+    ),
+    "a block of frames shows its first time": Fault(
+        "scene/presence.py", "column = int(np.searchsorted(block.times, time))", "column = 0",
+        ("tests/unit/scene/test_presence.py",),
+    ),
     # Law 3: what shines by day and by night.
     "lamps count as lit by day": Fault(
         "scene/darkness.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
@@ -121,7 +149,8 @@ FAULTS = {
         'if "head" not in roles:', (f"{DARK}::{BY_DAY}",),
     ),
     "moving vehicles are unlit by night": Fault(
-        "scene/vehicle_lights.py", "set(_AT_NIGHT) if self.dark else set()", "set()",
+        "scene/vehicle_lights.py", "_AT_NIGHT if self.dark else frozenset[str]()",
+        "frozenset[str]()",
         (f"{DARK}::test_by_night_whoever_drives_is_lit",),
     ),
     "plain bodies have no lamps": Fault(
@@ -180,6 +209,54 @@ FAULTS = {
     "what is 5 cm from the eye is cut open": Fault(
         "render/entries.py", '"near_clip": 0.001', '"near_clip": 0.05',
         ("tests/statistical/test_stability_cameras.py",),
+    ),
+    # Motion.
+    "vehicles may roll back between samples": Fault(
+        "motion/curves.py", "return np.clip(slopes, 0.0, 3.0 * np.minimum(",
+        "return slopes + 0.0 * np.clip(slopes, 0.0, 3.0 * np.minimum(", (STIFF, DRIVES),
+    ),
+    "Euler speeds are taken for rates": Fault(
+        "motion/setting.py", "return off < _EXACT and off < 0.3 * even", "return False",
+        (STIFF, DRIVES),
+    ),
+    "lanes are changed in half a second": Fault(
+        "motion/lane_path.py", "CHANGE_TIME = 4.0", "CHANGE_TIME = 0.5", (DRIVES,),
+    ),
+    "lanes are changed at walking pace as on a motorway": Fault(
+        "motion/lane_path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
+    ),
+    "places on lanes are measured on the map": Fault(
+        "motion/ways.py", "np.diff(lane.shape, axis=0)", "np.diff(lane.shape[:, :2], axis=0)",
+        (MANOEUVRES,),
+    ),
+    "bodies follow their fronts at half their length": Fault(
+        "motion/body.py", "chords(driven, setting.length)", "chords(driven, 0.5 * setting.length)",
+        (MANOEUVRES,),
+    ),
+    "rear axles are at the rear bumper": Fault(
+        "motion/headings.py", "_AXLE = 0.78", "_AXLE = 1.0", (MANOEUVRES,),
+    ),
+    "bodies turn as fast as corners do": Fault(
+        "motion/headings.py", "FASTEST_TURN = np.radians(130.0)", "FASTEST_TURN = 1e4",
+        (STIFF, MANOEUVRES),
+    ),
+    "corners are not rounded": Fault(
+        "motion/track.py", "TIGHTEST, WIDEST = 2.25, 10.0", "TIGHTEST, WIDEST = 0.05, 0.1",
+        (MANOEUVRES,),
+    ),
+    "who parks jumps aside": Fault(
+        "motion/manoeuvres.py", "PARKING_TIME = 3.0", "PARKING_TIME = 0.1", (MANOEUVRES,),
+    ),
+    "who backs up turns round": Fault(
+        "motion/manoeuvres.py", "_BACKING = 0.15", "_BACKING = 1e9", (MANOEUVRES,),
+    ),
+    "walls are driven up": Fault(
+        "motion/headings.py", "STEEPEST = np.radians(30.0)", "STEEPEST = np.radians(89.0)",
+        (MANOEUVRES,),
+    ),
+    "the margin of the window is too short": Fault(
+        "motion/__init__.py", "MARGIN = 12.0", "MARGIN = 0.5",
+        ("tests/property/test_motion_laws.py::test_the_asked_window_changes_nothing",),
     ),
 }  # fmt: skip
 

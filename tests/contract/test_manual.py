@@ -8,7 +8,9 @@ from types import ModuleType
 
 from sumo3dviz_pt.job import Job, Quality
 
-COMMANDS = ("demo", "init", "check", "still", "render", "develop", "converge", "report", "doctor")
+COMMANDS = (
+    "demo", "init", "check", "still", "render", "develop", "converge", "report", "motion", "doctor",
+)  # fmt: skip
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 

@@ -210,3 +210,16 @@ def test_the_cap_leaves_lamps_that_are_seen():
     pixel = (2.0 * np.tan(view.fov / 2.0) / 128) ** 2
     candelas = float(radiance.sum(axis=(0, 1)) @ LUMINANCE) * pixel * CANDELAS_PER_UNIT * 20.0**2
     assert candelas == pytest.approx(50.0, rel=0.1)
+
+
+def test_lamps_smaller_than_a_pixel_do_not_go_on_and_off():
+    """With four samples each lens was seen by none in every other frame."""
+    quality = FINE.model_copy(update={"cap": 40.0, "spp": 4, "pass_spp": 4})
+    view = view_at([20.0, 0.0, HEAD], heading=-90, fov=60)
+    shown = []
+    with session_of(night([plane(30.0)]), size=(64, 36), quality=quality, white=1e-4) as opened:
+        for seed in range(8):
+            opened.retune(quality, seed=seed)
+            shown.append(opened.render(frame_of(view, movers=[car()])).radiance.sum())
+    assert min(shown) > 0.4 * np.mean(shown)
+    assert np.std(shown) < 0.4 * np.mean(shown)

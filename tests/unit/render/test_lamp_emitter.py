@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lamps import Lobe
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.render.lamp_emitter import (
-    Glow,
-    axes_of,
-    cells_for,
-    faces_of,
-    lobe_row,
-    nearness,
-    picked,
-)
+from sumo3dviz_pt.render.lamp_emitter import axes_of, faces_of, lobe_row
+from sumo3dviz_pt.render.lamp_picks import Glow, cells_for, nearness, picked
 
 EVEN = Lobe()
 
@@ -59,14 +54,35 @@ def test_where_a_lamp_is_near_it_is_picked():
     assert cells[0, -1] == pytest.approx(0.5) and (cells > 0.0).all()
 
 
+def test_what_lies_behind_a_lamp_is_rarely_lit_by_it_but_may_be():
+    places = [(0.0, 0.0, 0.7), (0.5, 0.0, 0.7)]
+    back_to_back = replace(
+        glow((1.0, 1.0), areas=(1.0, 1.0), lamps=(0, 1), places=places),
+        axes=np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
+    )
+    _, chance = picked(back_to_back, np.array([-40.0, -40.0]), 80.0 / cells_for(2))
+    cells = shares(chance)[:, 0].reshape(cells_for(2), -1)
+    middle = len(cells) // 2
+    assert cells[middle, 0] > 0.9 and cells[middle, -1] < 0.1 and (cells > 0.0).all()
+
+
+@pytest.mark.parametrize("dark", [(0,), (2,), (0, 1), (1, 3), (0, 2, 3)])
+def test_dark_units_between_lit_ones_are_never_picked(dark):
+    radiance = np.where(np.isin(np.arange(4), dark), 0.0, 1.0)
+    shining = glow(radiance, areas=(1.0,) * 4, lamps=range(4))
+    density, chance = picked(shining, np.array([-40.0, -40.0]), 5.0)
+    assert not density[:, dark].any() and not shares(chance)[:, dark].any()
+    np.testing.assert_allclose(shares(chance), density)
+
+
 def test_dark_lamps_have_no_density():
     density, chance = picked(glow((0.0, 0.0)), np.zeros(2), 1.0)
     assert not density.any() and (chance == 1.0).all()
 
 
 def test_tables_stay_small():
-    assert cells_for(1) == 16 and cells_for(10**7) == 1
-    assert all(cells_for(n) ** 2 * n <= 4e5 for n in (10, 1_000, 9_000, 300_000))
+    assert cells_for(1) == 64 and cells_for(10**7) == 1
+    assert all(cells_for(n) ** 2 * n <= 2e6 for n in (10, 1_000, 9_000, 300_000))
 
 
 @pytest.mark.parametrize("lobe", [Lobe(), Lobe(0.06, 40.0), Lobe(3.0, 4.0), Lobe(0.2, 1e-9)])

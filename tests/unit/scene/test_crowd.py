@@ -15,7 +15,7 @@ from sumo3dviz_pt.scene.needs import Gaze
 
 CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/hero", *(["sedan/wheel"] * 4)))
 TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))
-WALKER = Drawn("walker", ("walker",), ("walker",), posed=True)
+WALKER = Drawn("walker", (), ("walker",), posed=("walker",))
 
 
 def frames_of(positions, *, alive=None, times=1):
@@ -54,6 +54,27 @@ def test_units_need_a_slot_each():
 def test_who_takes_poses_is_not_instanced():
     plan = plan_crowd([WALKER, CAR], frames_of([(50.0, 0, 0), (60.0, 0, 0)]))
     assert plan.slots.posed == {"walker": 1} and plan.slots.near == {"sedan": 1}
+
+
+def test_what_joins_units_takes_poses_in_full_detail_too():
+    hero = ("front/hero", "front/wheel", "rear/hero", "rear/wheel")
+    bus = Drawn("bus", ("front", "rear"), ("front", "rear", "fold"), hero, ("fold",), 18.0)
+    plan = plan_crowd([bus] * 3, frames_of([(12.0, 0, 0), (60.0, 0, 0), (600.0, 0, 0)]))
+    assert plan.slots.posed == {"fold": 2}
+    assert plan.slots.far == {"front": 1, "rear": 1, "fold": 1}
+    assert plan.slots.near["front"] == plan.slots.near["front/hero"] == 1
+
+
+def test_a_train_is_seen_after_its_front_has_gone():
+    """Its front is 150 m behind the camera, its last carriage before it."""
+    gone = frames_of([(-150.0, 4.0, 0.0)])
+    long = Drawn("train", ("engine",), ("engine",), length=200.0)
+    assert plan_crowd([long], gone).slots.near == {"engine": 1}
+    assert plan_crowd([TRAIN], gone).slots.near == {}
+    # And it is drawn in detail while its rear is near.
+    away = frames_of([(330.0, 4.0, 0.0)])
+    assert plan_crowd([long], away).slots.near == {"engine": 1}
+    assert plan_crowd([TRAIN], away).slots.far == {"engine": 1, "car": 2}
 
 
 def test_room_is_for_the_most_at_once_not_for_all():

@@ -6,7 +6,7 @@ from builders import cube
 
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import Mover, Poses, Prototype
-from sumo3dviz_pt.scene.drawing import Assembly, Unit
+from sumo3dviz_pt.scene.drawing import Assembly, Stance, Unit
 from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 AXLES = (WheelPlace((-0.8, 0.7, 0.3), 0.3, steered=True), WheelPlace((-3.2, -0.7, 0.3), 0.3))
@@ -25,7 +25,7 @@ def test_a_single_body_is_the_whole():
     whole = whole_at((1.0, 1.0, 1.0))
     assembly = Assembly("cube", (Unit(cube()),))
     assert assembly.drawn.near == assembly.drawn.far == ("cube",)
-    assert assembly.drawn.hero == () and not assembly.drawn.posed
+    assert assembly.drawn.hero == () and assembly.drawn.posed == ()
     (drawn,) = assembly.movers(whole)
     assert (drawn.prototype, drawn.part, drawn.lit) == ("cube", "", whole.lit)
     np.testing.assert_array_equal(drawn.world_from_body.matrix, whole.world_from_body.matrix)
@@ -110,4 +110,18 @@ def test_bodies_with_poses_are_told_apart():
     plain = cube("walker")
     still = np.zeros((3, 8, 3))
     walker = Prototype("walker", plain.parts, plain.far, poses=Poses(still, still))
-    assert Assembly("walker", (Unit(walker),)).drawn.posed
+    drawn = Assembly("walker", (Unit(walker),)).drawn
+    assert (drawn.near, drawn.posed, drawn.far) == ((), ("walker",), ("walker",))
+
+
+def test_bodies_sway_and_their_wheels_do_not():
+    assembly = Assembly("cube", (Unit(cube(), wheels=AXLES),))
+    whole = whole_at((1.0, 1.0, 1.0))
+    still = list(assembly.movers(whole, hero=True))
+    sway = Transform.from_pose((0.0, 0.0, 0.0), pitch=0.02).matrix[None]
+    turned = np.array([[0.5, 0.2], [0.5, 0.0]])
+    moved = list(assembly.movers(whole, hero=True, stance=Stance(sway=sway, wheels=turned)))
+    assert not np.allclose(moved[0].world_from_body.matrix, still[0].world_from_body.matrix)
+    for before, after in zip(still[1:], moved[1:], strict=True):
+        np.testing.assert_allclose(after.world_from_body.position, before.world_from_body.position)
+        assert not np.allclose(after.world_from_body.matrix, before.world_from_body.matrix)

@@ -8,6 +8,7 @@ import pytest
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.scene.derived_lamps import DerivedLamps
 from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -20,14 +21,14 @@ def trace(bits=-1, *, name="a", kind="vehicle"):
     return Trace(name, kind, "", times, np.zeros((3, 3)), ones, ones, ones, signals * 0, signals)
 
 
-def lit(bits=-1, *, dark=False, time=1.0, speed=10.0, acceleration=0.0):
+def lit(bits=-1, *, dark=False, time=1.0, derived=()):
     lights = vehicle_lights([trace(bits)], dark=dark, seed=3)
-    return lights.lit("vehicle:a", time, speed=speed, acceleration=acceleration)
+    spans = dict.fromkeys(derived, ((0.0, 100.0),))
+    return lights.lit("vehicle:a", time, derived=lambda: DerivedLamps(spans))
 
 
 def test_by_day_nothing_shines_without_a_reason():
     assert lit() == frozenset()
-    assert lit(acceleration=0.5) == frozenset()
 
 
 def test_by_night_everybody_has_lights_on():
@@ -35,13 +36,15 @@ def test_by_night_everybody_has_lights_on():
     assert {"head", "tail"} <= lit(0, dark=True), "whatever the log says"
 
 
-@pytest.mark.parametrize(("speed", "acceleration"), [(10, -2.0), (0.0, 0.0), (0.1, 0.3)])
-def test_who_slows_down_or_stands_brakes(speed, acceleration):
-    assert "brake" in lit(speed=speed, acceleration=acceleration)
+def test_where_the_log_says_nothing_the_motion_does():
+    assert lit(derived=["brake", "reverse"]) == {"brake", "reverse"}
+    assert lit(dark=True, derived=["brake"]) > {"brake", "tail"}
+    shown = [lit(derived=["left"], time=t) for t in np.arange(0.0, 2.0, 0.01)]
+    assert {frozenset(), frozenset(["left"])} == set(shown)
 
 
 def test_the_log_knows_better():
-    assert "brake" not in lit(0, acceleration=-5.0)
+    assert "brake" not in lit(0, derived=["brake"])
     assert "brake" in lit(8)
     assert lit([0, 8, 0], time=1.2) == {"brake"}
     assert lit([0, 8, 0], time=0.9) == frozenset()
@@ -58,6 +61,22 @@ def test_indicators_blink():
     both = [lit(4, time=t) for t in times]
     assert all(("left" in roles) == ("right" in roles) for roles in both)
     assert any("left" in roles for roles in both)
+
+
+def test_blue_lamps_flash_twice_and_only_as_logged():
+    times = np.arange(0.0, 10.0, 0.01)
+    shown = np.array(["blue" in lit(2048, time=t) for t in times])
+    assert shown.mean() == pytest.approx(0.4, abs=0.02)
+    assert np.count_nonzero(np.diff(shown)) == pytest.approx(80, abs=2)
+    assert "blue" not in lit(8192 + 4096)
+
+
+def test_a_later_vehicle_with_the_same_id_has_its_own_log():
+    later = trace(8)
+    lights = vehicle_lights([trace(0), later], dark=False, seed=3)
+    none = DerivedLamps({})
+    assert lights.lit("vehicle:a", 1.0, derived=lambda: none) == frozenset()
+    assert lights.lit("vehicle:a#2", 1.0, derived=lambda: none) == {"brake"}
 
 
 def body(*roles):

@@ -129,22 +129,23 @@ def test_leaves_are_finer_before_cameras_only(away, finer):
 
 def test_rails_stand_beside_fast_roads_where_the_scenario_has_no_fences():
     network = road()
-    rails = guard_rails(network, [PAVED], (), around=around(network))
+    rails = guard_rails(network, [PAVED], (), around=around(network)).polygons
     points = np.concatenate([rail.shape for rail in rails])
     away = shapely.distance(PAVED, shapely.points(points))
     assert away.min() > 0.9 * OFF
     assert away.max() < 1.1 * OFF
     assert points[:, 1].min() < 0.0 < points[:, 1].max()
     own = Polygon("f", "fence", points[:2], False, None, "fences.add.xml")
-    assert guard_rails(network, [PAVED], (own,), around=around(network)) == ()
-    slow = road(13.9, 2)
-    assert guard_rails(slow, [PAVED], (), around=around(slow)) == ()
+    for where, polygons, why in ((network, (own,), "of its own"), (road(13.9, 2), (), "no fast")):
+        none = guard_rails(where, [PAVED], polygons, around=around(where))
+        assert none.polygons == ()
+        assert [(item.what, why in item.why) for item in none.left_out] == [("guard rails", True)]
 
 
 def test_rails_leave_gaps_where_ramps_join():
     ramp = shapely.box(40.0, -40.0, 48.0, 0.0)
     network = road()
-    for rail in guard_rails(network, [PAVED, ramp], (), around=around(network)):
+    for rail in guard_rails(network, [PAVED, ramp], (), around=around(network)).polygons:
         assert shapely.LineString(rail.shape).distance(ramp) > 0.9 * OFF
 
 

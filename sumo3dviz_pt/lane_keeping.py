@@ -1,0 +1,102 @@
+"""Where road users are in their lanes, as logged and as shown."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.motion import measures
+
+_ASIDE = ("lane change", "parking", "reversing", "teleport", "gap")
+"""Where a smoother's remarks say that it leaves the lanes' centres on purpose."""
+
+_INSIDE = 2
+"""A way through a junction has at most so many internal lanes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaneKeeping:
+    """The lanes of a network, and how they follow one another.
+
+    Attributes:
+        network: The roads.
+        names: That the samples' lanes index.
+        after: Lanes that follow each lane, internal ones first.
+    """
+
+    network: Network
+    names: Sequence[str]
+    after: Mapping[str, frozenset[str]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Index the connections."""
+        found: dict[str, set[str]] = defaultdict(set)
+        for connection in self.network.connections:
+            found[connection.from_lane] |= {connection.via, connection.to_lane} - {""}
+        object.__setattr__(self, "after", {name: frozenset(some) for name, some in found.items()})
+
+    def lanes_of(self, trace: Trace) -> list[Lane]:
+        """The lanes that a road user is logged on, and those inside junctions between them."""
+        numbers = np.unique(trace.lanes)
+        between = {self.names[number] for number in numbers.tolist() if number >= 0}
+        for _ in range(_INSIDE):
+            onward = (self.after.get(name, frozenset()) for name in between)
+            between |= {name for some in onward for name in some if name.startswith(":")}
+        return [self.network.lanes[name] for name in sorted(between) if name in self.network.lanes]
+
+    def strays(self, trace: Trace, trajectory: Trajectory, times: Floats, places: Floats) -> Floats:
+        """How much farther from the lanes' centres the front is than the samples around it.
+
+        Args:
+            trace: The samples.
+            trajectory: Its motion, for its remarks.
+            times: (n,) [s].
+            places: The front at those times, (n, 2) [m].
+
+        Returns:
+            (n,) [m], at least 0; NaN in changes of lanes, and where the log does not tell
+            on which lanes it was.
+        """
+        found = np.full(len(times), np.nan)
+        lines = [lane.shape[:, :2] for lane in self.lanes_of(trace)]
+        if len(trace.times) < 2 or not lines:
+            return found
+        logged = np.abs(measures.offsets(trace.positions[:, :2], lines))
+        step = np.clip(np.searchsorted(trace.times, times, side="right") - 1, 0, len(logged) - 2)
+        asked = self._linked(trace)[step] & ~_aside(trajectory, times)
+        shown = np.abs(measures.offsets(places[asked], lines))
+        around = np.maximum(logged[:-1], logged[1:])[step[asked]]
+        found[asked] = np.maximum(shown - around, 0.0)
+        return found
+
+    def _linked(self, trace: Trace) -> Bools:
+        """Which steps between samples stay on a lane or lead to the next, (n - 1,)."""
+        known = [self._follows(a, b) for a, b in pairwise(trace.lanes.tolist())]
+        return np.array(known, dtype=np.bool_)
+
+    def _follows(self, first: int, last: int) -> bool:
+        """Whether a lane leads to another with nothing but a junction between."""
+        if min(first, last) < 0:
+            return False
+        if first == last:
+            return True
+        after, goal = self.after.get(self.names[first], frozenset()), self.names[last]
+        inner = (self.after.get(name, frozenset()) for name in after if name.startswith(":"))
+        return goal in after or any(goal in some for some in inner)
+
+
+def _aside(trajectory: Trajectory, times: Floats) -> Bools:
+    """Which times lie in remarks that lead away from the centre of a lane, (n,)."""
+    found = np.zeros(len(times), dtype=np.bool_)
+    for remark in trajectory.remarks:
+        if remark.kind in _ASIDE:
+            found |= (times >= remark.begin) & (times <= remark.end)
+    return found

@@ -1,0 +1,125 @@
+"""How often paths aim at which lamp: by what it gives to the place that is lit.
+
+Tables by cell of a grid around what the eye sees, so that a renderer can read them at any
+place. Cells of vehicles' lamps are three metres wide: with cells of twelve, the road at a
+metre behind a brake lamp got its light from one sample in a hundred, and the firefly cap
+took a sixth of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.scene import View
+
+_MOST_CELLS = 64
+_ROOM = 2_000_000  # numbers in a table by cell and unit
+_WIDE = 192.0  # side of the grid [m]
+_AHEAD = 60.0  # from the eye to its middle [m]
+_NEAR = 30.0  # from here on, a lamp's light matters less the smaller it is in the picture [m]
+_AROUND = 12.0  # lamps this far outside the picture still light what is in it [m]
+_OUTSIDE = 0.1
+_LEAST = 1.0  # distance of lamps and what they light, at least [m]
+_BEHIND = 0.03
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Glow:
+    """The lamps of a mesh in one frame.
+
+    Attributes:
+        radiance: On the axis, (lamps, 3).
+        axes: Unit, (lamps, 3).
+        lobes: Floor, sharpness and flux as in `model.lamps.Lobe`, (lamps, 3).
+        areas: Of the units, (m,) [m2].
+        lamp_of_unit: Which lamp each unit belongs to, (m,).
+        places: Of the units, (m, 3) [m].
+    """
+
+    radiance: Floats
+    axes: Floats
+    lobes: Floats
+    areas: Floats
+    lamp_of_unit: Ints
+    places: Floats
+
+    @property
+    def power(self) -> Floats:
+        """What units give, mean of the channels, (m,)."""
+        given = (self.radiance.mean(axis=1) * self.lobes[:, 2])[self.lamp_of_unit] * self.areas
+        # Broken radiances must be found, and be counted in the picture.
+        return np.asarray(np.nan_to_num(given, nan=1.0, posinf=1e3))
+
+
+def cells_for(units: int) -> int:
+    """Rows and columns of the grid for so many units."""
+    return int(np.clip(np.sqrt(_ROOM / units), 1, _MOST_CELLS))
+
+
+def share_of(lumens: float) -> float:
+    """How often paths aim at what gives a picture so much light [lm], against a night sky.
+
+    Noise is least where an emitter's share of the picks follows the root of its second
+    moment. Small lamps light little, but nearly alone, so it grows with the root of their
+    light.
+    """
+    return float(np.sqrt(min(max(lumens, 0.0), 1e9) / 1250.0))
+
+
+def grid_of(view: View, cells: int) -> tuple[Floats, float]:
+    """Lowest corner of the grid around what a view sees, (2,), and a cell's side [m]."""
+    forward = view.world_from_camera.matrix[:2, 0]
+    return view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells
+
+
+def picked(glow: Glow, corner: Floats, step: float) -> tuple[Floats, Floats]:
+    """How points are picked, by cell and unit: density [1/m2] and summed chance, (c * c, m).
+
+    Args:
+        glow: The lamps.
+        corner: Lowest one of the grid, (2,) [m].
+        step: A cell's side [m].
+    """
+    cells, units = cells_for(len(glow.areas)), len(glow.areas)
+    lit = np.flatnonzero(glow.power > 0.0)
+    density, chance = np.zeros((cells**2, units)), np.ones((cells**2, units))
+    if not len(lit):
+        return density, chance
+    given = _given(glow, lit, corner + (np.arange(cells) + 0.5)[:, None] * step, step)
+    given /= given.sum(axis=1, keepdims=True)
+    density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
+    summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(given, axis=1)], axis=1)
+    # Units between lit ones add nothing.
+    before = np.searchsorted(lit, np.arange(units), side="right")
+    np.take(summed / summed[:, -1:], before, axis=1, out=chance)
+    return density, chance
+
+
+def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
+    """What units give to cells, (c * c, m): power over squared distance, less behind them.
+
+    Args:
+        glow: The lamps.
+        units: Which, (m,).
+        middles: Of columns and rows, (c, 2) [m].
+        step: A cell's side [m].
+    """
+    x, y = (middles[:, k, None] - glow.places[units, k] for k in (0, 1))
+    away = y[:, None] ** 2 + x[None] ** 2 + (0.5 * step + _LEAST) ** 2
+    axes = glow.axes[glow.lamp_of_unit[units]]
+    cosine = (y[:, None] * axes[:, 1] + x[None] * axes[:, 0]) / np.sqrt(away)
+    # Cells are wide, and what stands in them is high: nothing is sure to lie behind a lamp.
+    facing = _BEHIND + np.clip(0.5 + 2.0 * cosine, 0.0, 1.0)
+    return np.asarray((glow.power[units] * facing / away).reshape(len(middles) ** 2, -1))
+
+
+def nearness(places: Floats, view: View) -> Floats:
+    """How large the light of lamps at places, (n, 3) [m], is in a picture, (n,), in (0, 1]."""
+    seen = (places - view.position) @ view.world_from_camera.matrix[:3, :3]
+    room = 1.15 * np.tan(view.fov / 2.0) * np.maximum(seen[:, 0], 0.0) + _AROUND
+    inside = (seen[:, 0] > -_AROUND) & (np.abs(seen[:, 1]) < room)
+    large = 1.0 / (1.0 + np.linalg.norm(seen, axis=1) / _NEAR)
+    return np.asarray(np.where(inside, large, _OUTSIDE * large))

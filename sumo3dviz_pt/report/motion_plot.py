@@ -1,0 +1,319 @@
+"""Draws how one road user moves: on the map, and over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.report.plots import PALETTE, new_figure, save_figure
+
+_SHOWN, _LOGGED = PALETTE[0], PALETTE[3]
+_ACROSS = PALETTE[2]
+_COLOURS: Mapping[str, str] = MappingProxyType(
+    {
+        "lane change": PALETTE[5],
+        "parking": PALETTE[1],
+        "reversing": PALETTE[4],
+        "no lanes": "0.55",
+        "no way": "#b3a000",
+        "off lane": "#8c564b",
+        "gap": "0.25",
+        "teleport": "0.25",
+        "steep": "#7b4fb5",
+    }
+)
+_OTHER = "#7b4fb5"
+_MOST_BODIES = 40
+_MOST_LABELS = 7
+_ROOM = 12.0
+"""Road round the path at least [m]."""
+
+_WIDE = 1.7
+"""A map so much wider than high lies above the panels instead of beside them."""
+
+_FINE = 300.0
+"""On a map that is no larger than this, lanes can be told apart [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """A road user's values over time, as shown or as logged.
+
+    Attributes:
+        times: (n,) [s].
+        places: Of the front, (n, 2) [m].
+        yaws: (n,) [rad].
+        speeds: (n,) [m/s].
+        offsets: From the centre of the lane, to the left, (n,) [m].
+        accelerations: Along the path, (n,) [m/s2]; empty where unknown.
+        sideways: Across the path, to the left, (n,) [m/s2]; likewise.
+    """
+
+    times: Floats
+    places: Floats
+    yaws: Floats
+    speeds: Floats
+    offsets: Floats
+    accelerations: Floats
+    sideways: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Road:
+    """A lane to draw.
+
+    Attributes:
+        shape: Centre line, (n, 2) [m].
+        width: [m].
+        inside: Whether it lies inside a junction.
+    """
+
+    shape: Floats
+    width: float
+    inside: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """What there is to draw of a road user.
+
+    Attributes:
+        title: Who it is.
+        subtitle: What is shown of it.
+        shown: As displayed.
+        logged: The samples.
+        roads: Lanes near it.
+        remarks: What was noticed.
+        size: Length and width of the body [m].
+    """
+
+    title: str
+    subtitle: str
+    shown: Course
+    logged: Course
+    roads: Sequence[Road]
+    remarks: Sequence[Remark]
+    size: tuple[float, float]
+
+
+def motion_plot(drive: Drive, path: Path) -> None:
+    """Write the picture of a drive.
+
+    Args:
+        drive: What to draw.
+        path: The PNG to write.
+    """
+    low, high = _extent(drive)
+    width, height = (high - low).tolist()
+    figure = new_figure(14.0, 8.4)
+    figure.suptitle(drive.title, x=0.008, ha="left", fontsize=14, weight="bold")
+    if width > _WIDE * height:
+        grid = figure.add_gridspec(3, 2, height_ratios=(1.35, 1.0, 1.0))
+        place, panels = grid[0, :], [grid[row, column] for column in (0, 1) for row in (1, 2)]
+    else:
+        grid = figure.add_gridspec(4, 2, width_ratios=(1.1, 1.0))
+        place, panels = grid[:, 0], [grid[row, 1] for row in range(4)]
+    _draw_map(figure.add_subplot(place), drive, low, high)
+    axes = [figure.add_subplot(panels[0])]
+    axes += [figure.add_subplot(panel, sharex=axes[0]) for panel in panels[1:]]
+    _draw_panels(axes, drive)
+    handles = _shade(axes, drive)
+    handles = [*axes[0].get_legend_handles_labels()[0], *handles]
+    figure.legend(handles=handles, loc="outside lower right", ncols=8, frameon=False, fontsize=9)
+    save_figure(figure, path)
+
+
+# The map ----------------------------------------------------------------------------------
+
+
+def _extent(drive: Drive) -> tuple[Floats, Floats]:
+    """Corners of what the map must show, (2,) each [m]: the path with some road round it."""
+    places = np.concatenate([drive.shown.places, drive.logged.places])
+    places = places[np.isfinite(places).all(axis=1)]
+    low, high = places.min(axis=0), places.max(axis=0)
+    room = max(0.06 * float((high - low).max()), _ROOM)
+    return low - room, high + room
+
+
+def _draw_map(axis: Any, drive: Drive, low: Floats, high: Floats) -> None:
+    """Lanes, path, samples and bodies seen from above."""
+    shown, logged = drive.shown, drive.logged
+    fine = bool((high - low).max() < _FINE)
+    _draw_roads(axis, drive.roads, fine=fine)
+    _draw_bodies(axis, drive)
+    axis.plot(*shown.places.T, color=_SHOWN, lw=1.8, zorder=4, solid_joinstyle="round")
+    for remark in drive.remarks:
+        inside = (shown.times >= remark.begin - 0.02) & (shown.times <= remark.end + 0.02)
+        colour = _COLOURS.get(remark.kind, _OTHER)
+        axis.plot(*shown.places[inside].T, color=colour, lw=5, alpha=0.45, zorder=3)
+    dot = {"ms": 4.5, "mew": 0.6, "mec": "white"} if fine else {"ms": 2.2, "mew": 0.0}
+    axis.plot(*logged.places.T, "o", color=_LOGGED, zorder=5, **dot)
+    _label_times(axis, logged)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.update_datalim(np.stack([low, high]))
+    axis.margins(0.0)
+    axis.ticklabel_format(useOffset=False, style="plain")
+    axis.set(xlabel="x [m]", ylabel="y [m]")
+    axis.set_title(drive.subtitle, loc="left", fontsize=10)
+    axis.set_facecolor("#f6f7f4")
+
+
+def _draw_roads(axis: Any, roads: Sequence[Road], *, fine: bool) -> None:
+    """Lanes as bands, with their edges and centre lines where they can be told apart."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    for inside, colour in ((True, "#dcdcdc"), (False, "#cfcfcf")):
+        bands = [_band(road) for road in roads if road.inside == inside]
+        edge = "none" if inside else "white" if fine else colour
+        filled = PolyCollection(bands, fc=colour, ec=edge, lw=0.7, zorder=1)
+        axis.add_collection(filled, autolim=False)
+    if fine:
+        lines = LineCollection([road.shape for road in roads], colors="0.6", lw=0.6, zorder=2)
+        lines.set_linestyle((0, (4, 3)))
+        axis.add_collection(lines, autolim=False)
+
+
+def _band(road: Road) -> Floats:
+    """A lane's outline, (n, 2) [m]."""
+    along = np.gradient(road.shape, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    side = 0.5 * road.width * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return np.concatenate([road.shape + side, (road.shape - side)[::-1]])
+
+
+def _draw_bodies(axis: Any, drive: Drive) -> None:
+    """Some outlines of the body, at the times of samples."""
+    from matplotlib.collections import PolyCollection
+
+    shown = drive.shown
+    every = max(1, -(-len(drive.logged.times) // _MOST_BODIES))
+    places = np.searchsorted(shown.times, drive.logged.times[::every] - 1e-6)
+    places = np.unique(places[places < len(shown.times)])
+    length, width = drive.size
+    corners = np.array([[0, 1], [0, -1], [-2, -1], [-2, 1]]) * [length / 2, width / 2]
+    boxes = []
+    for place in places[np.isfinite(shown.yaws[places])].tolist():
+        cosine, sine = np.cos(shown.yaws[place]), np.sin(shown.yaws[place])
+        turn = np.array([[cosine, sine], [-sine, cosine]])
+        boxes.append(corners @ turn + shown.places[place])
+    colour = (*_rgb(_SHOWN), 0.13)
+    filled = PolyCollection(boxes, fc=colour, ec=_SHOWN, lw=0.6, zorder=3)
+    axis.add_collection(filled, autolim=False)
+
+
+def _rgb(colour: str) -> tuple[float, float, float]:
+    from matplotlib.colors import to_rgb
+
+    red, green, blue = to_rgb(colour)
+    return red, green, blue
+
+
+def _label_times(axis: Any, logged: Course) -> None:
+    """Clock times beside some samples that lie apart."""
+    ways = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(logged.places, axis=0), axis=1))]
+    )
+    wanted = np.linspace(0.0, ways[-1], _MOST_LABELS)
+    chosen = np.unique(np.clip(np.searchsorted(ways, wanted), 0, len(ways) - 1))
+    if ways[-1] < 1.0:
+        chosen = chosen[:1]
+    for place in chosen.tolist():
+        axis.annotate(
+            f"{logged.times[place]:g} s", logged.places[place], (7, 7), fontsize=8, zorder=6,
+            textcoords="offset points", path_effects=_halo(), color="0.15",
+        )  # fmt: skip
+
+
+def _halo() -> list[Any]:
+    """A white rim that keeps labels legible."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=2.5, foreground="white")]
+
+
+# Over time --------------------------------------------------------------------------------
+
+
+def _draw_panels(axes: Sequence[Any], drive: Drive) -> None:
+    """Speed, acceleration, heading and place in the lane over time."""
+    shown, logged = drive.shown, drive.logged
+    dots = {"ls": "", "marker": ".", "ms": 5, "mew": 0, "color": _LOGGED, "zorder": 4}
+    speed, push, heading, offset = axes
+    speed.plot(shown.times, shown.speeds, color=_SHOWN, lw=1.5, label="shown")
+    speed.plot(logged.times, logged.speeds, label="logged", **dots)
+    push.plot(shown.times, shown.accelerations, color=_SHOWN, lw=1.3, label="along")
+    push.plot(shown.times, shown.sideways, color=_ACROSS, lw=1.1, label="to the left")
+    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.99), "borderaxespad": 0.0}
+    push.legend(frameon=False, fontsize=8.5, ncols=2, **above)
+    turned = _unwrapped(shown.yaws)
+    heading.plot(shown.times, np.degrees(turned), color=_SHOWN, lw=1.5)
+    heading.plot(logged.times, np.degrees(_beside(logged, shown, turned)), **dots)
+    offset.plot(shown.times, _broken(shown.offsets), color=_SHOWN, lw=1.5)
+    offset.plot(logged.times, logged.offsets, **dots)
+    titles = ("speed [m/s]", "acceleration [m/s²]", "heading [deg, from east]",
+              "left of the lane's centre [m]")  # fmt: skip
+    for axis, title, least in zip(axes, titles, (2.0, 2.0, 4.0, 1.0), strict=True):
+        axis.set_title(title, loc="left", fontsize=9.5, pad=3)
+        axis.grid(visible=True, alpha=0.3, lw=0.6)
+        axis.tick_params(labelsize=8.5)
+        axis.ticklabel_format(useOffset=False)
+        axis.margins(x=0.01)
+        _widen(axis, least)
+    speed.set_ylim(bottom=min(0.0, speed.get_ylim()[0]) - 0.02 * speed.get_ylim()[1])
+    for axis in axes:
+        last = axis.get_subplotspec().is_last_row()
+        axis.tick_params(labelbottom=last)
+        axis.set_xlabel("time [s]" if last else "")
+
+
+def _widen(axis: Any, least: float) -> None:
+    """Show at least so much, so that noise does not look like motion."""
+    low, high = axis.get_ylim()
+    if high - low < least:
+        middle = (low + high) / 2.0
+        axis.set_ylim(middle - least / 2.0, middle + least / 2.0)
+
+
+def _unwrapped(yaws: Floats) -> Floats:
+    """Without turns of 360 degrees, NaN kept."""
+    turned = yaws.copy()
+    known = np.isfinite(yaws)
+    turned[known] = np.unwrap(yaws[known])
+    return turned
+
+
+def _beside(logged: Course, shown: Course, turned: Floats) -> Floats:
+    """Logged headings on the turn of 360 degrees nearest to those shown, (n,) [rad]."""
+    known = np.isfinite(turned)
+    if not known.any():
+        return logged.yaws
+    near = np.interp(logged.times, shown.times[known], turned[known])
+    return np.asarray(near + np.mod(logged.yaws - near + np.pi, 2.0 * np.pi) - np.pi)
+
+
+def _broken(offsets: Floats) -> Floats:
+    """Without the upright strokes where another lane becomes the nearest."""
+    shown = offsets.copy()
+    shown[1:][np.abs(np.diff(offsets)) > 0.5] = np.nan
+    return shown
+
+
+def _shade(axes: Sequence[Any], drive: Drive) -> list[Any]:
+    """Shade remarks in all panels; handles of the legend."""
+    from matplotlib.patches import Patch
+
+    first, last = drive.shown.times[[0, -1]]
+    for remark in drive.remarks:
+        colour = _COLOURS.get(remark.kind, _OTHER)
+        begin, end = max(remark.begin, first), min(remark.end, last)
+        for axis in axes:
+            axis.axvspan(begin, max(end, begin), color=colour, alpha=0.25, lw=0.8, zorder=0)
+    kinds = dict.fromkeys(remark.kind for remark in drive.remarks)
+    return [Patch(color=_COLOURS.get(kind, _OTHER), alpha=0.35, label=kind) for kind in kinds]

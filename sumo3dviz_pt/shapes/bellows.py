@@ -1,0 +1,142 @@
+"""The folds between the units of buses, trams and trains, straight and bent.
+
+A bellows runs backwards from the middle of the face that it hangs on at the unit ahead.
+Bent, its centre line is a circle's arc whose chord lies along -x: that way one stretch
+along x makes it reach from face to face, whatever the distance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.scene import Part, Poses
+
+MOST_BEND = float(np.radians(60.0))
+"""Between the two units, to either side [rad]."""
+
+BENDS = 25
+"""Shapes from one side to the other; 5 degrees between them."""
+
+_DEPTH = 0.45
+"""Of a fold, against its length."""
+
+_ROUND = 0.16
+"""Radius of the corners of the section [m]."""
+
+_CORNER = 3  # points of a corner
+_QUARTERS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+
+
+@dataclass(frozen=True, slots=True)
+class Bellows:
+    """A bellows as an asset describes it.
+
+    Attributes:
+        length: From face to face, straight [m].
+        half: Half its width [m].
+        low: Height of its floor [m].
+        high: Height of its roof [m].
+        folds: How many.
+    """
+
+    length: float
+    half: float
+    low: float
+    high: float
+    folds: int
+
+
+def bellows(shape: Bellows, *, far: bool = False) -> tuple[Part, Poses]:
+    """Build a bellows with its poses: at rest, then bent from most right to most left.
+
+    Args:
+        shape: Its measures.
+        far: Whether a stand-in without folds will do.
+    """
+    folds = 2 if far else 2 * shape.folds
+    depth = 0.0 if far else _DEPTH * shape.length / shape.folds
+    section, outwards = _section(shape)
+    # Every flank has points of its own, so that folds show sharp edges.
+    edges = np.repeat(np.arange(folds + 1), 2)[1:-1]
+    inwards = depth * (edges % 2 == 0)
+    rings = section[None] - inwards[:, None, None] * outwards[None]
+    slope = np.where(np.arange(len(edges)) // 2 % 2 == 0, 1.0, -1.0) * depth * folds / shape.length
+    bends = [0.0, *np.linspace(-MOST_BEND, MOST_BEND, BENDS).tolist()]
+    arcs = [_Arc.of(edges / folds, shape.length, bend) for bend in bends]
+    vertices = np.stack([arc.points(rings) for arc in arcs])
+    normals = np.stack([arc.normals(outwards, slope) for arc in arcs])
+    faces = _flank_faces(folds, len(section))
+    return Part(Mesh(vertices[0], faces, normals[0]), "bellows_dark"), Poses(vertices, normals)
+
+
+def bend_phase(bend: float) -> float:
+    """The phase at which a bellows is bent by an angle [rad], positive to the left."""
+    share = (float(np.clip(bend, -MOST_BEND, MOST_BEND)) + MOST_BEND) / (2.0 * MOST_BEND)
+    return share * (BENDS - 1) / BENDS
+
+
+def chord(length: float, bend: float) -> float:
+    """Straight distance between the ends of a bent bellows [m]."""
+    half = min(abs(bend), MOST_BEND) / 2.0
+    return length * float(np.sinc(half / np.pi))
+
+
+def _section(shape: Bellows) -> tuple[Floats, Floats]:
+    """Points around the section and their outward directions, as (y, z), (m, 2) each."""
+    centre = (shape.low + shape.high) / 2.0
+    half = np.array([shape.half, (shape.high - shape.low) / 2.0])
+    points, normals = [], []
+    for quarter in range(4):
+        turn = np.pi / 2 * quarter + np.linspace(0.0, np.pi / 2, _CORNER)
+        outward = np.column_stack([np.cos(turn), np.sin(turn)])
+        points.append((half - _ROUND) * _QUARTERS[quarter] + _ROUND * outward)
+        normals.append(outward)
+    return np.concatenate(points) + np.array([0.0, centre]), np.concatenate(normals)
+
+
+def _flank_faces(flanks: int, points: int) -> Ints:
+    """Triangles of flanks that each have a ring of points at both edges, outwards, (n, 3)."""
+    flank, point = np.meshgrid(np.arange(flanks), np.arange(points), indexing="ij")
+    a, b = 2 * flank * points + point, 2 * flank * points + (point + 1) % points
+    c, d = a + points, b + points
+    return np.stack([a, d, b, a, c, d], axis=-1).reshape(-1, 3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arc:
+    """The bent centre line at r rings: places in the plane and headings, (r, 2) and (r,)."""
+
+    places: Floats
+    headings: Floats
+
+    @classmethod
+    def of(cls, along: Floats, length: float, bend: float) -> _Arc:
+        """Bend a line of a length [m] by an angle [rad]; rings at shares of it, (r,)."""
+        headings = bend / 2.0 - bend * along
+        if abs(bend) < 1e-9:
+            return cls(np.column_stack([-length * along, 0.0 * along]), headings)
+        x = -length / bend * (np.sin(bend / 2.0) - np.sin(headings))
+        y = -length / bend * (np.cos(headings) - np.cos(bend / 2.0))
+        return cls(np.column_stack([x, y]), headings)
+
+    def points(self, rings: Floats) -> Floats:
+        """Sections at their places, (r, m, 2) to (r m, 3)."""
+        left = np.column_stack([-np.sin(self.headings), np.cos(self.headings)])
+        found = np.zeros((*rings.shape[:2], 3))
+        found[..., :2] = self.places[:, None] + rings[..., :1] * left[:, None]
+        found[..., 2] = rings[..., 1]
+        return found.reshape(-1, 3)
+
+    def normals(self, outwards: Floats, slopes: Floats) -> Floats:
+        """Unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
+        ahead = np.column_stack([np.cos(self.headings), np.sin(self.headings)])
+        left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+        found = np.zeros((len(slopes), len(outwards), 3))
+        found[..., :2] = outwards[None, :, :1] * left[:, None]
+        found[..., :2] += (slopes[:, None] * ahead)[:, None]
+        found[..., 2] = outwards[None, :, 1]
+        found /= np.linalg.norm(found, axis=-1, keepdims=True)
+        return found.reshape(-1, 3)
