@@ -13,8 +13,24 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import Hermite, forward_slopes, smooth_slopes
 
+_RESTING = 0.05
+"""Who is logged slower rests [m/s]."""
 
-def run_along(times: Floats, stations: Floats, speeds: Floats, *, euler: bool) -> Hermite:
+_HARDEST = 12.0
+"""Nobody brakes or sets off harder [m/s2]."""
+
+_APART = 0.02
+"""Moments of rest lie at least so long after or before a sample [s]."""
+
+
+def run_along(
+    times: Floats,
+    stations: Floats,
+    speeds: Floats,
+    *,
+    euler: bool,
+    rests: tuple[bool, bool] = (False, False),
+) -> Hermite:
     """A smooth, never falling arc length through samples.
 
     Args:
@@ -22,8 +38,50 @@ def run_along(times: Floats, stations: Floats, speeds: Floats, *, euler: bool) -
         stations: Never falling, (n,) [m].
         speeds: (n,) [m/s]; one that is not finite makes all of them unknown.
         euler: Whether the speeds are no rates.
+        rests: Whether it begins and ends at rest.
     """
     rates = np.diff(stations) / np.diff(times)
     known = not euler and bool(np.isfinite(speeds).all())
-    slopes = speeds if known else smooth_slopes(times, stations)
-    return Hermite(times, stations, forward_slopes(slopes, rates))
+    slopes = forward_slopes(speeds if known else smooth_slopes(times, stations), rates)
+    slopes[[0, -1]] = np.where(rests, 0.0, slopes[[0, -1]])
+    return Hermite(times, stations, slopes)
+
+
+def with_rests(made: Hermite, speeds: Floats, *, euler: bool) -> Hermite:
+    """The same with the moments between samples at which somebody comes to rest or sets off.
+
+    At a constant deceleration that is 2 d / v after the sample of speed v, d before the
+    place of rest; and likewise where it sets off. Speeds that are no rates tell nothing.
+
+    Args:
+        made: From `run_along`.
+        speeds: Of the samples, (n,) [m/s].
+        euler: Whether the speeds are no rates.
+    """
+    if euler or not np.isfinite(speeds).all():
+        return made
+    times, stations = made.knots, made.values
+    rest = speeds < _RESTING
+    moving = np.where(rest[1:], speeds[:-1], speeds[1:])
+    lengths = np.diff(stations)
+    alone = (rest[1:] != rest[:-1]) & (moving > _RESTING) & (lengths > 0.0)
+    taken = 2.0 * lengths / np.where(alone, moving, 1.0)
+    alone &= (taken < np.diff(times) - _APART) & (taken > _APART) & (moving < _HARDEST * taken)
+    stops, starts = alone & rest[1:], alone & rest[:-1]
+    if not alone.any():
+        return made
+    rates = lengths / np.diff(times)
+    padded = np.concatenate([rates[:1], rates, rates[-1:]])
+    slopes = made.slopes.copy()
+    # The limit of the other side stays.
+    slopes[:-1][stops] = np.minimum(speeds[:-1], 3.0 * padded[:-2])[stops]
+    slopes[1:][starts] = np.minimum(speeds[1:], 3.0 * padded[2:])[starts]
+    moments = np.concatenate([times[:-1][stops] + taken[stops], times[1:][starts] - taken[starts]])
+    places = np.concatenate([stations[1:][stops], stations[:-1][starts]])
+    order = np.argsort(np.concatenate([times, moments]), kind="stable")
+    return Hermite(
+        *(
+            np.concatenate(pair)[order]
+            for pair in ((times, moments), (stations, places), (slopes, np.zeros(len(moments))))
+        )
+    )

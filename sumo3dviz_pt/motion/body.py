@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -182,8 +182,12 @@ def make_piece(
         return LegsPiece((Leg(driven, None),)), front.remarks
     legs: list[Leg] = []
     remarks: list[Remark] = []
-    for stretch in stretches(samples, kind=setting.kind):
-        leg, steep = _leg(stretch, smoother, setting, heading, legs[-1] if legs else None)
+    found = stretches(samples, kind=setting.kind)
+    parked = [False, *(stretch.kind == "parking" for stretch in found), False]
+    for number, stretch in enumerate(found):
+        # Who moves aside into or out of a place does not begin or end that at speed.
+        here = replace(setting, rests=(parked[number], parked[number + 2]))
+        leg, steep = _leg(stretch, smoother, here, heading, legs[-1] if legs else None)
         legs.append(leg)
         remarks += [*leg.front.remarks, *_manoeuvre(stretch), *steep]
     return LegsPiece(tuple(legs)), tuple(remarks)

@@ -81,7 +81,7 @@ def bridge(
     steps = np.diff(samples.positions[:, :2], axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     way = np.concatenate([[0.0], np.cumsum(lengths)])
-    along = run_along(samples.times, way, samples.speeds, euler=setting.euler)
+    along = run_along(samples.times, way, samples.speeds, euler=setting.euler, rests=setting.rests)
     ahead = _directions(samples, way, length=setting.length)
     slopes = np.empty_like(samples.positions)
     slopes[:, :2] = along.slopes[:, None] * ahead

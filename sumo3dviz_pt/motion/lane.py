@@ -21,7 +21,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.along import run_along
+from sumo3dviz_pt.motion.along import run_along, with_rests
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
 from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
 from sumo3dviz_pt.motion.hermite import bridge, hermite
@@ -137,16 +137,26 @@ def _gap(samples: Samples, setting: Setting, before: Front | None, after: Front 
 
 def _lane_front(samples: Samples, setting: Setting, tracks: Tracks, run: Run) -> LaneFront:
     """Motion along known lanes."""
-    along = run_along(samples.times, np.array(run.stations), samples.speeds, euler=setting.euler)
+    stations = np.array(run.stations)
+    along = run_along(
+        samples.times, stations, samples.speeds, euler=setting.euler, rests=setting.rests
+    )
     path, blends = lane_path(tracks, run, along)
-    off, counts = _off_path(samples, path, run, along.values)
+    off, counts, moved = _off_path(samples, path, run, stations)
     times = samples.times[counts]
     beside = Hermite(times, off[counts], monotone_slopes(times, off[counts]))
-    return LaneFront(along, path, beside, tuple(map(_remark, blends)))
+    shown = with_rests(along, samples.speeds, euler=setting.euler)
+    remarks = tuple(_remark(*both) for both in zip(blends, moved, strict=True))
+    return LaneFront(shown, path, beside, remarks)
 
 
-def _off_path(samples: Samples, path: LanePath, run: Run, stations: Floats) -> tuple[Floats, Bools]:
-    """How far samples are off their path: along, to the left, up, (n, 3) [m]; and which count.
+def _off_path(
+    samples: Samples, path: LanePath, run: Run, stations: Floats
+) -> tuple[Floats, Bools, list[tuple[float, float]]]:
+    """How far samples are off their path, which count, and when the log changes lanes.
+
+    Returns:
+        Along, to the left and up, (n, 3) [m]; which count, (n,); begins and ends [s].
 
     SUMO knows a place along a lane's polyline and an offset to its side; that offset is
     kept beside the rounded line, where corners throw nothing about. Along and up samples
@@ -158,10 +168,12 @@ def _off_path(samples: Samples, path: LanePath, run: Run, stations: Floats) -> t
     lines = [track.corners_at(stations) for track in path.tracks]
     own, counts = np.array(run.own), np.ones(len(stations), dtype=np.bool_)
     sides, both = _Blended(lines[0]), _Blended(lines[0])
+    moved: list[tuple[float, float]] = []
     for number, switch in enumerate(run.switches):
         lies = (own > number).astype(np.float64)
         weight = lies
         first, last = _change(samples, lines[number], switch)
+        moved.append((float(samples.times[first]), float(samples.times[last])))
         if _undrivable(samples, lines[number], stations, (first, last), run, switch):
             counts[first + 1 : last] = False
         else:
@@ -172,7 +184,7 @@ def _off_path(samples: Samples, path: LanePath, run: Run, stations: Floats) -> t
     off = both.off(samples.positions)
     off[:, 1] = sides.off(samples.positions)[:, 1]
     off += _ends_missed(samples, path, stations, off)
-    return off, counts
+    return off, counts, moved
 
 
 def _ends_missed(samples: Samples, path: LanePath, stations: Floats, off: Floats) -> Floats:
@@ -252,6 +264,7 @@ def _frames(ahead: Floats) -> Floats:
     return frames
 
 
-def _remark(blend: Blend) -> Remark:
-    """What users should know of a change of lanes."""
-    return Remark("lane change", *blend.times, blend.width)
+def _remark(blend: Blend, moved: tuple[float, float]) -> Remark:
+    """What users should know of a change of lanes, ours and the log's."""
+    begin, end = min(blend.times[0], moved[0]), max(blend.times[1], moved[1])
+    return Remark("lane change", begin, end, blend.width)

@@ -146,7 +146,8 @@ def _blend(
     low = chains[number + 1][0][1]
     high = chains[number][-1][1] + ways.length(chains[number][-1][0])
     begin, end = _fitted((begin, end), station, room=room, lanes=(low, high))
-    return Blend(begin, end, width, times)
+    first, last = np.interp((begin, end), along.values, knots)
+    return Blend(begin, end, width, (min(times[0], float(first)), max(times[1], float(last))))
 
 
 def _apart(tracks: Tracks, lanes: tuple[tuple[str, float], ...], station: float) -> float:

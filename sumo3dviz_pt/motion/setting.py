@@ -45,6 +45,7 @@ class Setting:
         euler: Whether speeds are backward differences, and so no rates.
         kind: `vehicle`, `person` or `container`.
         length: Over which the body follows its front [m].
+        rests: Whether the samples begin and end at rest, whatever their speeds.
     """
 
     tracks: Tracks | None = None
@@ -52,6 +53,7 @@ class Setting:
     euler: bool = False
     kind: str = "vehicle"
     length: float = 5.0
+    rests: tuple[bool, bool] = (False, False)
 
     @property
     def ways(self) -> Ways | None:
