@@ -19,6 +19,9 @@ from sumo3dviz_pt.motion.samples import Samples
 _STEP = 0.1
 """Ways are known at multiples of this time, so that the asked window moves none of them [s]."""
 
+_STILL = 1e-3
+"""Samples nearer to one another are of one place [m]."""
+
 _APART = 0.05
 """Points of the path before the first sample are at least so far apart [m]."""
 
@@ -56,7 +59,7 @@ class Driven:
             length: Of the body [m].
             yaw: Of the body at the beginning [rad].
         """
-        knots = absolute_times(front.begin, front.end)
+        knots = _moving(absolute_times(front.begin, front.end), samples)
         places = front.at(knots).positions
         steps = np.diff(places[:, :2], axis=0)
         ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
@@ -96,6 +99,17 @@ def absolute_times(begin: float, end: float) -> Floats:
     inner = np.arange(np.ceil(begin / _STEP), np.floor(end / _STEP) + 1.0) * _STEP
     inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]
     return np.concatenate([[begin], inner, [end]])
+
+
+def _moving(knots: Floats, samples: Samples) -> Floats:
+    """The knots without those between two samples of one place: much of a city stands."""
+    steps = np.abs(np.diff(samples.positions, axis=0)).max(axis=1)
+    index = np.searchsorted(samples.times[1:-1], knots, side="right")
+    kept = (steps > _STILL)[index]
+    kept[[0, -1]] = True
+    return np.union1d(
+        knots[kept], samples.times[1:-1][(steps[1:] > _STILL) != (steps[:-1] > _STILL)]
+    )
 
 
 def _past(

@@ -139,7 +139,7 @@ def _blend(
     width = _apart(tracks, (chains[number][-1], chains[number + 1][0]), station)
     room = _room(along, switch.step, _LEAST_AHEAD * abs(width))
     times = _window(along, middle, _AHEAD * abs(width), room)
-    begin, end = (float(value) for value in along.at(np.array(times))[0])
+    begin, end = (float(each) for each in np.clip(along.at(np.array(times))[0], *room))
     short = max(_LEAST_AHEAD * abs(width) - (end - begin), 0.0)
     begin, end = begin - short, end + short
     _lengthen(ways, chains, number, (begin - REACH, end + REACH))
