@@ -177,6 +177,9 @@ def _room(along: Hermite, step: int, least: float) -> tuple[float, float]:
     if not standing[step]:
         return low, high
     here, there = float(along.values[first]), float(along.values[last + 1])
+    # Rather where the standstill begins or ends with the step: nobody waits in a wrong lane.
+    if first == step < last and here - low >= least:
+        return low, here
     return (there, high) if high - there >= min(least, here - low) else (low, here)
 
 

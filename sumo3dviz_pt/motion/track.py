@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.motion.samples import Places
 from sumo3dviz_pt.motion.ways import Ways
 
 TIGHTEST, WIDEST = 2.25, 10.0
@@ -46,8 +47,11 @@ _GRAIN = 0.75
 _STRAIGHT = 1e-5
 """Fainter bends are none [rad]."""
 
-_GAP = 0.3
-"""Lanes whose ends are further apart do not join [m]."""
+_RAMP = 4.0
+"""Lanes that do not join are bent over so much road, and so many times the gap [m]."""
+
+_JOG_REACH, _JOG = 4.0, 0.6
+"""Corners so near to one another that lead aside by less are no bend [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,18 +183,43 @@ class Tracks:
 def _bends(stations: Floats, turned: Floats, limits: Floats) -> Iterator[_Bends]:
     """Corners with their changes of tangent, (n, 3), and speed limits: tight ones, then faint."""
     size = np.linalg.norm(turned, axis=1)
-    total = np.concatenate([[0.0], np.cumsum(size)])
-    first = np.searchsorted(stations, stations - TIGHTEST)
-    last = np.searchsorted(stations, stations + TIGHTEST, side="right")
-    # A bend that is drawn finely is tight, however faint its corners are.
-    around = np.maximum(total[last] - total[first], 1e-9)
-    eased = np.minimum(limits**2 * around / _SIDEWAYS, _MOST_CUT / around)
-    widths = np.clip(np.maximum(_BEND / around, eased), TIGHTEST, WIDEST)
+    around = np.maximum(_turning(stations, turned, size), 1e-9)
+    fast = np.minimum(limits**2 * around / _SIDEWAYS, _MOST_CUT / around)
+    widths = np.clip(np.maximum(_BEND / around, fast), TIGHTEST, WIDEST)
     widths = np.where(around > 1.0, TIGHTEST / around, widths)
     for chosen in (widths <= TIGHTEST, (widths > TIGHTEST) & (size > _STRAIGHT)):
         if chosen.any():
             reach = 2.0 * float(widths[chosen].max())
             yield _Bends(stations[chosen], turned[chosen], widths[chosen], reach)
+
+
+def _turning(stations: Floats, turned: Floats, size: Floats) -> Floats:
+    """How much the line turns around each corner, (n,) [rad].
+
+    A bend that is drawn finely is tight, however faint its corners are. A jog turns back
+    at once: if it leads aside by little, it counts as straight.
+    """
+    around = _sums(size[:, None], *_near(stations, TIGHTEST))[:, 0]
+    near = _near(stations, _JOG_REACH)
+    net = _sums(turned, *near)
+    aside = _sums(turned * stations[:, None], *near) - net * stations[:, None]
+    net, aside = np.linalg.norm(net, axis=1), np.linalg.norm(aside, axis=1)
+    jog = (aside < _JOG) & (net < around / 2.0)
+    return np.where(jog, net, around)
+
+
+def _near(stations: Floats, reach: float) -> tuple[Places, Places]:
+    """First place within a reach of each station and first place beyond it, (n,) each."""
+    return (
+        np.searchsorted(stations, stations - reach, side="left"),
+        np.searchsorted(stations, stations + reach, side="right"),
+    )
+
+
+def _sums(values: Floats, first: Places, last: Places) -> Floats:
+    """Sums of rows from first to before last, (n, k)."""
+    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
+    return np.asarray(total[last] - total[first])
 
 
 def _rounded(away: Floats, widths: Floats) -> tuple[Floats, Floats]:
@@ -209,28 +238,29 @@ def _rounded(away: Floats, widths: Floats) -> tuple[Floats, Floats]:
 def _polyline(ways: Ways, lanes: Sequence[tuple[str, float]]) -> Polyline:
     """Lanes from the stations of their beginnings, in order.
 
-    Lanes that do not join are joined by straight lines over twice the gap to both sides.
+    Where lanes do not join, both are bent towards the middle of the gap.
     """
     stations = [ways.stations(name) + begin for name, begin in lanes]
     points = [ways.lane(name).shape for name, _ in lanes]
     for number in range(len(lanes) - 1):
-        gap = float(np.linalg.norm(points[number + 1][0, :2] - points[number][-1, :2]))
-        if gap > _GAP:
-            _join(stations, points, number, trim=2.0 * gap)
+        gap = points[number + 1][0] - points[number][-1]
+        if np.linalg.norm(gap) > _TOUCHING:
+            _join(stations, points, number, gap)
     along = np.concatenate(stations)
     # Where one lane ends the next begins; of two points at one station the first counts.
     kept = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
-    limits = np.repeat([ways.lane(name).speed for name, _ in lanes], [len(p) for p in points])
+    speeds = [ways.lane(name).speed for name, _ in lanes]
+    limits = np.repeat(speeds, [len(shape) for shape in points])
     return Polyline(along[kept], np.concatenate(points)[kept], limits[kept])
 
 
-def _join(stations: list[Floats], points: list[Floats], number: int, *, trim: float) -> None:
-    """Cut both lanes at a joint, by no more than half of each."""
-    for lane, begin in ((number, True), (number + 1, False)):
+def _join(stations: list[Floats], points: list[Floats], number: int, gap: Floats) -> None:
+    """Bend two lanes towards the middle of the gap between them, over no more than half of each."""
+    ramp = max(_RAMP, _RAMP * float(np.linalg.norm(gap)))
+    for lane, end, share in ((number, -1, 0.5), (number + 1, 0, -0.5)):
         along, shape = stations[lane], points[lane]
-        cut = min(trim, (along[-1] - along[0]) / 2.0)
-        at = along[-1] - cut if begin else along[0] + cut
-        spot = np.array([[np.interp(at, along, axis) for axis in shape.T]])
-        kept = along < at if begin else along > at
-        parts = ([along[kept], [at]], [shape[kept], spot])
-        stations[lane], points[lane] = (np.concatenate(p if begin else p[::-1]) for p in parts)
+        cut = min(ramp, (along[-1] - along[0]) / 2.0)
+        places = np.union1d(along, [along[end] + (cut if end == 0 else -cut)])
+        bent = np.stack([np.interp(places, along, axis) for axis in shape.T], axis=1)
+        weight = np.maximum(1.0 - np.abs(places - along[end]) / max(cut, 1e-9), 0.0)
+        stations[lane], points[lane] = places, bent + share * weight[:, None] * gap
