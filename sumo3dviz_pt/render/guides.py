@@ -29,12 +29,16 @@ def guide_spp(quality: Quality) -> int:
     return min(max(quality.spp // 4, 4), 16)
 
 
-def lamp_spp(quality: Quality) -> int:
-    """Samples of lamps that are seen directly; four times as many as the picture's or more.
+LAMP_SPP = 16
+"""Samples of a pass over lamps that are seen directly; more at once would take more memory."""
+
+
+def lamp_passes(quality: Quality) -> int:
+    """Passes over such lamps: up to eight times as many samples as the picture has.
 
     They cost little: paths end at the first surface.
     """
-    return min(max(8 * quality.spp, 16), 64)
+    return min(max(quality.spp // 2, 1), 4)
 
 
 def guide_plugin(quality: Quality, *, lamps: bool = False) -> dict[str, Any]:

@@ -82,11 +82,9 @@ class Samples:
 
     Attributes:
         capped: Mean of the capped samples, (h, w, 3).
-        lost: What the cap took and lamps that are seen directly and traced by themselves,
-            (h, w, 3): added to `capped` it gives the plain mean.
+        lost: What the cap took, and lamps by themselves: with `capped` the plain mean, (h, w, 3).
         radiance: `capped`, but plain where an emitter is seen directly, (h, w, 3).
-        guides: By name: `depth` x share of hits [m], `hit`, `albedo`, `normal`, `glow` of
-            those lamps; as needed.
+        guides: As needed: `depth` x share of hits [m], `hit`, `albedo`, `normal`, `glow` of lamps.
         tally: As in `Rendered`.
     """
 
@@ -131,10 +129,7 @@ class Session:
             aimed = running or any(lamps.sampled for lamps in scene.lamps)
             self._aimed = aimed
             weight = sky_weight(self.sky, lamps=aimed)
-            self._lights: dict[str, Any] = {
-                "sky": sky_entry(self.sky, weight),
-                **sun_entry(self.sky, weight),
-            }
+            self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
             self._use_quality()
         self._scene: Any = None
         self._parameters: Any = None
@@ -365,10 +360,15 @@ class Session:
         image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
         found = guides.as_guides(np.array(image, dtype=np.float32))
         if self._lamp_integrator is not None:
-            own, spp = self._seed(seed ^ 0x3C6EF372), guides.lamp_spp(quality)
-            image = self._trace_lamps(self._scene, self._lamp_integrator, 0, spp, own)
-            found["glow"] = np.array(image, dtype=np.float32)
+            found["glow"] = self._lamps_seen(seed ^ 0x3C6EF372, guides.lamp_passes(quality))
         return found
+
+    def _lamps_seen(self, seed: int, passes: int) -> Image:
+        """Lamps that are seen directly, (h, w, 3)."""
+        seeds = [self._seed(seed + 0x9E3779B9 * number) for number in range(passes)]
+        what = (self._scene, self._lamp_integrator, 0, guides.LAMP_SPP)
+        images = [np.array(self._trace_lamps(*what, own), dtype=np.float32) for own in seeds]
+        return np.asarray(np.mean(images, axis=0))
 
     def _passes(
         self,

@@ -19,6 +19,7 @@ from drives import (
     shown,
     sideways,
     stopping,
+    straight,
     trace_of,
 )
 
@@ -120,6 +121,24 @@ def test_there_and_back_within_three_seconds():
     across = trajectory.sample(np.arange(0, 40, FINE)).positions[:, 1]
     assert across.min() >= -0.05
     assert across.max() <= 3.25
+
+
+@pytest.mark.parametrize("at", [18.5, 20.5, 30.5], ids=["stopping", "stopped", "standing"])
+def test_a_lane_change_at_a_stop_is_driven_before_or_after_it(at):
+    network, s = straight(), stopping(15.0, 2.0, 10.0)  # it stands from 20 to 60 s
+    times = np.arange(0, 90.0)
+    along = s(times) + np.clip(times - 60.0, 0.0, None) ** 2 / 2.0
+    lanes = (times > at).astype(int)
+    trace = trace_of(
+        times, np.column_stack([along, 3.2 * lanes]), 0.0, np.gradient(along),
+        lanes=lanes, offsets=along,
+    )  # fmt: skip
+    trajectory = shown(trace, "lane", network, NAMES)
+    assert_sound(trajectory, trace, refused={"parking"})
+    (piece,) = trajectory.pieces
+    assert accelerations(piece).max() <= 6.0
+    motion = trajectory.sample(np.arange(0, 89, FINE))
+    assert np.degrees(between(motion.yaws, 0.0)).max() <= 35.0
 
 
 def test_a_lane_change_right_after_birth_and_before_death():

@@ -249,3 +249,29 @@ def test_left_and_right_again_and_again():
     across = trajectory.sample(np.arange(0, 40, FINE)).positions[:, 1]
     assert across.min() >= -0.05
     assert across.max() <= 3.25
+
+
+def test_a_lane_change_onto_the_begin_of_a_lane_while_creeping():
+    # Nothing leads to the new lane: the move can only begin where it does.
+    shapes = {
+        "a_0": [(0, 0), (100, 0)],
+        ":j_0_0": [(100, 0), (110, 0)],
+        "b_0": [(110, -3.2), (400, -3.2)],
+        "b_1": [(110, 0), (400, 0)],
+    }
+    network = network_of(shapes, [("a_0", "b_1", ":j_0_0")])
+    times = np.arange(0, 60.0)
+    along = 109.0 + 0.25 * np.minimum(times, 30.0) + np.clip(times - 30.0, 0, None) ** 2 / 4.0
+    lanes = np.where(along < 110.0, 1, np.where(times < 5.5, 3, 2))
+    offsets = along - np.where(along < 110.0, 100.0, 110.0)
+    trace = trace_of(
+        times, np.column_stack([along, np.where(lanes == 2, -3.2, 0.0)]), 0.0,
+        np.gradient(along), lanes=lanes, offsets=offsets,
+    )  # fmt: skip
+    trajectory = shown(trace, "lane", network, tuple(shapes))
+    assert_sound(trajectory, trace, refused={"parking"})
+    met = trajectory.sample(times).positions[:, :2] - trace.positions[:, :2]
+    told = [(r.begin, r.end) for r in trajectory.remarks]
+    for time, off in zip(times, np.hypot(*met.T), strict=True):
+        assert off <= 0.1 or any(begin <= time <= end for begin, end in told), time
+    assert all(end - begin <= 17.0 for begin, end in told)
