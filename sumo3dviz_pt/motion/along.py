@@ -76,6 +76,8 @@ def with_rests(made: Hermite, speeds: Floats, *, euler: bool) -> Hermite:
     # The limit of the other side stays.
     slopes[:-1][stops] = np.minimum(speeds[:-1], 3.0 * padded[:-2])[stops]
     slopes[1:][starts] = np.minimum(speeds[1:], 3.0 * padded[2:])[starts]
+    # Who creeps at rest must not roll back from the moment of rest.
+    slopes[1:][stops] = slopes[:-1][starts] = 0.0
     moments = np.concatenate([times[:-1][stops] + taken[stops], times[1:][starts] - taken[starts]])
     places = np.concatenate([stations[1:][stops], stations[:-1][starts]])
     order = np.argsort(np.concatenate([times, moments]), kind="stable")

@@ -29,12 +29,6 @@ TIGHTEST, WIDEST = 2.25, 10.0
 _BEND = 0.3
 """Width times bend: a corner is cut by a tenth of it, 3 cm, where it is not tight [m]."""
 
-_SIDEWAYS = 15.0
-"""Fast corners get so much width per bend that they need no more acceleration [m/s2]."""
-
-_MOST_CUT = 1.0
-"""Width times bend of fast corners, at most: they are cut by 10 cm [m]."""
-
 REACH = 2.0 * WIDEST
 """What is further from a bend is as the polyline is [m]."""
 
@@ -91,7 +85,6 @@ class Polyline:
     Attributes:
         stations: Strictly increasing, (n,) [m], n >= 2.
         points: (n, 3) [m].
-        limits: Speed limit at the points, (n,) [m/s].
         tangents: Of the stretches, (n - 1, 3).
         knots: Evenly spaced, they cover the stations and `REACH` beyond, (m,) [m].
         rounded: Points and derivatives of the rounded line at the knots, (m, 6).
@@ -99,7 +92,6 @@ class Polyline:
 
     stations: Floats
     points: Floats
-    limits: Floats
     tangents: Floats = field(init=False)
     knots: Floats = field(init=False)
     rounded: Floats = field(init=False)
@@ -111,7 +103,7 @@ class Polyline:
         count = int(np.ceil((self.stations[-1] - self.stations[0] + 2.0 * REACH) / _GRAIN)) + 1
         knots = self.stations[0] - REACH + _GRAIN * np.arange(count)
         points, ahead = (part.copy() for part in self.corners_at(knots))
-        for bends in _bends(self.stations[1:-1], np.diff(tangents, axis=0), self.limits[1:-1]):
+        for bends in _bends(self.stations[1:-1], np.diff(tangents, axis=0)):
             bends.add(knots, points, ahead)
         object.__setattr__(self, "knots", knots)
         object.__setattr__(self, "rounded", np.concatenate([points, ahead], axis=1))
@@ -180,12 +172,11 @@ class Tracks:
         return Track(self._lines[names], begin)
 
 
-def _bends(stations: Floats, turned: Floats, limits: Floats) -> Iterator[_Bends]:
-    """Corners with their changes of tangent, (n, 3), and speed limits: tight ones, then faint."""
+def _bends(stations: Floats, turned: Floats) -> Iterator[_Bends]:
+    """Corners with their changes of tangent, (n, 3): tight ones, then faint ones."""
     size = np.linalg.norm(turned, axis=1)
     around = np.maximum(_turning(stations, turned, size), 1e-9)
-    fast = np.minimum(limits**2 * around / _SIDEWAYS, _MOST_CUT / around)
-    widths = np.clip(np.maximum(_BEND / around, fast), TIGHTEST, WIDEST)
+    widths = np.clip(_BEND / around, TIGHTEST, WIDEST)
     widths = np.where(around > 1.0, TIGHTEST / around, widths)
     for chosen in (widths <= TIGHTEST, (widths > TIGHTEST) & (size > _STRAIGHT)):
         if chosen.any():
@@ -249,9 +240,7 @@ def _polyline(ways: Ways, lanes: Sequence[tuple[str, float]]) -> Polyline:
     along = np.concatenate(stations)
     # Where one lane ends the next begins; of two points at one station the first counts.
     kept = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
-    speeds = [ways.lane(name).speed for name, _ in lanes]
-    limits = np.repeat(speeds, [len(shape) for shape in points])
-    return Polyline(along[kept], np.concatenate(points)[kept], limits[kept])
+    return Polyline(along[kept], np.concatenate(points)[kept])
 
 
 def _join(stations: list[Floats], points: list[Floats], number: int, gap: Floats) -> None:
