@@ -35,7 +35,7 @@ REACH = 2.0 * WIDEST
 _TOUCHING = 1e-6
 """Points of a track at least so far apart [m]."""
 
-_GRAIN = 0.75
+_GRAIN = 0.5
 """The rounded line is known at places so far apart [m]."""
 
 _STRAIGHT = 1e-5
