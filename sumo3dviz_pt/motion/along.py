@@ -16,8 +16,14 @@ from sumo3dviz_pt.motion.curves import Hermite, forward_slopes, smooth_slopes
 _RESTING = 0.05
 """Who is logged slower rests [m/s]."""
 
+_CREEPING = 0.3
+"""Nor does who drives so slowly after a stop drive on [m/s]."""
+
 _HARDEST = 12.0
 """Nobody brakes or sets off harder [m/s2]."""
+
+_HARD = 5.0
+"""Who would brake harder to stop with a sample, and less if half a step later, does so [m/s2]."""
 
 _APART = 0.02
 """Moments of rest lie at least so long after or before a sample [s]."""
@@ -51,7 +57,8 @@ def with_rests(made: Hermite, speeds: Floats, *, euler: bool) -> Hermite:
     """The same with the moments between samples at which somebody comes to rest or sets off.
 
     At a constant deceleration that is 2 d / v after the sample of speed v, d before the
-    place of rest; and likewise where it sets off. Speeds that are no rates tell nothing.
+    place of rest; and likewise where it sets off. Speeds that are no rates tell nothing,
+    but where a stop would brake too hard it comes half a step late.
 
     Args:
         made: From `run_along`.
@@ -59,7 +66,7 @@ def with_rests(made: Hermite, speeds: Floats, *, euler: bool) -> Hermite:
         euler: Whether the speeds are no rates.
     """
     if euler or not np.isfinite(speeds).all():
-        return made
+        return _late(made)
     times, stations = made.knots, made.values
     rest = speeds < _RESTING
     moving = np.where(rest[1:], speeds[:-1], speeds[1:])
@@ -80,10 +87,37 @@ def with_rests(made: Hermite, speeds: Floats, *, euler: bool) -> Hermite:
     slopes[1:][stops] = slopes[:-1][starts] = 0.0
     moments = np.concatenate([times[:-1][stops] + taken[stops], times[1:][starts] - taken[starts]])
     places = np.concatenate([stations[1:][stops], stations[:-1][starts]])
-    order = np.argsort(np.concatenate([times, moments]), kind="stable")
-    return Hermite(
-        *(
-            np.concatenate(pair)[order]
-            for pair in ((times, moments), (stations, places), (slopes, np.zeros(len(moments))))
-        )
-    )
+    return _with_knots(Hermite(times, stations, slopes), moments, places)
+
+
+def _late(made: Hermite) -> Hermite:
+    """The same, but who would have to brake harder than anyone does stops half a step late.
+
+    In a step of SUMO's Euler integration a vehicle drives at speed v and then stands. To
+    meet that it would brake at 2 v / dt or more; braking evenly from the middle of the
+    step to the middle of the next, at v / dt as it was simulated, it is v dt / 8 short of
+    its place at the sample.
+    """
+    times, stations = made.knots, made.values
+    steps = np.diff(times)
+    rates = np.diff(stations) / steps
+    braking = rates[:-1] / steps[:-1]
+    hard = (2.0 * braking > _HARD) & (braking < _HARD) & (rates[1:] < _CREEPING)
+    stops = 1 + np.flatnonzero(hard & (steps[1:] >= steps[:-1] - _APART))
+    if not len(stops):
+        return made
+    speed, step = rates[stops - 1], steps[stops - 1]
+    short = stations.copy()
+    short[stops] -= speed * step / 8.0
+    slopes = forward_slopes(smooth_slopes(times, short), np.diff(short) / steps)
+    slopes[[0, -1]] = made.slopes[[0, -1]]
+    slopes[stops], slopes[stops + 1] = speed / 2.0, 0.0
+    return _with_knots(Hermite(times, short, slopes), times[stops] + step / 2.0, stations[stops])
+
+
+def _with_knots(made: Hermite, moments: Floats, places: Floats) -> Hermite:
+    """The same with further knots at which it rests."""
+    order = np.argsort(np.concatenate([made.knots, moments]), kind="stable")
+    rest = np.zeros(len(moments))
+    pairs = ((made.knots, moments), (made.values, places), (made.slopes, rest))
+    return Hermite(*(np.concatenate(pair)[order] for pair in pairs))

@@ -86,6 +86,9 @@ def bridge(
     slopes = np.empty_like(samples.positions)
     slopes[:, :2] = along.slopes[:, None] * ahead
     slopes[:, 2] = monotone_slopes(samples.times, samples.positions[:, 2])
+    # Born amid a slope, it climbs at once.
+    grades = np.diff(samples.positions[:, 2]) / np.maximum(lengths, 1e-9)
+    slopes[[0, -1], 2] = along.slopes[[0, -1]] * grades[[0, -1]]
     for at, given in ((0, first), (-1, last)):
         if given is not None:
             slopes[at] = given

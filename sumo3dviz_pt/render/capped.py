@@ -68,9 +68,11 @@ def register_capped() -> None:
 
 def _emitted(scene: Any, ray: Any, active: Any) -> Any:
     """What the first surface on a ray emits; nothing where a ray ends in the sky."""
-    si = scene.ray_intersect(ray, active)
-    lit = si.is_valid() & active
-    return dr.select(lit, si.emitter(scene, active).eval(si, lit), 0.0)
+    hit = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
+    lit = hit.is_valid() & hit.shape.is_emitter() & active
+    # Few rays meet a lamp: only theirs are worth a full account of the surface.
+    si = hit.compute_surface_interaction(ray, mi.RayFlags.All, lit)
+    return dr.select(lit, si.emitter(scene, lit).eval(si, lit), 0.0)
 
 
 def path_integrator(*, max_depth: int, rr_depth: int) -> Any:

@@ -38,7 +38,7 @@ def lamp_passes(quality: Quality) -> int:
 
     They cost little: paths end at the first surface.
     """
-    return min(max(quality.spp // 2, 1), 4)
+    return min(max(quality.spp // 4, 1), 4)
 
 
 def guide_plugin(quality: Quality, *, lamps: bool = False) -> dict[str, Any]:

@@ -114,7 +114,8 @@ class VehicleLights:
         if log is None:
             shown = derived().roles_at(time)
         else:
-            row = max(int(np.searchsorted(log.times, time + 1e-9)) - 1, 0)
+            # A row tells of the step that led to it: held after it, who sets off would brake.
+            row = min(int(np.searchsorted(log.times, time - 1e-9)), len(log.times) - 1)
             shown = _roles_of(int(log.bits[row]))
         return roles | shown - self._dark_now(key, time) if shown else roles
 

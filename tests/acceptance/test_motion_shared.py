@@ -330,8 +330,9 @@ def test_fronts_are_on_their_lanes(name):
 def test_samples_are_met(name):
     missed = np.concatenate(measured(name).missed)
     assert len(missed) > 5000
-    # SUMO's front leaves its lane's line where lanes do not join, and at kinks of 90 degrees.
-    assert (missed > 0.3).mean() <= 5e-4
+    # SUMO leaves its lane where lanes do not join, and at kinks of 90 degrees; and who stops
+    # in a step of an Euler log is up to v dt / 8 short of its place at that sample.
+    assert (missed > 0.3).mean() <= 2e-3
     assert np.percentile(missed, 99) <= 0.15
     assert missed.max() <= 1.1
 

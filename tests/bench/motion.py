@@ -275,16 +275,18 @@ def main() -> None:
     parser.add_argument("--smoother", action="append", help="default: all that there are")
     parser.add_argument("--cache", type=Path, default=Path("build/motion"))
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
-    parser.add_argument("--part", choices=("table", "cost"), help="keep the other part's results")
+    parser.add_argument(
+        "--part", choices=("table", "cost", "page"), help="keep what else was found"
+    )
     parser.add_argument("-o", "--output", type=Path, required=True)
     options = parser.parse_args()
     chosen = [each for each in SCENARIOS if options.only is None or each.name in options.only]
     names = options.smoother or smoother_names()
-    if options.part != "cost":
+    if options.part in (None, "table"):
         rows = table(chosen, names, options.cache)
         _store(options.cache / "worst.json", worst_vehicles(rows))
         _store(options.cache / "rows.json", [row | {"worst": {}} for row in rows])
-    if options.part != "table":
+    if options.part in (None, "cost"):
         _store(options.cache / "cost.json", costs(names, options.data, options.cache))
     rows, spent = (_stored(options.cache / name) for name in ("rows.json", "cost.json"))
     print("\n".join(publish(rows or [], spent or {}, options.output)))

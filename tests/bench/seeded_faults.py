@@ -121,7 +121,8 @@ FAULTS = {
         "[[ct, 0.0, -st], [0.0, 1.0, 0.0], [st, 0.0, ct]]", ("tests/unit/scene/test_rolling.py",),
     ),
     "brake lamps have one threshold": Fault(
-        "scene/derived_lamps.py", "leaves = (change > -_RELEASES * lost)", "leaves = (change > -lost)",
+        "scene/derived_lamps.py",
+        "leaves = (change > -_RELEASES * lost)", "leaves = (change > -lost)",
         ("tests/unit/scene/test_derived_lamps.py",),
     ),
     "bodies roll into the bend": Fault(
@@ -226,7 +227,7 @@ FAULTS = {
         "motion/lane_path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
     ),
     "places on lanes are measured on the map": Fault(
-        "motion/ways.py", "np.diff(lane.shape, axis=0)", "np.diff(lane.shape[:, :2], axis=0)",
+        "motion/ways.py", "np.diff(shape, axis=0)", "np.diff(shape[:, :2], axis=0)",
         (MANOEUVRES,),
     ),
     "bodies follow their fronts at half their length": Fault(

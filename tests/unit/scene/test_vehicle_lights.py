@@ -46,10 +46,16 @@ def test_where_the_log_says_nothing_the_motion_does():
 def test_the_log_knows_better():
     assert "brake" not in lit(0, derived=["brake"])
     assert "brake" in lit(8)
-    assert lit([0, 8, 0], time=1.2) == {"brake"}
-    assert lit([0, 8, 0], time=0.9) == frozenset()
-    assert lit([0, 8, 0], time=2.5) == frozenset()
     assert lit([0, 0, 8], time=-1.0) == frozenset(), "before its first row"
+    assert lit([0, 0, 8], time=2.5) == {"brake"}, "after its last row"
+
+
+def test_a_row_of_the_log_tells_of_the_step_before_it():
+    assert lit([8, 0, 0], time=0.0) == {"brake"}
+    assert lit([8, 0, 0], time=0.1) == frozenset(), "who sets off has released the brake"
+    assert lit([0, 8, 0], time=0.1) == {"brake"}
+    assert lit([0, 8, 0], time=1.0) == {"brake"}
+    assert lit([0, 8, 0], time=1.1) == frozenset()
 
 
 def test_indicators_blink():
