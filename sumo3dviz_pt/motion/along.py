@@ -99,10 +99,15 @@ def _late(made: Hermite) -> Hermite:
     its place at the sample.
     """
     times, stations = made.knots, made.values
+    if len(times) < 3:
+        return made
     steps = np.diff(times)
     rates = np.diff(stations) / steps
     braking = rates[:-1] / steps[:-1]
     hard = (2.0 * braking > _HARD) & (braking < _HARD) & (rates[1:] < _CREEPING)
+    # Who also sets off within that step only draws up.
+    hard[0] = False
+    hard[1:] &= rates[:-2] > rates[1:-1] / 2.0
     stops = 1 + np.flatnonzero(hard & (steps[1:] >= steps[:-1] - _APART))
     if not len(stops):
         return made

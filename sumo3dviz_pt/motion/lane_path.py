@@ -34,7 +34,7 @@ _AHEAD = 4.0
 _LEAST_AHEAD = 1.5
 """Who drives slower yet, or stands, moves over so many times its width."""
 
-_STANDING = 0.2
+_STANDING = 0.25
 """Ways between samples driven slower count as standing [m/s]."""
 
 _AMID = 0.2

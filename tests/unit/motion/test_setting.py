@@ -86,6 +86,20 @@ def test_thin_logs_of_euler_runs_hold_rates():
     assert is_euler([trace]) is False
 
 
+def test_speeds_that_only_come_near_are_no_differences():
+    trace = logged(euler=True)
+    noise = 0.05 * (-1.0) ** trace.times
+    assert is_euler([replace(trace, speeds=trace.speeds + noise)]) is False
+
+
+def test_in_short_steps_both_meanings_come_near():
+    # 7 m/s2 over 0.04 s: the two differ by 6 mm.
+    trace = logged(euler=False, step=0.04, last=3.0, s=lambda t: 20.0 + 3.5 * t**2, exact=True)
+    assert is_euler([trace]) is False
+    trace = logged(euler=True, step=0.04, last=3.0, s=lambda t: 20.0 + 3.5 * t**2, exact=True)
+    assert is_euler([trace]) is True
+
+
 # Settings ----------------------------------------------------------------------------------
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drives import arc, corner, network_of, road, roundabout, straight
+from drives import arc, corner, network_of, road, straight
 
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.motion.ways import Ways
@@ -195,9 +195,3 @@ def test_beside_inside_a_junction_the_share_of_the_lane_is_kept():
     found = ways.between(":j_0_0", "b_1", places=(outer / 4.0, 2.0), expected=14.0)
     assert names_of(found) == [":j_0_0", "|:j_0_1", "b_1"]
     assert found[1] == pytest.approx(0.75 * inner + 2.0)
-
-
-def test_the_same_question_has_the_same_answer():
-    ways = Ways(roundabout())
-    first = ways.between("in_0", "out_0", places=(99.0, 3.0), expected=90.0)
-    assert ways.between("in_0", "out_0", places=(99.0, 3.0), expected=90.0) == first
