@@ -222,7 +222,7 @@ class _Reader:
                     f'the attribute "{name}" is missing; log at least x,y,angle '
                     "(--fcd-output.attributes)"
                 )
-        for name in ("x", "y", "z", "angle", "speed", "slope", "signals", "pos"):
+        for name in ("x", "y", "z", "angle", "speed", "slope", "pos", "signals"):
             value = element.number(name, 0.0)
             if abs(value) >= _FAR:
                 break
