@@ -17,6 +17,9 @@ from scipy.linalg import solve_banded
 
 from sumo3dviz_pt.model.geometry import Floats
 
+_STILL = 1e-6
+"""Slower changes are none, a second."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hermite:
@@ -81,6 +84,17 @@ def monotone_slopes(knots: Floats, values: Floats) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = (one + two) / (one / left + two / right)
     slopes[1:-1] = np.where(left * right > 0.0, mean, 0.0)
+    return slopes
+
+
+def even_slopes(knots: Floats, values: Floats) -> Floats:
+    """Slopes of the parabolas through three values each, level where values stand, (n, k)."""
+    steps = np.diff(knots)[:, None]
+    rates = np.diff(values, axis=0) / steps
+    slopes = np.concatenate([rates[:1], rates])
+    slopes[1:-1] = (steps[1:] * rates[:-1] + steps[:-1] * rates[1:]) / (steps[1:] + steps[:-1])
+    still = (np.abs(rates) < _STILL).all(axis=1)
+    slopes[:-1][still] = slopes[1:][still] = 0.0
     return slopes
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.motion.curves import Hermite, even_slopes
 from sumo3dviz_pt.motion.front import Front
 from sumo3dviz_pt.motion.samples import Samples
 
@@ -35,16 +36,14 @@ class Driven:
 
     Attributes:
         front: Its motion.
-        knots: Times at which the way is known, (n,) [s].
-        places: Of the front at them, (n, 3) [m].
+        places: Of the front at the times at which the way is known, (n, 3) [m].
         ways: Level way since the beginning, never falling, (n,) [m].
         past: Points of the path up to the beginning, (p, 3) [m], p >= 2.
         past_ways: Their ways, strictly rising to 0, (p,) [m].
     """
 
     front: Front
-    knots: Floats
-    places: Floats
+    places: Hermite
     ways: Floats
     past: Floats
     past_ways: Floats
@@ -63,14 +62,20 @@ class Driven:
         places = front.at(knots).positions
         steps = np.diff(places[:, :2], axis=0)
         ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+        curve = Hermite(knots, places, even_slopes(knots, places))
         past, past_ways = _past(samples, front, np.interp(samples.times, knots, ways), length, yaw)
-        return cls(front, knots, places, ways, past, past_ways)
+        return cls(front, curve, ways, past, past_ways)
+
+    @property
+    def knots(self) -> Floats:
+        """Times at which the way is known, (n,) [s]."""
+        return self.places.knots
 
     def way_at(self, times: Floats, places: Floats) -> Floats:
         """Way since the beginning at times, (n,) [m]; `places` are the front's then, (n, 3)."""
         index = np.searchsorted(self.knots, times, side="right") - 1
         index = np.clip(index, 0, len(self.knots) - 1)
-        away = places[:, :2] - self.places[index, :2]
+        away = places[:, :2] - self.places.values[index, :2]
         return np.asarray(self.ways[index] + np.hypot(away[:, 0], away[:, 1]))
 
     def points_at(self, ways: Floats) -> Floats:
@@ -81,7 +86,7 @@ class Driven:
             # Strictly rising, so that a standstill is one point.
             rising = self.ways + 1e-9 * np.arange(len(self.ways))
             times = np.interp(ways[driven], rising, self.knots)
-            points[driven] = self.front.at(times).positions
+            points[driven] = self.places.at(times)[0]
         if not driven.all():
             points[~driven] = self._before(ways[~driven])
         return points

@@ -43,7 +43,7 @@ _EASED = 9
 
 def chords(driven: Driven, length: float) -> Floats:
     """From the point of the path one length behind to the front, at the knots, (n, 3) [m]."""
-    return driven.places - driven.points_at(driven.ways - length)
+    return driven.places.values - driven.points_at(driven.ways - length)
 
 
 def chord(driven: Driven, ahead: Floats) -> Hermite:

@@ -27,7 +27,7 @@ from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
 from sumo3dviz_pt.motion.hermite import bridge, hermite
 from sumo3dviz_pt.motion.lane_path import Blend, LanePath, lane_path
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.route import Run, Switch, follow, stretches_of
+from sumo3dviz_pt.motion.route import Run, Switch, follow, is_astray, stretches_of
 from sumo3dviz_pt.motion.samples import Samples
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.track import Tracks
@@ -91,26 +91,49 @@ def lane(samples: Samples, setting: Setting) -> Front:
     tracks = setting.tracks
     if tracks is None:
         return hermite(samples, setting)
+    # Nearly all samples are where their lanes say: that is seen at the end, at no cost.
+    for trusted in (True, False):
+        known, failed = _known(samples, setting, tracks, trusted=trusted)
+        if not any(is_astray(front.beside.values[:, :2]) for front, _ in known.values()):
+            break
+    remarks = _failures(samples, failed)
+    if not known:
+        return replace(bridge(samples, setting), remarks=remarks)
+    return _joined(samples, setting, known, remarks)
+
+
+def _known(
+    samples: Samples, setting: Setting, tracks: Tracks, *, trusted: bool
+) -> tuple[dict[int, tuple[LaneFront, int]], dict[int, str]]:
+    """Motion where lanes are known, with its last sample, by its first; and what lacks lanes."""
     stretches = stretches_of(samples, setting, tracks.ways)
     # Lanes are as long as they are drawn; speeds are logged in SUMO's metres.
-    runs, failed = follow(replace(samples, offsets=samples.offsets * stretches), setting)
-    remarks = _failures(samples, failed)
-    if not runs:
-        return replace(bridge(samples, setting), remarks=remarks)
+    placed = replace(samples, offsets=samples.offsets * stretches)
+    runs, failed = follow(placed, setting, trusted=trusted)
     drawn = replace(samples, speeds=samples.speeds * stretches)
-    known = {
-        run.first: _lane_front(drawn.part(slice(run.first, run.last + 1)), setting, tracks, run)
-        for run in runs
-    }
-    bounds = sorted({0, len(samples.times) - 1, *known, *(run.last for run in runs)})
+    known = {}
+    for run in runs:
+        part = drawn.part(slice(run.first, run.last + 1))
+        known[run.first] = _lane_front(part, setting, tracks, run), run.last
+    return known, failed
+
+
+def _joined(
+    samples: Samples,
+    setting: Setting,
+    known: Mapping[int, tuple[LaneFront, int]],
+    remarks: tuple[Remark, ...],
+) -> Front:
+    """Motion along lanes, and `hermite` between them."""
+    bounds = sorted({0, len(samples.times) - 1, *known, *(last for _, last in known.values())})
     fronts: list[Front] = []
     for first, last in pairwise(bounds):
-        made: Front | None = known.get(first)
-        if made is None:
-            before = fronts[-1] if fronts else None
-            part = samples.part(slice(first, last + 1))
-            made = _gap(part, setting, before, known.get(last))
-        fronts.append(made)
+        if first in known:
+            fronts.append(known[first][0])
+            continue
+        after = known[last][0] if last in known else None
+        part = samples.part(slice(first, last + 1))
+        fronts.append(_gap(part, setting, fronts[-1] if fronts else None, after))
     return fronts[0] if len(fronts) == 1 else Chain(tuple(fronts), remarks)
 
 

@@ -93,12 +93,15 @@ class Run:
         return self.first + len(self.stations) - 1
 
 
-def follow(samples: Samples, setting: Setting) -> tuple[list[Run], dict[int, str]]:
+def follow(
+    samples: Samples, setting: Setting, *, trusted: bool = False
+) -> tuple[list[Run], dict[int, str]]:
     """Find the lanes that a stretch of samples drove along.
 
     Args:
         samples: With places in metres as lanes are drawn.
         setting: Knows the lanes.
+        trusted: Whether samples are taken to be where their lanes and places say.
 
     Returns:
         Runs of two samples or more, in order; and why a step lies in none of them, by the
@@ -107,7 +110,9 @@ def follow(samples: Samples, setting: Setting) -> tuple[list[Run], dict[int, str
     ways = setting.ways
     if ways is None:
         return [], dict.fromkeys(range(len(samples.times) - 1), "no lanes")
-    on = _on_lanes(samples, setting, ways)
+    on = _named(samples, setting, ways)
+    if not trusted:
+        on &= _on_lanes(samples, setting, ways)
     runs: list[Run] = []
     failed: dict[int, str] = {}
     run: Run | None = None
@@ -176,6 +181,23 @@ def expected_ways(samples: Samples, *, euler: bool) -> Floats:
     speeds = samples.speeds[1:] if euler else (samples.speeds[1:] + samples.speeds[:-1]) / 2.0
     told = speeds * np.diff(samples.times)
     return np.where(np.isfinite(told), told, straight)
+
+
+def is_astray(off: Floats) -> bool:
+    """Whether samples are not where their lanes and places say.
+
+    Args:
+        off: How far they are along and aside of them, (n, 2) [m].
+    """
+    return bool((np.abs(off) > (_FARTHEST_ALONG, _FARTHEST_ASIDE)).any())
+
+
+def _named(samples: Samples, setting: Setting, ways: Ways) -> Bools:
+    """Which samples have a lane of the network and a place, (n,)."""
+    named = np.isfinite(samples.offsets)
+    for lane, which in _groups(samples.lanes):
+        named[which] &= lane >= 0 and setting.lane_names[lane] in ways
+    return named
 
 
 def _on_lanes(samples: Samples, setting: Setting, ways: Ways) -> Bools:

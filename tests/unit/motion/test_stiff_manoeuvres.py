@@ -83,9 +83,11 @@ def test_heading_is_the_chord_of_the_displayed_way(name, smoother):
     (piece,) = trajectory.pieces
     asked = np.arange(0, 25, FINE)
     motion, trail = piece.sample(asked), piece.trail(asked, np.array([0.0, LENGTH]))
-    np.testing.assert_allclose(trail[:, 0], motion.positions, atol=0.01)
+    # The path behind is a curve through places every 0.1 s, which rounds their corners too.
+    np.testing.assert_allclose(
+        trail[:, 0], motion.positions, atol=0.03 if smoother == "linear" else 0.01
+    )
     chord = motion.positions - trail[:, 1]
-    # Between knots of 0.1 s the yaw is a curve; straight lines have corners.
     most = 1.0 if smoother == "linear" else 0.75
     assert np.degrees(between(motion.yaws, np.arctan2(chord[:, 1], chord[:, 0]))).max() <= most
     # Behind its birth the vehicle came straight.
