@@ -124,6 +124,8 @@ def _past(
     yaws = samples.yaws.copy()
     yaws[0] = yaw
     near = np.flatnonzero(ways < length - _APART)
+    # Who stands tells the same again and again.
+    near = near[np.unique(np.floor(ways[near] / _APART), return_index=True)[1]]
     # From where the front is shown, which within changes of lanes is not where it is logged.
     places = front.at(samples.times[near]).positions
     ahead = np.stack([np.cos(yaws[near]), np.sin(yaws[near]), np.tan(samples.slopes[near])], axis=1)

@@ -79,10 +79,9 @@ class LaneFront:
         stations, speeds = self.along.at(times)
         points, ahead, rates = self.path.at(stations)
         offsets, drifts = self.beside.at(times)
-        frames = _frames(ahead)
-        points += np.einsum("nij,ni->nj", frames, offsets)
-        velocities = rates * speeds[:, None] + np.einsum("nij,ni->nj", frames, drifts)
-        return FrontMotion(points, np.linalg.norm(velocities, axis=1))
+        level = _level(ahead)
+        velocities = rates * speeds[:, None] + _turned(drifts, level)
+        return FrontMotion(points + _turned(offsets, level), np.linalg.norm(velocities, axis=1))
 
 
 @register("lane")
@@ -239,7 +238,7 @@ class _Blended:
     def off(self, positions: Floats) -> Floats:
         """How far positions lie along, to the left and up, (n, 3) [m]."""
         points, ahead = self.line
-        return np.asarray(np.einsum("nij,nj->ni", _frames(ahead), positions - points))
+        return _turned(positions - points, _level(ahead) * (1.0, -1.0))
 
 
 def _change(samples: Samples, track: tuple[Floats, Floats], switch: Switch) -> tuple[int, int]:
@@ -277,14 +276,17 @@ def _aside(samples: Samples, track: tuple[Floats, Floats]) -> Floats:
     return np.asarray(_Blended(track).off(samples.positions)[:, 1])
 
 
-def _frames(ahead: Floats) -> Floats:
-    """Level directions ahead and to the left, and up, for each direction, (n, 3, 3)."""
-    level = ahead[:, :2] / np.maximum(np.linalg.norm(ahead[:, :2], axis=1), 1e-9)[:, None]
-    frames = np.zeros((len(ahead), 3, 3))
-    frames[:, 0, :2] = level
-    frames[:, 1, 0], frames[:, 1, 1] = -level[:, 1], level[:, 0]
-    frames[:, 2, 2] = 1.0
-    return frames
+def _level(ahead: Floats) -> Floats:
+    """Level unit directions, (n, 3) -> (n, 2)."""
+    length = np.hypot(ahead[:, 0], ahead[:, 1])
+    return np.asarray(ahead[:, :2] / np.maximum(length, 1e-9)[:, None])
+
+
+def _turned(values: Floats, level: Floats) -> Floats:
+    """Vectors turned about the vertical from east to level directions, (n, 3) and (n, 2)."""
+    cos, sin = level.T
+    x, y, z = values.T
+    return np.stack([x * cos - y * sin, x * sin + y * cos, z], axis=1)
 
 
 def _remark(blend: Blend, moved: tuple[float, float]) -> Remark:
