@@ -9,14 +9,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.job import Job
-from sumo3dviz_pt.lane_keeping import LaneKeeping
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
 from sumo3dviz_pt.motion import measures
+from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
 from sumo3dviz_pt.motion.setting import body_length, is_euler
+from sumo3dviz_pt.motion.ways import Ways
 from sumo3dviz_pt.pipeline import read
 from sumo3dviz_pt.pop_ups import pop_ups
 from sumo3dviz_pt.report.motion_report import (
@@ -184,7 +185,7 @@ def frame_grid(piece: Piece, *, step: float) -> Floats:
 def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[Group, ...]:
     """Measure everyone."""
     kinds: dict[str, _Census] = {}
-    keeping = LaneKeeping(network, users[0].lane_names) if users else None
+    keeping = LaneKeeping(Ways(network), users[0].lane_names) if users else None
     for user in users:
         census = kinds.setdefault(user.trajectory.kind, _Census())
         # People walk where they like.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +10,17 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import Job
-from sumo3dviz_pt.lane_keeping import LaneKeeping
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.motion import measures
+from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
+from sumo3dviz_pt.motion.ways import Ways
 from sumo3dviz_pt.motion_checks import User, users_of
 from sumo3dviz_pt.pipeline import check_target, read
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.motion_plot import Course, Drive, Road, motion_plot
+from sumo3dviz_pt.scene.traffic import find_trajectory
 
 _STEP = 0.02
 """Between the times drawn, at first [s]."""
@@ -73,16 +74,8 @@ def find_user(users: Sequence[User], name: str) -> User:
     Raises:
         ConfigError: If the log has none of that name; the message suggests some.
     """
-    known = {user.trajectory.key: user for user in users}
-    for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
-        if key in known:
-            return known[key]
-    ids = list(dict.fromkeys(user.trajectory.id for user in users))
-    near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)
-    hint = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
-    if ids and not near:
-        hint = f"; there are {', '.join(map(repr, ids[:3]))} and {max(len(ids) - 3, 0)} more"
-    raise ConfigError(f"nobody in the log is called {name!r}{hint}", key="--vehicle")
+    found = find_trajectory([user.trajectory for user in users], name)
+    return next(user for user in users if user.trajectory is found)
 
 
 def drive_of(user: User, scenario: Scenario, job: Job, wanted: Wanted) -> Drive:
@@ -92,7 +85,7 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: Wanted) -> Drive:
         ConfigError: If it is not there at the wanted times.
     """
     first, last = _window(user, wanted)
-    keeping = LaneKeeping(scenario.network, user.lane_names)
+    keeping = LaneKeeping(Ways(scenario.network), user.lane_names)
     centres = [lane.shape[:, :2] for lane in keeping.lanes_of(user.trace)]
     logged = _logged(user, first, last, centres)
     shown = _shown(user, first, last, centres)

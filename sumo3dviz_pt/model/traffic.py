@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -73,6 +73,21 @@ class Trace:
     def key(self) -> str:
         """Unique among road users of a log: a person may share a vehicle's id."""
         return f"{self.kind}:{self.id}"
+
+
+def unique_ids(traces: Iterable[Trace]) -> Iterator[str]:
+    """An id for each trace, unique among those of its kind.
+
+    Where an id comes back with another type, `#2` (and so on) is appended to the later one's.
+    """
+    seen: set[tuple[str, str]] = set()
+    for trace in traces:
+        found, number = trace.id, 1
+        while (trace.kind, found) in seen:
+            number += 1
+            found = f"{trace.id}#{number}"
+        seen.add((trace.kind, found))
+        yield found
 
 
 @dataclass(frozen=True, slots=True, eq=False)

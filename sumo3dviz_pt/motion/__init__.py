@@ -9,7 +9,7 @@ module of this folder that registers itself.
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from importlib import import_module
 
@@ -18,7 +18,7 @@ import numpy as np
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.traffic import Trace, TrafficLog, VehicleType
+from sumo3dviz_pt.model.traffic import Trace, TrafficLog, VehicleType, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion.body import make_piece
 from sumo3dviz_pt.motion.headings import Heading
@@ -130,24 +130,12 @@ def smooth_log(
     """
     _find(smoother)
     settings = settings_of(log, network=network, types=types)
-    return tuple(
-        _unique(
-            smooth(each, smoother=smoother, step=log.step, settings=settings, heading=heading)
-            for each in log.traces
-        )
+    ids = unique_ids(log.traces)
+    made = (
+        smooth(each, smoother=smoother, step=log.step, settings=settings, heading=heading)
+        for each in log.traces
     )
-
-
-def _unique(trajectories: Iterator[Trajectory]) -> Iterator[Trajectory]:
-    """Number the later ones of trajectories that share a key."""
-    seen: set[str] = set()
-    for trajectory in trajectories:
-        found, number = trajectory, 1
-        while found.key in seen:
-            number += 1
-            found = replace(trajectory, id=f"{trajectory.id}#{number}")
-        seen.add(found.key)
-        yield found
+    return tuple(replace(trajectory, id=name) for trajectory, name in zip(made, ids, strict=True))
 
 
 def _find(name: str) -> Smoother:

@@ -44,14 +44,26 @@ class Hermite:
         share = np.clip((times - self.knots[index]) / step, 0.0, 1.0)
         if self.values.ndim > 1:
             step, share = step[:, None], share[:, None]
-        start = self.values[index]
-        rise = self.values[index + 1] - start
-        first, last = step * self.slopes[index], step * self.slopes[index + 1]
-        # Horner in the rise from the left value, so that far origins keep their digits.
-        square = 3.0 * rise - 2.0 * first - last
-        cube = first + last - 2.0 * rise
-        values = start + share * (first + share * (square + share * cube))
-        return values, (first + share * (2.0 * square + 3.0 * share * cube)) / step
+        start, first, last = self.values[index], self.slopes[index], self.slopes[index + 1]
+        moved, rates = cubic(share, self.values[index + 1] - start, first * step, last * step)
+        return start + moved, rates / step
+
+
+def cubic(share: Floats, rise: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
+    """A cubic from 0 over a stretch of length 1, and its rate, each shaped alike.
+
+    Horner in the rise from the left value, so that far origins keep their digits.
+
+    Args:
+        share: Where on the stretch, in [0, 1].
+        rise: Its value at the end.
+        first: Its slope at the beginning.
+        last: Its slope at the end.
+    """
+    square = 3.0 * rise - 2.0 * first - last
+    cube = first + last - 2.0 * rise
+    moved = share * (first + share * (square + share * cube))
+    return moved, first + share * (2.0 * square + 3.0 * share * cube)
 
 
 def smooth_slopes(knots: Floats, values: Floats) -> Floats:

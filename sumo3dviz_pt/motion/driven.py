@@ -99,9 +99,9 @@ class Driven:
         return np.asarray(points + beyond[:, None] * step)
 
 
-def absolute_times(begin: float, end: float) -> Floats:
+def absolute_times(begin: float, end: float, *, step: float = _STEP) -> Floats:
     """Absolute times between two, and both, (n,) [s]."""
-    inner = np.arange(np.ceil(begin / _STEP), np.floor(end / _STEP) + 1.0) * _STEP
+    inner = np.arange(np.ceil(begin / step), np.floor(end / step) + 1.0) * step
     inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]
     return np.concatenate([[begin], inner, [end]])
 

@@ -18,7 +18,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
 from sumo3dviz_pt.motion.driven import Driven, absolute_times
-from sumo3dviz_pt.motion.samples import Samples, nearest_turn
+from sumo3dviz_pt.motion.samples import Samples
 
 Heading = Literal["chord", "tractrix"]
 
@@ -28,7 +28,7 @@ STEEPEST = np.radians(30.0)
 FASTEST_TURN = np.radians(130.0)
 """No body turns faster, whatever the path does: a lane's corners can [rad/s]."""
 
-_AXLE = 0.78
+REAR_AXLE = 0.78
 """Where the rear axle is, as a share of the length behind the front."""
 
 _STEP = 0.04
@@ -73,8 +73,10 @@ def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Her
         Yaw and pitch, (n, 2) [rad], unwrapped.
     """
     front = driven.front
-    knots = np.unique(np.concatenate([driven.knots, _fine(front.begin, front.end)]))
-    dragged = _dragged(front.at(knots).positions[:, :2], _AXLE * length, yaw)
+    knots = np.unique(
+        np.concatenate([driven.knots, absolute_times(front.begin, front.end, step=_STEP)])
+    )
+    dragged = _dragged(front.at(knots).positions[:, :2], REAR_AXLE * length, yaw)
     slopes = np.interp(knots, driven.knots, slopes_of(ahead))
     return _curve(knots, calmed(knots, np.unwrap(dragged)), slopes)
 
@@ -98,8 +100,7 @@ def logged(samples: Samples, *, yaw: float, at_once: bool) -> Hermite:
     Returns:
         Yaw and pitch, (n, 2) [rad], unwrapped.
     """
-    yaws = nearest_turn(samples.yaws, np.full(len(samples.yaws), yaw))
-    yaws = np.unwrap(np.concatenate([[yaw], yaws[1:]]))
+    yaws = np.unwrap(np.concatenate([[yaw], samples.yaws[1:]]))
     if not at_once:
         curve = _curve(samples.times, yaws, samples.slopes)
         knots = absolute_times(float(samples.times[0]), float(samples.times[-1]))
@@ -139,12 +140,6 @@ def _curve(times: Floats, yaws: Floats, pitches: Floats) -> Hermite:
     """A curve that stands where its knots do."""
     values = np.column_stack([yaws, np.clip(pitches, -STEEPEST, STEEPEST)])
     return Hermite(times, values, monotone_slopes(times, values))
-
-
-def _fine(begin: float, end: float) -> Floats:
-    """Absolute times between two [s]."""
-    inner = np.arange(np.ceil(begin / _STEP), np.floor(end / _STEP) + 1.0) * _STEP
-    return inner[(inner > begin) & (inner < end)]
 
 
 def _dragged(places: Floats, base: float, yaw: float) -> Floats:

@@ -18,6 +18,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
+from sumo3dviz_pt.motion.manoeuvres import AROUND, LEAST_AHEAD
 from sumo3dviz_pt.motion.route import Chain, Run, Switch
 from sumo3dviz_pt.motion.track import REACH, Track, Tracks
 from sumo3dviz_pt.motion.ways import Ways
@@ -25,14 +26,8 @@ from sumo3dviz_pt.motion.ways import Ways
 CHANGE_TIME = 4.0
 """An instant change of lanes takes so long [s]."""
 
-_WIDEST = 8.0
-"""The move may begin so long before the change, and end so long after it [s]."""
-
 _AHEAD = 4.0
 """So many times its width is driven during the move, if there is time."""
-
-_LEAST_AHEAD = 1.5
-"""Who drives slower yet, or stands, moves over so many times its width."""
 
 _STANDING = 0.25
 """Ways between samples driven slower count as standing [m/s]."""
@@ -137,10 +132,10 @@ def _blend(
     station = float(along.at(np.array([middle]))[0][0])
     ways = tracks.ways
     width = _apart(tracks, (chains[number][-1], chains[number + 1][0]), station)
-    room = _room(along, switch.step, _LEAST_AHEAD * abs(width))
+    room = _room(along, switch.step, LEAST_AHEAD * abs(width))
     times = _window(along, middle, _AHEAD * abs(width), room)
     begin, end = (float(each) for each in np.clip(along.at(np.array(times))[0], *room))
-    short = max(_LEAST_AHEAD * abs(width) - (end - begin), 0.0)
+    short = max(LEAST_AHEAD * abs(width) - (end - begin), 0.0)
     begin, end = begin - short, end + short
     _lengthen(ways, chains, number, (begin - REACH, end + REACH))
     low = chains[number + 1][0][1]
@@ -192,7 +187,7 @@ def _window(
     while True:
         times = max(middle - reach, first), min(middle + reach, last)
         low, high = np.clip(along.at(np.array(times))[0], *room)
-        if high - low >= least or reach >= _WIDEST:
+        if high - low >= least or reach >= AROUND:
             return times
         reach += _WIDENING
 

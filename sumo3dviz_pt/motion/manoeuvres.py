@@ -33,10 +33,10 @@ _CREEPING = 0.3
 _STILL = 0.75
 """Samples nearer to one another are of one place: queues creep [m]."""
 
-_AROUND = 8.0
+AROUND = 8.0
 """So long before and after a change of lanes counts whether a vehicle drives on [s]."""
 
-_AHEAD = 1.5
+LEAST_AHEAD = 1.5
 """Who drives so many times a change's width meanwhile needs no manoeuvre."""
 
 _BACKING = 0.15
@@ -52,7 +52,7 @@ class Stretch:
     """Samples of one way to move.
 
     Attributes:
-        samples: n >= 2, or n = 1 for the only sample of a piece.
+        samples: n >= 2.
         kind: Empty where the body follows its front; else `parking` or `reversing`.
     """
 
@@ -93,7 +93,7 @@ def _flags(samples: Samples) -> tuple[Bools, Bools]:
     sliding &= ~(np.fmax(samples.speeds[:-1], samples.speeds[1:]) * times > aside)
     for first, last in _stretches_of(sliding & ~parking):
         moved = float(aside[first:last].sum())
-        if moved > _ASIDE and _driven_around(samples, ahead, (first, last)) < _AHEAD * moved:
+        if moved > _ASIDE and _driven_around(samples, ahead, (first, last)) < LEAST_AHEAD * moved:
             parking[first:last] = True
     backward = (ahead < -_BACKING) & (aside < -ahead)
     # Along lanes the places tell: a long body in a tight turn points away from its way, and
@@ -116,11 +116,9 @@ def _driven_around(samples: Samples, ahead: Floats, ends: tuple[int, int]) -> fl
     times, rates = samples.times, ahead / np.diff(samples.times)
     first, last = ends
     low, high = first, last
-    while low > 0 and rates[low - 1] > _CREEPING and times[first] - times[low - 1] <= _AROUND:
+    while low > 0 and rates[low - 1] > _CREEPING and times[first] - times[low - 1] <= AROUND:
         low -= 1
-    while (
-        high < len(rates) and rates[high] > _CREEPING and times[high + 1] - times[last] <= _AROUND
-    ):
+    while high < len(rates) and rates[high] > _CREEPING and times[high + 1] - times[last] <= AROUND:
         high += 1
     before, amid, after = (float(ahead[a:b].sum()) for a, b in ((low, first), ends, (last, high)))
     # Who stands meanwhile moves over on one side of it.

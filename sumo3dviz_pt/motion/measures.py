@@ -21,15 +21,14 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.trajectory import Motion
+from sumo3dviz_pt.motion.headings import REAR_AXLE
+from sumo3dviz_pt.motion.samples import wrapped
 
 JUMP_FACTOR = 1.5
 """A frame may move by this much more than the logged speed says ..."""
 
 JUMP_SLACK = 0.02
 """... and by two centimetres: SUMO rounds to one [m]."""
-
-REAR_AXLE = 0.78
-"""Of a vehicle's length: where its rear axle lies behind the front bumper."""
 
 _SLOW = 0.3
 """Below it the direction of the velocity is noise, and the heading stands for it [m/s]."""
@@ -138,7 +137,7 @@ def jerks(places: Floats, *, step: float) -> Floats:
 def heading_rates(yaws: Floats, *, step: float) -> Floats:
     """Turn to the next frame, the shorter way round, (n,) [rad] to (n,) [rad/s]."""
     found = np.full(yaws.shape, np.nan)
-    found[:-1] = (np.mod(np.diff(yaws) + np.pi, 2.0 * np.pi) - np.pi) / step
+    found[:-1] = wrapped(np.diff(yaws)) / step
     return found
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.motion.curves import cubic
 from sumo3dviz_pt.motion.samples import Places
 from sumo3dviz_pt.motion.ways import Ways
 
@@ -125,9 +126,8 @@ class Polyline:
         share = (place - index)[:, None]
         here, there = self.rounded[index], self.rounded[index + 1]
         rise, first, last = there[:, :3] - here[:, :3], _GRAIN * here[:, 3:], _GRAIN * there[:, 3:]
-        square, cube = 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise
-        points = here[:, :3] + share * (first + share * (square + share * cube))
-        tangents = (first + share * (2.0 * square + 3.0 * share * cube)) / _GRAIN
+        moved, rates = cubic(share, rise, first, last)
+        points, tangents = here[:, :3] + moved, rates / _GRAIN
         return points + (stations - inside)[:, None] * tangents, tangents
 
 

@@ -311,16 +311,25 @@ def find_rider(fleet: Fleet, name: str) -> Trajectory:
     Raises:
         ConfigError: If the log has none of that name; the message names some it has.
     """
-    known = {trajectory.key: trajectory for trajectory in fleet.trajectories}
+    return find_trajectory(fleet.trajectories, name)
+
+
+def find_trajectory(trajectories: Sequence[Trajectory], name: str) -> Trajectory:
+    """A trajectory by SUMO's id, or by its key.
+
+    Raises:
+        ConfigError: If there is none of that name; the message names some.
+    """
+    known = {trajectory.key: trajectory for trajectory in trajectories}
     for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
         if key in known:
             return known[key]
-    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, fleet)}")
+    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, trajectories)}")
 
 
-def _suggested(name: str, fleet: Fleet) -> str:
+def _suggested(name: str, trajectories: Sequence[Trajectory]) -> str:
     """End of a sentence that names near ids and some that exist."""
-    ids = list(dict.fromkeys(trajectory.id for trajectory in fleet.trajectories))
+    ids = list(dict.fromkeys(trajectory.id for trajectory in trajectories))
     if not ids:
         return "; there is nobody in this time window"
     near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)

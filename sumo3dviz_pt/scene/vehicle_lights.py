@@ -16,7 +16,6 @@ References:
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -26,7 +25,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLights
 from sumo3dviz_pt.model.scene import Prototype
-from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.traffic import Trace, unique_ids
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.derived_lamps import DerivedLamps
 from sumo3dviz_pt.shapes.beam import HALF_ANGLE, PEAK, beam_pattern
@@ -145,14 +144,11 @@ def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> Vehicle
         dark: Whether lamps are lit.
         seed: The job's.
     """
-    logs: dict[str, _Log] = {}
-    seen: Counter[str] = Counter()
-    for trace in traces:
-        seen[trace.key] += 1
-        # A later vehicle with an earlier one's id is numbered, as its trajectory is.
-        key = trace.key if seen[trace.key] == 1 else f"{trace.key}#{seen[trace.key]}"
-        if trace.kind == "vehicle" and (trace.signals >= 0).any():
-            logs[key] = _Log(trace.times, np.maximum(trace.signals, 0))
+    logs = {
+        f"{trace.kind}:{name}": _Log(trace.times, np.maximum(trace.signals, 0))
+        for trace, name in zip(traces, unique_ids(traces), strict=True)
+        if trace.kind == "vehicle" and (trace.signals >= 0).any()
+    }
     return VehicleLights(logs, dark, seed)
 
 

@@ -1,5 +1,6 @@
 """Both smoothers on what SUMO logs, pathologies included."""
 
+import re
 import time
 from dataclasses import replace
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import MotionSettings
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.motion import MARGIN, smooth, smooth_log, smoother_names
 from sumo3dviz_pt.motion.paper_symmetric import HEADING_HALF_WIDTH, POSITION_HALF_WIDTH
@@ -61,6 +63,12 @@ def literal_paper(times, x, y, angles):
 
 def test_names_are_offered():
     assert {"paper", "paper_symmetric"} <= set(smoother_names())
+
+
+def test_the_scene_file_names_them_all():
+    told = MotionSettings.model_fields["smoother"]
+    assert told.default in smoother_names()
+    assert {name.strip() for name in re.split(r",| or ", told.description)} == set(smoother_names())
 
 
 def test_unknown_smoother_suggests_one():

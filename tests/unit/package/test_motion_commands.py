@@ -124,8 +124,8 @@ def test_motion_draws_anybody(name, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--vehicle", "v11"], "nobody in the log is called 'v11'; did you mean 'v1'"),
-        (["--vehicle", "tram"], "there are 'v0', 'v1' and 0 more"),
+        (["--vehicle", "v11"], "no vehicle or person is called 'v11'; did you mean 'v1'"),
+        (["--vehicle", "tram"], "for example 'v0', 'v1' exist"),
         (["--vehicle", "v1", "--from", "99"], "it is there from 0 s to 12 s"),
         (["--vehicle", "v1", "--to", "-1"], "it is there from 0 s to 12 s"),
         (["--vehicle", "v1", "-o", "plot.pdf"], "must end in .png"),

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.network import Lane
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion import measures
+from sumo3dviz_pt.motion.ways import Ways
 
 _ASIDE = ("lane change", "parking", "reversing", "teleport", "gap")
 """Where a smoother's remarks say that it leaves the lanes' centres on purpose."""
@@ -24,33 +24,23 @@ _INSIDE = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneKeeping:
-    """The lanes of a network, and how they follow one another.
+    """Where the lanes of a network run, and how they follow one another.
 
     Attributes:
-        network: The roads.
+        ways: The lanes.
         names: That the samples' lanes index.
-        after: Lanes that follow each lane, internal ones first.
     """
 
-    network: Network
+    ways: Ways
     names: Sequence[str]
-    after: Mapping[str, frozenset[str]] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Index the connections."""
-        found: dict[str, set[str]] = defaultdict(set)
-        for connection in self.network.connections:
-            found[connection.from_lane] |= {connection.via, connection.to_lane} - {""}
-        object.__setattr__(self, "after", {name: frozenset(some) for name, some in found.items()})
 
     def lanes_of(self, trace: Trace) -> list[Lane]:
         """The lanes that a road user is logged on, and those inside junctions between them."""
         numbers = np.unique(trace.lanes)
         between = {self.names[number] for number in numbers.tolist() if number >= 0}
         for _ in range(_INSIDE):
-            onward = (self.after.get(name, frozenset()) for name in between)
-            between |= {name for some in onward for name in some if name.startswith(":")}
-        return [self.network.lanes[name] for name in sorted(between) if name in self.network.lanes]
+            between |= self._inside_after(between)
+        return [self.ways.lane(name) for name in sorted(between) if name in self.ways]
 
     def strays(self, trace: Trace, trajectory: Trajectory, times: Floats, places: Floats) -> Floats:
         """How much farther from the lanes' centres the front is than the samples around it.
@@ -88,9 +78,17 @@ class LaneKeeping:
             return False
         if first == last:
             return True
-        after, goal = self.after.get(self.names[first], frozenset()), self.names[last]
-        inner = (self.after.get(name, frozenset()) for name in after if name.startswith(":"))
-        return goal in after or any(goal in some for some in inner)
+        reached, goal = {self.names[first]}, self.names[last]
+        for _ in range(_INSIDE):
+            if any(goal in self.ways.onward.get(name, ()) for name in reached):
+                return True
+            reached = self._inside_after(reached)
+        return any(goal in self.ways.onward.get(name, ()) for name in reached)
+
+    def _inside_after(self, names: Iterable[str]) -> set[str]:
+        """Lanes inside junctions that follow some lanes."""
+        onward = (self.ways.onward.get(name, ()) for name in names)
+        return {name for some in onward for name in some if self.ways.inside(name)}
 
 
 def _aside(trajectory: Trajectory, times: Floats) -> Bools:
