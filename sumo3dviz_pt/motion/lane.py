@@ -80,7 +80,7 @@ class LaneFront:
         points, ahead, rates = self.path.at(stations)
         offsets, drifts = self.beside.at(times)
         level = _level(ahead)
-        velocities = rates * speeds[:, None] + _turned(drifts, level)
+        velocities = (rates.T * speeds).T + _turned(drifts, level)
         return FrontMotion(points + _turned(offsets, level), np.linalg.norm(velocities, axis=1))
 
 
@@ -278,15 +278,15 @@ def _aside(samples: Samples, track: tuple[Floats, Floats]) -> Floats:
 
 def _level(ahead: Floats) -> Floats:
     """Level unit directions, (n, 3) -> (n, 2)."""
-    length = np.hypot(ahead[:, 0], ahead[:, 1])
-    return np.asarray(ahead[:, :2] / np.maximum(length, 1e-9)[:, None])
+    level = ahead.T[:2]
+    return np.asarray((level / np.maximum(np.hypot(*level), 1e-9)).T)
 
 
 def _turned(values: Floats, level: Floats) -> Floats:
     """Vectors turned about the vertical from east to level directions, (n, 3) and (n, 2)."""
     cos, sin = level.T
     x, y, z = values.T
-    return np.stack([x * cos - y * sin, x * sin + y * cos, z], axis=1)
+    return np.array([x * cos - y * sin, x * sin + y * cos, z]).T
 
 
 def _remark(blend: Blend, moved: tuple[float, float]) -> Remark:

@@ -76,6 +76,9 @@ class LanePath:
 
         The direction leaves the sideways move out; the derivative has it.
         """
+        if len(self.tracks) == 1:
+            points, ahead = self.tracks[0].at(stations)
+            return points, ahead, ahead
         done = np.searchsorted(self.ends, stations, side="right")
         begun = np.searchsorted(self.begins, stations, side="left")
         points, ahead = self._on(done, stations)
@@ -95,12 +98,11 @@ class LanePath:
 
     def _on(self, numbers: Ints, stations: Floats) -> tuple[Floats, Floats]:
         """Points and derivatives on tracks, each of its own, (n, 3) each."""
-        if len(self.tracks) == 1:
-            return self.tracks[0].at(stations)
         points, tangents = np.empty((len(stations), 3)), np.empty((len(stations), 3))
-        for number in np.unique(numbers).tolist():
-            inside = numbers == number
-            points[inside], tangents[inside] = self.tracks[number].at(stations[inside])
+        for number, track in enumerate(self.tracks):
+            inside = np.flatnonzero(numbers == number)
+            if len(inside):
+                points[inside], tangents[inside] = track.at(stations[inside])
         return points, tangents
 
 

@@ -88,7 +88,7 @@ class Polyline:
         points: (n, 3) [m].
         tangents: Of the stretches, (n - 1, 3).
         knots: Evenly spaced, they cover the stations and `REACH` beyond, (m,) [m].
-        rounded: Points and derivatives of the rounded line at the knots, (m, 6).
+        rounded: Points and derivatives of the rounded line at the knots, (6, m).
     """
 
     stations: Floats
@@ -107,7 +107,7 @@ class Polyline:
         for bends in _bends(self.stations[1:-1], np.diff(tangents, axis=0)):
             bends.add(knots, points, ahead)
         object.__setattr__(self, "knots", knots)
-        object.__setattr__(self, "rounded", np.concatenate([points, ahead], axis=1))
+        object.__setattr__(self, "rounded", np.concatenate([points.T, ahead.T]))
 
     def corners_at(self, stations: Floats) -> tuple[Floats, Floats]:
         """Points and derivatives of the polyline itself, as SUMO sees it, (m, 3) each."""
@@ -123,12 +123,12 @@ class Polyline:
         inside = np.minimum(np.maximum(stations, self.knots[0]), self.knots[-1])
         place = (inside - self.knots[0]) / _GRAIN
         index = np.minimum(place.astype(np.intp), len(self.knots) - 2)
-        share = (place - index)[:, None]
-        here, there = self.rounded[index], self.rounded[index + 1]
-        rise, first, last = there[:, :3] - here[:, :3], _GRAIN * here[:, 3:], _GRAIN * there[:, 3:]
-        moved, rates = cubic(share, rise, first, last)
-        points, tangents = here[:, :3] + moved, rates / _GRAIN
-        return points + (stations - inside)[:, None] * tangents, tangents
+        here = self.rounded.take(index, axis=1)
+        there = self.rounded.take(index + 1, axis=1)
+        rise, first, last = there[:3] - here[:3], _GRAIN * here[3:], _GRAIN * there[3:]
+        moved, rates = cubic(place - index, rise, first, last)
+        tangents = rates / _GRAIN
+        return (here[:3] + moved + (stations - inside) * tangents).T, tangents.T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
