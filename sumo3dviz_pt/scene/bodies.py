@@ -97,7 +97,10 @@ def _(choice: ModelChoice, shelf: Shelf) -> Body:
     fitted = fitted_model(entry, shelf, choice)
     seat = _model_seat(entry, choice.vclass, fitted.scale, fitted.size)
     stride = DEVELOPMENT * float(fitted.scale[0]) if pedals(entry.meta) else None
-    assembly = Assembly(entry.name, fitted.units, fitted.hinged)
+    first = fitted.units[0]
+    # Lengths count as models: each has full detail of its own.
+    model = entry.name if first.given is None else first.prototype.name
+    assembly = Assembly(model, fitted.units, fitted.hinged)
     ride = _ride(entry.meta, choice.vclass)
     return Body(
         assembly, fitted.scale, fitted.size, seat, stride=stride, ride=ride, vclass=choice.vclass

@@ -12,6 +12,7 @@ from sumo3dviz_pt.model.scene import Mover, Prototype
 from sumo3dviz_pt.scene.articulation import Links
 from sumo3dviz_pt.scene.crowd import Drawn
 from sumo3dviz_pt.shapes.bellows import bend_phase, chord
+from sumo3dviz_pt.shapes.stretching import Stretch
 from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 
@@ -41,6 +42,7 @@ class Unit:
         at: x of its front in the whole's unscaled frame [m].
         wheels: Where its wheels turn at full detail; empty where there is none.
         model: The catalogue's name, if the prototype's is another.
+        given: By which full detail is made longer or shorter; None leaves it as it is.
         length: Unscaled [m]; needed where it has pivots.
         pivots: Behind its front, unscaled [m]: what stays on the path; None is rigid with
             the others.
@@ -52,6 +54,7 @@ class Unit:
     at: float = 0.0
     wheels: tuple[WheelPlace, ...] = ()
     model: str = ""
+    given: Stretch | None = None
     length: float = 0.0
     pivots: tuple[float, float] | None = None
     stretch: float = 1.0
@@ -65,7 +68,7 @@ class Unit:
     @property
     def hero(self) -> str:
         """Name of its body at full detail."""
-        return f"{self.source}/hero"
+        return f"{self.source if self.given is None else self.prototype.name}/hero"
 
     @property
     def wheel(self) -> str:

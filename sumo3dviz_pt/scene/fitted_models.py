@@ -103,11 +103,13 @@ def _given(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
     wanted = round(2.0 * choice.size[0] / factor) / 2.0
     stretch = Stretch.to_length((float(first), float(last)), extra=wanted - length)
     name = f"{entry.name}@{length + stretch.gain:.1f}"
-    plain = _shelved_vehicle(entry, shelf)
-    body = shelved(shelf, name, lambda: stretched(plain, stretch, name=name))
+    plain = _unit(entry, shelf, at=0.0)
+    body = shelved(shelf, name, lambda: stretched(plain.prototype, stretch, name=name))
+    wheels = tuple(replace(place, at=stretch.moved_point(place.at)) for place in plain.wheels)
+    unit = Unit(body, wheels=wheels, model=entry.name, given=stretch)
     along = choice.size[0] / (length + stretch.gain)
     scale = np.array([along, factor, factor])
-    return Fitted((Unit(body),), scale, sizes(scale * (length + stretch.gain, width, height)))
+    return Fitted((unit,), scale, sizes(scale * (length + stretch.gain, width, height)))
 
 
 def _rounded(unit: Unit, shelf: Shelf, *, ratio: float) -> Unit:

@@ -8,14 +8,17 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.scene.drawing import Unit
 from sumo3dviz_pt.shapes.bake import hero_vehicle
 from sumo3dviz_pt.shapes.ply import read_ply, write_ply
+from sumo3dviz_pt.shapes.stretching import stretched
 
 _LOG = logging.getLogger(__name__)
 
@@ -42,6 +45,24 @@ def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     for name in wanted:
         for level in _LEVELS:
             found[f"{name}/{level}"] = _read(name, level)
+    return found
+
+
+def heroes_of(units: Iterable[Unit]) -> dict[str, Prototype]:
+    """Bodies and wheels in full detail by the names that units give them, lamps included.
+
+    Args:
+        units: Of models that have full detail.
+    """
+    wanted = {unit.hero: unit for unit in units}
+    made = hero_prototypes({unit.source for unit in wanted.values()})
+    found = {}
+    for name, unit in wanted.items():
+        body = made[f"{unit.source}/hero"]
+        if unit.given is not None:
+            body = stretched(body, unit.given, name=name)
+        found[name] = replace(body, lamps=unit.prototype.lamps)
+        found[unit.wheel] = made[unit.wheel]
     return found
 
 

@@ -11,13 +11,13 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
-from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, Prototype, is_tinted
+from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, is_tinted
 from sumo3dviz_pt.scene.bodies import Body, build_body
 from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
 from sumo3dviz_pt.scene.drawing import Unit
 from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN
-from sumo3dviz_pt.scene.heroes import hero_prototypes
+from sumo3dviz_pt.scene.heroes import heroes_of
 from sumo3dviz_pt.scene.houses import STYLES, Chance, house_parts
 from sumo3dviz_pt.scene.kinds import KINDS, PLANTS, body_of
 from sumo3dviz_pt.scene.materials import MATERIALS
@@ -110,7 +110,8 @@ def _exhibit(body: Body, level: str, number: int) -> Exhibit:
     parts = [part for unit in body.assembly.units for part in _unit_parts(unit, level)]
     parts += [part for unit in body.assembly.units for part in _joint_parts(unit, level)]
     painted = tuple(_painted(part, colour) for part in parts)
-    title = body.assembly.model if level == "middle" else f"{body.assembly.model}, {level}"
+    name = body.assembly.model.partition("@")[0]
+    title = name if level == "middle" else f"{name}, {level}"
     return Exhibit(title, painted, {**MATERIALS, **body.materials})
 
 
@@ -120,7 +121,7 @@ def _unit_parts(unit: Unit, level: str) -> list[Part]:
     if level != "hero":
         parts = unit.prototype.far if level == "far" else unit.prototype.parts
         return [Part(place.mesh(part.mesh), part.material, part.tint) for part in parts]
-    made: Mapping[str, Prototype] = hero_prototypes([unit.source])
+    made = heroes_of([unit])
     found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.hero].parts]
     for wheel in unit.wheels:
         back = (wheel.at[1] < 0.0) != wheel.reversed

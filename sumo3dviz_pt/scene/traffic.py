@@ -33,7 +33,7 @@ from sumo3dviz_pt.scene.drawing import AT_REST
 from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import own_palette, paint_of
 from sumo3dviz_pt.scene.gait import effort, stride_phase
-from sumo3dviz_pt.scene.heroes import hero_prototypes
+from sumo3dviz_pt.scene.heroes import heroes_of
 from sumo3dviz_pt.scene.presence import Presence, Present
 from sumo3dviz_pt.scene.stances import Stances
 from sumo3dviz_pt.scene.vehicle_lights import VehicleLights
@@ -211,17 +211,13 @@ class Fleet:
 
     def with_heroes(self, models: frozenset[str]) -> Fleet:
         """The same fleet with some models in full detail, built if need be."""
-        units = {
-            unit.hero: unit
+        made = heroes_of(
+            unit
             for body in self.bodies
             if body.assembly.model in models
             for unit in body.assembly.units
-        }
-        made = hero_prototypes({unit.source for unit in units.values()})
-        lit = {
-            name: replace(made[name], lamps=unit.prototype.lamps) for name, unit in units.items()
-        }
-        return replace(self, prototypes={**self.prototypes, **made, **lit})
+        )
+        return replace(self, prototypes={**self.prototypes, **made})
 
     def _whole(self, present: Present, row: int, frame: Floats, *, opened: str | None) -> Mover:
         """One road user at its place, in one piece."""

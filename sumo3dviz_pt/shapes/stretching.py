@@ -49,6 +49,11 @@ class Stretch:
         behind = np.clip(-np.asarray(x), self.first, self.last) - self.first
         return np.asarray(x - (self.factor - 1.0) * behind)
 
+    def moved_point(self, point: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Where one point comes to lie [m]."""
+        x, y, z = point
+        return float(self.moved(np.array(x))), y, z
+
 
 def stretched(prototype: Prototype, stretch: Stretch, *, name: str) -> Prototype:
     """A body whose stretch has another length; all else keeps its shape."""
@@ -104,9 +109,4 @@ def _longer(mesh: Mesh, stretch: Stretch) -> Mesh:
 
 def _lamp(lamp: VehicleLamp, stretch: Stretch) -> VehicleLamp:
     """A lamp that goes with the body."""
-    return replace(lamp, at=(_x(lamp.at[0], stretch), *lamp.at[1:]))
-
-
-def _x(x: float, stretch: Stretch) -> float:
-    """One coordinate moved."""
-    return float(stretch.moved(np.array(x)))
+    return replace(lamp, at=stretch.moved_point(lamp.at))

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.scene.heroes import hero_prototypes
+from sumo3dviz_pt.scene.bodies import build_body
+from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
+from sumo3dviz_pt.scene.heroes import hero_prototypes, heroes_of
 from sumo3dviz_pt.scene.materials import MATERIALS
 from sumo3dviz_pt.shapes.bake import has_hero
 
@@ -103,3 +105,23 @@ def test_two_processes_build_at_once(cache):
     both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
     assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
     assert len(list(cache.iterdir())) == 1
+
+
+def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
+    """A van that gives between its axles: wheels where they were on either side, and round."""
+    model = next(model for model in models_for({}) if model.name == "delivery_van")
+    length, *other = model.size
+    own, longer = (
+        build_body(ModelChoice(model, "delivery", (size, *other)), {}).assembly.units[0]
+        for size in (length, length + 1.0)
+    )
+    assert own.hero != longer.hero and own.wheel == longer.wheel
+    made = heroes_of([own, longer])
+    assert set(made) == {own.hero, longer.hero, own.wheel}
+    rears = [
+        min(part.mesh.vertices[:, 0].min() for part in made[u.hero].parts) for u in (own, longer)
+    ]
+    assert rears[0] - rears[1] == pytest.approx(1.0, abs=0.26), "bodies come in half metres"
+    moved = [one.at[0] - other.at[0] for one, other in zip(own.wheels, longer.wheels, strict=True)]
+    assert min(moved) == 0.0 and max(moved) == pytest.approx(rears[0] - rears[1])
+    assert made[longer.hero].lamps == longer.prototype.lamps

@@ -77,7 +77,7 @@ def test_wheels_show_the_face_that_films_show(side, reversed_):
     shown = Unit(unit.prototype, wheels=(place,))
     bare = showroom._unit_parts(Unit(unit.prototype), "hero")
     wheel = showroom._unit_parts(shown, "hero")[len(bare) :]
-    made = showroom.hero_prototypes([unit.source])[unit.wheel].parts
+    made = showroom.heroes_of([unit])[unit.wheel].parts
     sign = -1.0 if (side < 0) != reversed_ else 1.0
     for drawn, part in zip(wheel, made, strict=True):
         expected = part.mesh.vertices * [sign, sign, 1.0] + place.at
