@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sumo3dviz_pt.film import FrameDone
     from sumo3dviz_pt.job import Job
-    from sumo3dviz_pt.pipeline import Still
+    from sumo3dviz_pt.still import Still
+    from sumo3dviz_pt.viewer.notebook import Viewer
+
+_Remade = Callable[[Mapping[str, str]], "Job"]
 
 _SCENARIO_KEYS = frozenset(
     {"sumocfg", "folder", "network", "trajectories", "signals", "additional", "vehicle_types"}
@@ -31,13 +34,16 @@ class Scene:
     def __init__(self, **settings: Any) -> None:
         from sumo3dviz_pt.jobfile import make_job
 
-        self.job: Job = make_job(_gathered(settings))
+        gathered = _gathered(settings)
+        self.job: Job = make_job(gathered)
+        self._file: Path | None = None
+        self._remade: _Remade | None = lambda choices: make_job({**gathered, **choices})
 
     @classmethod
     def of(cls, job: Job) -> Scene:
         """Wrap a validated job."""
         scene = cls.__new__(cls)
-        scene.job = job
+        scene.job, scene._file, scene._remade = job, None, None
         return scene
 
     def still(
@@ -102,6 +108,49 @@ class Scene:
         reports = render_film(self.job, Request(camera=camera, **asked), order, on_frame=on_frame)
         return [report.film or report.folder for report in reports]
 
+    def view(
+        self,
+        *,
+        size: tuple[int, int] = (480, 270),
+        start: float | None = None,
+        end: float | None = None,
+        variant: str = "llvm",
+        port: int = 0,
+        height: int | None = None,
+    ) -> Viewer:
+        """Open the viewer; as the last line of a notebook's cell it shows the page.
+
+        It takes a while until the scene is built. A scene that `load` has read can save key
+        frames into its file. Close the viewer when it is no longer needed: it holds memory.
+
+        Args:
+            size: Width, height of its pictures [px].
+            start: First time of its slider [s]; default the log's.
+            end: Last time [s]; default the log's.
+            variant: `llvm` or `cuda`.
+            port: To listen on, on this machine only; 0 takes a free one.
+            height: Of the frame in a notebook [px]; default as the picture needs.
+
+        Returns:
+            A viewer with `.address` and `.close()`; it can stand in a `with` statement.
+
+        Raises:
+            ConfigError: If the extra `viewer` is not installed, or a choice is wrong.
+            InputError: If a file of the simulation is wrong.
+        """
+        from sumo3dviz_pt.viewer.notebook import Choices, Viewer
+        from sumo3dviz_pt.viewer.studio import Studio
+
+        studio = Studio(
+            self.job,
+            scene_file=self._file,
+            size=size,
+            window=(start, end),
+            variant=variant,
+            reload=self._remade,
+        )
+        return Viewer(studio, size=size, choices=Choices(port, height=height))
+
 
 _REQUEST_KEYS = frozenset({"quality", "size", "spp", "seed", "variant"})
 
@@ -118,7 +167,11 @@ def load(path: str | Path, overrides: Mapping[str, str] | None = None) -> Scene:
     """
     from sumo3dviz_pt.jobfile import load_job
 
-    return Scene.of(load_job(Path(path), overrides))
+    file, given = Path(path), dict(overrides or {})
+    scene = Scene.of(load_job(file, given))
+    scene._file = file
+    scene._remade = lambda choices: load_job(file, {**given, **choices})
+    return scene
 
 
 def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:

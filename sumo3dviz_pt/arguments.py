@@ -41,6 +41,7 @@ def build_parser() -> argparse.ArgumentParser:
         _add_converge,
         _add_report,
         _add_motion,
+        _add_view,
         _add_assets,
         _add_doctor,
     ):
@@ -155,6 +156,18 @@ def _add_converge(commands: Any) -> None:
     sub.add_argument("--top", type=int, default=64, help="most samples that are judged [64]")
     sub.add_argument("--budget", type=float, metavar="SECONDS", help="begin nothing after it")
     sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    _add_overrides(sub)
+
+
+def _add_view(commands: Any) -> None:
+    sub = commands.add_parser("view", help="walk through a scene in the browser")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--port", type=int, default=0, help="to listen on [a free one]")
+    sub.add_argument("--size", type=_size, default=(480, 270), help="of its pictures [480x270]")
+    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
+    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    sub.add_argument("--token", help="the secret in the address [a new one each time]")
+    sub.add_argument("--variant", default="llvm", help="llvm or cuda [llvm]")
     _add_overrides(sub)
 
 

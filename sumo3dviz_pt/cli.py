@@ -94,7 +94,7 @@ def _demo(options: argparse.Namespace) -> int:
             job,
             picture,
             shot.start,
-            after_pass=lambda done, total: show("demo.png", done, total, 0.0),
+            after_pass=partial(show, "demo.png"),
         )
     still.save(folder / "demo.png")
     print(f"wrote {folder / 'demo.png'}")
@@ -308,6 +308,14 @@ def _motion(options: argparse.Namespace) -> int:
     return 0
 
 
+def _view(options: argparse.Namespace) -> int:
+    """Walk through a scene in the browser."""
+    from sumo3dviz_pt.viewer.command import view
+
+    view(options, announce=lambda address: print(address, flush=True))
+    return 0
+
+
 def _doctor(_: argparse.Namespace) -> int:
     """Look at the installation."""
     from sumo3dviz_pt.doctor import examine
@@ -318,14 +326,14 @@ def _doctor(_: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[str, int, int, float], None]]:
+def _progress() -> Iterator[Callable[..., None]]:
     """A line that says how far the work is and how long it will take."""
     import time
 
     live = sys.stderr.isatty()
     last = [0.0]
 
-    def show(name: str, done: int, total: int, left: float) -> None:
+    def show(name: str, done: int, total: int, left: float = 0.0) -> None:
         now = time.monotonic()
         if not live and done < total and now - last[0] < 10:
             return
@@ -354,7 +362,7 @@ def _assets(options: argparse.Namespace) -> int:
         return 0
     with _progress() as show:
         for name, done, total in build(options.chosen, into=options.output):
-            show(name, done, total, 0.0)
+            show(name, done, total)
     return 0
 
 
@@ -368,14 +376,9 @@ def _sheets(options: argparse.Namespace) -> int:
     for name in options.chosen or sheet_names():
         order = SheetOrder(name, folder / f"sheet_{name}.png", options.size, options.quality)
         with _progress() as show:
-            draw_sheet(order, progress=partial(_shown, show, name))
+            draw_sheet(order, progress=partial(show, name))
         print(f"wrote {order.path}")
     return 0
-
-
-def _shown(show: Callable[[str, int, int, float], None], name: str, done: int, total: int) -> None:
-    """Progress without a forecast."""
-    show(name, done, total, 0.0)
 
 
 _COMMANDS: Mapping[str, Callable[[argparse.Namespace], int]] = {
@@ -388,6 +391,7 @@ _COMMANDS: Mapping[str, Callable[[argparse.Namespace], int]] = {
     "converge": _converge,
     "report": _report,
     "motion": _motion,
+    "view": _view,
     "assets": _assets,
     "doctor": _doctor,
 }

@@ -21,13 +21,15 @@ from sumo3dviz_pt.catalog import data_root
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
-from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.provenance import input_hashes, versions
+from sumo3dviz_pt.still import Still as Still
+from sumo3dviz_pt.still import check_target as check_target
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.render.session import Rendered, Session
+    from sumo3dviz_pt.render.session import Session
     from sumo3dviz_pt.scene.shot import Shot
 
 log = logging.getLogger(__name__)
@@ -259,57 +261,6 @@ def renderer_names(session: Session) -> dict[str, str]:
     return {"variant": variant, "llvm": llvm_description() if "llvm" in variant else ""}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Still:
-    """A picture.
-
-    Attributes:
-        radiance: Linear sRGB primaries, scene units, (h, w, 3).
-        exposure: EV at which to develop it.
-        tone: Tone curve's name.
-        glare: Share of light that the lens spreads.
-        half: Whether an EXR of it is stored in half precision.
-        provenance: What it was made from.
-        rendered: The renderer's own account.
-    """
-
-    radiance: Image
-    exposure: float
-    tone: str
-    glare: float
-    half: bool
-    provenance: dict[str, Any]
-    rendered: Rendered
-
-    def develop(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
-        """8-bit sRGB pixels, (h, w, 3)."""
-        from sumo3dviz_pt.image.tonemap import develop
-
-        return develop(self.radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
-
-    def save(self, path: str | Path) -> None:
-        """Write a .png (developed) or an .exr (radiance).
-
-        Raises:
-            ConfigError: If the suffix is another one, or the folder is missing.
-        """
-        path = Path(path)
-        check_target(path, suffixes=(".png", ".exr"))
-        if path.suffix.lower() == ".exr":
-            from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-
-            text = json.dumps(self.provenance, sort_keys=True)
-            write_exr(path, self.radiance, half=self.half, attributes={PROVENANCE: text})
-        else:
-            from sumo3dviz_pt.image.png import write_png
-
-            write_png(
-                path,
-                self.develop(),
-                text={"provenance": json.dumps(self.provenance, sort_keys=True)},
-            )
-
-
 def provenance(production: Production, *, frame: int, time: float) -> dict[str, Any]:
     """What a frame was made from; no clock, so that the same command gives the same bytes."""
     return {
@@ -361,22 +312,6 @@ def check_tone(name: str) -> None:
     from sumo3dviz_pt.image.tonemap import tone_curve
 
     tone_curve(name)
-
-
-def check_target(path: Path, *, suffixes: tuple[str, ...]) -> None:
-    """Refuse a place that cannot be written to, before any work is done.
-
-    Raises:
-        ConfigError: If suffix or folder is wrong, or the folder cannot be written to.
-    """
-    import os
-
-    if path.suffix.lower() not in suffixes:
-        raise ConfigError(f"{path} must end in {' or '.join(suffixes)}", key="output")
-    if not path.parent.is_dir():
-        raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
-        raise ConfigError(f"{path} cannot be written to", key="output")
 
 
 def example(name: str) -> Path:

@@ -32,22 +32,24 @@ def write_png(
     Raises:
         ValueError: If the pixels are not 8-bit grey or RGB.
     """
-    if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,)):
-        raise ValueError(f"PNG needs (h, w) or (h, w, 3) uint8, not {pixels.shape} {pixels.dtype}")
     part = path.with_name(path.name + ".part")
     try:
-        part.write_bytes(_encoded(pixels, text or {}, level))
+        part.write_bytes(encoded(pixels, text=text, level=level))
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
 
 
-def _encoded(pixels: NDArray[np.uint8], text: Mapping[str, str], level: int) -> bytes:
-    """All chunks of the file."""
+def encoded(
+    pixels: NDArray[np.uint8], *, text: Mapping[str, str] | None = None, level: int = 9
+) -> bytes:
+    """A PNG file's bytes; arguments and errors as in `write_png`."""
+    if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,)):
+        raise ValueError(f"PNG needs (h, w) or (h, w, 3) uint8, not {pixels.shape} {pixels.dtype}")
     height, width = pixels.shape[:2]
     colour_type = 2 if pixels.ndim == 3 else 0
     header = struct.pack(">IIBBBBB", width, height, 8, colour_type, 0, 0, 0)
-    comments = [_chunk(b"iTXt", _comment(key, value)) for key, value in text.items()]
+    comments = [_chunk(b"iTXt", _comment(key, value)) for key, value in (text or {}).items()]
     return b"".join(
         [
             _SIGNATURE,

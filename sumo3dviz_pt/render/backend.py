@@ -99,12 +99,16 @@ def _try_variant(variant: str) -> str | None:
 
 
 def _point_to_llvm() -> None:
-    """Name libLLVM to Dr.Jit where its own search does not look."""
+    """Name libLLVM to Dr.Jit where its own search does not look.
+
+    Programs that we start inherit the name: one that is too old would hide a newer one there.
+    """
     if _LLVM_VARIABLE in os.environ:
         return
     for pattern in _LLVM_PLACES:
         anchor = Path(pattern).anchor
-        found = Path(anchor).glob(str(Path(pattern).relative_to(anchor)))
+        there = Path(anchor).glob(str(Path(pattern).relative_to(anchor)))
+        found = [path for path in there if _major(path) >= _OLDEST_LLVM[0]]
         newest = max(found, key=_numbers, default=None)
         if newest is not None:
             os.environ[_LLVM_VARIABLE] = str(newest)
@@ -114,6 +118,12 @@ def _point_to_llvm() -> None:
 def _numbers(path: Path) -> list[int]:
     """All numbers in a path, so that 19 comes after 9."""
     return [int(number) for number in re.findall(r"\d+", str(path))]
+
+
+def _major(path: Path) -> int:
+    """LLVM's version by a path such as llvm-19/lib/libLLVM.so.1; the oldest one if it has none."""
+    versions = re.findall(r"LLVM(?:-|\.so\.)(\d+)", str(path), re.I)
+    return max(map(int, versions), default=_OLDEST_LLVM[0])
 
 
 def llvm_advice() -> str:

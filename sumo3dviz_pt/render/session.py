@@ -131,9 +131,9 @@ class Session:
             weight = sky_weight(self.sky, lamps=aimed)
             self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
             self._use_quality()
-        self._scene: Any = None
+        self.scene: Any = None
         self._parameters: Any = None
-        self._origin: Floats | None = None
+        self.origin: Floats | None = None
 
     def __enter__(self) -> Session:
         """Start to use the scene."""
@@ -141,7 +141,7 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         """Give everything back, so that another session compiles the same kernels."""
-        self._scene = self._parameters = self._pool = self._scalar = None
+        self.scene = self._parameters = self._pool = self._scalar = None
         self._trace = self._trace_guides = self._trace_lamps = _trace
         self._lights = {}
         self._lamps = Lamps((), bsdf=None, jit=False)
@@ -170,11 +170,11 @@ class Session:
         """Trace one frame; arguments and errors as in `render`."""
         clock = self.clock
         # Loading is charged to the first frame only.
-        loading = clock.seconds.get("load", 0.0) if self._scene is None else 0.0
+        loading = clock.seconds.get("load", 0.0) if self.scene is None else 0.0
         clock.seconds = {"load": loading}
         try:
             with clock.phase("update"):
-                self._show(frame)
+                self.show(frame)
             seed = frame_seed(self.settings.seed, frame.time)
             with clock.phase("guides"):
                 found = self._guides(seed)
@@ -235,7 +235,7 @@ class Session:
             return
         self._use_quality()
         if quality.sampler != before.sampler:
-            self._scene = None
+            self.scene = None
 
     # Building -----------------------------------------------------------------------------
 
@@ -255,7 +255,7 @@ class Session:
         in_kernel = self.backend.jit and quality.cap is not None
         apart = in_kernel and self._aimed
         self._integrator = (
-            capped_integrator(path, self._limit, direct=not apart) if in_kernel else path
+            capped_integrator(path, self.limit, direct=not apart) if in_kernel else path
         )
         lamps = self._aimed and not apart
         self._guide_integrator = mi.load_dict(guides.guide_plugin(quality, lamps=lamps))
@@ -264,7 +264,7 @@ class Session:
         self._trace, self._trace_guides, self._trace_lamps = (self._tracer() for _ in range(3))
 
     @property
-    def _limit(self) -> float:
+    def limit(self) -> float:
         """Highest channel value of a sample."""
         cap = self.settings.quality.cap
         return np.inf if cap is None else cap * self.settings.white
@@ -286,7 +286,7 @@ class Session:
     def _load(self, frame: FrameState) -> None:
         """Put the scene together around a frame's origin."""
         origin = frame.origin
-        self._scene = self._parameters = None
+        self.scene = self._parameters = None
         size, quality = self.settings.size, self.settings.quality
         guide_spp = guides.guide_spp(quality)
         entries = {
@@ -307,17 +307,17 @@ class Session:
             entries |= self._pool.entries
         if self._scalar is not None:
             entries |= self._scalar.entries(frame)
-        self._scene = mi.load_dict(entries, optimize=False)
-        self._parameters = mi.traverse(self._scene)
-        self._origin = origin
+        self.scene = mi.load_dict(entries, optimize=False)
+        self._parameters = mi.traverse(self.scene)
+        self.origin = origin
 
     # Each frame ---------------------------------------------------------------------------
 
-    def _show(self, frame: FrameState) -> None:
+    def show(self, frame: FrameState) -> None:
         """Bring the scene to a frame's state."""
-        if self._scene is None or self._scalar is not None:
+        if self.scene is None or self._scalar is not None:
             self._load(frame)
-        elif self._origin is None or not np.array_equal(self._origin, frame.origin):
+        elif self.origin is None or not np.array_equal(self.origin, frame.origin):
             self._recentre(frame.origin)
         parameters = self._parameters
         matrix = convert.transform(convert.sensor_matrix(frame.view, frame.origin))
@@ -338,7 +338,7 @@ class Session:
         for number, lump in enumerate(self._static):
             convert.shift(self._parameters, f"static_{number}", lump.mesh, origin)
         self._lamps.recentre(self._parameters, origin)
-        self._origin = origin
+        self.origin = origin
 
     def _tracer(self) -> Callable[..., Any]:
         """The function that renders: recorded once for a film."""
@@ -357,7 +357,7 @@ class Session:
         if not guides.is_needed(quality, hazy=self.data.haze is not None):
             return {}
         own, spp = self._seed(seed ^ 0x5BD1E995), guides.guide_spp(quality)
-        image = self._trace_guides(self._scene, self._guide_integrator, 1, spp, own)
+        image = self._trace_guides(self.scene, self._guide_integrator, 1, spp, own)
         found = guides.as_guides(np.array(image, dtype=np.float32))
         if self._lamp_integrator is not None:
             found["glow"] = self._lamps_seen(seed ^ 0x3C6EF372, guides.lamp_passes(quality))
@@ -366,7 +366,7 @@ class Session:
     def _lamps_seen(self, seed: int, passes: int) -> Image:
         """Lamps that are seen directly, (h, w, 3)."""
         seeds = [self._seed(seed + 0x9E3779B9 * number) for number in range(passes)]
-        what = (self._scene, self._lamp_integrator, 0, guides.LAMP_SPP)
+        what = (self.scene, self._lamp_integrator, 0, guides.LAMP_SPP)
         images = [np.array(self._trace_lamps(*what, own), dtype=np.float32) for own in seeds]
         return np.asarray(np.mean(images, axis=0))
 
@@ -381,7 +381,7 @@ class Session:
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
             part = self._seed(seed + 0x9E3779B9 * number)
-            image = self._trace(self._scene, self._integrator, 0, self._pass_spp, part)
+            image = self._trace(self.scene, self._integrator, 0, self._pass_spp, part)
             accumulator.add(*self._split(np.array(image, dtype=np.float32)))
             if after_pass is not None:
                 after_pass(number + 1, count)
@@ -391,7 +391,7 @@ class Session:
         """A pass as what stays and what the cap took; scalar variants cap whole passes."""
         if image.shape[-1] == 6:
             return image[..., :3], image[..., 3:]
-        limit = np.inf if self.backend.jit else self._limit
+        limit = np.inf if self.backend.jit else self.limit
         return capped(image[..., :3], limit)
 
 

@@ -77,6 +77,7 @@ def plan_crowd(
     *,
     triangles: Mapping[str, int] | None = None,
     budget: int = SHOT_TRIANGLES,
+    limit: int = MOST_NEAR,
 ) -> CrowdPlan:
     """Find how many bodies of each kind a shot shows at once.
 
@@ -85,11 +86,11 @@ def plan_crowd(
         frames: The whole shot.
         triangles: Of each prototype in detail.
         budget: Triangles of all road users; full detail gets what the others leave.
+        limit: Road users in detail at once, at most.
     """
-    plain = _slots(bodies, frames, limit=MOST_NEAR, able=np.zeros(len(bodies), dtype=np.bool_))
+    plain = _slots(bodies, frames, limit=limit, able=np.zeros(len(bodies), dtype=np.bool_))
     heroes = _heroes(bodies, frames, most=_most_heroes(plain, triangles or {}, budget))
     able = heroic(bodies, heroes)
-    limit = MOST_NEAR
     while True:
         slots = _slots(bodies, frames, limit=limit, able=able)
         if sum(slots.near.values()) <= MOST_SLOTS or limit <= 8:
@@ -100,6 +101,36 @@ def plan_crowd(
 def heroic(bodies: Sequence[Drawn], heroes: frozenset[str]) -> Bools:
     """Who can be drawn in full detail, (k,)."""
     return np.array([bool(body.hero) and body.model in heroes for body in bodies], dtype=np.bool_)
+
+
+def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Floats) -> Choice:
+    """Who finds room in a scene whose slots were planned for other views: the nearest first.
+
+    Who finds none in detail is drawn by a stand-in, and who finds none at all is not drawn.
+
+    Args:
+        choice: Wanted, of one time, (k, 1) each.
+        bodies: Of each of the k road users.
+        slots: The room that there is.
+        distances: From the camera, (k,) [m].
+    """
+    detailed, distant = Counter(slots.detailed), Counter(slots.far)
+    found = {level: np.zeros_like(choice.near) for level in ("hero", "near", "far")}
+    wanted = choice.near | choice.hero | choice.far
+    for k in sorted(np.flatnonzero(wanted[:, 0]).tolist(), key=lambda k: float(distances[k])):
+        body = bodies[k]
+        levels = [("far", body.far, distant)]
+        if not choice.far[k, 0]:
+            levels.insert(0, ("near", (*body.near, *body.posed), detailed))
+        if choice.hero[k, 0]:
+            levels.insert(0, ("hero", (*body.hero, *body.posed), detailed))
+        for level, names, room in levels:
+            needed = Counter(names)
+            if needed <= room:
+                room.subtract(needed)
+                found[level][k] = True
+                break
+    return Choice(found["near"], found["far"], found["hero"])
 
 
 def lengths_of(bodies: Sequence[Drawn]) -> Floats:

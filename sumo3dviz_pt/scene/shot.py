@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from sumo3dviz_pt.model.scene import (
     Mover,
     Prototype,
     SceneData,
+    Sky,
     Slots,
     View,
 )
@@ -29,6 +31,7 @@ from sumo3dviz_pt.scene.crowd import (
     FAR_TRIANGLES,
     SHOT_TRIANGLES,
     CrowdPlan,
+    fitting,
     heroic,
     plan_crowd,
 )
@@ -62,6 +65,7 @@ class Shot:
         heroes: Models that are drawn in full detail where they are near enough.
         phases: The signal log.
         dark: Whether everyone has lights on.
+        roams: Whether cameras may go where more road users are near than was planned.
     """
 
     data: SceneData
@@ -74,6 +78,11 @@ class Shot:
     heroes: frozenset[str]
     phases: Mapping[str, SignalPhases]
     dark: bool
+    roams: bool = False
+
+    def present_at(self, time: float) -> Present:
+        """Everyone who exists at a time [s], where they are drawn."""
+        return self._on_footways(self.fleet.presence.at(time))
 
     def states_at(self, time: float) -> dict[str, str]:
         """State string of every logged traffic light at a time [s], by tls id."""
@@ -86,8 +95,16 @@ class Shot:
         Raises:
             ConfigError: If the camera rides with someone who does not exist then.
         """
-        view = self.camera.view_at(time)
-        present = self._on_footways(self.fleet.presence.at(time))
+        return self.frame_of(time, self.camera.view_at(time))
+
+    def frame_of(self, time: float, view: View) -> FrameState:
+        """The state of a frame that another camera takes.
+
+        Args:
+            time: SUMO's [s].
+            view: Of that camera; a shot has room for what its own cameras see.
+        """
+        present = self.present_at(time)
         drawn = [self.fleet.bodies[k].assembly.drawn for k in present.users.tolist()]
         gaze = needs.Gaze.of([view], aspect=self.aspect)
         opened = self.fleet.places.get(view.rides_in or "", -1) if view.cutaway else -1
@@ -99,6 +116,9 @@ class Shot:
             heroic=heroic(drawn, self.heroes) & (present.users != opened),
             lengths=self.fleet.lengths[present.users],
         )
+        if self.roams:
+            distances = np.linalg.norm(present.positions - view.position, axis=1)
+            choice = fitting(choice, drawn, self.data.slots, distances)
         near, posed, far = self._parts(present, choice, view)
         return FrameState(time, view, near, far, self.signals.radiance_at(time), posed)
 
@@ -170,62 +190,86 @@ def build_shot(
     """
     sky = build_sky(job.sky, location=scenario.network.location)
     dark = is_dark(sky, job.lights)
-    fleet = _fleet(scenario, trajectories, job, camera=camera, dark=dark)
-    fleet = replace(fleet, times=times)
-    built = build_camera(camera, fleet=fleet, left_hand=scenario.network.left_hand)
+    left_hand = scenario.network.left_hand
+    fleet = replace(everyone(scenario, trajectories, job, dark=dark), times=times)
+    fleet = with_seat(fleet, camera, left_hand=left_hand)
+    built = build_camera(camera, fleet=fleet, left_hand=left_hand)
     aspect = job.output.size[1] / job.output.size[0]
-    place = build_place(scenario, job, _gaze(built, times, aspect), dark=dark)
-    standing = sum(len(part.part.mesh.faces) for part in place.static)
-    crowd = _crowd(fleet, built, times, aspect, budget=SHOT_TRIANGLES - standing)
-    fleet = fleet.with_heroes(crowd.heroes)
-    opened = _shown(fleet.prototypes, crowd.slots)
-    data = SceneData(
-        materials=_materials(place, opened.values(), fleet.materials),
-        static=place.static,
-        prototypes=opened,
-        lamps=place.lamps,
-        sky=sky,
-        slots=crowd.slots,
-        haze=Haze(),
-        running=running_lights(opened.values(), dark=dark, left_hand=scenario.network.left_hand),
-        left_out=place.left_out + _nobody(scenario, fleet, crowd),
-    )
-    return Shot(
-        data,
-        fleet,
-        built,
-        place.signals,
-        place.roads.surface_height_at,
-        aspect,
-        crowd.limit,
-        crowd.heroes,
-        scenario.signals,
-        dark,
-    )
+    gaze = _gaze(built, times, aspect)
+    making = Making(scenario, job, sky, dark, aspect)
+    return making.shot(fleet, built, gaze, partial(_crowd, fleet, built, times, aspect))
 
 
-def _fleet(
-    scenario: Scenario,
-    trajectories: Sequence[Trajectory],
-    job: Job,
-    *,
-    camera: CameraSettings,
-    dark: bool,
+@dataclass(frozen=True, slots=True, eq=False)
+class Making:
+    """What a shot is made of, whatever its cameras."""
+
+    scenario: Scenario
+    job: Job
+    sky: Sky
+    dark: bool
+    aspect: float
+
+    def shot(
+        self, fleet: Fleet, camera: Camera, gaze: needs.Gaze, plan: Callable[..., CrowdPlan]
+    ) -> Shot:
+        """Put a shot together.
+
+        Args:
+            fleet: Everyone on the road.
+            camera: Where it is seen from.
+            gaze: Where cameras are and look.
+            plan: Makes room for road users in so many triangles, `budget`.
+        """
+        scenario, dark = self.scenario, self.dark
+        left_hand = scenario.network.left_hand
+        place = build_place(scenario, self.job, gaze, dark=dark)
+        standing = sum(len(part.part.mesh.faces) for part in place.static)
+        crowd = plan(budget=SHOT_TRIANGLES - standing)
+        fleet = fleet.with_heroes(crowd.heroes)
+        opened = _shown(fleet.prototypes, crowd.slots)
+        data = SceneData(
+            materials=_materials(place, opened.values(), fleet.materials),
+            static=place.static,
+            prototypes=opened,
+            lamps=place.lamps,
+            sky=self.sky,
+            slots=crowd.slots,
+            haze=Haze(),
+            running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
+            left_out=place.left_out + _nobody(scenario, fleet, crowd),
+        )
+        signals, footway = place.signals, place.roads.surface_height_at
+        phases, limit, heroes = scenario.signals, crowd.limit, crowd.heroes
+        return Shot(data, fleet, camera, signals, footway, self.aspect, limit, heroes, phases, dark)
+
+
+def everyone(
+    scenario: Scenario, trajectories: Sequence[Trajectory], job: Job, *, dark: bool
 ) -> Fleet:
-    """Everyone on the road; the vehicle that a camera rides in is open."""
-    lights = vehicle_lights(scenario.traffic.traces, dark=dark, seed=job.seed)
-    fleet = build_fleet(
+    """Everyone on the road.
+
+    Args:
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        job: The scene file.
+        dark: Whether they have lights on.
+    """
+    return build_fleet(
         trajectories,
         scenario.vehicle_types,
         job.vehicles,
         seed=job.seed,
-        lights=lights,
+        lights=vehicle_lights(scenario.traffic.traces, dark=dark, seed=job.seed),
         suspension=job.motion.suspension,
     )
+
+
+def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet:
+    """The same fleet; the vehicle that a camera rides in can be opened."""
     if not isinstance(camera, LagrangianCamera):
         return fleet
-    rider = find_rider(fleet, camera.vehicle).key
-    return fleet.with_cockpit(rider, left_hand=scenario.network.left_hand)
+    return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
 
 
 def _gaze(camera: Camera, times: Floats, aspect: float) -> needs.Gaze:

@@ -107,10 +107,17 @@ def _check_steps(
         raise InputError("the log holds no time step; run the simulation again", file=file)
     if not ((times >= window[0]) & (times <= window[1])).any():
         raise InputError(
-            f"no time step lies from {asked[0]:g} s to {asked[1]:g} s; "
+            f"no time step lies {_span(asked)}; "
             f"the log goes from {times[0]:g} s to {times[-1]:g} s",
             file=file,
         )
+
+
+def _span(asked: tuple[float, float]) -> str:
+    """A stretch of time in words; either end may be open [s]."""
+    if asked[1] == inf:
+        return f"from {asked[0]:g} s on"
+    return f"up to {asked[1]:g} s" if asked[0] == -inf else f"from {asked[0]:g} s to {asked[1]:g} s"
 
 
 class _DoneError(Exception):

@@ -24,7 +24,7 @@ MACHINE_PATH = re.compile(
     r"(?<![\w.])/(?:home|root|Users|work|mnt|data)/\w|[A-Z]:\\\\?(?:Users|work)"
 )
 REGISTRY = re.compile(r"https?://[^\s/]*(?:pypi|artifact|nexus|mirror|registry)", re.I)
-LATE = {"mitsuba", "drjit", "trimesh", "colour", "imageio_ffmpeg", "matplotlib"}
+LATE = {"mitsuba", "drjit", "trimesh", "colour", "imageio_ffmpeg", "matplotlib", "aiohttp"}
 
 
 def name_of(path: Path) -> str:

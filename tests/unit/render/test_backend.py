@@ -1,5 +1,6 @@
 """Variants and their fallback."""
 
+import os
 import sys
 
 import pytest
@@ -46,6 +47,21 @@ def test_an_old_llvm_falls_back_and_says_how_to_mend_it(monkeypatch, caplog):
     assert found.variant == "scalar_rgb" and not found.jit
     assert "too old" in found.note and "install it with" in found.note
     assert found.note in caplog.text
+
+
+@pytest.mark.parametrize(("versions", "named"), [((14,), None), ((14, 17, 19), 19)])
+def test_an_old_llvm_is_not_named_to_the_programs_that_we_start(
+    monkeypatch, tmp_path, versions, named
+):
+    for version in versions:
+        library = tmp_path / f"llvm-{version}" / "lib" / "libLLVM.so.1"
+        library.parent.mkdir(parents=True)
+        library.touch()
+    monkeypatch.delenv("DRJIT_LIBLLVM_PATH", raising=False)
+    monkeypatch.setattr(backend, "_LLVM_PLACES", (f"{tmp_path}/llvm-*/lib/libLLVM*.so*",))
+    assert choose_backend("llvm").jit  # loaded before: the name is for others
+    expected = str(tmp_path / f"llvm-{named}/lib/libLLVM.so.1") if named else None
+    assert os.environ.pop("DRJIT_LIBLLVM_PATH", None) == expected
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,17 @@
 import numpy as np
 from builders import view_at
 
+from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.scene.crowd import (
     MOST_HERO_MODELS,
     MOST_SLOTS,
     CrowdPlan,
     Drawn,
+    fitting,
     heroic,
     plan_crowd,
 )
-from sumo3dviz_pt.scene.needs import Gaze
+from sumo3dviz_pt.scene.needs import Choice, Gaze
 
 CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/hero", *(["sedan/wheel"] * 4)))
 TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))
@@ -125,3 +127,42 @@ def test_the_order_of_frames_does_not_matter():
     one, other = (plan_crowd([CAR, TRAIN], some) for some in (parts, parts[::-1]))
     assert isinstance(one, CrowdPlan) and one == other
     assert list(one.slots.near) == sorted(one.slots.near) == list(other.slots.near)
+
+
+def chosen(levels):
+    """A choice of one time by a level for each road user."""
+    return Choice(*(np.array([[level == name] for level in levels]) for name in LEVELS))
+
+
+def levels_of(choice):
+    """The level of each road user, or None."""
+    rows = zip(choice.near[:, 0], choice.far[:, 0], choice.hero[:, 0], strict=True)
+    return [next((name for name, on in zip(LEVELS, row, strict=True) if on), None) for row in rows]
+
+
+LEVELS = ("near", "far", "hero")
+
+
+def test_who_finds_no_room_in_detail_is_drawn_by_a_stand_in():
+    slots = Slots(near={"sedan": 1}, far={"sedan": 3})
+    choice = fitting(chosen(["near"] * 3), [CAR] * 3, slots, np.array([9.0, 3.0, 5.0]))
+    assert levels_of(choice) == ["far", "near", "far"], "the nearest comes first"
+
+
+def test_who_finds_no_room_at_all_is_not_drawn():
+    slots = Slots(near={"engine": 1, "car": 3}, far={"engine": 1, "car": 1})
+    choice = fitting(chosen(["near", "near"]), [TRAIN] * 2, slots, np.array([1.0, 2.0]))
+    assert levels_of(choice) == ["near", None], "the second train lacks a carriage at both levels"
+
+
+def test_full_detail_gives_way_to_the_middle_level():
+    slots = Slots(near={"sedan": 2, "sedan/hero": 1, "sedan/wheel": 4}, far={"sedan": 2})
+    choice = fitting(chosen(["hero", "hero"]), [CAR] * 2, slots, np.array([8.0, 4.0]))
+    assert levels_of(choice) == ["near", "hero"]
+
+
+def test_nobody_is_brought_nearer_than_was_chosen():
+    slots = Slots(near={"sedan": 9}, far={"sedan": 9}, posed={"walker": 9})
+    wanted = chosen(["far", None, "near"])
+    choice = fitting(wanted, [CAR, CAR, WALKER], slots, np.array([1.0, 2.0, 3.0]))
+    assert levels_of(choice) == ["far", None, "near"]

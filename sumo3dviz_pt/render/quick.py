@@ -1,0 +1,159 @@
+"""Quick pictures of a scene that is held open: one sample a pixel, at several sizes.
+
+A film's session renders its own size with all that a preset asks for. A visitor who flies
+through a scene wants a small picture at once and a better one when he stands still: so each
+size has a sensor and a recording of its own, and only the camera changes between samples.
+What the haze needs comes with the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import FrameState, View
+from sumo3dviz_pt.render import convert, guides
+from sumo3dviz_pt.render.capped import path_integrator
+from sumo3dviz_pt.render.denoise import denoise
+from sumo3dviz_pt.render.entries import SUN_DISTANCE, sensor_entry
+from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.session import Session
+
+Size = tuple[int, int]
+
+_PLUGIN = "sumo3dviz_quick"
+
+
+DEPTH, HIT = 3, 4
+"""Channels of a quick picture, after its radiance: distance of what is seen times the share
+that is seen [m], and that share."""
+
+
+class Quick:
+    """Takes quick pictures of a session's scene."""
+
+    def __init__(self, session: Session, sizes: Sequence[Size]) -> None:
+        """Make sensors.
+
+        Args:
+            session: That holds the scene; it must show a frame before any picture is taken.
+            sizes: Width, height of all pictures that will be asked for [px].
+        """
+        self._session = session
+        _register()
+        quality = session.settings.quality
+        path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
+        self._integrator = mi.load_dict({"type": _PLUGIN, "limit": session.limit, "path": path})
+        self._guides = mi.load_dict(guides.guide_plugin(quality))
+        self._sensors = {size: _sensor(size, pixels="rgb") for size in sizes}
+        self._guiding = {size: _sensor(size, pixels="rgba") for size in sizes}
+        self._traces = {size: _recorder() for size in sizes}
+
+    def show(self, frame: FrameState) -> None:
+        """Bring everyone on the road to a frame's state."""
+        self._session.show(frame)
+
+    def glimpse(self, view: View, size: Size, *, seed: int) -> Image:
+        """Trace one sample a pixel: radiance, depth and hits, (h, w, 5).
+
+        Args:
+            view: Of the camera; everything else is as it was last shown.
+            size: One of the sizes [px].
+            seed: Of this sample.
+        """
+        sensor = self._aimed(self._sensors[size], view)
+        own = mi.UInt32(seed % 2**32)
+        traced = self._traces[size](self._session.scene, self._integrator, sensor, 1, own)
+        return np.array(traced, dtype=np.float32)
+
+    def hazed(self, seen: Image, view: View) -> Image:
+        """The mean of some samples, (h, w, 5), with the scene's haze, if it has any, (h, w, 3)."""
+        session = self._session
+        if session.data.haze is None or not session.settings.quality.haze:
+            return seen[..., :3]
+        behind = horizon_behind(session.sky.horizon, view, (seen.shape[1], seen.shape[0]))
+        depth, hit = seen[..., DEPTH], seen[..., HIT]
+        return apply_haze(seen[..., :3], session.data.haze, depth=depth, hit=hit, behind=behind)
+
+    def smooth(self, seen: Image, view: View, *, seed: int) -> Image:
+        """The same without noise, by albedo and normals that are traced for it."""
+        sensor = self._aimed(self._guiding[seen.shape[1], seen.shape[0]], view)
+        spp = guides.guide_spp(self._session.settings.quality)
+        own = mi.UInt32(seed % 2**32)
+        image = mi.render(
+            self._session.scene, integrator=self._guides, sensor=sensor, spp=spp, seed=own
+        )
+        found = guides.as_guides(np.array(image, dtype=np.float32))
+        clean = denoise(
+            seen[..., :3], quality="high", albedo=found.get("albedo"), normal=found.get("normal")
+        )
+        return np.concatenate([clean, seen[..., 3:]], axis=-1)
+
+    def _aimed(self, sensor: Any, view: View) -> Any:
+        """A sensor at the camera's place."""
+        parameters = mi.traverse(sensor)
+        origin = self._session.origin
+        assert origin is not None, "show a frame first"
+        matrix = convert.sensor_matrix(view, origin)
+        parameters["to_world"] = convert.transform(matrix)
+        parameters["x_fov"] = float(np.degrees(view.fov))
+        parameters.update()
+        return sensor
+
+
+def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> bytes:
+    """8-bit sRGB pixels, (h, w, 3), as a JPEG file."""
+    stream = mi.MemoryStream()
+    bitmap = mi.Bitmap(np.ascontiguousarray(pixels), mi.Bitmap.PixelFormat.RGB)
+    bitmap.write(stream, mi.Bitmap.FileFormat.JPEG, quality)
+    return bytes(stream.raw_buffer())
+
+
+def _sensor(size: Size, *, pixels: str) -> Any:
+    """A pinhole camera of its own."""
+    return mi.load_dict(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
+
+
+def _recorder() -> Callable[..., Any]:
+    """A function that renders, recorded once."""
+
+    def trace(scene: Any, integrator: Any, sensor: Any, spp: int, seed: Any) -> Any:
+        return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)
+
+    recorded: Callable[..., Any] = dr.freeze(trace)
+    return recorded
+
+
+def _register() -> None:
+    """Make the integrator known to the active JIT variant."""
+
+    class QuickIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
+        """Capped path tracing, with the distance of what is seen."""
+
+        def __init__(self, props: Any) -> None:
+            mi.SamplingIntegrator.__init__(self, props)
+            self.limit = dr.opaque(mi.Float, props["limit"])
+            self.path = props["path"]
+
+        def sample(
+            self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
+        ) -> tuple[Any, Any, list[Any]]:
+            radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
+            radiance = dr.select(dr.all(dr.isfinite(radiance)), dr.maximum(radiance, 0.0), 0.0)
+            peak = dr.maximum(dr.max(radiance), 1e-30)
+            first = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
+            # The sun is a disc only to the renderer.
+            seen = first.is_valid() & (first.t < 0.1 * SUN_DISTANCE)
+            depth = dr.select(seen, first.t, 0.0)
+            capped = radiance * dr.minimum(1.0, self.limit / peak)
+            return capped, valid, [depth, dr.select(seen, mi.Float(1.0), 0.0)]
+
+        def aov_names(self) -> list[str]:
+            return ["depth", "hit"]
+
+    mi.register_integrator(_PLUGIN, lambda props: QuickIntegrator(props))

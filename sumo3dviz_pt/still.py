@@ -1,0 +1,90 @@
+"""A rendered picture: developed, saved, shown in notebooks."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Image
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.render.session import Rendered
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Still:
+    """A picture.
+
+    Attributes:
+        radiance: Linear sRGB primaries, scene units, (h, w, 3).
+        exposure: EV at which to develop it.
+        tone: Tone curve's name.
+        glare: Share of light that the lens spreads.
+        half: Whether an EXR of it is stored in half precision.
+        provenance: What it was made from.
+        rendered: The renderer's own account.
+    """
+
+    radiance: Image
+    exposure: float
+    tone: str
+    glare: float
+    half: bool
+    provenance: dict[str, Any]
+    rendered: Rendered
+
+    def develop(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        """8-bit sRGB pixels, (h, w, 3)."""
+        from sumo3dviz_pt.image.tonemap import develop
+
+        return develop(self.radiance, exposure=self.exposure, tone=self.tone, glare=self.glare)
+
+    def save(self, path: str | Path) -> None:
+        """Write a .png (developed) or an .exr (radiance).
+
+        Raises:
+            ConfigError: If the suffix is another one, or the folder is missing.
+        """
+        path = Path(path)
+        check_target(path, suffixes=(".png", ".exr"))
+        if path.suffix.lower() == ".exr":
+            from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+
+            attributes = {PROVENANCE: self._account}
+            write_exr(path, self.radiance, half=self.half, attributes=attributes)
+        else:
+            from sumo3dviz_pt.image.png import write_png
+
+            write_png(path, self.develop(), text={"provenance": self._account})
+
+    @property
+    def _account(self) -> str:
+        """What it was made from, as text."""
+        return json.dumps(self.provenance, sort_keys=True)
+
+    def _repr_png_(self) -> bytes:
+        """A PNG file, which is how notebooks show it."""
+        from sumo3dviz_pt.image.png import encoded
+
+        return encoded(self.develop(), text={"provenance": self._account}, level=6)
+
+
+def check_target(path: Path, *, suffixes: tuple[str, ...]) -> None:
+    """Refuse a place that cannot be written to, before any work is done.
+
+    Raises:
+        ConfigError: If suffix or folder is wrong, or the folder cannot be written to.
+    """
+    import os
+
+    if path.suffix.lower() not in suffixes:
+        raise ConfigError(f"{path} must end in {' or '.join(suffixes)}", key="output")
+    if not path.parent.is_dir():
+        raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise ConfigError(f"{path} cannot be written to", key="output")

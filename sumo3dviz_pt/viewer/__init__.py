@@ -1,0 +1,1 @@
+"""Walking through a scene in the browser: server, page, camera, key frames."""

@@ -1,0 +1,56 @@
+"""A picture that gets better while nothing moves: the mean of its samples, and its error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.live import Live
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import View
+
+_CHANNELS = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mean:
+    """Samples of one picture, added up in two halves.
+
+    Attributes:
+        halves: Sums of radiance, depth and hits of even and odd samples, (2, h, w, 5).
+        count: Samples so far.
+    """
+
+    halves: Image
+    count: int
+
+    @classmethod
+    def empty(cls, size: tuple[int, int]) -> Mean:
+        """No sample yet of a picture of a width and height [px]."""
+        return cls(np.zeros((2, size[1], size[0], _CHANNELS), dtype=np.float32), 0)
+
+    def with_sample(self, sample: Image) -> Mean:
+        """One more sample, (h, w, 5); the sums are changed in place."""
+        self.halves[self.count % 2] += sample
+        return Mean(self.halves, self.count + 1)
+
+    @property
+    def value(self) -> Image:
+        """The mean of all samples, (h, w, 5)."""
+        return np.asarray(self.halves.sum(axis=0) / max(self.count, 1))
+
+    def error(self, live: Live, view: View, *, extra: float) -> float | None:
+        """Standard error of the shown picture [8-bit codes]; None where it is not known yet.
+
+        Half the difference between the pictures of two independent halves has the same
+        variance as their mean.
+        """
+        if self.count < 2:
+            return None
+        even, odd = (self.count + 1) // 2, self.count // 2
+        shown = [
+            live.develop(half / count, view, extra=extra).astype(np.float32)
+            for half, count in zip(self.halves, (even, odd), strict=True)
+        ]
+        return float(np.sqrt(np.mean(((shown[0] - shown[1]) / 2.0) ** 2)))

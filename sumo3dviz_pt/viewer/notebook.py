@@ -1,0 +1,96 @@
+"""The viewer beside a notebook's cell: it runs in threads of the notebook's own process."""
+
+from __future__ import annotations
+
+import atexit
+import html
+from dataclasses import dataclass
+
+from sumo3dviz_pt.viewer.server import Server
+from sumo3dviz_pt.viewer.studio import Studio
+
+_BELOW = 120
+"""Height of what the page shows above and below the picture [px]."""
+
+_NARROW = 960
+"""Pictures are shown this wide, as far as the notebook is [px]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """How a viewer listens and looks.
+
+    Attributes:
+        port: To listen on; 0 takes a free one.
+        token: The secret in the address; None makes one up.
+        height: Of the frame in a notebook [px]; None fits the picture.
+    """
+
+    port: int = 0
+    token: str | None = None
+    height: int | None = None
+
+
+class Viewer:
+    """A viewer that runs until it is closed; notebooks show its page.
+
+    Args:
+        studio: What renders; it is started here.
+        size: Of its pictures [px].
+        choices: How it listens and looks.
+
+    Attributes:
+        address: Of the page, for a browser on this machine.
+
+    Raises:
+        Sumo3dvizError: If the scene cannot be opened, or the port is taken.
+    """
+
+    def __init__(
+        self, studio: Studio, *, size: tuple[int, int], choices: Choices | None = None
+    ) -> None:
+        choices = choices or Choices()
+        self._height = choices.height or round(_NARROW * size[1] / size[0]) + _BELOW
+        self._server = Server(studio, port=choices.port, token=choices.token)
+        self._server.start()
+        self.address = self._server.address
+        # Daemon threads that render while the interpreter goes away would crash it.
+        atexit.register(self.close)
+
+    @property
+    def running(self) -> bool:
+        """Whether the page is answered."""
+        return self._server.running
+
+    def close(self) -> None:
+        """End it and free its memory; a second time does nothing."""
+        self._server.close()
+        atexit.unregister(self.close)
+
+    def __enter__(self) -> Viewer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Viewer at {self.address}{'' if self.running else ', closed'}>"
+
+    def _repr_html_(self) -> str:
+        """A frame with the page, and its address for a window of its own."""
+        if not self.running:
+            return "<p>This viewer is closed; run the cell again to open one.</p>"
+        address = html.escape(self.address, quote=True)
+        return (
+            f'<iframe src="{address}" title="Walk through the scene" width="100%"'
+            f' height="{self._height}" style="border: 0"'
+            ' allow="clipboard-write; fullscreen"></iframe>'
+            f'<p><a href="{address}" target="_blank" rel="noopener">In a window of its own</a>.'
+            " Nothing to see? The page lies on the machine that runs this notebook; from another"
+            f" one, <code>ssh -L {self._port}:127.0.0.1:{self._port} ...</code> brings it.</p>"
+        )
+
+    @property
+    def _port(self) -> str:
+        """Where it listens."""
+        return self.address.split("/")[2].rpartition(":")[2]

@@ -1,0 +1,144 @@
+"""Pictures for visitors: small while they move, large and better and better while they stand."""
+
+from __future__ import annotations
+
+import time as clock
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.live import Live, Size, encoded
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.viewer.mean import Mean
+from sumo3dviz_pt.viewer.stand import Stand, said_of
+from sumo3dviz_pt.viewer.visitor import Visitor
+from sumo3dviz_pt.viewer.walk import Eye
+
+_ROUNDS = 3
+"""Times that are shown until kernels are compiled and recorded."""
+
+_SLOW = 0.15
+"""Moving pictures of half the size that take longer become a quarter of it [s]."""
+
+_NEARBY, _ASIDE = 20.0, 0.5
+"""Levels of detail are chosen anew so far away, while moving and while standing [m]."""
+
+
+class Projector:
+    """Takes pictures of an open scene; one thread may use it."""
+
+    def __init__(self, live: Live, sizes: tuple[Size, Size, Size]) -> None:
+        """Compile and record what is needed.
+
+        Args:
+            live: The scene.
+            sizes: Of large pictures, their halves and their quarters [px].
+        """
+        self._live = live
+        self._large, self._small, self._tiny = sizes
+        self._shown: tuple[Any, ...] | None = None
+        self.warm_up()
+
+    def warm_up(self) -> None:
+        """After the scene was built: on a slow machine moving pictures become tiny."""
+        spent = self._warmed(self._large, self._small)
+        if spent > _SLOW and self._small != self._tiny:
+            self._small = self._tiny
+            self._warmed(self._tiny)
+        self._shown = None
+
+    def _warmed(self, *sizes: Size) -> float:
+        """Compile and record all that pictures of some sizes need; seconds that the last one takes.
+
+        A recording is final after two pictures of each of two times (docs/internals.md).
+        """
+        live, spent = self._live, 0.0
+        view, begin = live.home, live.ground.begin
+        for step in range(_ROUNDS):
+            time = begin + step / live.job.output.fps
+            live.show(time, view)
+            for size in sizes:
+                for number in range(2):
+                    began = clock.perf_counter()
+                    live.develop(live.glimpse(time, view, size, number=number), view)
+                    spent = clock.perf_counter() - began
+        return spent
+
+    def forget(self) -> None:
+        """Something else was shown."""
+        self._shown = None
+
+    def picture(self, visitor: Visitor) -> None:
+        """Take one more sample of what a visitor sees, and send it."""
+        live, began = self._live, clock.perf_counter()
+        stand = visitor.stand
+        try:
+            view = stand.view(live)
+        except ConfigError as error:
+            visitor.warn(error)
+            before = visitor.pictured[1] if visitor.pictured else live.home
+            eye = Eye.of(before)
+            stand = visitor.stand = Stand(eye, stand.time, frames=stand.frames)
+            view = eye.view()
+        moved = self._moved(visitor, view)
+        size = self._small if moved or stand.keys or stand.playing else self._large
+        self._bring(stand, view, moved=moved)
+        mean = visitor.mean
+        if moved or mean is None or mean.halves.shape[1:3] != (size[1], size[0]):
+            mean = Mean.empty(size)
+        visitor.mean = mean.with_sample(live.glimpse(stand.time, view, size, number=mean.count))
+        visitor.pictured = (stand.time, view, stand.dynamic, live.shot)
+        self._send(visitor, view, size, began)
+
+    def _moved(self, visitor: Visitor, view: View) -> bool:
+        """Whether a visitor sees something else than in his last picture."""
+        if visitor.pictured is None:
+            return True
+        time, before, dynamic, shot = visitor.pictured
+        stand = visitor.stand
+        same = (time, dynamic) == (stand.time, stand.dynamic) and shot is self._live.shot
+        same &= before.fov == view.fov
+        return not (
+            same and np.array_equal(before.world_from_camera.matrix, view.world_from_camera.matrix)
+        )
+
+    def _bring(self, stand: Stand, view: View, *, moved: bool) -> None:
+        """Bring the road users to a visitor's time; who stands gets levels for where he is."""
+        shown = self._shown
+        rides = view.rides_in if view.cutaway else None
+        wanted = (stand.time, stand.dynamic, rides, self._live.shot)
+        if shown is not None and shown[:4] == wanted:
+            away = float(np.linalg.norm(shown[4] - view.position))
+            if away < (_NEARBY if moved else _ASIDE):
+                return
+        self._live.show(stand.time, view, dynamic=stand.dynamic)
+        self._shown = (*wanted, view.position)
+
+    def _send(self, visitor: Visitor, view: View, size: Size, began: float) -> None:
+        """Develop and send."""
+        stand, mean = visitor.stand, visitor.mean
+        assert mean is not None
+        still, often = size == self._large, mean.count & (mean.count - 1) == 0
+        smooth = stand.denoise and still
+        if smooth and not often and mean.count % 32:
+            return
+        pixels = self._live.develop(mean.value, view, extra=stand.exposure, smooth=smooth)
+        error = None
+        if still and (often or mean.count % 16 == 0):
+            error = mean.error(self._live, view, extra=stand.exposure)
+        visitor.send(
+            {
+                "id": stand.heard,
+                "spp": mean.count,
+                "error": error,
+                "ms": round(1e3 * (clock.perf_counter() - began), 1),
+                "time": stand.time,
+                "size": list(size),
+                "eye": said_of(Eye.of(view)),
+                "riding": view.rides_in or (stand.ride.vehicle if stand.ride else None),
+                "playing": stand.playing,
+                "denoised": smooth,
+            },
+            encoded(pixels),
+        )

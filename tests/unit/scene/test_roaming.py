@@ -1,0 +1,92 @@
+"""A shot for cameras that go anywhere has detail around places and room for everyone."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from builders import view_at, write_scenario
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job import LagrangianCamera
+from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.live import Ground
+from sumo3dviz_pt.scene.roaming import build_roam, camera_view
+
+RIDE = LagrangianCamera(mode="lagrangian", vehicle="v1", view="driver")
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory):
+    job = load_job(write_scenario(tmp_path_factory.mktemp("roam"), vehicles=6, persons=2))
+    ground = Ground.of(job)
+    times = (ground.begin, ground.end)
+    shot = build_roam(ground.scenario, ground.trajectories, job, times=times)
+    return job, ground, times, shot
+
+
+def needed(movers):
+    return Counter(mover.prototype for mover in movers)
+
+
+@pytest.mark.parametrize("heading", [0.0, 90.0, 180.0, 270.0])
+@pytest.mark.parametrize(
+    "away", [(0.0, 0.0, 0.0), (40.0, -60.0, 3.0), (0.0, 0.0, 500.0), (9e3, 0, 0)]
+)
+def test_no_view_asks_for_more_than_there_is(opened, away, heading):
+    _, _, times, shot = opened
+    home = shot.camera.view_at(times[0]).position
+    for time in np.linspace(*times, 5):
+        frame = shot.frame_of(float(time), view_at(tuple(home + np.array(away)), heading=heading))
+        assert needed(frame.movers) <= Counter(shot.data.slots.near)
+        assert needed(frame.posed) <= Counter(shot.data.slots.posed)
+        assert needed(frame.distant) <= Counter(shot.data.slots.far)
+
+
+def test_everyone_in_view_is_drawn(opened):
+    _, _, times, shot = opened
+    time = (times[0] + times[1]) / 2.0
+    home = shot.camera.view_at(time).position
+    seen = set()
+    for heading in range(0, 360, 60):
+        seen |= shot.frame_of(time, view_at(tuple(home), heading=heading)).users
+    present = {shot.fleet.keys[k] for k in shot.present_at(time).users.tolist()}
+    assert seen == present and len(present) >= 6
+
+
+def test_its_own_camera_is_the_first_of_the_scene(opened):
+    job, _, times, shot = opened
+    first = next(iter(job.cameras.values()))
+    view = camera_view(shot, first, times[0], left_hand=False)
+    np.testing.assert_array_equal(
+        shot.camera.view_at(times[0]).world_from_camera.matrix, view.world_from_camera.matrix
+    )
+
+
+def test_cabins_of_riding_cameras_can_be_opened(opened):
+    job, ground, times, shot = opened
+    made = build_roam(ground.scenario, ground.trajectories, job, times=times, riding=[RIDE])
+    key = "vehicle:v1"
+    assert key not in shot.fleet.cockpits and key in made.fleet.cockpits
+    assert made.data.slots.near[made.fleet.cockpits[key]] == 1
+    begin = ground.trajectories[1].pieces[0].begin
+    view = camera_view(made, RIDE, begin, left_hand=False)
+    assert view.cutaway and made.fleet.cockpits[key] in needed(made.frame_of(begin, view).movers)
+
+
+def test_who_rides_with_nobody_hears_so(opened):
+    _, _, times, shot = opened
+    nobody = LagrangianCamera(mode="lagrangian", vehicle="v77", view="chase")
+    with pytest.raises(ConfigError, match="v77"):
+        camera_view(shot, nobody, times[0], left_hand=False)
+
+
+def test_a_scene_without_cameras_is_seen_from_above(tmp_path):
+    job = load_job(write_scenario(tmp_path, vehicles=2)).model_copy(update={"cameras": {}})
+    ground = Ground.of(job)
+    times = (ground.begin, ground.end)
+    shot = build_roam(ground.scenario, ground.trajectories, job, times=times)
+    view = shot.camera.view_at(times[0])
+    lanes = np.concatenate([lane.shape for lane in ground.scenario.network.lanes.values()])
+    assert view.position[2] > lanes[:, 2].max() + 10.0 and view.forward[2] < -0.2
+    low, high = lanes[:, :2].min(axis=0) - 80.0, lanes[:, :2].max(axis=0) + 80.0
+    assert ((low < view.position[:2]) & (view.position[:2] < high)).all()

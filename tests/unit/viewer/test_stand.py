@@ -1,0 +1,43 @@
+"""How orders lead from one stand to the next, as far as no scene is needed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.viewer.orders import KeyFrameOrder
+from sumo3dviz_pt.viewer.stand import Stand, obeyed
+from sumo3dviz_pt.viewer.walk import Eye
+
+HERE = Stand(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
+
+
+def ordered(stand, **words):
+    return obeyed(KeyFrameOrder(do="keyframe", **words), stand, None)
+
+
+@pytest.mark.parametrize("time", [455.0, 455.1234567, 1 / 3])
+def test_key_frames_dropped_at_one_moment_follow_each_other(time):
+    stand = ordered(replace(HERE, time=time), act="add")
+    there = replace(stand, eye=Eye(np.array([61.0, 2.0, 3.0]), 90.0))
+    further = replace(ordered(there, act="add"), eye=HERE.eye)
+    first, second, third = ordered(further, act="add").frames
+    assert first.time == pytest.approx(time, abs=0.001)
+    assert second.time == pytest.approx(first.time + 6.0, abs=0.001)
+    assert third.time == pytest.approx(second.time + 6.0, abs=0.001)
+
+
+def test_key_frames_of_another_time_go_where_they_belong():
+    stand = ordered(HERE, act="add")
+    stand = ordered(replace(stand, time=450.0), act="add")
+    assert [frame.time for frame in stand.frames] == [450.0, 455.123]
+
+
+def test_there_is_nothing_to_take_away_or_to_fly_through():
+    with pytest.raises(ConfigError, match="no such key frame"):
+        ordered(HERE, act="remove", index=0)
+    with pytest.raises(ConfigError, match="at least two"):
+        ordered(ordered(HERE, act="add"), act="play")
