@@ -147,9 +147,9 @@ class Live:
 
     def lacks_detail(self, position: Floats) -> bool:
         """Whether nothing near a place, (3,) [m], was built in detail."""
-        if self._eyes is None:
-            return bool(np.linalg.norm(self.home.position - position) > _FURTHER)
-        return bool(np.linalg.norm(self._eyes - position, axis=1).min() > _FURTHER)
+        places = self.shot.places
+        assert places is not None
+        return bool(np.linalg.norm(places - position, axis=1).min() > _FURTHER)
 
     def rebuild(
         self,

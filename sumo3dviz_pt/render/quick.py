@@ -53,6 +53,7 @@ class Quick:
         self._sensors = {size: _sensor(size, pixels="rgb") for size in sizes}
         self._guiding = {size: _sensor(size, pixels="rgba") for size in sizes}
         self._traces = {size: _recorder() for size in sizes}
+        self._guide_traces = {size: _recorder() for size in sizes}
 
     def show(self, frame: FrameState) -> None:
         """Bring everyone on the road to a frame's state."""
@@ -82,12 +83,11 @@ class Quick:
 
     def smooth(self, seen: Image, view: View, *, seed: int) -> Image:
         """The same without noise, by albedo and normals that are traced for it."""
-        sensor = self._aimed(self._guiding[seen.shape[1], seen.shape[0]], view)
+        size = seen.shape[1], seen.shape[0]
+        sensor = self._aimed(self._guiding[size], view)
         spp = guides.guide_spp(self._session.settings.quality)
         own = mi.UInt32(seed % 2**32)
-        image = mi.render(
-            self._session.scene, integrator=self._guides, sensor=sensor, spp=spp, seed=own
-        )
+        image = self._guide_traces[size](self._session.scene, self._guides, sensor, spp, own)
         found = guides.as_guides(np.array(image, dtype=np.float32))
         clean = denoise(
             seen[..., :3], quality="high", albedo=found.get("albedo"), normal=found.get("normal")

@@ -76,7 +76,7 @@ def build_roam(
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
     making = Making(scenario, job, sky, dark, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
-    return replace(making.shot(fleet, home, _all_round(places), room), roams=True)
+    return replace(making.shot(fleet, home, _all_round(places), room), places=places)
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:

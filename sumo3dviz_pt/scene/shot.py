@@ -65,7 +65,8 @@ class Shot:
         heroes: Models that are drawn in full detail where they are near enough.
         phases: The signal log.
         dark: Whether everyone has lights on.
-        roams: Whether cameras may go where more road users are near than was planned.
+        places: Around which there is detail for cameras that may go anywhere, (n, 3) [m];
+            None where the shot's own camera is the only one.
     """
 
     data: SceneData
@@ -78,7 +79,7 @@ class Shot:
     heroes: frozenset[str]
     phases: Mapping[str, SignalPhases]
     dark: bool
-    roams: bool = False
+    places: Floats | None = None
 
     def present_at(self, time: float) -> Present:
         """Everyone who exists at a time [s], where they are drawn."""
@@ -116,7 +117,7 @@ class Shot:
             heroic=heroic(drawn, self.heroes) & (present.users != opened),
             lengths=self.fleet.lengths[present.users],
         )
-        if self.roams:
+        if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
         near, posed, far = self._parts(present, choice, view)

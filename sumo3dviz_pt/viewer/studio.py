@@ -41,6 +41,9 @@ _LONGEST = 0.25
 _RESTING = 8
 """Who has so many samples of a place without detail gets some."""
 
+_TURN = 1.0
+"""Who stands is served for so long on end [s]."""
+
 _STILLS = 20
 """So many stills are kept."""
 
@@ -88,6 +91,7 @@ class Studio:
         self._opened = threading.Event()
         self._failure: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="studio", daemon=True)
+        self._turn: tuple[Visitor | None, float] = None, 0.0
         self._live: Live | None = None
         self._opened_projector: Projector | None = None
 
@@ -202,12 +206,28 @@ class Studio:
         """The next visitor for whom there is something to do; None at the end."""
         with self._changed:
             while not self._closing:
-                for number, visitor in enumerate(self._visitors):
-                    if visitor.asks or (visitor.ready and self._wanting(visitor)):
-                        self._visitors.append(self._visitors.pop(number))
-                        return visitor
+                if (found := self._choice()) is not None:
+                    return found
                 self._changed.wait(timeout=0.2)
         return None
+
+    def _choice(self) -> Visitor | None:
+        """Who is next: those who move before those who stand, who have some time on end.
+
+        Each change of visitor may have to move all traffic.
+        """
+        waiting = [v for v in self._visitors if v.asks or (v.ready and self._wanting(v))]
+        waiting = [v for v in waiting if v.asks or v.stand.moves] or waiting
+        if not waiting:
+            return None
+        now, (current, since) = clock.perf_counter(), self._turn
+        if current in waiting and now - since < _TURN:
+            return current
+        after = [v for v in waiting if v is not current] or waiting
+        self._visitors.remove(after[0])
+        self._visitors.append(after[0])
+        self._turn = after[0], now
+        return after[0]
 
     def _wanting(self, visitor: Visitor) -> bool:
         """Whether another picture would differ."""
@@ -242,8 +262,8 @@ class Studio:
         """Build the scene again around visitors who have stood for long where it is coarse."""
         stands = visitor.mean is not None and visitor.mean.count >= _RESTING
         if stands and self.live.lacks_detail(visitor.stand.view(self.live).position):
-            views = [other.stand.view(self.live) for other in self._visitors]
-            eyes = np.stack([view.position for view in views])
+            seen = [other.pictured[1] for other in self._visitors if other.pictured]
+            eyes = np.stack([view.position for view in seen])
             self._rebuild("bringing detail here", eyes=eyes)
 
     def _rebuild(self, text: str, **choices: Any) -> None:

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+sys.path.pop(0)  # in this folder, `viewer` is this file
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from viewer.browser import Browser, Page

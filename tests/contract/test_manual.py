@@ -9,7 +9,8 @@ from types import ModuleType
 from sumo3dviz_pt.job import Job, Quality
 
 COMMANDS = (
-    "demo", "init", "check", "still", "render", "develop", "converge", "report", "motion", "view", "doctor",
+    "demo", "init", "check", "still", "render", "develop", "converge", "report", "motion", "view",
+    "doctor",
 )  # fmt: skip
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

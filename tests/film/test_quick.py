@@ -1,0 +1,109 @@
+"""Quick pictures show what a film's frame shows, wherever the camera is."""
+
+import numpy as np
+import pytest
+from builders import view_at, write_scenario
+
+from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.live import Ground, Live
+
+SIZE, SMALL = (96, 54), (48, 27)
+SAMPLES = 48
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory):
+    scene = write_scenario(tmp_path_factory.mktemp("quick"), vehicles=4, persons=1, trees=True)
+    job = load_job(scene, {"output.size": f"[{SIZE[0]}, {SIZE[1]}]"})
+    opened = Live(job, Ground.of(job), sizes=(SIZE, SMALL), variant="llvm")
+    yield opened
+    opened.close()
+
+
+def mean_of(live, time, view, size, count=SAMPLES):
+    live.show(time, view)
+    return sum(live.glimpse(time, view, size, number=n) for n in range(count)) / count
+
+
+def blurred(pixels):
+    """Means of 3 x 3 pixels: what noise of some samples leaves."""
+    height, width = (side // 3 * 3 for side in pixels.shape[:2])
+    cut = pixels[:height, :width].astype(float)
+    return cut.reshape(height // 3, 3, width // 3, 3, 3).mean(axis=(1, 3))
+
+
+def test_it_shows_what_a_still_shows(live):
+    """Levels of detail differ in nothing here; what is left is noise, and no bias."""
+    time, view = live.ground.begin + 4.0, live.home
+    still = live.still(time, view, quality="standard")
+    shown = live.develop(mean_of(live, time, view, SIZE), view)
+    off = blurred(shown) - blurred(still)
+    assert abs(off.mean()) < 1.0 and np.sqrt((off**2).mean()) < 8.0
+    assert blurred(still).std() > 15.0, "there is something to see"
+
+
+def test_all_sizes_show_the_same(live):
+    time, view = live.ground.begin + 4.0, live.home
+    large, small = (mean_of(live, time, view, size) for size in (SIZE, SMALL))
+    halves = large.reshape(SMALL[1], 2, SMALL[0], 2, 5).mean(axis=(1, 3))
+    ratios = halves.mean(axis=(0, 1)) / small.mean(axis=(0, 1))
+    # A few distances near the horizon make up most of the mean of all.
+    assert np.abs(ratios[[0, 1, 2, 4]] - 1.0).max() < 0.01 and abs(ratios[3] - 1.0) < 0.15
+
+
+def test_a_moved_camera_sees_from_its_new_place(live):
+    """Only the sensor changes, and the picture is that of the new view."""
+    time, home = live.ground.begin + 4.0, live.home
+    there = view_at(tuple(home.position + np.array([6.0, 4.0, 3.0])), heading=200.0, pitch=-20.0)
+    live.show(time, home)
+    moved = sum(live.glimpse(time, there, SIZE, number=n) for n in range(16)) / 16
+    fresh = mean_of(live, time, there, SIZE, count=16)
+    np.testing.assert_allclose(moved[..., 3:], fresh[..., 3:], rtol=1e-3, atol=2e-2)
+
+
+def test_distances_are_those_of_the_scene(live):
+    """Straight down from 50 m above the street, the ground is 50 m away."""
+    x, y, _ = live.home.position
+    ground = live.ground_at(live.home.position)
+    down = view_at((x, y, ground + 50.0), pitch=-90.0)
+    seen = mean_of(live, live.ground.begin, down, SIZE, count=4)
+    depth = np.median(seen[..., 3] / np.maximum(seen[..., 4], 1e-6))
+    assert depth == pytest.approx(50.0, rel=0.12) and seen[..., 4].min() == 1.0
+
+
+def test_the_same_sample_is_the_same_picture(live):
+    time, view = live.ground.begin + 1.0, live.home
+    live.show(time, view)
+    one, other = (live.glimpse(time, view, SMALL, number=3) for _ in range(2))
+    np.testing.assert_array_equal(one, other)
+    assert (one != live.glimpse(time, view, SMALL, number=4)).any()
+
+
+def test_a_clean_picture_keeps_its_light(live):
+    time, view = live.ground.begin + 4.0, live.home
+    mean = mean_of(live, time, view, SIZE, count=16)
+    raw, clean = (live.develop(mean, view, smooth=smooth) for smooth in (False, True))
+    assert abs(clean.mean() / raw.mean() - 1.0) < 0.03
+    assert (
+        np.abs(np.diff(clean.astype(float), axis=1)).mean()
+        < np.abs(np.diff(raw.astype(float), axis=1)).mean()
+    )
+
+
+def test_nobody_is_there_without_traffic(live):
+    time, view = live.ground.begin + 4.0, live.home
+    with_all = mean_of(live, time, view, SIZE, count=8)
+    live.show(time, view, dynamic=False)
+    alone = sum(live.glimpse(time, view, SIZE, number=n) for n in range(8)) / 8
+    assert np.abs(with_all - alone).max() > 0.1
+
+
+@pytest.mark.parametrize("away", [(0.0, 0.0, 1e3), (4e3, 4e3, 50.0), (0.0, 0.0, -30.0)])
+def test_far_and_odd_places_give_finite_pictures(live, away):
+    view = view_at(tuple(live.home.position + np.array(away)), pitch=-10.0)
+    live.show(live.ground.begin, view)
+    seen = live.glimpse(live.ground.begin, view, SMALL, number=0)
+    assert np.isfinite(seen).all() and (seen >= 0.0).all()
+    assert live.develop(seen, view).dtype == np.uint8
