@@ -76,20 +76,20 @@ class Ground:
 class Live:
     """A scene that is open: one thread may use it. Close it after use."""
 
-    def __init__(self, job: Job, ground: Ground, *, sizes: Sequence[Size], variant: str) -> None:
+    def __init__(self, job: Job, ground: Ground, *, size: Size, variant: str) -> None:
         """Build the scene around the job's cameras and open it.
 
         Args:
             job: The scene file.
             ground: Its simulation.
-            sizes: Width, height of all pictures that will be asked for [px].
+            size: Width, height of a picture, or of each part of a larger one [px].
             variant: `llvm`, `cuda`.
 
         Raises:
             ConfigError: If a choice does not exist.
         """
         check_tone(job.output.tone)
-        self.ground, self._sizes, self._variant = ground, tuple(sizes), variant
+        self.ground, self._size, self._variant = ground, size, variant
         self.job = job
         self._eyes: Floats | None = None
         self._riding: tuple[LagrangianCamera, ...] = ()
@@ -220,7 +220,7 @@ class Live:
             pixel=self.home.fov / output.size[0],
         )
         self._session = Session(self.shot.data, choose_backend(self._variant), settings)
-        self._quick = Quick(self._session, self._sizes)
+        self._quick = Quick(self._session, self._size)
 
     def close(self) -> None:
         """Give the renderer's memory back."""
@@ -235,12 +235,32 @@ class Live:
         """Bring everyone on the road to a time [s]; levels of detail are chosen for a view."""
         self._renderer.show(self._frame(time, view, dynamic=dynamic))
 
-    def glimpse(self, time: float, view: View, size: Size, *, number: int) -> Image:
-        """One sample a pixel of what was last shown, the n-th of a picture, (h, w, 5)."""
-        from sumo3dviz_pt.render.passes import frame_seed
+    def resize(self, size: Size) -> None:
+        """Take pictures, and parts of them, of another width and height from now on [px]."""
+        from sumo3dviz_pt.render.quick import Quick
 
-        seed = frame_seed(self.job.seed, time) + number * _GOLDEN
-        return self._renderer.glimpse(view, size, seed=seed)
+        assert self._session is not None
+        self._size = size
+        self._quick = Quick(self._session, size)
+
+    def glimpse(
+        self, time: float, view: View, *, number: int, part: tuple[int, int] = (0, 1)
+    ) -> Image:
+        """One sample a pixel of what was last shown, the n-th of a picture, (h, w, 5).
+
+        Args:
+            time: That was shown [s].
+            view: The camera.
+            number: Of the sample.
+            part: Which part, row by row, of a picture that is cut into how many rows and
+                columns.
+        """
+        from sumo3dviz_pt.render.passes import frame_seed
+        from sumo3dviz_pt.render.quick import parts_of
+
+        index, count = part
+        seed = frame_seed(self.job.seed, time) + (number * count**2 + index) * _GOLDEN
+        return self._renderer.glimpse(view, seed=seed, part=parts_of(count)[index])
 
     def develop(
         self, seen: Image, view: View, *, extra: float = 0.0, smooth: bool = False
@@ -299,7 +319,7 @@ class Live:
         """
         from sumo3dviz_pt.scene.picking import pick
 
-        width, height = self._sizes[0]
+        width, height = self._size
         return pick(
             self.shot.present_at(time),
             self.shot.fleet,
@@ -319,6 +339,13 @@ class Live:
         """What is on the road at a time, or nobody."""
         frame = self.shot.frame_of(time, view)
         return frame if dynamic else replace(frame, movers=(), distant=(), posed=())
+
+
+def joined(parts: Sequence[Image]) -> Image:
+    """All parts of a picture, row by row, as one."""
+    from sumo3dviz_pt.render.quick import joined as whole
+
+    return whole(parts)
 
 
 def encoded(pixels: Pixels) -> bytes:

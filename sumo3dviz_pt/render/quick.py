@@ -1,14 +1,16 @@
-"""Quick pictures of a scene that is held open: one sample a pixel, at several sizes.
+"""Quick pictures of a scene that is held open: one sample a pixel.
 
 A film's session renders its own size with all that a preset asks for. A visitor who flies
-through a scene wants a small picture at once and a better one when he stands still: so each
-size has a sensor and a recording of its own, and only the camera changes between samples.
-What the haze needs comes with the picture.
+through a scene wants a small picture at once and a better one when he stands still: so a
+large picture is made of parts of the small one's size, each seen through a lens that is shifted
+aside. One recording serves both, and no step takes longer than a small picture. What the haze
+needs comes with the picture.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -34,42 +36,63 @@ DEPTH, HIT = 3, 4
 that is seen [m], and that share."""
 
 
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a picture that is cut into as many rows as columns.
+
+    Attributes:
+        row: From the top, from 0.
+        column: From the left, from 0.
+        of: Rows, and columns.
+    """
+
+    row: int = 0
+    column: int = 0
+    of: int = 1
+
+
+WHOLE = Part()
+
+
+def parts_of(count: int) -> tuple[Part, ...]:
+    """All parts of a picture that is cut into `count` rows and columns, row by row."""
+    return tuple(Part(row, column, count) for row in range(count) for column in range(count))
+
+
 class Quick:
     """Takes quick pictures of a session's scene."""
 
-    def __init__(self, session: Session, sizes: Sequence[Size]) -> None:
+    def __init__(self, session: Session, size: Size) -> None:
         """Make sensors.
 
         Args:
             session: That holds the scene; it must show a frame before any picture is taken.
-            sizes: Width, height of all pictures that will be asked for [px].
+            size: Width, height of a picture, or of each part of a larger one [px].
         """
-        self._session = session
+        self._session, self._size = session, size
         _register()
         quality = session.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
         self._integrator = mi.load_dict({"type": _PLUGIN, "limit": session.limit, "path": path})
         self._guides = mi.load_dict(guides.guide_plugin(quality))
-        self._sensors = {size: _sensor(size, pixels="rgb") for size in sizes}
-        self._guiding = {size: _sensor(size, pixels="rgba") for size in sizes}
-        self._traces = {size: _recorder() for size in sizes}
-        self._guide_traces = {size: _recorder() for size in sizes}
+        self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
+        self._trace, self._trace_guides = _recorder(), _recorder()
 
     def show(self, frame: FrameState) -> None:
         """Bring everyone on the road to a frame's state."""
         self._session.show(frame)
 
-    def glimpse(self, view: View, size: Size, *, seed: int) -> Image:
+    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Image:
         """Trace one sample a pixel: radiance, depth and hits, (h, w, 5).
 
         Args:
             view: Of the camera; everything else is as it was last shown.
-            size: One of the sizes [px].
             seed: Of this sample.
+            part: Of the picture; parts and wholes have the same size in pixels.
         """
-        sensor = self._aimed(self._sensors[size], view)
+        sensor = self._aimed(self._sensor, view, part)
         own = mi.UInt32(seed % 2**32)
-        traced = self._traces[size](self._session.scene, self._integrator, sensor, 1, own)
+        traced = self._trace(self._session.scene, self._integrator, sensor, 1, own)
         return np.array(traced, dtype=np.float32)
 
     def hazed(self, seen: Image, view: View) -> Image:
@@ -83,27 +106,42 @@ class Quick:
 
     def smooth(self, seen: Image, view: View, *, seed: int) -> Image:
         """The same without noise, by albedo and normals that are traced for it."""
-        size = seen.shape[1], seen.shape[0]
-        sensor = self._aimed(self._guiding[size], view)
-        spp = guides.guide_spp(self._session.settings.quality)
-        own = mi.UInt32(seed % 2**32)
-        image = self._guide_traces[size](self._session.scene, self._guides, sensor, spp, own)
-        found = guides.as_guides(np.array(image, dtype=np.float32))
+        parts = parts_of(seen.shape[1] // self._size[0])
+        found = guides.as_guides(joined([self._guided(view, part, seed) for part in parts]))
         clean = denoise(
             seen[..., :3], quality="high", albedo=found.get("albedo"), normal=found.get("normal")
         )
         return np.concatenate([clean, seen[..., 3:]], axis=-1)
 
-    def _aimed(self, sensor: Any, view: View) -> Any:
-        """A sensor at the camera's place."""
+    def _guided(self, view: View, part: Part, seed: int) -> Image:
+        """What guides the denoiser, (h, w, channels)."""
+        sensor = self._aimed(self._guiding, view, part)
+        spp = guides.guide_spp(self._session.settings.quality)
+        own = mi.UInt32((seed + part.row * part.of + part.column) % 2**32)
+        traced = self._trace_guides(self._session.scene, self._guides, sensor, spp, own)
+        return np.array(traced, dtype=np.float32)
+
+    def _aimed(self, sensor: Any, view: View, part: Part) -> Any:
+        """A sensor at the camera's place that sees a part of its picture."""
         parameters = mi.traverse(sensor)
         origin = self._session.origin
         assert origin is not None, "show a frame first"
-        matrix = convert.sensor_matrix(view, origin)
-        parameters["to_world"] = convert.transform(matrix)
-        parameters["x_fov"] = float(np.degrees(view.fov))
+        parameters["to_world"] = convert.transform(convert.sensor_matrix(view, origin))
+        half = np.tan(view.fov / 2.0) / part.of
+        parameters["x_fov"] = float(np.degrees(2.0 * np.arctan(half)))
+        # From the picture's middle to the part's, in widths and heights of the part.
+        middle = (part.of - 1) / 2.0
+        parameters["principal_point_offset_x"] = part.column - middle
+        parameters["principal_point_offset_y"] = part.row - middle
         parameters.update()
         return sensor
+
+
+def joined(parts: Sequence[Image]) -> Image:
+    """Parts from `parts_of` as one picture, (h, w, channels)."""
+    count = round(len(parts) ** 0.5)
+    rows = [np.concatenate(parts[k : k + count], axis=1) for k in range(0, len(parts), count)]
+    return np.concatenate(rows, axis=0)
 
 
 def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> bytes:

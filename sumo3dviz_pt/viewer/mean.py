@@ -30,6 +30,16 @@ class Mean:
         """No sample yet of a picture of a width and height [px]."""
         return cls(np.zeros((2, size[1], size[0], _CHANNELS), dtype=np.float32), 0)
 
+    @classmethod
+    def of(cls, sample: Image) -> Mean:
+        """A single sample, (h, w, 5)."""
+        return cls(np.stack([sample, np.zeros_like(sample)]), 1)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height [px]."""
+        return self.halves.shape[2], self.halves.shape[1]
+
     def with_sample(self, sample: Image) -> Mean:
         """One more sample, (h, w, 5); the sums are changed in place."""
         self.halves[self.count % 2] += sample

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.live import Live, Size, encoded
+from sumo3dviz_pt.live import Live, Size, encoded, joined
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.stand import Stand, said_of
@@ -21,35 +21,44 @@ _ROUNDS = 3
 _SLOW = 0.15
 """Moving pictures of half the size that take longer become a quarter of it [s]."""
 
-_NEARBY, _ASIDE = 20.0, 0.5
-"""Levels of detail are chosen anew so far away, while moving and while standing [m]."""
+HALVES, QUARTERS = 2, 4
+"""Rows and columns into which large pictures are cut: small ones have the size of a part."""
+
+_WALKED, _STOOD = 100.0, 20.0
+"""Levels of detail are chosen anew so far away, while moving and while standing [m]: it takes as
+long as a step of traffic."""
 
 
 class Projector:
     """Takes pictures of an open scene; one thread may use it."""
 
-    def __init__(self, live: Live, sizes: tuple[Size, Size, Size]) -> None:
+    def __init__(self, live: Live, size: Size) -> None:
         """Compile and record what is needed.
 
         Args:
             live: The scene.
-            sizes: Of large pictures, their halves and their quarters [px].
+            size: Of large pictures [px].
         """
-        self._live = live
-        self._large, self._small, self._tiny = sizes
+        self._live, self._size, self._cut = live, size, HALVES
         self._shown: tuple[Any, ...] | None = None
         self.warm_up()
 
+    @property
+    def size(self) -> Size:
+        """Of large pictures [px]: a multiple of the small ones'."""
+        width, height = part_of(self._size, self._cut)
+        return self._cut * width, self._cut * height
+
     def warm_up(self) -> None:
-        """After the scene was built: on a slow machine moving pictures become tiny."""
-        spent = self._warmed(self._large, self._small)
-        if spent > _SLOW and self._small != self._tiny:
-            self._small = self._tiny
-            self._warmed(self._tiny)
+        """After the scene was built: on a slow machine moving pictures become a quarter."""
+        if self._warmed() > _SLOW and self._cut == HALVES:
+            self._cut = QUARTERS
+            self._live.resize(part_of(self._size, self._cut))
+            self._warmed()
         self._shown = None
 
-    def _warmed(self, *sizes: Size) -> float:
-        """Compile and record all that pictures of some sizes need; seconds that the last one takes.
+    def _warmed(self) -> float:
+        """Compile and record all that a small picture needs; seconds that the last one takes.
 
         A recording is final after two pictures of each of two times (docs/internals.md).
         """
@@ -58,11 +67,10 @@ class Projector:
         for step in range(_ROUNDS):
             time = begin + step / live.job.output.fps
             live.show(time, view)
-            for size in sizes:
-                for number in range(2):
-                    began = clock.perf_counter()
-                    live.develop(live.glimpse(time, view, size, number=number), view)
-                    spent = clock.perf_counter() - began
+            for number in range(2):
+                began = clock.perf_counter()
+                live.develop(live.glimpse(time, view, number=number), view)
+                spent = clock.perf_counter() - began
         return spent
 
     def forget(self) -> None:
@@ -81,15 +89,30 @@ class Projector:
             eye = Eye.of(before)
             stand = visitor.stand = Stand(eye, stand.time, frames=stand.frames)
             view = eye.view()
-        moved = self._moved(visitor, view)
-        size = self._small if moved or stand.keys or stand.playing else self._large
+        if moved := self._moved(visitor, view):
+            visitor.parts, visitor.mean = [], None
         self._bring(stand, view, moved=moved)
-        mean = visitor.mean
-        if moved or mean is None or mean.halves.shape[1:3] != (size[1], size[0]):
-            mean = Mean.empty(size)
-        visitor.mean = mean.with_sample(live.glimpse(stand.time, view, size, number=mean.count))
         visitor.pictured = (stand.time, view, stand.dynamic, live.shot)
-        self._send(visitor, view, size, began)
+        if moved or stand.moves:
+            sample = live.glimpse(stand.time, view, number=0)
+            visitor.mean = Mean.of(sample)
+            self._send(visitor, view, still=False, began=began)
+            return
+        visitor.began = visitor.began if visitor.parts else began
+        self._add_part(visitor, view)
+        if not visitor.parts:
+            self._send(visitor, view, still=True, began=visitor.began)
+
+    def _add_part(self, visitor: Visitor, view: View) -> None:
+        """One more part of a large picture's next sample; orders are heard in between."""
+        mean, parts = visitor.mean, visitor.parts
+        if mean is None or mean.size != self.size:
+            mean = Mean.empty(self.size)
+        part = len(parts), self._cut
+        parts.append(self._live.glimpse(visitor.stand.time, view, number=mean.count, part=part))
+        if len(parts) == self._cut**2:
+            mean, visitor.parts = mean.with_sample(joined(parts)), []
+        visitor.mean = mean
 
     def _moved(self, visitor: Visitor, view: View) -> bool:
         """Whether a visitor sees something else than in his last picture."""
@@ -110,16 +133,16 @@ class Projector:
         wanted = (stand.time, stand.dynamic, rides, self._live.shot)
         if shown is not None and shown[:4] == wanted:
             away = float(np.linalg.norm(shown[4] - view.position))
-            if away < (_NEARBY if moved else _ASIDE):
+            if away < (_WALKED if moved else _STOOD):
                 return
         self._live.show(stand.time, view, dynamic=stand.dynamic)
         self._shown = (*wanted, view.position)
 
-    def _send(self, visitor: Visitor, view: View, size: Size, began: float) -> None:
+    def _send(self, visitor: Visitor, view: View, *, still: bool, began: float) -> None:
         """Develop and send."""
         stand, mean = visitor.stand, visitor.mean
         assert mean is not None
-        still, often = size == self._large, mean.count & (mean.count - 1) == 0
+        often = mean.count & (mean.count - 1) == 0
         smooth = stand.denoise and still
         if smooth and not often and mean.count % 32:
             return
@@ -134,7 +157,7 @@ class Projector:
                 "error": error,
                 "ms": round(1e3 * (clock.perf_counter() - began), 1),
                 "time": stand.time,
-                "size": list(size),
+                "size": list(mean.size),
                 "eye": said_of(Eye.of(view)),
                 "riding": view.rides_in or (stand.ride.vehicle if stand.ride else None),
                 "playing": stand.playing,
@@ -142,3 +165,8 @@ class Projector:
             },
             encoded(pixels),
         )
+
+
+def part_of(size: Size, cut: int) -> Size:
+    """Of each part of a picture that is cut into rows and columns [px]."""
+    return max(round(size[0] / cut), 1), max(round(size[1] / cut), 1)

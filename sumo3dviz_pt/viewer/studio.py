@@ -25,7 +25,7 @@ from sumo3dviz_pt.live import Ground, Live, Size, encoded_still
 from sumo3dviz_pt.viewer import orders
 from sumo3dviz_pt.viewer.keyframes import camera_yaml, path_yaml, save_camera
 from sumo3dviz_pt.viewer.messages import Message
-from sumo3dviz_pt.viewer.projector import Projector
+from sumo3dviz_pt.viewer.projector import HALVES, Projector, part_of
 from sumo3dviz_pt.viewer.stand import Stand, advanced, frames_said, obeyed
 from sumo3dviz_pt.viewer.visitor import Visitor
 from sumo3dviz_pt.viewer.walk import Eye
@@ -112,7 +112,7 @@ class Studio:
             "templates": list(catalog.template_names("scene")) if self._reload else [],
             "template": self._template or job.template,
             "qualities": list(catalog.template_names("quality")),
-            "size": list(self._size),
+            "size": list(self._projector.size),
             "views": list(catalog.template_names("camera")),
             "exposure": job.output.exposure,
             "saves": self._file is not None,
@@ -183,9 +183,9 @@ class Studio:
     def _run(self) -> None:
         """Open the scene, serve visitors in turn, close it."""
         try:
-            sizes = (self._size, _part(self._size, 2), _part(self._size, 4))
-            self._live = Live(self._job, self._ground, sizes=sizes, variant=self._variant)
-            self._opened_projector = Projector(self._live, sizes)
+            size = part_of(self._size, HALVES)
+            self._live = Live(self._job, self._ground, size=size, variant=self._variant)
+            self._opened_projector = Projector(self._live, self._size)
         except BaseException as error:  # noqa: BLE001 - raised again in `start`
             self._failure = error
             return
@@ -275,6 +275,7 @@ class Studio:
         finally:
             for visitor in self._visitors:
                 visitor.mean = visitor.pictured = visitor.ticked = None
+                visitor.parts = []
             self._tell_all("busy", text=None)
 
     def _tell_all(self, kind: str, **content: Any) -> None:
@@ -376,8 +377,3 @@ class Studio:
         self._tell_all("scene", **self.about)
         saved = f"saved as camera {order.name} in {self._file.name}"
         visitor.tell("note", level="info", text=saved)
-
-
-def _part(size: Size, share: int) -> Size:
-    """A size divided, of at least one pixel."""
-    return max(size[0] // share, 1), max(size[1] // share, 1)

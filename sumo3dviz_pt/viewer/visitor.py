@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages import Frame, Message, Note
 from sumo3dviz_pt.viewer.orders import Order, parsed
@@ -17,7 +18,7 @@ from sumo3dviz_pt.viewer.stand import Stand
 class Visitor:
     """A page that looks at the scene. Orders come from the server's thread.
 
-    What the render thread alone changes: `stand`, `mean`, `pictured` and `ticked`.
+    What the render thread alone changes: `stand`, `mean`, `parts`, `began`, `pictured`, `ticked`.
     """
 
     def __init__(
@@ -38,6 +39,8 @@ class Visitor:
         """
         self.stand = stand
         self.mean: Mean | None = None
+        self.parts: list[Image] = []
+        self.began = 0.0
         self.pictured: tuple[Any, ...] | None = None
         self.ticked: float | None = None
         self._deliver, self._wake, self._leave = deliver, wake, leave

@@ -238,7 +238,7 @@ def measure(options: argparse.Namespace) -> list[tuple[str, str]]:
     assert not errors, errors
     system: dict[str, Any] = machine()
     rows.append(("machine", f"{system['cpu']}, {system['threads']} threads"))
-    rows.append(("other load at the start", f"{before:.1f} processes"))
+    rows.append(("load before the start, mean of 5 minutes", f"{before:.1f} processes"))
     return rows
 
 

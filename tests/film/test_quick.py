@@ -5,7 +5,7 @@ import pytest
 from builders import view_at, write_scenario
 
 from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.live import Ground, Live
+from sumo3dviz_pt.live import Ground, Live, joined
 
 SIZE, SMALL = (96, 54), (48, 27)
 SAMPLES = 48
@@ -17,14 +17,25 @@ pytestmark = pytest.mark.slow
 def live(tmp_path_factory):
     scene = write_scenario(tmp_path_factory.mktemp("quick"), vehicles=4, persons=1, trees=True)
     job = load_job(scene, {"output.size": f"[{SIZE[0]}, {SIZE[1]}]"})
-    opened = Live(job, Ground.of(job), sizes=(SIZE, SMALL), variant="llvm")
+    opened = Live(job, Ground.of(job), size=SMALL, variant="llvm")
     yield opened
     opened.close()
 
 
+def sample_of(live, time, view, size, number):
+    """A small picture, or a large one from its four parts."""
+    cut = size[0] // SMALL[0]
+    parts = [live.glimpse(time, view, number=number, part=(k, cut)) for k in range(cut**2)]
+    return joined(parts)
+
+
+def seen_by(live, time, view, size, count=SAMPLES):
+    return sum(sample_of(live, time, view, size, n) for n in range(count)) / count
+
+
 def mean_of(live, time, view, size, count=SAMPLES):
     live.show(time, view)
-    return sum(live.glimpse(time, view, size, number=n) for n in range(count)) / count
+    return seen_by(live, time, view, size, count)
 
 
 def blurred(pixels):
@@ -53,12 +64,25 @@ def test_all_sizes_show_the_same(live):
     assert np.abs(ratios[[0, 1, 2, 4]] - 1.0).max() < 0.01 and abs(ratios[3] - 1.0) < 0.15
 
 
+def test_parts_join_without_a_seam(live):
+    """Across the cuts, pixels differ no more than elsewhere, and each part is where it belongs."""
+    time, view = live.ground.begin + 4.0, live.home
+    large, small = (mean_of(live, time, view, size)[..., :3] for size in (SIZE, SMALL))
+    halves = large.reshape(SMALL[1], 2, SMALL[0], 2, 3).mean(axis=(1, 3))
+    apart = np.abs(halves - small).mean(axis=2)
+    height, width = apart.shape
+    for corner in (apart[: height // 2, : width // 2], apart[height // 2 :, width // 2 :]):
+        assert corner.mean() < 0.25 * small.std()
+    for turned in (halves[::-1], halves[:, ::-1]):
+        assert np.abs(turned - small).mean() > 1.5 * apart.mean(), "a mirrored one would not fit"
+
+
 def test_a_moved_camera_sees_from_its_new_place(live):
     """Only the sensor changes, and the picture is that of the new view."""
     time, home = live.ground.begin + 4.0, live.home
     there = view_at(tuple(home.position + np.array([6.0, 4.0, 3.0])), heading=200.0, pitch=-20.0)
     live.show(time, home)
-    moved = sum(live.glimpse(time, there, SIZE, number=n) for n in range(16)) / 16
+    moved = seen_by(live, time, there, SIZE, count=16)
     fresh = mean_of(live, time, there, SIZE, count=16)
     np.testing.assert_allclose(moved[..., 3:], fresh[..., 3:], rtol=1e-3, atol=2e-2)
 
@@ -76,9 +100,9 @@ def test_distances_are_those_of_the_scene(live):
 def test_the_same_sample_is_the_same_picture(live):
     time, view = live.ground.begin + 1.0, live.home
     live.show(time, view)
-    one, other = (live.glimpse(time, view, SMALL, number=3) for _ in range(2))
+    one, other = (live.glimpse(time, view, number=3) for _ in range(2))
     np.testing.assert_array_equal(one, other)
-    assert (one != live.glimpse(time, view, SMALL, number=4)).any()
+    assert (one != live.glimpse(time, view, number=4)).any()
 
 
 def test_a_clean_picture_keeps_its_light(live):
@@ -96,7 +120,7 @@ def test_nobody_is_there_without_traffic(live):
     time, view = live.ground.begin + 4.0, live.home
     with_all = mean_of(live, time, view, SIZE, count=8)
     live.show(time, view, dynamic=False)
-    alone = sum(live.glimpse(time, view, SIZE, number=n) for n in range(8)) / 8
+    alone = seen_by(live, time, view, SIZE, count=8)
     assert np.abs(with_all - alone).max() > 0.1
 
 
@@ -104,6 +128,6 @@ def test_nobody_is_there_without_traffic(live):
 def test_far_and_odd_places_give_finite_pictures(live, away):
     view = view_at(tuple(live.home.position + np.array(away)), pitch=-10.0)
     live.show(live.ground.begin, view)
-    seen = live.glimpse(live.ground.begin, view, SMALL, number=0)
+    seen = live.glimpse(live.ground.begin, view, number=0)
     assert np.isfinite(seen).all() and (seen >= 0.0).all()
     assert live.develop(seen, view).dtype == np.uint8

@@ -236,14 +236,15 @@ def test_a_still_camera_converges_to_what_a_still_shows(page, scene) -> None:
     at(page, 4.5)
     page.evaluate("watch.frames.length = 0")
     at(page, 4.0)
-    taken = [at_rest(page, spp=spp) for spp in (1, 8, 64, 256)]
+    taken = [at_rest(page, spp=spp) for spp in (1, 8, 32, 128)]
+    shown = page.evaluate("watch.frames.filter(each => each.error !== null)")
+    page.close()  # or the viewer would go on, and share the processor
     reference = render_still(load_job(scene), order, 4.0).develop().astype(float)
     errors = [rms(picture, reference) for picture in taken]
     assert all(later < earlier for earlier, later in itertools.pairwise(errors)), errors
     assert errors[-1] < 0.25 * errors[0], errors
-    shown = page.evaluate("watch.frames.filter(each => each.error !== null)")
     said = {each["spp"]: each["error"] for each in shown if each["time"] == 4.0}
-    assert said[256] < 0.15 * said[2], said
+    assert said[128] < 0.2 * said[2], said
 
 
 def test_the_slider_changes_the_traffic_and_nothing_else(page) -> None:
@@ -332,12 +333,13 @@ def test_saved_key_frames_render_the_path_that_was_played(page, scene, tmp_path)
         np.testing.assert_allclose(each["eye"]["position"], saved.position, atol=0.01)
         assert each["eye"]["heading"] == pytest.approx(saved.heading, abs=0.02)
 
+    page.close()
     film = tmp_path / "visit.mp4"
     order = ["render", str(scene), "--camera", "visit", "--from", "4", "--to", "5.6"]
-    more = ["--fps", "5", "--quality", "draft", "--size", "64x36", "-o", str(film)]
+    more = ["--fps", "2.5", "--quality", "draft", "--size", "64x36", "-o", str(film)]
     assert main([*order, *more]) == 0
     account = json.loads(film.with_suffix(".json").read_text(encoding="utf-8"))
-    assert len(account["frames"]) == 8
+    assert len(account["frames"]) == 4
     for each in account["frames"]:
         expected = camera.view_at(each["time"]).position
         np.testing.assert_allclose(each["camera"]["position"], expected, atol=1e-6)
