@@ -159,7 +159,7 @@ FAULTS = {
         "Prototype(name, made.parts, made.far)", (f"{DARK}::test_by_night_whoever_drives_is_lit",),
     ),
     "an opened vehicle loses its lamps": Fault(
-        "scene/traffic.py", "replace(cut, lamps=body.prototype.lamps)", "replace(cut, lamps=())",
+        "shapes/cutaway.py", "(*prototype.lamps, *lamps)", "lamps",
         (f"{DARK}::test_the_lamps_of_a_driver_at_night_light_its_road",),
     ),
     "a night sky leaves a day's lamps off": Fault(
@@ -258,6 +258,26 @@ FAULTS = {
     "the margin of the window is too short": Fault(
         "motion/__init__.py", "MARGIN = 12.0", "MARGIN = 0.5",
         ("tests/property/test_motion_laws.py::test_the_asked_window_changes_nothing",),
+    ),
+    "stretched bodies lose their wheels": Fault(
+        "scene/fitted_models.py", "replace(place, at=stretch.moved_point(place.at))", "place",
+        ("tests/unit/scene/test_heroes.py",),
+    ),
+    "roaming cameras run out of slots": Fault(
+        "scene/shot.py", "if self.places is not None:", "if False:",
+        ("tests/unit/scene/test_roaming.py",),
+    ),
+    "parts of large pictures are mirrored": Fault(
+        "render/quick.py", "part.column - middle", "middle - part.column",
+        ("tests/film/test_quick.py",),
+    ),
+    "the error is that of a single sample": Fault(
+        "viewer/mean.py", "(shown[0] - shown[1]) / 2.0", "shown[0] - shown[1]",
+        ("tests/unit/viewer/test_mean.py",),
+    ),
+    "eyes walk through the ground": Fault(
+        "viewer/walk.py", "max(max(eye.position[2], lowest) + step[2], lowest)", "position[2]",
+        ("tests/unit/viewer/test_walk.py",),
     ),
 }  # fmt: skip
 

@@ -90,3 +90,15 @@ def test_a_scene_without_cameras_is_seen_from_above(tmp_path):
     assert view.position[2] > lanes[:, 2].max() + 10.0 and view.forward[2] < -0.2
     low, high = lanes[:, :2].min(axis=0) - 80.0, lanes[:, :2].max(axis=0) + 80.0
     assert ((low < view.position[:2]) & (view.position[:2] < high)).all()
+
+
+def test_who_was_planned_far_away_is_a_stand_in_near_by(opened):
+    """Built around a place 7 km off there are no bodies in detail, and still everyone is drawn."""
+    job, ground, times, shot = opened
+    eyes = shot.camera.view_at(times[0]).position + np.array([[5e3, 5e3, 50.0]])
+    made = build_roam(ground.scenario, ground.trajectories, job, times=times, eyes=eyes)
+    time = (times[0] + times[1]) / 2.0
+    frame = made.frame_of(time, shot.camera.view_at(time))
+    assert set(made.data.slots.near) <= set(made.fleet.cockpits.values())
+    assert not frame.movers and frame.distant
+    assert frame.users == shot.frame_of(time, shot.camera.view_at(time)).users
