@@ -30,9 +30,6 @@ if TYPE_CHECKING:
 Size = tuple[int, int]
 Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 
-_GOLDEN = 0x9E3779B9
-"""Between the seeds of a picture's samples."""
-
 _FURTHER = 150.0
 """So far from all places that it was built around, a scene lacks detail [m]."""
 
@@ -95,8 +92,7 @@ class Live:
         self._riding: tuple[LagrangianCamera, ...] = ()
         self._session: Session | None = None
         self._quick: Quick | None = None
-        self._built_for = job
-        self.shot: Shot = self._built()
+        self.shot: Shot = self._built(job, None, ())
         self._open()
 
     # The scene ----------------------------------------------------------------------------
@@ -168,41 +164,28 @@ class Live:
         Raises:
             ConfigError: If a choice does not exist.
         """
-        before = self.job, self._eyes, self._riding
-        self.job = job or self.job
-        self._eyes = self._eyes if eyes is None else eyes
-        if riding is not None:
-            self._riding = (*self._riding, riding)
-        try:
-            under = self._under_new_sky() if eyes is None and riding is None else None
-            self.shot = under or self._built()
-        except Exception:
-            self.job, self._eyes, self._riding = before
-            raise
+        job, eyes = job or self.job, self._eyes if eyes is None else eyes
+        seats = self._riding if riding is None else (*self._riding, riding)
+        kept = eyes is self._eyes and seats is self._riding
+        shot = (self._under_sky_of(job) if kept else None) or self._built(job, eyes, seats)
+        self.job, self._eyes, self._riding, self.shot = job, eyes, seats, shot
         self._open()
 
-    def _under_new_sky(self) -> Shot | None:
-        """The same shot under another sky, if that is all that changed and lamps need no change."""
-        sky = self.job.sky
-        if self._built_for.model_copy(update={"sky": sky}) != self.job:
+    def _under_sky_of(self, job: Job) -> Shot | None:
+        """The same shot under a job's sky, if only that differs and lamps need no change."""
+        if self.job.model_copy(update={"sky": job.sky}) != job:
             return None
-        return self.shot.under_sky(sky, self.job.lights)
+        return self.shot.under_sky(job.sky, job.lights)
 
-    def _built(self) -> Shot:
-        """The shot of the current choices."""
+    def _built(self, job: Job, eyes: Floats | None, riding: tuple[LagrangianCamera, ...]) -> Shot:
+        """The shot of some choices."""
         from sumo3dviz_pt.scene.roaming import build_roam
 
         ground = self.ground
-        made = build_roam(
-            ground.scenario,
-            ground.trajectories,
-            self.job,
-            times=(ground.begin, ground.end),
-            eyes=self._eyes,
-            riding=self._riding,
+        times = (ground.begin, ground.end)
+        return build_roam(
+            ground.scenario, ground.trajectories, job, times=times, eyes=eyes, riding=riding
         )
-        self._built_for = self.job
-        return made
 
     def _open(self) -> None:
         """Give the shot to the renderer."""
@@ -255,11 +238,11 @@ class Live:
             part: Which part, row by row, of a picture that is cut into how many rows and
                 columns.
         """
-        from sumo3dviz_pt.render.passes import frame_seed
+        from sumo3dviz_pt.render.passes import frame_seed, pass_seed
         from sumo3dviz_pt.render.quick import parts_of
 
         index, count = part
-        seed = frame_seed(self.job.seed, time) + (number * count**2 + index) * _GOLDEN
+        seed = pass_seed(frame_seed(self.job.seed, time), number * count**2 + index)
         return self._renderer.glimpse(view, seed=seed, part=parts_of(count)[index])
 
     def develop(

@@ -145,6 +145,11 @@ def frame_seed(seed: int, time: float) -> int:
     return int(np.random.SeedSequence(words).generate_state(1)[0])
 
 
+def pass_seed(seed: int, number: int) -> int:
+    """Seed of a frame's n-th pass; the golden ratio keeps those of any two frames apart."""
+    return seed + 0x9E3779B9 * number
+
+
 def report(tally: Tally, time: float) -> None:
     """Log what was counted; a cap that takes much makes the picture too dark."""
     alarming = tally.dimmed_share > MOST_DIMMED or tally.nonfinite > 0

@@ -33,7 +33,7 @@ from sumo3dviz_pt.render.lamp_emitter import register_lamps
 from sumo3dviz_pt.render.lamps import Lamps
 from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.paint import register_paint
-from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, report
+from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, pass_seed, report
 from sumo3dviz_pt.render.running_lamps import RunningLamps
 from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
 from sumo3dviz_pt.render.stained import register_stained
@@ -365,7 +365,7 @@ class Session:
 
     def _lamps_seen(self, seed: int, passes: int) -> Image:
         """Lamps that are seen directly, (h, w, 3)."""
-        seeds = [self._seed(seed + 0x9E3779B9 * number) for number in range(passes)]
+        seeds = [self._seed(pass_seed(seed, number)) for number in range(passes)]
         what = (self.scene, self._lamp_integrator, 0, guides.LAMP_SPP)
         images = [np.array(self._trace_lamps(*what, own), dtype=np.float32) for own in seeds]
         return np.asarray(np.mean(images, axis=0))
@@ -380,7 +380,7 @@ class Session:
         accumulator = Accumulator(exempt, white=self.settings.white)
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
-            part = self._seed(seed + 0x9E3779B9 * number)
+            part = self._seed(pass_seed(seed, number))
             image = self._trace(self.scene, self._integrator, 0, self._pass_spp, part)
             accumulator.add(*self._split(np.array(image, dtype=np.float32)))
             if after_pass is not None:

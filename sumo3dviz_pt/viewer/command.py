@@ -7,7 +7,6 @@ import logging
 from collections.abc import Callable, Mapping
 
 from sumo3dviz_pt.arguments import overrides_of
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import Job
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.viewer.server import serve
@@ -27,8 +26,6 @@ def view(options: argparse.Namespace, *, announce: Callable[[str], None]) -> Non
         InputError: If a file is wrong.
         ConfigError: If a choice is.
     """
-    if not 0 <= options.port <= 65535:
-        raise ConfigError(f"must lie in 0..65535, not {options.port}", key="port")
     chosen = overrides_of(options)
 
     def reload(choices: Mapping[str, str]) -> Job:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -86,9 +87,9 @@ class Projector:
         except ConfigError as error:
             visitor.warn(error)
             before = visitor.pictured[1] if visitor.pictured else live.home
-            eye = Eye.of(before)
-            stand = visitor.stand = Stand(eye, stand.time, frames=stand.frames)
-            view = eye.view()
+            eye = replace(Eye.of(before), roll=0.0)
+            stand = replace(stand, eye=eye, ride=None, flying=False, playing=False)
+            visitor.stand, view = stand, eye.view()
         if moved := self._moved(visitor, view):
             visitor.parts, visitor.mean = [], None
         self._bring(stand, view, moved=moved)

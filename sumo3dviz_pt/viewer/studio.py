@@ -372,7 +372,8 @@ class Studio:
             visitor.tell("yaml", text=text)
             return
         save_camera(self._file, order.name, text)
-        cameras = load_job(self._file).cameras
+        assert self._reload is not None
+        cameras = self._reload({}).cameras
         self.live.job = self.live.job.model_copy(update={"cameras": cameras})
         self._tell_all("scene", **self.about)
         saved = f"saved as camera {order.name} in {self._file.name}"

@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 from builders import view_at, write_scenario
 
+from sumo3dviz_pt.job import LagrangianCamera
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.live import Ground, Live, joined
+from sumo3dviz_pt.viewer.messages import Frame
+from sumo3dviz_pt.viewer.projector import Projector
+from sumo3dviz_pt.viewer.stand import Stand
+from sumo3dviz_pt.viewer.visitor import Visitor
+from sumo3dviz_pt.viewer.walk import Eye
 
 SIZE, SMALL = (96, 54), (48, 27)
 SAMPLES = 48
@@ -131,3 +137,23 @@ def test_far_and_odd_places_give_finite_pictures(live, away):
     seen = live.glimpse(live.ground.begin, view, number=0)
     assert np.isfinite(seen).all() and (seen >= 0.0).all()
     assert live.develop(seen, view).dtype == np.uint8
+
+
+def test_who_loses_a_ride_keeps_his_switches(live):
+    """The vehicle is gone: the camera stays where it was, and so does all that was chosen."""
+    ride = LagrangianCamera(mode="lagrangian", vehicle="v1", view="chase")
+    chosen = {"dynamic": False, "denoise": True, "exposure": 1.5}
+    gone = live.life_of(ride)[1] + 1.0
+    told = []
+    visitor = Visitor(
+        Stand(Eye.of(live.home), gone, playing=True, ride=ride, **chosen),
+        told.append,
+        wake=lambda: None,
+        leave=lambda _: None,
+    )
+    Projector(live, SIZE).picture(visitor)
+    stand = visitor.stand
+    assert {name: getattr(stand, name) for name in chosen} == chosen
+    assert stand.ride is None and not stand.playing and stand.time == gone
+    assert any("v1" in str(m.content) for m in told if not isinstance(m, Frame))
+    assert any(isinstance(message, Frame) for message in told)
