@@ -14,7 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.job import CinematicCamera, EulerianCamera, LagrangianCamera, Settings
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.scene.aiming import Aim, aim_of
+from sumo3dviz_pt.scene.aiming import aim_of
 from sumo3dviz_pt.scene.flying import build_flight
 from sumo3dviz_pt.scene.riding import build_ride
 from sumo3dviz_pt.scene.traffic import Fleet
@@ -46,6 +46,16 @@ class StandingCamera:
         return self.view
 
 
+def standing_view(settings: EulerianCamera) -> View:
+    """What a camera that stands still sees.
+
+    Raises:
+        ConfigError: If it looks at the point where it stands.
+    """
+    placed = aim_of(settings).placed(np.array(settings.position))
+    return View(placed, float(np.radians(settings.lens.fov)))
+
+
 @singledispatch
 def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -> Camera:
     """Make the camera that a scene file asks for.
@@ -65,9 +75,7 @@ def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -
 @build_camera.register
 def _(settings: EulerianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
     """A camera that stands still."""
-    aim: Aim = aim_of(settings)
-    placed = aim.placed(np.array(settings.position))
-    return StandingCamera(View(placed, float(np.radians(settings.lens.fov))))
+    return StandingCamera(standing_view(settings))
 
 
 @build_camera.register

@@ -16,6 +16,7 @@ from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
 from sumo3dviz_pt.model.scene import Bsdf, Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.scene.clearance import KEEP_CLEAR
 from sumo3dviz_pt.scene.kinds import Kind, colour_in, drawn_model
 from sumo3dviz_pt.scene.materials import MATERIALS, TINT, surface_bsdf, surface_scale
 from sumo3dviz_pt.scene.surroundings import Surroundings
@@ -229,7 +230,5 @@ def _shell(style: Style, variant: int, level: int) -> Shell:
 
 def _holds_camera(plan: Floats, around: Surroundings) -> bool:
     """Whether a camera stands in a footprint."""
-    if not len(around.viewpoints):
-        return False
-    wide = shapely.Polygon(plan).buffer(around.keep_clear)
-    return bool(shapely.contains_xy(wide, around.viewpoints[:, :2]).any())
+    wide = shapely.Polygon(plan).buffer(KEEP_CLEAR)
+    return bool(shapely.contains_xy(wide, around.clearance.places[:, :2]).any())

@@ -29,6 +29,7 @@ from sumo3dviz_pt.shapes.grass import (
     grass_patch,
     laid,
 )
+from sumo3dviz_pt.shapes.planar import sides
 
 REACH = 32.0
 """Blades stand at most this far from a camera [m]."""
@@ -210,7 +211,7 @@ def _mown(blades: Blades, lawn: Lawn, eyes: Floats) -> Blades:
     feet = blades.feet[:, :2]
     edge = np.full(len(feet), _EDGE)
     if len(lawn.paved) and len(feet):
-        tree = shapely.STRtree(_segments(lawn.paved))
+        tree = shapely.STRtree(sides(lawn.paved))
         (near, _), distance = tree.query_nearest(
             shapely.points(feet), max_distance=_EDGE, return_distance=True, all_matches=False
         )
@@ -227,13 +228,6 @@ def _mown(blades: Blades, lawn: Lawn, eyes: Floats) -> Blades:
     gain = 1.0 + (_GAIN - 1.0) * dense[:, None]
     tints = gain * blades.tints * lawn.mean * (1.0 + 0.1 * wild[:, None])
     return Blades(blades.feet, blades.turns, heights, blades.widths, blades.leans, tints)
-
-
-def _segments(areas: Sequence[shapely.Geometry]) -> Floats:
-    """All sides of polygons as lines, (n,): many short ones are found faster than few long."""
-    points, line = shapely.get_coordinates(shapely.boundary(list(areas)), return_index=True)
-    same = line[1:] == line[:-1]
-    return np.asarray(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)[same]))
 
 
 def _joined(some: Sequence[Blades]) -> Blades:

@@ -64,6 +64,12 @@ class Gaze:
             np.arctan(half),
         )
 
+    @classmethod
+    def all_round(cls, positions: Floats) -> Gaze:
+        """Eyes at positions, (n, 3) [m], that see in all directions."""
+        ahead = np.tile([1.0, 0.0, 0.0], (len(positions), 1))
+        return cls(positions, ahead, np.full(len(positions), np.pi))
+
     def slice(self, part: slice) -> Gaze:
         """Some of the times."""
         return Gaze(self.positions[part], self.forwards[part], self.half_angles[part])

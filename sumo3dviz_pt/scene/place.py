@@ -13,6 +13,7 @@ from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
 from sumo3dviz_pt.scene import needs
+from sumo3dviz_pt.scene.clearance import Clearance
 from sumo3dviz_pt.scene.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.scene.guard_rails import FAMILY as RAILS
 from sumo3dviz_pt.scene.guard_rails import Rails, guard_rails
@@ -63,19 +64,23 @@ class Place:
     left_out: tuple[LeftOut, ...]
 
 
-def build_place(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -> Place:
+def build_place(
+    scenario: Scenario, job: Job, gaze: needs.Gaze, *, clearance: Clearance, dark: bool
+) -> Place:
     """Build roads, ground, scenery, street furniture and signals around a camera's path.
 
     Args:
         scenario: The simulation.
         job: The scene file.
         gaze: Where the camera is and looks.
+        clearance: Cameras that nothing grows into or before.
         dark: Whether lamps are lit.
 
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    land = _land(scenario, job, gaze, dark=dark)
+    land = _land(scenario, job, gaze, clearance)
+    land = replace(land, around=replace(land.around, dark=dark))
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     signals = build_signals(
@@ -132,18 +137,20 @@ class _Land:
     around: Surroundings
 
 
-def _land(scenario: Scenario, job: Job, gaze: needs.Gaze, *, dark: bool) -> _Land:
+def _land(scenario: Scenario, job: Job, gaze: needs.Gaze, clearance: Clearance) -> _Land:
     """Roads and ground around a camera's path."""
     network, textured = scenario.network, job.textured
     roads = build_roads(
         network, job.roads, textured=textured, region=_region(gaze), focus=_path(gaze)
     )
-    room = Room(occupied(scenario.pois, scenario.polygons, gaze.positions), gaze)
+    room = Room(occupied(scenario.pois, scenario.polygons, clearance.places), gaze)
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
-    around = surroundings(network, seed=job.seed, gaze=gaze, height_at=ground.height_at)
-    return _Land(roads, ground, replace(around, dark=dark))
+    around = surroundings(
+        network, seed=job.seed, gaze=gaze, height_at=ground.height_at, clearance=clearance
+    )
+    return _Land(roads, ground, around)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

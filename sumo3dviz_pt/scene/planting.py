@@ -23,6 +23,7 @@ from sumo3dviz_pt.scene.horizon import GREEN
 from sumo3dviz_pt.scene.kinds import kind_of
 from sumo3dviz_pt.scene.street_places import Border, borders_near
 from sumo3dviz_pt.scene.surroundings import Surroundings
+from sumo3dviz_pt.shapes.planar import sides
 
 TREE_OFF, SHRUB_OFF = 8.0, 4.0
 """Distance of trees and shrubs from everything paved, at least [m]."""
@@ -49,7 +50,6 @@ _OWN = frozenset({"trees", "homes", "shops", "blocks", "buildings"})
 _FAST = 70.0 / 3.6  # roads on which more is allowed have belts [m/s]
 _WIDE = 3  # lanes of carriageways that have them, whatever is allowed there
 _IN_VIEW = 400.0  # objects farther away do not make a picture green [m]
-_STAYS = 60.0  # a camera that moves less shows one place only [m]
 _SHRUB_REACH = 200.0
 _LOTS = 88.0  # spacing of lots that may bear a grove [m]
 _TILE = 12.0  # of the ground's texture [m]
@@ -86,8 +86,8 @@ class Plot:
             for area in near:
                 shapely.prepare(area)
                 clear &= ~shapely.contains_xy(area, places)
-            sides = shapely.STRtree(_sides(near))
-            clear[sides.query(spots, predicate="dwithin", distance=gap)[0]] = False
+            borders = shapely.STRtree(sides(near))
+            clear[borders.query(spots, predicate="dwithin", distance=gap)[0]] = False
         if len(self.objects) and len(places):
             clear &= np.asarray(cKDTree(self.objects).query(places)[0]) > MARGIN
         return clear
@@ -275,7 +275,7 @@ def _kept(
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
     if tall:
-        keep &= ~_in_sight(places, away, around)
+        keep &= ~_in_sight(places, around)
     near = np.flatnonzero(keep)
     margin = TREE_OFF if tall else SHRUB_OFF
     near = near[plot.free(places[near], margin=margin)]
@@ -285,12 +285,13 @@ def _kept(
     return [planted(*found[int(k)], tall=tall) for k in near[:most]]
 
 
-def _in_sight(places: Floats, away: Floats, around: Surroundings) -> Bools:
-    """Which places stand before the roads that a camera looks at from where it stays."""
-    eyes = around.viewpoints
-    if not len(eyes) or np.ptp(eyes[:, :2], axis=0).max() > _STAYS:
-        return np.asarray(away < MARGIN)
-    return np.asarray((away < CLEAR) & (around.pictured(places, radius=6.0) | (away < MARGIN)))
+def _in_sight(places: Floats, around: Surroundings) -> Bools:
+    """Which places stand in a camera, or before the roads that one looks at where it stays."""
+    hidden = around.clearance.distances(places) < MARGIN
+    for outlook in around.clearance.outlooks:
+        near = np.hypot(*(places - outlook.positions[0, :2]).T) < CLEAR
+        hidden[near] |= around.pictured(places[near], radius=6.0, by=outlook)
+    return hidden
 
 
 def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:
@@ -346,10 +347,3 @@ def _drawn(weights: dict[str, int], rng: np.random.Generator) -> str:
 def _dice(seed: int, *words: str) -> np.random.Generator:
     """Chance of one thing."""
     return np.random.default_rng(int(share_of(seed, "planting", *words) * 2**48))
-
-
-def _sides(areas: Sequence[shapely.Geometry]) -> Floats:
-    """All sides of polygons as lines, (n,)."""
-    points, line = shapely.get_coordinates(shapely.boundary(list(areas)), return_index=True)
-    same = line[1:] == line[:-1]
-    return np.asarray(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)[same]))

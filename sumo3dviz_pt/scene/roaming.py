@@ -20,18 +20,15 @@ from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import StandingCamera, build_camera
+from sumo3dviz_pt.scene.clearance import clearance_of
 from sumo3dviz_pt.scene.crowd import CrowdPlan, plan_crowd
 from sumo3dviz_pt.scene.darkness import is_dark
 from sumo3dviz_pt.scene.shot import Making, Shot, everyone, with_seat
 from sumo3dviz_pt.scene.sky import build_sky
 from sumo3dviz_pt.scene.traffic import Fleet, find_rider
 
-_ALL_ROUND = np.pi
-"""Half the opening angle of an eye that sees everything [rad]."""
-
 _STEP = 1.0
 """Between the times at which room is made [s]."""
-
 
 _MOST_NEAR = 48
 """Road users in detail at once: recording a scene of 240 takes three times as long as of 60."""
@@ -76,7 +73,8 @@ def build_roam(
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
     making = Making(scenario, job, sky, dark, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
-    return replace(making.shot(fleet, home, _all_round(places), room), places=places)
+    gaze, clear = needs.Gaze.all_round(places), clearance_of(job)
+    return replace(making.shot(fleet, home, gaze, plan=room, clearance=clear), places=places)
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:
@@ -115,12 +113,6 @@ def _overview(scenario: Scenario) -> View:
     return View(placed, float(np.radians(60.0)))
 
 
-def _all_round(eyes: Floats) -> needs.Gaze:
-    """Eyes that see in all directions."""
-    ahead = np.tile([1.0, 0.0, 0.0], (len(eyes), 1))
-    return needs.Gaze(eyes, ahead, np.full(len(eyes), _ALL_ROUND))
-
-
 def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPlan:
     """Room for who is near any of the places, and for everyone as a stand-in.
 
@@ -132,7 +124,7 @@ def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPla
     for part in needs.chunks(len(times)):
         alive, positions, _ = fleet.positions(times[part])
         for eye in eyes:
-            gaze = _all_round(np.tile(eye, (alive.shape[1], 1)))
+            gaze = needs.Gaze.all_round(np.tile(eye, (alive.shape[1], 1)))
             frames.append((gaze, alive, positions))
         for column in alive.T:
             there = Counter(name for k in np.flatnonzero(column) for name in bodies[k].far)

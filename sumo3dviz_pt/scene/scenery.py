@@ -15,6 +15,7 @@ from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.scene.clearance import KEEP_CLEAR
 from sumo3dviz_pt.scene.fitting import fitted
 from sumo3dviz_pt.scene.hedges import hedge_parts
 from sumo3dviz_pt.scene.houses import (
@@ -229,13 +230,14 @@ def _sorted_out(
 def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     """Whether a camera would be inside an object's crown or walls."""
     radius, low, high = kind.body
-    if radius <= 0.0 or not len(around.viewpoints):
+    eyes = around.clearance.places
+    if radius <= 0.0 or not len(eyes):
         return False
-    near = np.hypot(*(around.viewpoints[:, :2] - place).T) < radius + around.keep_clear
+    near = np.hypot(*(eyes[:, :2] - place).T) < radius + KEEP_CLEAR
     if not near.any():
         return False
-    above = around.viewpoints[near, 2] - around.height_at(place[None])
-    return bool(((above > low) & (above < high + around.keep_clear)).any())
+    above = eyes[near, 2] - around.height_at(place[None])
+    return bool(((above > low) & (above < high + KEEP_CLEAR)).any())
 
 
 def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -> float:

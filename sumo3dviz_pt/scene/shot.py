@@ -27,6 +27,7 @@ from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
+from sumo3dviz_pt.scene.clearance import Clearance, clearance_of
 from sumo3dviz_pt.scene.crowd import (
     FAR_TRIANGLES,
     SHOT_TRIANGLES,
@@ -198,7 +199,11 @@ def build_shot(
     aspect = job.output.size[1] / job.output.size[0]
     gaze = _gaze(built, times, aspect)
     making = Making(scenario, job, sky, dark, aspect)
-    return making.shot(fleet, built, gaze, partial(_crowd, fleet, built, times, aspect))
+    clear = clearance_of(job)
+    if camera not in job.cameras.values() or isinstance(camera, LagrangianCamera):
+        clear = clear.beside(gaze)
+    crowd = partial(_crowd, fleet, built, times, aspect)
+    return making.shot(fleet, built, gaze, plan=crowd, clearance=clear)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -212,7 +217,13 @@ class Making:
     aspect: float
 
     def shot(
-        self, fleet: Fleet, camera: Camera, gaze: needs.Gaze, plan: Callable[..., CrowdPlan]
+        self,
+        fleet: Fleet,
+        camera: Camera,
+        gaze: needs.Gaze,
+        *,
+        plan: Callable[..., CrowdPlan],
+        clearance: Clearance,
     ) -> Shot:
         """Put a shot together.
 
@@ -221,10 +232,11 @@ class Making:
             camera: Where it is seen from.
             gaze: Where cameras are and look.
             plan: Makes room for road users in so many triangles, `budget`.
+            clearance: Cameras that nothing grows into or before.
         """
         scenario, dark = self.scenario, self.dark
         left_hand = scenario.network.left_hand
-        place = build_place(scenario, self.job, gaze, dark=dark)
+        place = build_place(scenario, self.job, gaze, clearance=clearance, dark=dark)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_heroes(crowd.heroes)

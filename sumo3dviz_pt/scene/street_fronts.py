@@ -19,7 +19,9 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
+from sumo3dviz_pt.scene.clearance import KEEP_CLEAR
 from sumo3dviz_pt.scene.kinds import kind_of
+from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes.parcels import Lot, lots_along
 from sumo3dviz_pt.shapes.planar import closing, polygon_parts, union
@@ -224,22 +226,28 @@ class _Found:
 
 def _hides(area: shapely.Polygon, around: Surroundings) -> bool:
     """Whether a house stands in a camera, or before much of what a resting one looks at."""
-    eyes = around.viewpoints
-    if area.buffer(around.keep_clear + 2.0).intersects(
-        shapely.LineString(np.repeat(eyes, 2, 0)[:, :2])
+    wide = area.buffer(KEEP_CLEAR + 2.0)
+    if any(
+        wide.intersects(shapely.LineString(np.repeat(way.positions[:, :2], 2, 0)))
+        for way in around.clearance.ways
     ):
         return True
-    if np.ptp(eyes[:, :2], axis=0).max() > 60.0 or area.distance(shapely.Point(eyes[0])) > _SIGHT:
-        return False
-    points = around.index.points
-    away = np.hypot(*(points[:, :2] - eyes[0, :2]).T)
+    return any(_shares(area, outlook, around) > _SHARE for outlook in around.clearance.outlooks)
+
+
+def _shares(area: shapely.Polygon, outlook: Gaze, around: Surroundings) -> float:
+    """Which share of the roads that a camera looks at a house hides."""
+    eye = outlook.positions[0, :2]
+    if area.distance(shapely.Point(eye)) > _SIGHT:
+        return 0.0
+    points = around.index.points[:, :2]
+    away = np.hypot(*(points - eye).T)
     seen = points[(away < _SIGHT) & (away > 3.0)]
-    seen = seen[around.pictured(seen[:, :2], radius=1.0)]
+    seen = seen[around.pictured(seen, radius=1.0, by=outlook)]
     if not len(seen):
-        return False
-    begins = np.broadcast_to(eyes[0, :2], (len(seen), 2))
-    rays = shapely.linestrings(np.stack([begins, seen[:, :2]], axis=1))
-    return bool(shapely.intersects(rays, area).mean() > _SHARE)
+        return 0.0
+    rays = shapely.linestrings(np.stack([np.broadcast_to(eye, seen.shape), seen], axis=1))
+    return float(shapely.intersects(rays, area).mean())
 
 
 def _neighbours(houses: Sequence[House]) -> list[House]:

@@ -124,9 +124,7 @@ class Site:
         if len(others):
             away = np.hypot(*(places[:, None] - others[None]).transpose(2, 0, 1))
             clear &= away.min(axis=1) > radius + 1.0
-        if len(self.around.viewpoints):
-            clear &= self.around.distances(places) > radius + _CAMERA
-        return clear
+        return np.asarray(clear & (self.around.clearance.distances(places) > radius + _CAMERA))
 
     def level_with(self, places: Floats, road: Floats) -> Bools:
         """Whether the ground at places is about as high as the road beside it, (n,) [m]."""

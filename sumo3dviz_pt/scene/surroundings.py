@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.scene.clearance import Clearance
 from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
 from sumo3dviz_pt.scene.needs import Gaze, in_picture, in_view
 
@@ -29,8 +30,8 @@ class Surroundings:
         height_at: Height of the ground.
         viewpoints: Where cameras are during the shot, (n, 3) [m]; n may be 0.
         seed: Of all chance.
-        keep_clear: Distance that objects keep from cameras [m].
         gaze: Where cameras look, or None: then everything counts as seen.
+        clearance: Cameras that nothing grows into or before.
         dark: Whether lamps are lit.
     """
 
@@ -38,8 +39,8 @@ class Surroundings:
     height_at: HeightAt
     viewpoints: Floats
     seed: int
-    keep_clear: float = 1.0
     gaze: Gaze | None = None
+    clearance: Clearance = field(default_factory=Clearance)
     dark: bool = False
 
     def distances(self, places: Floats) -> Floats:
@@ -56,12 +57,19 @@ class Surroundings:
         centres = np.column_stack([places, self.height_at(places)])
         return np.asarray(in_view(self.gaze, centres, radius=radius).any(axis=1))
 
-    def pictured(self, places: Floats, *, radius: float) -> Bools:
-        """Which balls around places, (n, 2) [m], lie in some camera's picture, not behind it."""
-        if self.gaze is None or not len(places):
+    def pictured(self, places: Floats, *, radius: float, by: Gaze | None = None) -> Bools:
+        """Which balls around places, (n, 2) [m], lie in a camera's picture, not behind it.
+
+        Args:
+            places: On the ground.
+            radius: Of the balls [m].
+            by: The camera; default: any of the shot's.
+        """
+        gaze = by or self.gaze
+        if gaze is None or not len(places):
             return np.ones(len(places), dtype=np.bool_)
         centres = np.column_stack([places, self.height_at(places)])
-        return np.asarray(in_picture(self.gaze, centres, radius=radius).any(axis=1))
+        return np.asarray(in_picture(gaze, centres, radius=radius).any(axis=1))
 
 
 def surroundings(
@@ -71,7 +79,7 @@ def surroundings(
     viewpoints: Floats | None = None,
     gaze: Gaze | None = None,
     height_at: HeightAt | None = None,
-    keep_clear: float = 1.0,
+    clearance: Clearance | None = None,
 ) -> Surroundings:
     """Index a network for placing objects.
 
@@ -81,11 +89,14 @@ def surroundings(
         viewpoints: Cameras of the shot, (n, 3) [m]; default the gaze's, else none.
         gaze: Where the cameras look; what they never see is left out.
         height_at: Height of the ground; default a little below the nearest road.
-        keep_clear: Objects that a camera would be in, or closer to than this [m], go.
+        clearance: Cameras that nothing grows into or before; default those of the shot.
     """
     index = build_lane_index(network)
     if viewpoints is None:
         viewpoints = np.zeros((0, 3)) if gaze is None else gaze.positions
     ground = height_at or (lambda places: index.heights(places) - _SINK)
     points = np.asarray(viewpoints, dtype=np.float64).reshape(-1, 3)
-    return Surroundings(index, ground, points, seed, keep_clear, gaze)
+    if clearance is None:
+        way = gaze or Gaze.all_round(points)
+        clearance = Clearance((way,)) if len(way.positions) else Clearance()
+    return Surroundings(index, ground, points, seed, gaze=gaze, clearance=clearance)

@@ -42,7 +42,6 @@ _SHRUB_ROWS = ((8.2, 2.2), (10.0, 2.4), (13.4, 2.8))
 _TUFTS = 46
 _WOODED, _SCRUB = -0.75, -1.15  # cover above which there are trees, and shrubs
 _SIGHT = 170.0  # roads are kept in sight up to this distance from a camera that stays [m]
-_STAYS = 60.0  # a camera that moves less shows one place only [m]
 _ROOM = {"blocks": 21.0, "homes": 13.0, "shops": 16.0, "trees": 4.0, "shrubs": 1.5}
 _SPECIES = ("maple", "lime", "oak", "birch", "poplar", "pine", "spruce")
 _OFTEN = np.array([4.0, 3.0, 4.0, 2.5, 0.8, 1.0, 1.2])
@@ -161,17 +160,21 @@ def _leaves_sight(
     places: Floats, lines: Sequence[shapely.LineString], around: Surroundings
 ) -> Bools:
     """Which places hide no fast road that lies near before a camera that stays."""
-    eyes = around.viewpoints
     keep = np.ones(len(places), dtype=np.bool_)
-    if not len(eyes) or np.ptp(eyes[:, :2], axis=0).max() > _STAYS or not len(places):
+    if not len(places):
         return keep
-    eye = eyes[0, :2]
-    road = shapely.get_coordinates(shapely.segmentize(lines, 6.0)) - eye
-    reach = np.hypot(*road.T)
-    road = road[(reach < _SIGHT) & around.pictured(road + eye, radius=2.0)]
-    if not len(road):
-        return keep
-    at = places - eye
+    spots = shapely.get_coordinates(shapely.segmentize(lines, 6.0))
+    for outlook in around.clearance.outlooks:
+        eye = outlook.positions[0, :2]
+        near = spots[np.hypot(*(spots - eye).T) < _SIGHT]
+        road = near[around.pictured(near, radius=2.0, by=outlook)] - eye
+        if len(road):
+            keep &= _off_rays(places - eye, road)
+    return keep
+
+
+def _off_rays(at: Floats, road: Floats) -> Bools:
+    """Which places stand beside all lines of sight to a road; both seen from an eye [m]."""
     away = np.maximum(np.hypot(*at.T), 1e-6)
     ahead = at @ road.T / away[:, None]
     aside = np.abs(at[:, :1] * road[:, 1] - at[:, 1:] * road[:, 0]) / away[:, None]

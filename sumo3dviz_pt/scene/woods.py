@@ -72,7 +72,7 @@ def occupied(pois: Sequence[Poi], polygons: Sequence[Polygon], eyes: Floats) -> 
     Args:
         pois: All points of interest.
         polygons: All polygons and lines.
-        eyes: Cameras of the shot, (k, 3) [m].
+        eyes: Cameras, (k, 3) [m].
     """
     points = np.array([poi.position for poi in pois], dtype=np.float64).reshape(-1, 2)
     return np.concatenate([points, *(item.shape[:, :2] for item in polygons), eyes[:, :2]])

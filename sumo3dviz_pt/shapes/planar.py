@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
 import shapely
 from numpy.typing import NDArray
 from shapely.geometry import Polygon
@@ -40,6 +41,14 @@ def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:
         for part in shapely.get_parts(piece).tolist()
         if part.geom_type == "Polygon" and part.area > SMALLEST_AREA
     ]
+
+
+def sides(areas: Sequence[shapely.Geometry]) -> NDArray[shapely.Geometry]:
+    """All sides of polygons as lines, (n,): many short ones are found faster than few long."""
+    rings = shapely.get_parts(shapely.boundary(list(areas)))  # one by one: no side joins two
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    ends = np.stack([points[:-1], points[1:]], axis=1)
+    return np.asarray(shapely.linestrings(ends[ring[1:] == ring[:-1]]))
 
 
 def subtract(shape: shapely.Geometry, others: Iterable[shapely.Geometry]) -> shapely.Geometry:

@@ -64,6 +64,13 @@ def test_nothing_stands_on_roads_or_in_footprints(seed, y, discs):
         assert np.hypot(*(places - [100.0, 100.0]).T).min() >= MARGIN
 
 
+def test_land_that_roads_enclose_is_free_in_its_middle():
+    ring = shapely.box(-300, -300, 300, 300).difference(shapely.box(-290, -290, 290, 290))
+    places = np.stack(np.meshgrid(*[np.linspace(-281.0, 281.0, 57)] * 2), axis=-1).reshape(-1, 2)
+    assert Plot([ring]).free(places, margin=TREE_OFF).all()
+    assert not Plot([ring]).free(places * 1.03, margin=TREE_OFF)[[0, 56, -1]].any()
+
+
 def test_planting_depends_on_the_seed_only():
     one, again, other = (plant(EMPTY, Plot([ROAD]), around=around(seed)).pois for seed in (1, 1, 2))
     assert one == again != other

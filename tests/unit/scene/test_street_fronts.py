@@ -9,6 +9,8 @@ import shapely
 from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.scene.clearance import Clearance
+from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.roads_layout import layout_roads
 from sumo3dviz_pt.scene.street_fronts import REACH, SOURCE, grow_rows, why_none
 from sumo3dviz_pt.scene.street_houses import BUDGET, build_fronts
@@ -49,9 +51,9 @@ def network(*streets):
     return Network(edges, ends, (), Location(boundary=(-200, -200, 200, 200)))
 
 
-def grown(net, *, pois=(), polygons=(), eyes=EYES, seed=3):
+def grown(net, *, pois=(), polygons=(), eyes=EYES, seed=3, clearance=None):
     layout = layout_roads(net, RoadSettings())
-    around = surroundings(net, seed=seed, viewpoints=eyes)
+    around = surroundings(net, seed=seed, viewpoints=eyes, clearance=clearance)
     rows = grow_rows(net, list(layout.outline), (pois, polygons), around=around)
     return rows, layout, around
 
@@ -210,3 +212,29 @@ def test_at_night_windows_and_shops_shine():
     names = [lamp.id for lamp in fronts.lamps]
     assert names and len(set(names)) == len(names)
     assert all(name.startswith("street_fronts_") for name in names)
+
+
+EYE = np.array([[-20.0, 16.0, 3.0]])
+"""Behind the pavement, where a house would stand."""
+
+
+def test_a_house_that_any_camera_stands_in_is_missing_for_all_of_them():
+    stands = Clearance((Gaze.all_round(EYE), Gaze.all_round(EYES)))
+    seen = {}
+    for name, eyes in (("in", EYE), ("street", EYES), ("both", np.concatenate([EYE, EYES]))):
+        rows, _, _ = grown(TOWN, eyes=eyes, clearance=stands)
+        seen[name] = {house.id: house.plan.tobytes() for house in rows.houses}
+    assert seen["in"] == seen["street"] == seen["both"]
+    whole = {house.id: shapely.Polygon(house.plan) for house in grown(TOWN)[0].houses}
+    gone = [plan for name, plan in whole.items() if name not in seen["street"]]
+    assert 0 < len(gone) < 7
+    assert any(plan.covers(shapely.Point(EYE[0, :2])) for plan in gone)
+
+
+def test_no_house_hides_what_a_camera_looks_at_though_another_one_films():
+    ahead = Gaze(np.array([[-20.0, 30.0, 3.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([0.5]))
+    behind = Gaze(ahead.positions, -ahead.forwards, ahead.half_angles)
+    row = [shapely.LineString([(-20.0, 24.0), (-20.0, 5.0)])]
+    for outlook, hidden in ((ahead, False), (behind, True)):
+        rows, _, _ = grown(TOWN, clearance=Clearance((outlook,)))
+        assert bool(shapely.intersects(plans_of(rows), row).any()) == hidden

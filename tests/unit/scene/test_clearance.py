@@ -1,0 +1,62 @@
+"""Clearance: all cameras of a scene file count, in every shot, except those that ride."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.job import CinematicCamera, EulerianCamera
+from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.scene.clearance import Clearance, clearance_of
+from sumo3dviz_pt.scene.needs import Gaze
+
+CROSSING = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
+
+
+def flight(*keys):
+    frames = [{"time": time, "position": at, "heading": 0.0} for time, at in keys]
+    return CinematicCamera.model_validate({"mode": "cinematic", "keyframes": frames})
+
+
+def standing(at, **aim):
+    return EulerianCamera.model_validate({"mode": "eulerian", "position": at, **aim})
+
+
+@pytest.fixture(scope="module")
+def job():
+    return load_job(CROSSING)
+
+
+def with_cameras(job, **cameras):
+    return job.model_copy(update={"cameras": cameras})
+
+
+def test_cameras_that_ride_have_no_way(job):
+    driver = job.cameras["driver"]
+    assert clearance_of(with_cameras(job, driver=driver)).ways == ()
+    assert len(clearance_of(job).ways) == len(job.cameras) - 1
+
+
+def test_a_flight_s_way_has_its_key_frames_and_what_lies_between(job):
+    keys = ((0.0, (0, 0, 5)), (10.0, (100, 0, 5)), (11.0, (100, 50, 5)))
+    (way,) = clearance_of(with_cameras(job, flight=flight(*keys))).ways
+    for _, place in keys:
+        assert np.linalg.norm(way.positions - place, axis=1).min() < 1e-9
+    steps = np.linalg.norm(np.diff(way.positions, axis=0), axis=1)
+    assert steps.max() < 15.0
+    (still,) = clearance_of(with_cameras(job, flight=flight((3.0, (1, 2, 3))))).ways
+    assert still.positions.tolist() == [[1, 2, 3]]
+
+
+def test_only_cameras_that_stay_have_outlooks(job):
+    far = flight((0.0, (0, 0, 5)), (10.0, (300, 0, 5)))
+    pan = flight((0.0, (0, 0, 5)), (10.0, (20, 0, 5)))
+    clear = clearance_of(with_cameras(job, a=far, b=pan, c=standing((9, 9, 9), heading=0.0)))
+    assert [len(way.positions) > 1 for way in clear.outlooks] == [True, False]
+
+
+def test_distances_are_level_and_infinite_without_cameras():
+    assert np.isinf(Clearance().distances(np.zeros((3, 2)))).all()
+    assert Clearance().places.shape == (0, 3)
+    clear = Clearance().beside(Gaze.all_round(np.array([[3.0, 4.0, 50.0]])))
+    assert clear.distances(np.zeros((1, 2))) == pytest.approx([5.0])
