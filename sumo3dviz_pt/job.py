@@ -226,6 +226,11 @@ class LensSettings(Settings):
     fov: Finite = Field(50.0, ge=2, le=170, description="horizontal opening angle [deg]")
 
 
+_CLEAR_VIEW = Field(
+    True, description="houses, trees and street furniture that are added keep out of the way"
+)
+
+
 class EulerianCamera(Settings):
     """A camera that stands still."""
 
@@ -236,6 +241,7 @@ class EulerianCamera(Settings):
     roll: Finite = Field(0.0, description="clockwise [deg]")
     look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
     lens: LensSettings = LensSettings()
+    clear_view: bool = _CLEAR_VIEW
 
     @model_validator(mode="after")
     def _one_way(self) -> EulerianCamera:
@@ -282,6 +288,7 @@ class CinematicCamera(Settings):
     mode: Literal["cinematic"]
     keyframes: tuple[KeyFrame, ...] = Field(min_length=1, description="in time order")
     lens: LensSettings = LensSettings()
+    clear_view: bool = _CLEAR_VIEW
 
     @model_validator(mode="after")
     def _in_order(self) -> CinematicCamera:

@@ -3,17 +3,19 @@
 Trees, houses and street furniture that a scenario did not ask for keep clear of cameras.
 All cameras of a scene file count in each of its shots, so that every shot, and the viewer,
 shows the same world. Where someone's vehicle goes is no matter of the scene file: cameras
-that ride count in their own shot only.
+that ride count in their own shot only. A camera that was found by walking through the scene
+shows what was seen then: it asks for nothing to be cleared.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.job import CameraSettings, CinematicCamera, EulerianCamera, Job
+from sumo3dviz_pt.job import CameraSettings, EulerianCamera, LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.scene.cameras import standing_view
@@ -62,23 +64,26 @@ class Clearance:
         return Clearance((*self.ways, way))
 
 
-def clearance_of(job: Job) -> Clearance:
-    """The ways of all cameras of a scene file that ride in no vehicle.
+def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearance:
+    """The ways of all cameras that ride in no vehicle and want a clear view.
+
+    Args:
+        cameras: All of a scene file.
+        aspect: Height / width of the picture.
 
     Raises:
         ConfigError: If a camera looks at the point where it stands.
     """
-    aspect = job.output.size[1] / job.output.size[0]
-    found = [_views(camera) for camera in job.cameras.values()]
+    found = [_views(camera) for camera in cameras]
     return Clearance(tuple(Gaze.of(views, aspect=aspect) for views in found if views))
 
 
 def _views(camera: CameraSettings) -> list[View]:
-    """Views along a camera's way; none of one that rides."""
+    """Views along a camera's way; none of one that rides or wants nothing cleared."""
+    if isinstance(camera, LagrangianCamera) or not camera.clear_view:
+        return []
     if isinstance(camera, EulerianCamera):
         return [standing_view(camera)]
-    if not isinstance(camera, CinematicCamera):
-        return []
     flight = build_flight(camera)
     keys = [key.time for key in camera.keyframes]
     between = np.linspace(keys[0], keys[-1], _VIEWS) if len(keys) > 1 else keys

@@ -73,7 +73,8 @@ def build_roam(
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
     making = Making(scenario, job, sky, dark, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
-    gaze, clear = needs.Gaze.all_round(places), clearance_of(job)
+    gaze = needs.Gaze.all_round(places)
+    clear = clearance_of(job.cameras.values(), aspect=making.aspect)
     return replace(making.shot(fleet, home, gaze, plan=room, clearance=clear), places=places)
 
 

@@ -199,8 +199,9 @@ def build_shot(
     aspect = job.output.size[1] / job.output.size[0]
     gaze = _gaze(built, times, aspect)
     making = Making(scenario, job, sky, dark, aspect)
-    clear = clearance_of(job)
-    if camera not in job.cameras.values() or isinstance(camera, LagrangianCamera):
+    others = [other for other in job.cameras.values() if other != camera]
+    clear = clearance_of([camera, *others], aspect=aspect)
+    if isinstance(camera, LagrangianCamera):
         clear = clear.beside(gaze)
     crowd = partial(_crowd, fleet, built, times, aspect)
     return making.shot(fleet, built, gaze, plan=crowd, clearance=clear)

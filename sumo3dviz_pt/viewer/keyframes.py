@@ -26,6 +26,11 @@ from sumo3dviz_pt.yaml12 import parse_yaml
 _NAME = re.compile(r"[^\W\d][\w-]{0,59}")
 """What cameras may be called: words that need no quotes and suit names of films."""
 
+_CLEAR_VIEW = False
+"""What was seen when a camera was found is what it films: nothing is cleared for it."""
+
+_KEPT = f"    clear_view: {str(_CLEAR_VIEW).lower()}"
+
 
 def key_frame(eye: Eye, time: float) -> KeyFrame:
     """A key frame where an eye is at a time [s], rounded."""
@@ -61,7 +66,10 @@ def flight(frames: Sequence[KeyFrame]) -> CinematicCamera:
         frame.model_copy(update={"fov": None if fov == common else fov})
         for frame, fov in zip(frames, fovs, strict=True)
     ]
-    return CinematicCamera(mode="cinematic", keyframes=tuple(keys), lens=LensSettings(fov=common))
+    lens = LensSettings(fov=common)
+    return CinematicCamera(
+        mode="cinematic", keyframes=tuple(keys), lens=lens, clear_view=_CLEAR_VIEW
+    )
 
 
 def camera_yaml(eye: Eye, name: str = "view") -> str:
@@ -69,7 +77,8 @@ def camera_yaml(eye: Eye, name: str = "view") -> str:
     frame = key_frame(eye, 0.0)
     lines = [f"  {name}:", "    mode: eulerian"]
     lines += [f"    {key}: {value}" for key, value in _aimed(frame)]
-    return "\n".join([*lines, f"    lens: {{fov: {_number(frame.fov)}}}", ""])
+    lines += [f"    lens: {{fov: {_number(frame.fov)}}}", _KEPT]
+    return "\n".join([*lines, ""])
 
 
 def path_yaml(name: str, frames: Sequence[KeyFrame]) -> str:
@@ -80,7 +89,7 @@ def path_yaml(name: str, frames: Sequence[KeyFrame]) -> str:
     """
     camera = flight(frames)
     lines = [f"  {name}:", "    mode: cinematic"]
-    lines += [f"    lens: {{fov: {_number(camera.lens.fov)}}}", "    keyframes:"]
+    lines += [f"    lens: {{fov: {_number(camera.lens.fov)}}}", _KEPT, "    keyframes:"]
     for frame in camera.keyframes:
         values = [("time", _number(frame.time)), *_aimed(frame)]
         values += [] if frame.fov is None else [("fov", _number(frame.fov))]

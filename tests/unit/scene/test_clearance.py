@@ -27,36 +27,41 @@ def job():
     return load_job(CROSSING)
 
 
-def with_cameras(job, **cameras):
-    return job.model_copy(update={"cameras": cameras})
+def clear(**cameras):
+    return clearance_of(cameras.values(), aspect=0.5)
+
+
+def test_what_a_camera_does_not_want_is_not_cleared():
+    assert clear(a=standing((9, 9, 9), heading=0.0, clear_view=False)).ways == ()
+    assert clear(a=flight((3.0, (1, 2, 3))).model_copy(update={"clear_view": False})).ways == ()
 
 
 def test_cameras_that_ride_have_no_way(job):
     driver = job.cameras["driver"]
-    assert clearance_of(with_cameras(job, driver=driver)).ways == ()
-    assert len(clearance_of(job).ways) == len(job.cameras) - 1
+    assert clear(driver=driver).ways == ()
+    assert len(clear(**job.cameras).ways) == len(job.cameras) - 1
 
 
-def test_a_flight_s_way_has_its_key_frames_and_what_lies_between(job):
+def test_a_flight_s_way_has_its_key_frames_and_what_lies_between():
     keys = ((0.0, (0, 0, 5)), (10.0, (100, 0, 5)), (11.0, (100, 50, 5)))
-    (way,) = clearance_of(with_cameras(job, flight=flight(*keys))).ways
+    (way,) = clear(flight=flight(*keys)).ways
     for _, place in keys:
         assert np.linalg.norm(way.positions - place, axis=1).min() < 1e-9
     steps = np.linalg.norm(np.diff(way.positions, axis=0), axis=1)
     assert steps.max() < 15.0
-    (still,) = clearance_of(with_cameras(job, flight=flight((3.0, (1, 2, 3))))).ways
+    (still,) = clear(flight=flight((3.0, (1, 2, 3)))).ways
     assert still.positions.tolist() == [[1, 2, 3]]
 
 
-def test_only_cameras_that_stay_have_outlooks(job):
+def test_only_cameras_that_stay_have_outlooks():
     far = flight((0.0, (0, 0, 5)), (10.0, (300, 0, 5)))
     pan = flight((0.0, (0, 0, 5)), (10.0, (20, 0, 5)))
-    clear = clearance_of(with_cameras(job, a=far, b=pan, c=standing((9, 9, 9), heading=0.0)))
-    assert [len(way.positions) > 1 for way in clear.outlooks] == [True, False]
+    found = clear(a=far, b=pan, c=standing((9, 9, 9), heading=0.0))
+    assert [len(way.positions) > 1 for way in found.outlooks] == [True, False]
 
 
 def test_distances_are_level_and_infinite_without_cameras():
     assert np.isinf(Clearance().distances(np.zeros((3, 2)))).all()
     assert Clearance().places.shape == (0, 3)
-    clear = Clearance().beside(Gaze.all_round(np.array([[3.0, 4.0, 50.0]])))
-    assert clear.distances(np.zeros((1, 2))) == pytest.approx([5.0])
+    one = Clearance().beside(Gaze.all_round(np.array([[3.0, 4.0, 50.0]])))
+    assert one.distances(np.zeros((1, 2))) == pytest.approx([5.0])

@@ -128,14 +128,14 @@ def split(before, after):
 def test_a_camera_reads_as_people_write():
     assert ENTRY == (
         "  new:\n    mode: eulerian\n    position: [328, 280, 7.13]\n    heading: 305.43\n"
-        "    pitch: -10\n    lens: {fov: 65}\n"
+        "    pitch: -10\n    lens: {fov: 65}\n    clear_view: false\n"
     )
 
 
 def test_a_path_reads_as_people_write():
     frames = [key_frame(EYE, 444), key_frame(Eye(np.zeros(3), 359.999, roll=-2.5, fov=65), 452.04)]
     assert path_yaml("path", frames) == (
-        "  path:\n    mode: cinematic\n    lens: {fov: 65}\n    keyframes:\n"
+        "  path:\n    mode: cinematic\n    lens: {fov: 65}\n    clear_view: false\n    keyframes:\n"
         "      - {time: 444, position: [328, 280, 7.13], heading: 305.43, pitch: -10}\n"
         "      - {time: 452.04, position: [0, 0, 0], heading: 0, roll: -2.5}\n"
     )
