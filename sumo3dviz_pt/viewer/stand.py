@@ -154,13 +154,23 @@ def _(order: orders.GoTo, stand: Stand, live: Live) -> Stand:
     if isinstance(camera, LagrangianCamera):
         return _riding(stand, camera, live)
     if isinstance(camera, CinematicCamera):
-        own = {"fov": camera.lens.fov}
-        frames = tuple(key if key.fov else key.model_copy(update=own) for key in camera.keyframes)
-        time = within(frames[0].time, live)
-        eye = Eye.of(live.view_of(camera, time))
-        return replace(stand, frames=frames, time=time, eye=eye, playing=False)
+        time = within(camera.keyframes[0].time, live)
+        stand = replace(stand, eye=Eye.of(live.view_of(camera, time)), time=time, playing=False)
+        return stand if _unsaved(stand.frames, live) else replace(stand, frames=_frames_of(camera))
     assert isinstance(camera, EulerianCamera)
     return replace(stand, eye=Eye.of(live.view_of(camera, stand.time)))
+
+
+def _frames_of(camera: CinematicCamera) -> tuple[KeyFrame, ...]:
+    """The key frames of a path, each with its opening angle."""
+    own = {"fov": camera.lens.fov}
+    return tuple(key if key.fov else key.model_copy(update=own) for key in camera.keyframes)
+
+
+def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
+    """Whether there are key frames that no camera of the scene has."""
+    paths = [each for each in live.job.cameras.values() if isinstance(each, CinematicCamera)]
+    return bool(frames) and frames not in map(_frames_of, paths)
 
 
 @obeyed.register

@@ -371,7 +371,11 @@ class Studio:
         if self._file is None:
             visitor.tell("yaml", text=text)
             return
-        save_camera(self._file, order.name, text)
+        try:
+            save_camera(self._file, order.name, text)
+        except ConfigError as error:
+            visitor.tell("yaml", text=text, why=str(error))
+            return
         assert self._reload is not None
         cameras = self._reload({}).cameras
         self.live.job = self.live.job.model_copy(update={"cameras": cameras})

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from builders import view_at, write_scenario
 
-from sumo3dviz_pt.job import LagrangianCamera
+from sumo3dviz_pt.job import CinematicCamera, LagrangianCamera
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.live import Ground, Live, joined
 from sumo3dviz_pt.viewer.messages import Frame
+from sumo3dviz_pt.viewer.orders import GoTo, KeyFrameOrder
 from sumo3dviz_pt.viewer.projector import Projector
-from sumo3dviz_pt.viewer.stand import Stand
+from sumo3dviz_pt.viewer.stand import Stand, obeyed
 from sumo3dviz_pt.viewer.visitor import Visitor
 from sumo3dviz_pt.viewer.walk import Eye
 
@@ -157,3 +158,21 @@ def test_who_loses_a_ride_keeps_his_switches(live):
     assert stand.ride is None and not stand.playing and stand.time == gone
     assert any("v1" in str(m.content) for m in told if not isinstance(m, Frame))
     assert any(isinstance(message, Frame) for message in told)
+
+
+def test_going_to_a_flight_keeps_key_frames_that_are_not_saved(live, monkeypatch):
+    keys = [
+        {"time": 1.0, "position": (0, 0, 9), "heading": 10},
+        {"time": 2.0, "position": (9, 0, 9), "heading": 10},
+    ]
+    flight = CinematicCamera.model_validate({"mode": "cinematic", "keyframes": keys})
+    job = live.job.model_copy(update={"cameras": {**live.job.cameras, "flight": flight}})
+    monkeypatch.setattr(live, "job", job)
+    go, add = GoTo(do="camera", name="flight"), KeyFrameOrder(do="keyframe", act="add")
+    there = obeyed(go, Stand(Eye.of(live.home), 5.0), live)
+    assert there.time == 1.0 and there.eye.position.tolist() == [0, 0, 9]
+    assert [frame.time for frame in there.frames] == [1.0, 2.0]
+    assert obeyed(go, there, live).frames == there.frames
+    dropped = obeyed(add, Stand(Eye.of(live.home), 5.0), live)
+    back = obeyed(go, dropped, live)
+    assert back.frames == dropped.frames and back.time == 1.0

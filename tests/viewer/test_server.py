@@ -311,6 +311,22 @@ def test_nonsense_does_no_harm(server, said) -> None:
 
 
 @pytest.mark.slow
+def test_a_path_that_cannot_be_saved_is_shown_with_the_reason(server, scene) -> None:
+    before = scene.read_bytes()
+
+    async def work(talk: Talk) -> None:
+        for height in (5, 9):
+            await talk.say(do="eye", position=[0, -30, height], heading=0, pitch=0, roll=0, fov=50)
+            await talk.say(do="keyframe", act="add")
+        await talk.say(do="keyframe", act="save", name="post")
+        said = await talk.note("yaml")
+        assert "post" in said["why"] and "mode: cinematic" in said["text"]
+
+    visit(server, work)
+    assert scene.read_bytes() == before
+
+
+@pytest.mark.slow
 def test_a_client_that_talks_too_much_is_cut_off(server) -> None:
     async def work(talk: Talk) -> None:
         await talk.line.send_str('"' + "x" * 100_000 + '"')

@@ -54,8 +54,14 @@ export async function copyText(text) {
     await navigator.clipboard.writeText(text);
     showNote("info", "Camera copied as YAML. Paste it under “cameras” in the scene file.");
   } catch {
-    $("text-content").value = text;
-    $("text").showModal();
-    $("text-content").select();
+    showText(text, "The browser does not let this page copy.");
   }
+}
+
+/** Show text for copying by hand, and why. */
+export function showText(text, why) {
+  $("text-why").textContent = `${why} The text is selected: press Ctrl+C, or ⌘C on a Mac.`;
+  $("text-content").value = text;
+  $("text").showModal();
+  $("text-content").select();
 }

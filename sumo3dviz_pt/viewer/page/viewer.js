@@ -2,7 +2,7 @@
 
 import { watchKeys } from "./keys.js";
 import { openLine } from "./line.js";
-import { copyText, showBusy, showLine, showNote } from "./notes.js";
+import { copyText, showBusy, showLine, showNote, showText } from "./notes.js";
 import { $, fill, hours, number, settle, soon } from "./page.js";
 import {
   showExposure, showFlight, showKeyFrames, showPlace, showStill,
@@ -220,7 +220,7 @@ function hear(news) {
     scene: () => showScene(news),
     note: () => showNote(news.level, news.text),
     busy: () => showBusy(news.text),
-    yaml: () => copyText(news.text),
+    yaml: () => (news.why ? showText(news.text, `Not saved: ${news.why}.`) : copyText(news.text)),
     keyframes: () => {
       seen.keyframes = news.frames;
       showKeyFrames(news.frames, { say, goTo });
