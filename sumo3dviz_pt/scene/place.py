@@ -12,6 +12,7 @@ from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
+from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.clearance import Clearance
 from sumo3dviz_pt.scene.ground import GroundParts, build_ground, with_fields
@@ -33,6 +34,7 @@ from sumo3dviz_pt.scene.tree_pits import tree_pits
 from sumo3dviz_pt.scene.verges import verges
 from sumo3dviz_pt.scene.wayside import wayside
 from sumo3dviz_pt.scene.woods import Room, occupied
+from sumo3dviz_pt.scene.yards import yard_hedges, yard_trees
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -98,7 +100,7 @@ def build_place(
     fixed += grown.pits
     scenery = build_scenery(
         grown.scenario.pois,
-        (*scenario.polygons, *rails.polygons),
+        (*scenario.polygons, *rails.polygons, *grown.hedges),
         job.objects,
         around=around,
         textured=job.textured,
@@ -162,6 +164,7 @@ class _Grown:
     planting: Planting
     meadow: Meadow
     pits: Sequence[StaticPart]
+    hedges: Sequence[Polygon]
 
 
 def _grown(scenario: Scenario, job: Job, land: _Land) -> _Grown:
@@ -170,11 +173,12 @@ def _grown(scenario: Scenario, job: Job, land: _Land) -> _Grown:
     rows, fronts = _fronts(scenario, job, roads, around)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
     planting = _planting(scenario, job, roads, around)
-    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois))
+    trees = yard_trees(rows.yards, around)
+    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois, *trees))
     meadow = _meadow(scenario, job, roads, around)
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
-    return _Grown(scenario, fronts, planting, meadow, pits)
+    return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(rows.yards))
 
 
 def _triangles(parts: Sequence[StaticPart]) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import shapely
@@ -19,9 +20,8 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.clearance import KEEP_CLEAR
 from sumo3dviz_pt.scene.kinds import kind_of
-from sumo3dviz_pt.scene.needs import Gaze
+from sumo3dviz_pt.scene.sightlines import hides
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes.parcels import Lot, lots_along
 from sumo3dviz_pt.shapes.planar import closing, polygon_parts, union
@@ -47,7 +47,6 @@ _DENSE, _AROUND = 2200.0, 200.0  # metres of streets within a radius that make a
 _YARDS = 0.06  # share of lots that stay open
 _HOUSE = {"homes": 11.0, "shops": 13.0, "blocks": 16.0, "trees": _TRUNK}  # radii [m]
 _LAND = ("boundary", "place", "admin", "landuse.residential", "landuse.commercial")
-_SIGHT, _SHARE = 110.0, 0.12  # how far, and which share of, roads must stay in sight [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,16 +71,36 @@ class House:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Yard:
+    """A lot in a row on which no house stands.
+
+    Attributes:
+        id: Unique.
+        plan: As a house's, (n, 2) [m].
+        fronts: How many sides look at a street.
+    """
+
+    id: str
+    plan: Floats
+    fronts: int
+
+
+_Lot = TypeVar("_Lot", House, Yard)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Rows:
     """Rows of houses.
 
     Attributes:
         houses: In no special order.
         forecourts: What is paved between pavements and houses.
+        yards: Lots between houses that stay open.
     """
 
     houses: tuple[House, ...] = ()
     forecourts: tuple[shapely.Polygon, ...] = ()
+    yards: tuple[Yard, ...] = ()
 
     def polygons(self) -> tuple[Polygon, ...]:
         """Houses and forecourts as areas on which nothing else may stand."""
@@ -169,7 +188,7 @@ def grow_rows(
     houses = _neighbours(found.houses)
     rim = _RIM if streets.walks.mean() > 0.5 else 0.0
     courts = _forecourts(lots, ground.buffer(-rim, join_style="mitre"), houses)
-    return Rows(tuple(_in_view(houses, around)), courts)
+    return Rows(_in_view(houses, around), courts, _in_view(found.yards, around))
 
 
 class _Found:
@@ -183,29 +202,32 @@ class _Found:
         shapely.prepare(self.land)
         self.taken, self.around = taken, around
         self.houses: list[House] = []
+        self.yards: list[Yard] = []
         self.areas: list[shapely.Polygon] = []
         self.bounds = np.zeros((0, 4))
 
     def build(self, lot: Lot, streets: _Streets) -> None:
         """Build a house on a lot, as deep as there is room for, or leave a yard."""
         middle = lot.line.mean(axis=0)
-        name = f"{middle[0]:.0f}:{middle[1]:.0f}"
-        share = share_of(self.around.seed, "yard", name)
-        if share < _YARDS and not lot.corner:
+        name, fronts = f"{middle[0]:.0f}:{middle[1]:.0f}", len(lot.line) - 1
+        depths = [depth - 1.5 * share_of(self.around.seed, "depth", name) for depth in DEPTHS]
+        plans = [plan for depth in depths if (plan := lot.plan(depth)) is not None]
+        free = [plan for plan in plans if self._free(plan)]
+        if not free:
             return
-        for depth in DEPTHS:
-            plan = lot.plan(depth - 1.5 * share_of(self.around.seed, "depth", name))
-            if plan is not None and self._free(plan):
-                fronts = len(lot.line) - 1
-                ends = (len(plan) - 1, fronts)  # the wall where the line begins comes last
-                blind = tuple(wall for wall, joined in zip(ends, lot.joined, strict=True) if joined)
-                _, nearest = streets.tree.query(middle)
-                main = bool(streets.main[nearest])
-                self.houses.append(House(name, plan, fronts, blind, lot.corner, main))
-                area = shapely.Polygon(plan)
-                self.areas.append(area)
-                self.bounds = np.vstack([self.bounds, area.bounds])
-                return
+        built = [plan for plan in free if not hides(shapely.Polygon(plan), self.around)]
+        open_lot = share_of(self.around.seed, "yard", name) < _YARDS and not lot.corner
+        if open_lot or not built:
+            self.yards.append(Yard(name, free[0], fronts))
+            return
+        plan = built[0]
+        ends = (len(plan) - 1, fronts)  # the wall where the line begins comes last
+        blind = tuple(wall for wall, joined in zip(ends, lot.joined, strict=True) if joined)
+        main = bool(streets.main[streets.tree.query(middle)[1]])
+        self.houses.append(House(name, plan, fronts, blind, lot.corner, main))
+        area = shapely.Polygon(plan)
+        self.areas.append(area)
+        self.bounds = np.vstack([self.bounds, area.bounds])
 
     def _free(self, plan: Floats) -> bool:
         """Whether a house has room on its land, and nothing else stands there."""
@@ -219,35 +241,7 @@ class _Found:
         x0, y0, x1, y1 = area.bounds
         b = self.bounds
         near = np.flatnonzero((b[:, 0] < x1) & (b[:, 2] > x0) & (b[:, 1] < y1) & (b[:, 3] > y0))
-        if any(self.areas[k].intersects(area) for k in near.tolist()):
-            return False
-        return not _hides(shapely.Polygon(plan), self.around)
-
-
-def _hides(area: shapely.Polygon, around: Surroundings) -> bool:
-    """Whether a house stands in a camera, or before much of what a resting one looks at."""
-    wide = area.buffer(KEEP_CLEAR + 2.0)
-    if any(
-        wide.intersects(shapely.LineString(np.repeat(way.positions[:, :2], 2, 0)))
-        for way in around.clearance.ways
-    ):
-        return True
-    return any(_shares(area, outlook, around) > _SHARE for outlook in around.clearance.outlooks)
-
-
-def _shares(area: shapely.Polygon, outlook: Gaze, around: Surroundings) -> float:
-    """Which share of the roads that a camera looks at a house hides."""
-    eye = outlook.positions[0, :2]
-    if area.distance(shapely.Point(eye)) > _SIGHT:
-        return 0.0
-    points = around.index.points[:, :2]
-    away = np.hypot(*(points - eye).T)
-    seen = points[(away < _SIGHT) & (away > 3.0)]
-    seen = seen[around.pictured(seen, radius=1.0, by=outlook)]
-    if not len(seen):
-        return 0.0
-    rays = shapely.linestrings(np.stack([np.broadcast_to(eye, seen.shape), seen], axis=1))
-    return float(shapely.intersects(rays, area).mean())
+        return not any(self.areas[k].intersects(area) for k in near.tolist())
 
 
 def _neighbours(houses: Sequence[House]) -> list[House]:
@@ -268,13 +262,13 @@ def _neighbours(houses: Sequence[House]) -> list[House]:
     return found
 
 
-def _in_view(houses: Sequence[House], around: Surroundings) -> list[House]:
-    """Houses that some camera sees, or whose shadows it sees."""
-    if not houses:
-        return []
-    middles = np.array([house.plan.mean(axis=0) for house in houses])
+def _in_view(lots: Sequence[_Lot], around: Surroundings) -> tuple[_Lot, ...]:
+    """Those that some camera sees, or whose shadows it sees."""
+    if not lots:
+        return ()
+    middles = np.array([lot.plan.mean(axis=0) for lot in lots])
     keep = around.seen(middles, radius=40.0) & (around.distances(middles) < REACH)
-    return [house for house, kept in zip(houses, keep, strict=True) if kept]
+    return tuple(lot for lot, kept in zip(lots, keep, strict=True) if kept)
 
 
 def _streets(network: Network, around: Surroundings) -> _Streets | None:

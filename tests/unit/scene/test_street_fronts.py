@@ -228,6 +228,9 @@ def test_a_house_that_any_camera_stands_in_is_missing_for_all_of_them():
     whole = {house.id: shapely.Polygon(house.plan) for house in grown(TOWN)[0].houses}
     gone = [plan for name, plan in whole.items() if name not in seen["street"]]
     assert 0 < len(gone) < 7
+    yards = [shapely.Polygon(yard.plan) for yard in rows.yards]
+    assert all(any(yard.intersects(plan) for yard in yards) for plan in gone)
+    assert not any(yard.buffer(-0.5).intersects(plan) for yard in yards for plan in plans_of(rows))
     assert any(plan.covers(shapely.Point(EYE[0, :2])) for plan in gone)
 
 

@@ -1,0 +1,65 @@
+"""Yards: hedges at the street, trees inside the lot, none in a camera's way."""
+
+import numpy as np
+import pytest
+import shapely
+
+from sumo3dviz_pt.model.network import Location, Network
+from sumo3dviz_pt.scene.kinds import kind_of
+from sumo3dviz_pt.scene.needs import Gaze
+from sumo3dviz_pt.scene.street_fronts import Yard
+from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.scene.yards import yard_hedges, yard_trees
+
+PLAN = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0]])
+YARD = Yard("10:0", PLAN, 1)
+EMPTY = Network({}, {}, (), Location())
+
+
+def around(*eyes, seed=1):
+    gaze = Gaze.all_round(np.array(eyes, dtype=float).reshape(-1, 3)) if eyes else None
+    return surroundings(EMPTY, seed=seed, gaze=gaze, height_at=lambda at: np.zeros(len(at)))
+
+
+def places(pois):
+    return np.array([poi.position for poi in pois]).reshape(-1, 2)
+
+
+def test_trees_stand_inside_and_apart():
+    trees = yard_trees([YARD], around())
+    spots = places(trees)
+    assert 4 <= len(trees) <= 12
+    assert all(kind_of(tree.type, tree.source) == "trees" for tree in trees)
+    assert len({tree.id for tree in trees}) == len(trees)
+    assert (shapely.distance(shapely.Polygon(PLAN).exterior, shapely.points(spots)) > 2.5).all()
+    gaps = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
+    assert gaps[~np.eye(len(spots), dtype=bool)].min() > 3.0
+
+
+def test_the_seed_and_the_lot_decide_where():
+    one, again, other = (places(yard_trees([YARD], around(seed=seed))) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(one, again)
+    assert one.shape != other.shape or not np.allclose(one, other)
+
+
+def test_trees_keep_clear_of_cameras():
+    eye = (10.0, 7.0, 5.0)
+    spots = places(yard_trees([YARD], around(eye)))
+    assert 0 < len(spots) < len(yard_trees([YARD], around()))
+    assert np.hypot(*(spots - eye[:2]).T).min() > 5.0
+
+
+@pytest.mark.parametrize("fronts", [1, 2])
+def test_hedges_run_along_the_streets_only(fronts):
+    (line,) = yard_hedges([Yard("10:0", PLAN, fronts)])
+    assert line.type == "hedge" and not line.fill and kind_of(line.type, line.source) == "hedges"
+    hedge = shapely.LineString(line.shape)
+    sides = [shapely.LineString(ends) for ends in zip(PLAN, np.roll(PLAN, -1, 0), strict=True)]
+    along = [hedge.intersection(side.buffer(1.0)).length > 5.0 for side in sides]
+    assert along == [True, fronts > 1, False, False]
+    assert shapely.Polygon(PLAN).covers(hedge)
+
+
+def test_a_lot_too_small_for_anything_stays_empty():
+    tiny = Yard("0:0", np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 1.5], [0.0, 1.5]]), 1)
+    assert yard_trees([tiny], around()) == () and yard_hedges([tiny]) == ()
