@@ -279,6 +279,15 @@ FAULTS = {
         "viewer/walk.py", "max(max(eye.position[2], lowest) + step[2], lowest)", "position[2]",
         ("tests/unit/viewer/test_walk.py",),
     ),
+    "rows of houses ignore other cameras": Fault(
+        "scene/sightlines.py", "for way in around.clearance.ways", "for way in ()",
+        ("tests/unit/scene/test_street_fronts.py",),
+    ),
+    "a side joins a road's outline and its hole": Fault(
+        "shapes/planar.py", "shapely.get_parts(shapely.boundary(list(areas)))",
+        "shapely.boundary(list(areas))",
+        ("tests/unit/scene/test_planting.py",),
+    ),
 }  # fmt: skip
 
 

@@ -234,6 +234,15 @@ def test_a_house_that_any_camera_stands_in_is_missing_for_all_of_them():
     assert any(plan.covers(shapely.Point(EYE[0, :2])) for plan in gone)
 
 
+def test_no_house_stands_in_the_way_of_a_flight_that_another_camera_does_not_see():
+    flight = np.column_stack([np.linspace(-120.0, 120.0, 40), np.full(40, 16.0), np.full(40, 3.0)])
+    rows, _, _ = grown(TOWN, clearance=Clearance((Gaze.all_round(flight),)))
+    way = shapely.LineString(flight[:, :2])
+    assert min(plan.distance(way) for plan in plans_of(rows)) > 2.9
+    sides = [plan.centroid.y for plan in plans_of(rows) if abs(plan.centroid.x) < 100.0]
+    assert max(sides) < 0.0 and len(sides) > 5  # the other side of the street is whole
+
+
 def test_no_house_hides_what_a_camera_looks_at_though_another_one_films():
     ahead = Gaze(np.array([[-20.0, 30.0, 3.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([0.5]))
     behind = Gaze(ahead.positions, -ahead.forwards, ahead.half_angles)
