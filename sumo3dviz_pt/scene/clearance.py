@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -32,7 +33,7 @@ _VIEWS = 60
 """Views that stand for a flight, beside its key frames."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Clearance:
     """Cameras that nothing grows into or before.
 
@@ -42,7 +43,7 @@ class Clearance:
 
     ways: tuple[Gaze, ...] = ()
 
-    @property
+    @cached_property
     def places(self) -> Floats:
         """Where cameras are, (n, 3) [m]."""
         return np.concatenate([np.zeros((0, 3)), *(way.positions for way in self.ways)])
@@ -54,7 +55,7 @@ class Clearance:
         away, _ = cKDTree(self.places[:, :2]).query(places)
         return np.asarray(away, dtype=np.float64)
 
-    @property
+    @cached_property
     def outlooks(self) -> tuple[Gaze, ...]:
         """The ways of cameras that stay: what they look at must not be hidden."""
         return tuple(w for w in self.ways if np.ptp(w.positions[:, :2], axis=0).max() <= _STAYS)

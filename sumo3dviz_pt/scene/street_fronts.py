@@ -212,15 +212,13 @@ class _Found:
         name, fronts = f"{middle[0]:.0f}:{middle[1]:.0f}", len(lot.line) - 1
         depths = [depth - 1.5 * share_of(self.around.seed, "depth", name) for depth in DEPTHS]
         plans = [plan for depth in depths if (plan := lot.plan(depth)) is not None]
-        free = [plan for plan in plans if self._free(plan)]
-        if not free:
-            return
-        built = [plan for plan in free if not hides(shapely.Polygon(plan), self.around)]
+        free = (plan for plan in plans if self._free(plan))
+        plan = next((plan for plan in free if not hides(shapely.Polygon(plan), self.around)), None)
         open_lot = share_of(self.around.seed, "yard", name) < _YARDS and not lot.corner
-        if open_lot or not built:
-            self.yards.append(Yard(name, free[0], fronts))
+        if plan is None or open_lot:
+            room = next(filter(self._free, plans), None)
+            self.yards += [] if room is None else [Yard(name, room, fronts)]
             return
-        plan = built[0]
         ends = (len(plan) - 1, fronts)  # the wall where the line begins comes last
         blind = tuple(wall for wall, joined in zip(ends, lot.joined, strict=True) if joined)
         main = bool(streets.main[streets.tree.query(middle)[1]])
