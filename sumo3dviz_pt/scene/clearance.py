@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import shapely
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.job import CameraSettings, EulerianCamera, LagrangianCamera
@@ -47,6 +49,12 @@ class Clearance:
     def places(self) -> Floats:
         """Where cameras are, (n, 3) [m]."""
         return np.concatenate([np.zeros((0, 3)), *(way.positions for way in self.ways)])
+
+    @cached_property
+    def tracks(self) -> NDArray[shapely.Geometry]:
+        """The ways in plan, as lines, (n,) [m]."""
+        lines = [np.repeat(way.positions[:, :2], 2, axis=0) for way in self.ways]
+        return np.array([shapely.LineString(line) for line in lines], dtype=object)
 
     def distances(self, places: Floats) -> Floats:
         """Horizontal distance of places, (k, 2) [m], to the nearest camera; infinite without."""

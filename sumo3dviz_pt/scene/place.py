@@ -34,7 +34,7 @@ from sumo3dviz_pt.scene.tree_pits import tree_pits
 from sumo3dviz_pt.scene.verges import verges
 from sumo3dviz_pt.scene.wayside import wayside
 from sumo3dviz_pt.scene.woods import Room, occupied
-from sumo3dviz_pt.scene.yards import yard_hedges, yard_trees
+from sumo3dviz_pt.scene.yards import gardens, yard_hedges, yard_trees
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -81,8 +81,7 @@ def build_place(
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    land = _land(scenario, job, gaze, clearance)
-    land = replace(land, around=replace(land.around, dark=dark))
+    land = _land(scenario, job, gaze, clearance=clearance, dark=dark)
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     signals = build_signals(
@@ -139,7 +138,9 @@ class _Land:
     around: Surroundings
 
 
-def _land(scenario: Scenario, job: Job, gaze: needs.Gaze, clearance: Clearance) -> _Land:
+def _land(
+    scenario: Scenario, job: Job, gaze: needs.Gaze, *, clearance: Clearance, dark: bool
+) -> _Land:
     """Roads and ground around a camera's path."""
     network, textured = scenario.network, job.textured
     roads = build_roads(
@@ -152,7 +153,7 @@ def _land(scenario: Scenario, job: Job, gaze: needs.Gaze, clearance: Clearance) 
     around = surroundings(
         network, seed=job.seed, gaze=gaze, height_at=ground.height_at, clearance=clearance
     )
-    return _Land(roads, ground, around)
+    return _Land(roads, ground, replace(around, dark=dark))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,12 +174,13 @@ def _grown(scenario: Scenario, job: Job, land: _Land) -> _Grown:
     rows, fronts = _fronts(scenario, job, roads, around)
     scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
     planting = _planting(scenario, job, roads, around)
-    trees = yard_trees(rows.yards, around)
+    yards = gardens(rows) if _why_barren(job) is None else ()
+    trees = yard_trees(yards, around)
     scenario = replace(scenario, pois=(*scenario.pois, *planting.pois, *trees))
     meadow = _meadow(scenario, job, roads, around)
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
-    return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(rows.yards))
+    return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards))
 
 
 def _triangles(parts: Sequence[StaticPart]) -> int:
@@ -220,14 +222,18 @@ def _fronts(
     return rows, build_fronts(rows, roads.layout, around=around, near=near)
 
 
+def _why_barren(job: Job) -> str | None:
+    """Why our code plants nothing at all, or None."""
+    if job.ground.planting == "none":
+        return "switched off by `ground.planting`"
+    if not job.textured:
+        return "everything is shown in plain colours"
+    return why_nowhere(job.ground.texture)
+
+
 def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Planting:
     """Trees and shrubs where the scenario has none."""
-    why = why_nowhere(job.ground.texture)
-    if not job.textured:
-        why = "everything is shown in plain colours"
-    if job.ground.planting == "none":
-        why = "switched off by `ground.planting`"
-    if why is not None:
+    if (why := _why_barren(job)) is not None:
         return Planting((), (LeftOut("planting", why),))
     plot = plot_of(list(roads.layout.outline), scenario.pois, scenario.polygons)
     belts, far = wayside(scenario.network, plot, scenario.pois, around=around)

@@ -22,10 +22,7 @@ def hides(area: shapely.Polygon, around: Surroundings) -> bool:
         around: Roads and cameras.
     """
     wide = area.buffer(KEEP_CLEAR + _ROOM)
-    if any(
-        wide.intersects(shapely.LineString(np.repeat(way.positions[:, :2], 2, 0)))
-        for way in around.clearance.ways
-    ):
+    if shapely.intersects(around.clearance.tracks, wide).any():
         return True
     return any(_share(area, outlook, around) > _MOST for outlook in around.clearance.outlooks)
 

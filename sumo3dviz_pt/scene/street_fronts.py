@@ -95,7 +95,7 @@ class Rows:
     Attributes:
         houses: In no special order.
         forecourts: What is paved between pavements and houses.
-        yards: Lots between houses that stay open.
+        yards: Lots that stay open; they may overlap houses of another street.
     """
 
     houses: tuple[House, ...] = ()

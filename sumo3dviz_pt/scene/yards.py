@@ -15,15 +15,29 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.planting import planted
 from sumo3dviz_pt.scene.sightlines import hides
-from sumo3dviz_pt.scene.street_fronts import SOURCE, Yard
+from sumo3dviz_pt.scene.street_fronts import SOURCE, Rows, Yard
 from sumo3dviz_pt.scene.surroundings import Surroundings
 
 _GAP = 5.5  # between trees [m]
 _EDGE = 2.6  # trunks stand so far inside [m]
 _CROWN = 3.0  # radius of a tree that may hide something [m]
 _DENSE = 0.9  # share of places that bear one
+_OVERLAP = 0.15  # neighbours may overlap so far [m]
 _HEDGE = 0.7  # how far the hedge's middle lies behind the building line [m]
 _SPECIES = ("maple", "lime", "birch", "lime")
+
+
+def gardens(rows: Rows) -> tuple[Yard, ...]:
+    """Open lots that no house reaches into, nor another open lot before them."""
+    areas = [shapely.Polygon(yard.plan).buffer(-_OVERLAP) for yard in rows.yards]
+    houses = shapely.STRtree([shapely.Polygon(house.plan) for house in rows.houses])
+    others = shapely.STRtree(areas)
+    return tuple(
+        yard
+        for number, (yard, area) in enumerate(zip(rows.yards, areas, strict=True))
+        if not len(houses.query(area, predicate="intersects"))
+        and others.query(area, predicate="intersects").min(initial=number) == number
+    )
 
 
 def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:

@@ -1,15 +1,21 @@
 """Yards: hedges at the street, trees inside the lot, none in a camera's way."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
 
+from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.network import Location, Network
+from sumo3dviz_pt.pipeline import read
+from sumo3dviz_pt.scene.clearance import clearance_of
 from sumo3dviz_pt.scene.kinds import kind_of
 from sumo3dviz_pt.scene.needs import Gaze
-from sumo3dviz_pt.scene.street_fronts import Yard
+from sumo3dviz_pt.scene.place import build_place
+from sumo3dviz_pt.scene.street_fronts import House, Rows, Yard
 from sumo3dviz_pt.scene.surroundings import surroundings
-from sumo3dviz_pt.scene.yards import yard_hedges, yard_trees
+from sumo3dviz_pt.scene.yards import gardens, yard_hedges, yard_trees
 
 PLAN = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0]])
 YARD = Yard("10:0", PLAN, 1)
@@ -58,6 +64,30 @@ def test_hedges_run_along_the_streets_only(fronts):
     along = [hedge.intersection(side.buffer(1.0)).length > 5.0 for side in sides]
     assert along == [True, fronts > 1, False, False]
     assert shapely.Polygon(PLAN).covers(hedge)
+
+
+def test_no_garden_overlaps_a_house_or_another_garden():
+    def moved(name, x, y):
+        return Yard(name, np.add(PLAN, (x, y)), 1)
+
+    house = House("h", np.add(PLAN, (45.0, 3.0)), 1, (), corner=True, main=False)
+    open_lots = (YARD, moved("beside", 20.0, 0.0), moved("over", 10.0, 9.0), moved("in", 50.0, 0.0))
+    kept = gardens(Rows(houses=(house,), yards=open_lots))
+    assert [yard.id for yard in kept] == [YARD.id, "beside"]
+    assert gardens(Rows()) == ()
+
+
+def test_where_nothing_is_planted_no_garden_grows():
+    crossing = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
+    gaze = Gaze.all_round(np.array([[300.0, 300.0, 8.0]]))
+    grown = {}
+    for planting in ("auto", "none"):
+        job = load_job(crossing, {"ground.planting": planting})
+        _, scenario, _ = read(job, begin=450.0, end=451.0)
+        clear = clearance_of(job.cameras.values(), aspect=0.5)
+        place = build_place(scenario, job, gaze, clearance=clear, dark=False)
+        grown[planting] = {part.id.split("/")[0] for part in place.static}
+    assert "hedges" in grown["auto"] and "hedges" not in grown["none"]
 
 
 def test_a_lot_too_small_for_anything_stays_empty():
