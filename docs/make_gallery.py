@@ -1,4 +1,4 @@
-"""Makes the gallery's and the README's pictures: python docs/make_gallery.py [NAME ...]
+"""Makes the pictures of gallery, templates and README: python docs/make_gallery.py [NAME ...]
 
 Every picture is one call of the command line, and the manual shows that call.
 """
@@ -11,6 +11,8 @@ import sys
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
+
+from sumo3dviz_pt import catalog
 
 HERE = Path(__file__).resolve().parent
 IMAGES = HERE / "images"
@@ -62,6 +64,55 @@ TELL_TALES = {
 }
 """Position, aim and angle of view of what once gave our pictures away, on the crossing."""
 
+LOOK = "template_"
+"""What names of scene templates' pictures begin with."""
+
+LOOKS = {
+    f"{LOOK}{name}": "crossing --time 458 --camera corner"
+    f" --set template={name} --quality preview --size 480x270"
+    for name in catalog.template_names("scene")
+}
+"""Every scene template over one place at one moment."""
+
+ALL = {**PICTURES, **LOOKS}
+
+CHOOSE = """\
+A **template** is a whole look by one word: sky, light, ground, lamps and tone curve. A scene file
+names one:
+
+```yaml
+template: city_dusk
+```
+
+and `--set template=city_dusk` tries one without changing the file. Whatever else the scene file
+says wins over its template, key by key; only a `sky` replaces the template's as a whole. To change
+the sky alone, name one of the presets below:
+
+```yaml
+template: city_day
+sky: {preset: sky_golden}
+```
+
+The pictures show one place at one moment, with the preset `preview`. Which roads, houses and trees
+there are comes from the simulation, so `highway_day` is not only for highways. A file of your own
+in `scene_templates/scene` or `scene_templates/sky` of a checkout is a template or a preset like
+these.
+"""
+
+SKIES = """\
+## Skies
+
+Each over the same road, house, car and tree, beside the sun or moon; nights are exposed for what
+their sky alone lights, streets with lamps are not. What still gives them away is said in the
+[library](library.md#skies). The sun of each can be moved, [by date and clock](howto/sun_by_date.md)
+or by angles; its clouds turn with it. A [radiance map of your own](howto/own_car_and_sky.md) may
+stand instead.
+
+![Twelve skies](images/sheet_skies.jpg)
+
+| preset | what | sun: azimuth, elevation |
+|---|---|---|"""
+
 
 def tell_tale(name: str) -> str:
     """Example and options of a close picture."""
@@ -72,7 +123,7 @@ def tell_tale(name: str) -> str:
 
 def command(name: str) -> list[str]:
     """The arguments of a picture's command, but for its output."""
-    example, *options = shlex.split(PICTURES[name] if name in PICTURES else tell_tale(name))
+    example, *options = shlex.split(ALL[name] if name in ALL else tell_tale(name))
     scene = f"{example}.yaml" if name in FOREIGN else f"examples/{example}/scene.yaml"
     return ["still", scene, *options]
 
@@ -84,20 +135,50 @@ def page() -> str:
     return "\n".join([*lines, *entries(TELL_TALES)])
 
 
+def templates_page() -> str:
+    """All looks that a scene file can ask for by one word."""
+    lines = [MADE, "", "# Templates and skies", "", CHOOSE]
+    for picture in LOOKS:
+        name = picture.removeprefix(LOOK)
+        about, *content = source("scene", name)
+        lines += [f"## {name}", "", about.removeprefix("# "), ""]
+        lines += [*shown(picture, alt=name), "```yaml", *content, "```", ""]
+    lines += [SKIES, *map(sky_row, catalog.template_names("sky")), ""]
+    return "\n".join(lines)
+
+
+def source(kind: str, name: str) -> list[str]:
+    """Lines of a template's file; the first says what it is."""
+    file = catalog.data_root("scene_templates") / kind / f"{name}.yaml"
+    return file.read_text(encoding="utf-8").splitlines()
+
+
+def sky_row(name: str) -> str:
+    """A sky's row in the table."""
+    sky = catalog.template("sky", name)
+    sun = sky.get("sun") or catalog.find("skies", sky["clouds"]).meta["sun"]
+    return f"| `{name}` | {sky['purpose']} | {sun['azimuth']:g}°, {sun['elevation']:g}° |"
+
+
 def entries(names: Iterable[str]) -> list[str]:
     """Lines of some pictures."""
     lines = []
     for name in names:
-        lines += [
-            f"![{name.replace('_', ', ')}](images/{name}.jpg)",
-            "",
-            "```sh",
-            *([f"sumo3dviz-pt init {name} -o {name}.yaml"] if name in FOREIGN else []),
-            f"sumo3dviz-pt {shlex.join(command(name))} -o {name}.png",
-            "```",
-            "",
-        ]
+        lines += shown(name, alt=name.replace("_", ", "))
     return lines
+
+
+def shown(name: str, *, alt: str) -> list[str]:
+    """Lines of one picture: above the command that made it."""
+    return [
+        f"![{alt}](images/{name}.jpg)",
+        "",
+        "```sh",
+        *([f"sumo3dviz-pt init {name} -o {name}.yaml"] if name in FOREIGN else []),
+        f"sumo3dviz-pt {shlex.join(command(name))} -o {name}.png",
+        "```",
+        "",
+    ]
 
 
 def make(name: str, folder: Path) -> None:
@@ -120,13 +201,17 @@ def call(*words: str) -> None:
     subprocess.run([sys.executable, "-m", "sumo3dviz_pt.cli", *words], check=True, cwd=HERE.parent)
 
 
+PAGES = {"gallery.md": page, "templates.md": templates_page}
+
+
 def main() -> int:
-    """Render the named pictures, or all, and write the page."""
+    """Render the named pictures, or all, and write the pages."""
     IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        for name in sys.argv[1:] or (*PICTURES, *TELL_TALES):
+        for name in sys.argv[1:] or (*ALL, *TELL_TALES):
             make(name, Path(folder))
-    (HERE / "gallery.md").write_text(page(), encoding="utf-8", newline="\n")
+    for name, text in PAGES.items():
+        (HERE / name).write_text(text(), encoding="utf-8", newline="\n")
     return 0
 
 

@@ -12,6 +12,7 @@ import re
 import sys
 import types
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -20,7 +21,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from sumo3dviz_pt import arguments, catalog, job
+from sumo3dviz_pt import catalog, cli, job
 
 HERE = Path(__file__).resolve().parent
 MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
@@ -31,6 +32,7 @@ SIMPLE = {
     float: "number",
     str: "text",
     Path: "file",
+    Fraction: "number or ratio",
     dt.date: "date",
     dt.time: "time of day",
 }
@@ -55,9 +57,11 @@ def scene_file() -> str:
             "What a file leaves out comes from its `template`, then from the defaults below. "
             "On the command line, `--set key.path=value` wins over the file.",
             "",
-            "The same as JSON schema: "
-            '`python -c "import json; from sumo3dviz_pt.job import Job; '
-            'print(json.dumps(Job.model_json_schema()))"`.',
+            "`sumo3dviz-pt schema -o scene.schema.json` writes the same as JSON schema, with all "
+            "names. `init` puts it beside the scene file, with a line by which editors find it "
+            "(`# yaml-language-server: $schema=scene.schema.json`; VS Code with its YAML "
+            "extension, Neovim, Emacs, JetBrains): they complete keys and names, show meanings and "
+            "mark mistakes.",
             "",
             "## The keys",
             "",
@@ -161,6 +165,10 @@ def _limits(annotation: Any, metadata: list[Any]) -> list[str]:
         for limit in metadata
         if isinstance(getattr(limit, name, None), int | float)
     ]
+    for schema in metadata:
+        number = getattr(schema, "json_schema", {}) or {}
+        for name, sign in (("minimum", "≥ "), ("maximum", "≤ ")):
+            found += [f"{sign}{part[name]:g}" for part in number.get("anyOf", ()) if name in part]
     for part in get_args(annotation):
         extra = getattr(part, "__metadata__", ())
         inner = [item for info in extra for item in getattr(info, "metadata", [info])]
@@ -185,9 +193,13 @@ def _default(field: FieldInfo) -> str:
 # The command line -------------------------------------------------------------------------
 
 
+SHARED = ("help", "verbosity")
+"""What every command takes."""
+
+
 def command_line() -> str:
     """The page about the commands."""
-    parser = arguments.build_parser()  # the manual describes the very parser that runs
+    parser = cli.build_parser()  # the manual describes the very parser that runs
     commands = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     helps = {action.dest: action.help for action in commands._choices_actions}
     lines = [
@@ -197,11 +209,14 @@ def command_line() -> str:
         "Exit codes: 0 done; 2 wrong input or configuration, said in one sentence; 1 failed "
         "while working, finished frames are kept; 130 interrupted.",
         "",
+        "Before or after any command, `-v` says more about what is done, and `-q` says nothing but "
+        "errors and results. `--help` of a command lists the names that it takes.",
+        "",
     ]
     for name, sub in commands.choices.items():
         about = helps.get(name) or ""
         lines += [f"## {name}", "", f"{about[:1].upper()}{about[1:]}.", ""]
-        rows = [_argument(action) for action in sub._actions if action.dest != "help"]
+        rows = [_argument(action) for action in sub._actions if action.dest not in SHARED]
         if rows:
             lines += ["| argument | default | meaning |", "|---|---|---|", *rows, ""]
     return "\n".join(lines)

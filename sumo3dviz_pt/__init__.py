@@ -8,9 +8,24 @@ scene.still(time=12.0, camera="driver", quality="preview").save("still.png")
 
 from __future__ import annotations
 
-from sumo3dviz_pt.api import Scene, load
-from sumo3dviz_pt.errors import ConfigError, InputError, RenderError, Sumo3dvizError
+from sumo3dviz_pt.api import Scene, example, load
+from sumo3dviz_pt.errors import (
+    ConfigError,
+    InputError,
+    InstallationError,
+    RenderError,
+    Sumo3dvizError,
+)
 
-__all__ = ["ConfigError", "InputError", "RenderError", "Scene", "Sumo3dvizError", "load"]
+__all__ = [
+    "ConfigError",
+    "InputError",
+    "InstallationError",
+    "RenderError",
+    "Scene",
+    "Sumo3dvizError",
+    "example",
+    "load",
+]
 
 __version__ = "0.1.0"

@@ -2,25 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from sumo3dviz_pt.film import FrameDone
-    from sumo3dviz_pt.job import Job
-    from sumo3dviz_pt.still import Still
-    from sumo3dviz_pt.viewer.notebook import Viewer
+from sumo3dviz_pt.films import Films
 
-_Remade = Callable[[Mapping[str, str]], "Job"]
+if TYPE_CHECKING:
+    from sumo3dviz_pt.camera_list import Cameras
+    from sumo3dviz_pt.film import FilmOrder, FrameDone
+    from sumo3dviz_pt.job import Job
+    from sumo3dviz_pt.model.ratios import Ratio
+    from sumo3dviz_pt.open_shot import OpenShot
+    from sumo3dviz_pt.pipeline import Request
+    from sumo3dviz_pt.roster import Roster
+    from sumo3dviz_pt.still import Still
+    from sumo3dviz_pt.sun_report import SunReport
+    from sumo3dviz_pt.viewer.notebook import Viewer
 
 _SCENARIO_KEYS = frozenset(
     {"sumocfg", "folder", "network", "trajectories", "signals", "additional", "vehicle_types"}
 )
 
 
+@dataclass(frozen=True, slots=True)
+class _Source:
+    """Where a scene stands written.
+
+    Attributes:
+        file: The scene file, if there is one.
+        settings: Values that win over it, by dotted key; all of them if there is no file.
+    """
+
+    file: Path | None
+    settings: Mapping[str, Any]
+
+    def job(self, choices: Mapping[str, str]) -> Job:
+        """Read it with further choices, by dotted key."""
+        from sumo3dviz_pt.jobfile import load_job, make_job
+
+        together = {**self.settings, **choices}
+        return make_job(together) if self.file is None else load_job(self.file, together)
+
+
 class Scene:
     """A scene to take pictures of.
+
+    The renderer stays open after a still: further ones of the same shot need no set-up.
+    `close()` gives its memory back, as does the end of a `with` statement.
 
     Args:
         settings: The keys of a scene file. Those of `scenario` may stand by themselves:
@@ -32,19 +62,91 @@ class Scene:
     """
 
     def __init__(self, **settings: Any) -> None:
-        from sumo3dviz_pt.jobfile import make_job
+        from sumo3dviz_pt.plain import plain
 
-        gathered = _gathered(settings)
-        self.job: Job = make_job(gathered)
-        self._file: Path | None = None
-        self._remade: _Remade | None = lambda choices: make_job({**gathered, **choices})
+        self._source = _Source(None, _gathered(plain(settings)))
+        self.job: Job = self._source.job({})
+        self._open: OpenShot | None = None
 
     @classmethod
-    def of(cls, job: Job) -> Scene:
-        """Wrap a validated job."""
+    def _of(cls, source: _Source) -> Scene:
+        """A scene from where it stands written."""
         scene = cls.__new__(cls)
-        scene.job, scene._file, scene._remade = job, None, None
+        scene._source, scene.job, scene._open = source, source.job({}), None
         return scene
+
+    def __repr__(self) -> str:
+        named = self._source.file or "from Python"
+        cameras, count = ", ".join(self.job.cameras) or "none", len(self.job.shots)
+        shots = "1 shot" if count == 1 else f"{count} shots"
+        return f"<Scene {named}: cameras {cameras}; {shots}; {self.job.quality}>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What pickle keeps: the renderer is opened anew where it is needed."""
+        return {"_source": self._source, "job": self.job, "_open": None}
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the renderer's memory back; the scene can be used again."""
+        if self._open is not None:
+            self._open.close()
+            self._open = None
+
+    @property
+    def cameras(self) -> Cameras:
+        """The scene's cameras: settings by name."""
+        from sumo3dviz_pt.camera_list import Cameras
+
+        return Cameras(self.job.cameras)
+
+    @property
+    def sun(self) -> SunReport | None:
+        """Where the sun stands, and when that is; None for a user's radiance map."""
+        from sumo3dviz_pt.sun_report import sun_report
+
+        return sun_report(self.job)
+
+    @property
+    def vehicles(self) -> Roster:
+        """Everyone in the log, persons too: who, when, how far, how fast, over which lanes."""
+        return self.find_vehicles()
+
+    def find_vehicles(
+        self,
+        *,
+        type: str = "*",  # noqa: A002 (SUMO's word)
+        at: float | None = None,
+        near: str | tuple[float, float] | None = None,
+        radius: float | None = None,
+        sort: str | None = None,
+    ) -> Roster:
+        """Look for road users; the log is read once, in one pass.
+
+        Args:
+            type: Pattern of a vType's id, a vClass or a kind such as `person`.
+            at: Only who is there at this time [s]; each then has a `place`.
+            near: Only who passes x, y [m] or a standing camera of the scene, at that time
+                if one is given; each then has a `passage` with times and distance.
+            radius: What counts as near [m]; default 30.
+            sort: `begin`, `end`, `id`, `type`, `length`, `duration`, `mean`, `max` or
+                `distance`.
+
+        Returns:
+            A list that shows itself as a table.
+
+        Raises:
+            ConfigError: If a choice is wrong.
+            InputError: If a file is missing or damaged.
+        """
+        from sumo3dviz_pt.roster import Wanted, point_near, roster
+
+        point = None if near is None else point_near(self.job, near, radius=radius)
+        return roster(self.job, Wanted(type, at, point, sort))
 
     def still(
         self,
@@ -69,11 +171,65 @@ class Scene:
             variant: `llvm`, `cuda` or `scalar`.
 
         Returns:
-            An image with `.radiance` (h, w, 3), `.save(path)` and `.develop()`.
+            An image with `.radiance` (h, w, 3), `.save(path)`, which overwrites a picture that
+            exists, as everywhere in Python, and `.develop()`.
         """
-        from sumo3dviz_pt.pipeline import Request, render_still
+        from sumo3dviz_pt.asked import asked
+        from sumo3dviz_pt.job_ranges import Seconds
+        from sumo3dviz_pt.open_shot import OpenShot
+        from sumo3dviz_pt.pipeline import Request
 
-        return render_still(self.job, Request(camera, quality, size, spp, seed, variant), time)
+        request = Request(camera, quality, size, spp, seed, variant)
+        time = asked(Seconds, time, key="time")
+        if self._open is not None and self._open.shows(self.job, request, time):
+            self._open.retune(request, quality=quality or self.job.quality)
+        else:
+            self.close()
+            self._open = OpenShot.of(self.job, request, time)
+        return self._open.still(time)
+
+    def frames(
+        self,
+        *,
+        camera: str | None = None,
+        start: float | None = None,
+        end: float | None = None,
+        fps: Ratio | None = None,
+        speed: Ratio | None = None,
+        **choices: Any,
+    ) -> Iterator[Still]:
+        """Render a film's frames, one after the other, without storing any.
+
+        Args:
+            camera: A name from `cameras`; default the first shot's.
+            start: First frame's time [s]; default the shot's.
+            end: Time after the last frame [s]; default the shot's.
+            fps: Frames per second, a number or a ratio such as `30000/1001`; default the scene's.
+            speed: SUMO's seconds per second of film; default the shot's.
+            choices: `quality`, `size`, `spp`, `seed`, `variant` as in `still`.
+
+        Yields:
+            Images as `still` returns them, the same as `render` stores.
+
+        Raises:
+            ConfigError: Before the first, if a choice is wrong.
+            RenderError: If one fails.
+        """
+        from sumo3dviz_pt.asked import made
+        from sumo3dviz_pt.film import FilmOrder
+        from sumo3dviz_pt.pipeline import Request
+
+        order = FilmOrder(Path("frames.mp4"), start=start, end=end, fps=fps, speed=speed)
+        return self._frames(made(Request, {"camera": camera, **choices}), order)
+
+    def _frames(self, request: Request, order: FilmOrder) -> Iterator[Still]:
+        """A film's frames."""
+        from sumo3dviz_pt.film import prepared
+        from sumo3dviz_pt.open_shot import OpenShot
+
+        self.close()
+        with OpenShot(prepared(self.job, request, order), film=True) as shot:
+            yield from shot.frames()
 
     def render(
         self,
@@ -84,7 +240,7 @@ class Scene:
         end: float | None = None,
         progress: bool | Callable[[FrameDone], None] = False,
         **choices: Any,
-    ) -> list[Path]:
+    ) -> Films:
         """Render a film, or one for each shot.
 
         Args:
@@ -94,19 +250,28 @@ class Scene:
             end: Time after the last frame [s]; default the shot's.
             progress: True logs every frame; or a function to call.
             choices: `quality`, `size`, `spp`, `seed`, `variant` as in `still`; `fps`,
-                `frames`, `resume`, `discard_frames` as on the command line.
+                `speed`, `frames`, `resume`, `overwrite`, `discard_frames` as on the command line.
 
         Returns:
-            The films, or the folders of frames if only `frames` were asked for.
+            The films, or the folders of frames if only `frames` were asked for: a list of
+            paths that notebooks show as films.
+
+        Raises:
+            ConfigError: If a choice is wrong, or a film or frames exist and neither `resume`
+                nor `overwrite` is true.
+            InputError: If a file of the simulation is wrong.
+            RenderError: If a frame fails; finished frames are kept.
         """
+        from sumo3dviz_pt.asked import split
         from sumo3dviz_pt.film import FilmOrder, render_film
         from sumo3dviz_pt.pipeline import Request
 
-        asked = {key: choices.pop(key) for key in _REQUEST_KEYS & set(choices)}
-        order = FilmOrder(Path(path), start=start, end=end, **choices)
+        own = {"camera": camera, "path": path, "start": start, "end": end}
+        request, order = split(Request, FilmOrder, {**choices, **own})
         on_frame = progress if callable(progress) else (_log_frame if progress else None)
-        reports = render_film(self.job, Request(camera=camera, **asked), order, on_frame=on_frame)
-        return [report.film or report.folder for report in reports]
+        self.close()
+        reports = render_film(self.job, request, order, on_frame=on_frame)
+        return Films(report.film or report.folder for report in reports)
 
     def view(
         self,
@@ -117,6 +282,7 @@ class Scene:
         variant: str = "llvm",
         port: int = 0,
         height: int | None = None,
+        proxy: str | None = None,
     ) -> Viewer:
         """Open the viewer; as the last line of a notebook's cell it shows the page.
 
@@ -130,6 +296,8 @@ class Scene:
             variant: `llvm` or `cuda`.
             port: To listen on, on this machine only; 0 takes a free one.
             height: Of the frame in a notebook [px]; default as the picture needs.
+            proxy: Where the notebook's server passes this machine's ports on, such as
+                `/proxy/{port}/`; default JupyterHub's own address, where it runs one.
 
         Returns:
             A viewer with `.address` and `.close()`; it can stand in a `with` statement.
@@ -138,40 +306,50 @@ class Scene:
             ConfigError: If the extra `viewer` is not installed, or a choice is wrong.
             InputError: If a file of the simulation is wrong.
         """
-        from sumo3dviz_pt.viewer.notebook import Choices, Viewer
+        from sumo3dviz_pt.viewer.choices import Choices, Outlook
+        from sumo3dviz_pt.viewer.notebook import Viewer
         from sumo3dviz_pt.viewer.studio import Studio
 
+        looks = Outlook(size, start, end, variant)
+        choices = Choices(port, height=height, proxy=proxy)
         studio = Studio(
             self.job,
-            scene_file=self._file,
-            size=size,
-            window=(start, end),
-            variant=variant,
-            reload=self._remade,
+            scene_file=self._source.file,
+            size=looks.size,
+            window=(looks.start, looks.end),
+            variant=looks.variant,
+            reload=self._source.job,
         )
-        return Viewer(studio, size=size, choices=Choices(port, height=height))
+        return Viewer(studio, size=looks.size, choices=choices)
 
 
-_REQUEST_KEYS = frozenset({"quality", "size", "spp", "seed", "variant"})
-
-
-def load(path: str | Path, overrides: Mapping[str, str] | None = None) -> Scene:
+def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene file.
 
     Args:
         path: The YAML file.
-        overrides: YAML values by dotted key; they win over the file.
+        overrides: Values by dotted key; they win over the file: `{"output.fps": 30,
+            "output": {"size": (640, 360)}, "sky": {"file": Path("sky.hdr")}}`. Text is YAML,
+            as with `--set`; text inside of lists and mappings is just text.
 
     Raises:
         ConfigError: If the file or a setting in it is wrong.
     """
-    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.jobfile import checked_overrides
+    from sumo3dviz_pt.plain import as_path
 
-    file, given = Path(path), dict(overrides or {})
-    scene = Scene.of(load_job(file, given))
-    scene._file = file
-    scene._remade = lambda choices: load_job(file, {**given, **choices})
-    return scene
+    return Scene._of(_Source(as_path(path, key="path"), dict(checked_overrides(overrides))))
+
+
+def example(name: str) -> Path:
+    """Scene file of a bundled example: `ronda`, a motorway, or `crossing`, a junction in a town.
+
+    Raises:
+        ConfigError: If there is no such example.
+    """
+    from sumo3dviz_pt import pipeline
+
+    return pipeline.example(name)
 
 
 def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -182,8 +360,9 @@ def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
         if key in _SCENARIO_KEYS and not (key == "signals" and isinstance(value, Mapping))
     }
     rest = {key: value for key, value in settings.items() if key not in loose}
-    if loose:
-        rest["scenario"] = {**rest.get("scenario", {}), **loose}
+    named = rest.get("scenario", {})
+    if loose and isinstance(named, Mapping):
+        rest["scenario"] = {**named, **loose}
     return rest
 
 

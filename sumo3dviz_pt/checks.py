@@ -3,28 +3,37 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.costs import cost_of, space_in_words, time_in_words
 from sumo3dviz_pt.job import Job
 from sumo3dviz_pt.jobfile import quality_preset
+from sumo3dviz_pt.model.ratios import in_short
 from sumo3dviz_pt.model.scene import SceneData
-from sumo3dviz_pt.pipeline import Production, Request, frame_times, life_of, prepare, read
+from sumo3dviz_pt.pipeline import (
+    Production,
+    Request,
+    check_choices,
+    frame_times,
+    life_of,
+    prepare,
+    read,
+)
+from sumo3dviz_pt.sun_report import sun_report
 
 TRIANGLE_BUDGET = 1_500_000
 """Unique triangles per shot that keep the update of a frame below half a CPU-second."""
 
-_COST = {
-    "per_megasample": 1.0,
-    "per_megapixel": 4.0,
-    "per_megatriangle": 0.6,
-    "fixed": 0.1,
-}
-"""CPU-seconds, from `tests/bench/presets.py` on the bundled `ronda`; see docs/internals.md."""
 
-
-def check_scene(job: Job) -> dict[str, Any]:
+def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, Any]:
     """Build every shot without rendering and report on it.
+
+    Args:
+        job: The scene file.
+        presets: Whose cost is forecast; default all.
 
     Raises:
         ConfigError: If a setting is wrong.
@@ -32,14 +41,16 @@ def check_scene(job: Job) -> dict[str, Any]:
     """
     import numpy as np
 
-    from sumo3dviz_pt.pipeline import check_tone
+    from sumo3dviz_pt.scene.own_looks import idle
 
-    check_tone(job.output.tone)
-    shots = [(shot.camera, shot.start, shot.end) for shot in job.shots]
+    check_choices(job, Request())
+    shots = [(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
     files, scenario, trajectories = read(job)
     if not shots:
-        shots = [(name, *life_of(camera, trajectories)) for name, camera in job.cameras.items()]
+        lives = {name: life_of(camera, trajectories) for name, camera in job.cameras.items()}
+        shots = [(name, *life, Fraction(1)) for name, life in lives.items()]
     traffic = scenario.traffic
+    sun = sun_report(job, location=scenario.network.location)
     report: dict[str, Any] = {
         "network": {
             "file": str(files.network),
@@ -52,22 +63,24 @@ def check_scene(job: Job) -> dict[str, Any]:
             "step": traffic.step,
             "road_users": dict(Counter(trace.kind for trace in traffic.traces)),
         },
+        "sun": None if sun is None else sun.as_dict(),
         "missing_files": [str(path) for path in files.missing],
+        "nobody": idle(job.vehicles.by_id, {t.id: t.type_id for t in trajectories}),
         "shots": [],
     }
-    for camera, start, end in shots:
-        times = frame_times(start, end, job.output.fps)
+    for camera, start, end, speed in shots:
+        times = frame_times(start, end, job.output.fps, speed)
         # A film's plan does not need every frame to say what it holds.
         sparse = times[:: max(1, len(times) // 50)] if len(times) else np.array([start])
         production = prepare(job, Request(camera=camera), sparse)
-        report["shots"].append(_shot(production, camera, start, end, frames=len(times)))
+        shot = _shot(production, presets or catalog.template_names("quality"), len(times))
+        report["shots"].append({"camera": camera, "from": start, "to": end, **shot})
     return report
 
 
-def _shot(
-    production: Production, camera: str, start: float, end: float, *, frames: int
-) -> dict[str, Any]:
+def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[str, Any]:
     """What one shot holds and costs."""
+    output = production.job.output
     data = production.shot.data
     families = Counter[str]()
     for part in data.static:
@@ -80,17 +93,22 @@ def _shot(
     far += sum(count * data.prototypes[name].triangles for name, count in data.slots.posed.items())
     total = sum(families.values()) + bodies + far
     return {
-        "camera": camera,
-        "from": start,
-        "to": end,
         "frames": frames,
+        "fps": in_short(output.fps),
+        "size": list(output.size),
         "triangles": {**families, "road users": bodies + far, "total": total},
         "over_budget": total > TRIANGLE_BUDGET,
         "parts": _parts(data),
         "left_out": [{"what": item.what, "why": item.why} for item in data.left_out],
         "forecast": {
-            name: _forecast(production, name, triangles=total, frames=frames)
-            for name in catalog.template_names("quality")
+            name: cost_of(
+                quality_preset(name),
+                size=output.size,
+                triangles=total,
+                frames=frames,
+                half=output.half,
+            ).as_dict()
+            for name in presets
         },
     }
 
@@ -107,29 +125,6 @@ def _parts(data: SceneData) -> dict[str, int]:
     }
 
 
-def _forecast(
-    production: Production, name: str, *, triangles: int, frames: int
-) -> dict[str, float]:
-    """CPU-seconds per frame and film, memory in MB."""
-    quality = quality_preset(name)
-    width, height = production.job.output.size
-    pixels = width * height / 1e6
-    seconds = _COST["fixed"] + _COST["per_megatriangle"] * triangles / 1e6
-    seconds += _COST["per_megasample"] * pixels * quality.spp
-    if quality.denoise != "none":
-        seconds += _COST["per_megapixel"] * pixels
-    return {
-        "cpu_seconds_per_frame": round(seconds, 2),
-        "cpu_hours": round(seconds * frames / 3600, 2),
-        "memory_mb": round(memory_forecast(pixels, triangles)),
-    }
-
-
-def memory_forecast(megapixels: float, triangles: int) -> float:
-    """Memory that a picture needs at its peak [MB]."""
-    return 900 + 900 * megapixels + 300 * triangles / 1e6
-
-
 def in_words(report: dict[str, Any]) -> str:
     """The report as people read it."""
     log, network = report["log"], report["network"]
@@ -140,7 +135,9 @@ def in_words(report: dict[str, Any]) -> str:
         f"log      {log['begin']:g} to {log['end']:g} s every {log['step']:g} s:"
         f" {users or 'empty'}",
     ]
+    lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
     lines += [f"missing  {path}" for path in report["missing_files"]]
+    lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
     for shot in report["shots"]:
         lines += _shot_lines(shot)
     return "\n".join(lines)
@@ -153,16 +150,35 @@ def _shot_lines(shot: dict[str, Any]) -> list[str]:
     parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
     lines = [
         "",
-        f"shot     {shot['camera']}, {shot['from']:g} to {shot['to']:g} s, {shot['frames']} frames",
+        f"shot     {shot['camera']}, {shot['from']:g} to {shot['to']:g} s, {shot['frames']} frames"
+        f" of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
         f"  triangles {total:,}: " + ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v),
         f"  parts     {parts}",
     ]
     if shot["over_budget"]:
         lines.append(f"  note      more than {TRIANGLE_BUDGET:,} triangles make every frame slower")
     lines += [f"  left out  {item['what']}: {item['why']}" for item in shot["left_out"]]
-    for name, cost in sorted(shot["forecast"].items(), key=lambda item: item[1]["cpu_hours"]):
-        lines.append(
-            f"  {name:<9} about {cost['cpu_seconds_per_frame']:g} CPU-s a frame,"
-            f" {cost['cpu_hours']:g} CPU-hours, {cost['memory_mb']} MB"
+    return lines + _cost_lines(shot)
+
+
+_COST_HEAD = ("", "CPU-s a frame", "CPU-hours", "time here", "memory", "frames", "film")
+
+
+def _cost_lines(shot: dict[str, Any]) -> list[str]:
+    """What each preset costs, as a table; the cheapest first."""
+    rows = [
+        (
+            name,
+            f"{cost['cpu_seconds_per_frame']:g}",
+            f"{cost['cpu_hours']:g}",
+            time_in_words(cost["wall_seconds"]),
+            space_in_words(cost["memory_mb"]),
+            space_in_words(cost["frames_mb"]),
+            space_in_words(cost["film_mb"]),
         )
-    return lines
+        for name, cost in sorted(shot["forecast"].items(), key=lambda item: item[1]["cpu_hours"])
+    ]
+    return [
+        f"  {name:<9} " + "".join(f"{cell:>15}" for cell in rest)
+        for name, *rest in (_COST_HEAD, *rows)
+    ]

@@ -1,8 +1,9 @@
 """Errors that a user can meet, each one clear sentence.
 
 `InputError` is about a file of the simulation, `ConfigError` about a key of
-the scene file or a command-line option, `RenderError` about the work itself.
-The command line turns the first two into exit code 2 and the last into 1.
+the scene file or a command-line option, `RenderError` about the work itself,
+`InstallationError` about what this package stands on. The command line turns the
+first two into exit code 2 and the others into 1.
 """
 
 from __future__ import annotations
@@ -66,8 +67,43 @@ class ConfigError(Sumo3dvizError):
         self.key, self.file, self.line, self.column = key, file, line, column
 
 
+class MissingExtraError(ConfigError):
+    """Something that was asked for needs a package that only an extra brings.
+
+    Args:
+        need: What is missing, such as `the viewer needs aiohttp`.
+        extra: The extra's name.
+    """
+
+    def __init__(self, need: str, *, extra: str) -> None:
+        # There is no package index to install it from by name.
+        super().__init__(
+            f'{need}: pip install ".[{extra}]" in a checkout,'
+            f' pip install "{_wheel()}[{extra}]" with a wheel'
+        )
+
+
+def _wheel() -> str:
+    """Name of this version's wheel."""
+    from importlib import metadata
+
+    try:
+        return f"sumo3dviz_pt-{metadata.version('sumo3dviz_pt')}-py3-none-any.whl"
+    except metadata.PackageNotFoundError:
+        return "FILE.whl"
+
+
 class RenderError(Sumo3dvizError):
     """Rendering failed while at work; finished frames are kept."""
+
+
+class InstallationError(Sumo3dvizError):
+    """A package or a shared library is missing or cannot be loaded; says what mends it."""
+
+
+def cut(text: str, *, most: int = 60) -> str:
+    """What messages quote of a text: all of it, or its beginning where it is long."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def interrupted(error: BaseException | None) -> bool:

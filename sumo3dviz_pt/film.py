@@ -3,32 +3,32 @@
 from __future__ import annotations
 
 import json
-import shutil
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.accounts import film_account
+from sumo3dviz_pt.encoding import encode_frames
+from sumo3dviz_pt.frames import NOTE, account_file, frame_file, frames_folder, write_json
 from sumo3dviz_pt.job import Job, ShotSettings
-from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.orders import FilmOrder as FilmOrder
+from sumo3dviz_pt.orders import shots_of, wanted_frames
+from sumo3dviz_pt.pace import Pace
 from sumo3dviz_pt.pipeline import (
     Production,
     Request,
     check_target,
     check_tone,
-    frame_times,
     opened,
     prepare,
-    provenance,
 )
-from sumo3dviz_pt.provenance import input_hashes, versions
-
-FILM_SUFFIXES = (".mp4", ".mov", ".mkv")
+from sumo3dviz_pt.reuse import alone, check_unused, discard, missing_frames
+from sumo3dviz_pt.sequences import SUFFIX, check_sequence, is_sequence
+from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,29 +51,6 @@ class FrameDone:
 
 
 @dataclass(frozen=True, slots=True)
-class FilmOrder:
-    """What `render` was asked for.
-
-    Attributes:
-        path: The film.
-        start: First frame's time [s]; None is the shot's.
-        end: After the last frame [s]; None is the shot's.
-        fps: None is the scene file's.
-        frames: First and after-last frame to render; None is all, and makes a film.
-        resume: Whether matching frames are kept.
-        discard_frames: Whether frames go when the film is done.
-    """
-
-    path: Path
-    start: float | None = None
-    end: float | None = None
-    fps: float | None = None
-    frames: tuple[int, int] | None = None
-    resume: bool = False
-    discard_frames: bool = False
-
-
-@dataclass(frozen=True, slots=True)
 class FilmReport:
     """What came out.
 
@@ -90,44 +67,6 @@ class FilmReport:
     cpu: dict[str, float]
 
 
-def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
-    """Shots to render and where each film goes.
-
-    Raises:
-        ConfigError: If times or cameras are missing, or several shots share a name.
-    """
-    if request.camera is not None or order.start is not None:
-        return [(_asked_shot(job, request, order), order.path)]
-    if not job.shots:
-        raise ConfigError(
-            "the scene has no shots; add one or give --camera, --from and --to", key="shots"
-        )
-    if len(job.shots) > 1 and "{shot}" not in order.path.name:
-        raise ConfigError(
-            f"the scene has {len(job.shots)} shots; put {{shot}} into the name of the output",
-            key="output",
-        )
-    return [
-        (shot, order.path.with_name(order.path.name.replace("{shot}", f"{number}_{shot.camera}")))
-        for number, shot in enumerate(job.shots, start=1)
-    ]
-
-
-def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
-    """The shot that the command describes."""
-    from sumo3dviz_pt.jobfile import camera_settings
-
-    name, _ = camera_settings(job, request.camera)
-    of_file = next((shot for shot in job.shots if shot.camera == name), None)
-    start = order.start if order.start is not None else (of_file.start if of_file else None)
-    end = order.end if order.end is not None else (of_file.end if of_file else None)
-    if start is None or end is None:
-        raise ConfigError(f"the scene has no shot of {name!r}; give --from and --to", key="shots")
-    if end <= start:
-        raise ConfigError(f"--to ({end:g}) must be later than --from ({start:g})", key="to")
-    return ShotSettings.model_validate({"camera": name, "from": start, "to": end})
-
-
 def render_film(
     job: Job,
     request: Request,
@@ -141,17 +80,38 @@ def render_film(
         ConfigError: Before any work, if something that was asked for is wrong.
         RenderError: If a frame fails; finished frames are kept.
     """
-    fps = job.output.fps if order.fps is None else order.fps
-    if not 0 < fps <= 240:
-        raise ConfigError(f"must lie in (0, 240], not {fps:g}", key="fps")
-    shots = shots_of(job, request, order)
-    for _, path in shots:
-        check_target(path, suffixes=FILM_SUFFIXES)
-        check_output(request.applied(job), path, fps=fps)
+    shots = check_order(job, request, order)
+    check_places(job, order, shots)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 
 
-def check_output(job: Job, path: Path, *, fps: float) -> None:
+def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
+    """Refuse an order that cannot be carried out, before any work is done.
+
+    Returns:
+        Shots to render and where each film goes.
+
+    Raises:
+        ConfigError: If something that was asked for is wrong.
+    """
+    shots = shots_of(job, request, order)
+    for shot, path in shots:
+        check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
+        check_output(request.applied(job), path, fps=order.pace(job, shot).fps)
+    return shots
+
+
+def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
+    """Refuse to overwrite, unasked, what exists.
+
+    Raises:
+        ConfigError: If a film is being rendered there, or anything would be overwritten.
+    """
+    for shot, path in shots:
+        check_unused(path, order, count=len(order.pace(job, shot).times(shot)))
+
+
+def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
     """Refuse what cannot be developed or encoded, before any work is done.
 
     Raises:
@@ -160,7 +120,27 @@ def check_output(job: Job, path: Path, *, fps: float) -> None:
     from sumo3dviz_pt.video import check_film
 
     check_tone(job.output.tone)
+    check_sequence(path)
+    if is_sequence(path):
+        return
     check_film(path, size=job.output.size, fps=fps, codec=job.output.codec)
+
+
+def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
+    """The first shot that was asked for, ready to be rendered.
+
+    Raises:
+        ConfigError: If something that was asked for is wrong.
+        InputError: If a file is wrong.
+    """
+    shot, _ = shots_of(job, request, order)[0]
+    return _production(job, request, order, shot)
+
+
+def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
+    """A shot, ready to be rendered."""
+    times = order.pace(job, shot).times(shot)
+    return prepare(job, replace(request, camera=shot.camera), times, film=True)
 
 
 def _render_shot(
@@ -172,59 +152,45 @@ def _render_shot(
     on_frame: Callable[[FrameDone], None] | None,
 ) -> FilmReport:
     """Render one shot's frames and make its film."""
-    from dataclasses import replace
-
-    fps = job.output.fps if order.fps is None else order.fps
-    times = frame_times(shot.start, shot.end, fps)
-    wanted = _wanted(order.frames, len(times))
-    production = prepare(job, replace(request, camera=shot.camera), times)
-    folder = frames_folder(path)
-    folder.mkdir(exist_ok=True)
-    cpu = _render_frames(production, folder, wanted, resume=order.resume, on_frame=on_frame)
-    if order.frames is not None:
-        return FilmReport(None, folder, len(wanted), cpu)
-    files = [frame_file(folder, number) for number in wanted]
-    encode_frames(files, path, job=production.job, fps=fps)
-    write_account(production, path, fps=fps)
-    if order.discard_frames:
-        shutil.rmtree(folder)
+    pace = order.pace(job, shot)
+    wanted_frames(order.frames, len(pace.times(shot)))
+    with nullcontext() if order.frames else alone(path):
+        production = _production(job, request, order, shot)
+        wanted = wanted_frames(order.frames, len(production.times))
+        folder = frames_folder(path)
+        folder.mkdir(exist_ok=True)
+        shared = {**production.account, "shot": _shot(production, pace)}
+        missing = missing_frames(production, folder, wanted, order, shared)
+        write_json(folder / NOTE, shared, indent=1)
+        cpu = _render_frames(production, folder, wanted, missing, shared, on_frame)
+        if order.frames is not None:
+            return FilmReport(None, folder, len(wanted), cpu)
+        files = [frame_file(folder, number) for number in wanted]
+        encode_frames(files, path, job=production.job, fps=pace.fps, key=production.key)
+        whole = film_account(production, path.name, shared=shared, pace=pace.account())
+        write_json(account_file(path), whole, indent=1)
+        if order.discard_frames:
+            discard(folder, wanted)
     return FilmReport(path, folder, len(wanted), cpu)
 
 
-def _wanted(frames: tuple[int, int] | None, count: int) -> range:
-    """Frame numbers to render."""
-    first, after = frames if frames is not None else (0, count)
-    if not 0 <= first < after <= count:
-        raise ConfigError(f"{first}:{after} does not lie within 0:{count}", key="frames")
-    return range(first, after)
-
-
-def frames_folder(path: Path) -> Path:
-    """Where a film's frames go."""
-    return path.with_name(path.stem + ".frames")
-
-
-def frame_file(folder: Path, number: int) -> Path:
-    """A frame's file."""
-    return folder / f"{number:06d}.exr"
+def _shot(production: Production, pace: Pace) -> dict[str, Any]:
+    """A film's window as its frames tell it."""
+    times = production.times
+    return {"from": float(times[0]), **pace.account(), "frames": len(times)}
 
 
 def _render_frames(
     production: Production,
     folder: Path,
     wanted: Sequence[int],
-    *,
-    resume: bool,
+    missing: Sequence[int],
+    shared: Mapping[str, Any],
     on_frame: Callable[[FrameDone], None] | None,
 ) -> dict[str, float]:
     """Render the frames that are missing; CPU-seconds by phase."""
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 
-    missing = [
-        number
-        for number in wanted
-        if not (resume and _is_done(production, frame_file(folder, number), number))
-    ]
     total: dict[str, float] = {"read": production.reading}
     kept = len(wanted) - len(missing)
     if kept and on_frame is not None:
@@ -237,7 +203,9 @@ def _render_frames(
             at = float(production.times[number])
             rendered = session.render(production.shot.frame_at(at))
             account = {
-                **provenance(production, frame=number, time=at),
+                **shared,
+                "frame": number,
+                "time": at,
                 "capped_share": round(rendered.tally.capped_share, 6),
                 "nonfinite": rendered.tally.nonfinite,
             }
@@ -254,125 +222,3 @@ def _render_frames(
                 left = pace * (len(missing) - count)
                 on_frame(FrameDone(kept + count, len(wanted), left, kept=False, cpu=rendered.cpu))
     return total
-
-
-def _is_done(production: Production, path: Path, number: int) -> bool:
-    """Whether a frame exists and is just what would be rendered."""
-    from sumo3dviz_pt.image.exr import PROVENANCE, read_exr
-
-    if not path.exists():
-        return False
-    try:
-        _, attributes = read_exr(path)
-        account = json.loads(attributes.get(PROVENANCE, "{}"))
-    except (InputError, ValueError):
-        return False
-    same_time = abs(float(account.get("time", np.inf)) - float(production.times[number])) < 1e-9
-    return bool(account.get("key") == production.key and same_time)
-
-
-def encode_frames(
-    files: Sequence[Path],
-    path: Path,
-    *,
-    job: Job,
-    fps: float,
-    exposure: float | None = None,
-) -> None:
-    """Develop stored frames and encode them in constant memory.
-
-    Args:
-        files: EXR frames, in order.
-        path: The film.
-        job: Size, codec and tone.
-        fps: Frames per second.
-        exposure: EV instead of that stored with the frames.
-    """
-    from sumo3dviz_pt.video import encode
-
-    pictures = developed(files, tone=job.output.tone, exposure=exposure)
-    encode(
-        pictures,
-        path,
-        size=job.output.size,
-        fps=fps,
-        codec=job.output.codec,
-        comment={"made_by": "sumo3dviz_pt", "versions": versions()},
-    )
-
-
-def developed(
-    files: Sequence[Path], *, tone: str | None, exposure: float | None
-) -> Iterator[Image]:
-    """Stored frames as display-encoded pictures; None takes what is stored with them."""
-    from sumo3dviz_pt.image.exr import PROVENANCE, read_exr
-    from sumo3dviz_pt.image.tonemap import develop_float
-
-    for file in files:
-        radiance, attributes = read_exr(file)
-        account = json.loads(attributes.get(PROVENANCE, "{}"))
-        stored = float(account.get("exposure", 0.0))
-        yield develop_float(
-            radiance,
-            exposure=stored if exposure is None else exposure,
-            tone=tone or str(account.get("tone", "neutral")),
-            glare=float(account.get("glare", 0.0)),
-        )
-
-
-def write_account(production: Production, path: Path, *, fps: float) -> None:
-    """Write the JSON beside a film: what every frame shows."""
-    frames = []
-    states: dict[str, str] = {}
-    changes = []
-    for number, at in enumerate(production.times):
-        frame = production.shot.frame_at(float(at))
-        frames.append(_frame_account(number, frame))
-        now = production.shot.states_at(float(at))
-        changes += [
-            {"frame": number, "time": float(at), "tls": tls, "state": state}
-            for tls, state in sorted(now.items())
-            if states.get(tls) != state
-        ]
-        states = now
-    job = production.job
-    account = {
-        "film": path.name,
-        "fps": fps,
-        "size": list(job.output.size),
-        "camera": production.camera,
-        "seed": job.seed,
-        "quality": job.quality,
-        "spp": production.quality.spp,
-        "exposure": production.exposure,
-        "tone": job.output.tone,
-        "glare": job.output.glare,
-        "inputs": input_hashes(production.files),
-        "versions": versions(),
-        "left_out": [
-            {"what": item.what, "why": item.why} for item in production.shot.data.left_out
-        ],
-        "signal_changes": changes,
-        "frames": frames,
-    }
-    target = path.with_suffix(".json")
-    part = target.with_name(target.name + ".part")
-    part.write_text(json.dumps(account, indent=1), encoding="utf-8")
-    part.replace(target)
-
-
-def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
-    """What one frame shows."""
-    view = frame.view
-    matrix = view.world_from_camera.matrix
-    return {
-        "frame": number,
-        "time": frame.time,
-        "camera": {
-            "position": [round(float(value), 6) for value in view.position],
-            "forward": [round(float(value), 9) for value in matrix[:3, 0]],
-            "up": [round(float(value), 9) for value in matrix[:3, 2]],
-            "fov": round(float(np.degrees(view.fov)), 6),
-        },
-        "drawn": sorted(frame.users),
-    }

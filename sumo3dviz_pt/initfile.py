@@ -15,6 +15,7 @@ from sumo3dviz_pt.job import ScenarioSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.schema import LINE
 
 _SHOT = 10.0
 """Length of the proposed shots [s]."""
@@ -141,6 +142,7 @@ def _text(
     """The scene file."""
     traffic = scenario.traffic
     lines = [
+        LINE,
         "# A scene for sumo3dviz-pt. Every key but `scenario` and `cameras` may go.",
         f"# The log runs from {traffic.begin:g} to {traffic.end:g} s,"
         f" a step every {traffic.step:g} s.",

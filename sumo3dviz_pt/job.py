@@ -6,48 +6,39 @@ table are made from these models. Angles are degrees here and radians inside.
 
 from __future__ import annotations
 
-import datetime as dt
+from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import Field, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Point = tuple[Finite, Finite, Finite]
-
-
-def _from_scene_file(path: Path, info: ValidationInfo) -> Path:
-    """Read relative paths from the scene file's folder."""
-    folder = (info.context or {}).get("folder", Path())
-    return path if path.is_absolute() else Path(folder) / path
-
-
-File = Annotated[Path, AfterValidator(_from_scene_file)]
-
-
-def _surface(name: str, info: ValidationInfo) -> str:
-    """Read image files, too, from the scene file's folder."""
-    return str(_from_scene_file(Path(name), info)) if Path(name).suffix else name
-
-
-Surface = Annotated[str, AfterValidator(_surface)]
-
-
-def _listed(value: Any) -> Any:
-    """Let a single word stand for a list of one."""
-    return value if isinstance(value, list | tuple) or value is None else [value]
-
+from sumo3dviz_pt.job_objects import ObjectSettings as ObjectSettings
+from sumo3dviz_pt.job_objects import ObjectsSettings as ObjectsSettings
+from sumo3dviz_pt.job_ranges import (
+    MOST_ENTRIES,
+    Colours,
+    Date,
+    File,
+    Files,
+    Finite,
+    Latitude,
+    Longitude,
+    Names,
+    Point,
+    Positive,
+    Seconds,
+    Seed,
+    Size,
+    Surface,
+    TimeOfDay,
+    Turn,
+    Whole,
+)
+from sumo3dviz_pt.job_values import HexColour, OwnLook, Rate, Speed, Zone, listed
+from sumo3dviz_pt.job_values import Settings as Settings
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
-
-
-class Settings(BaseModel):
-    """Base: unknown keys are errors, values do not change."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
 class ScenarioSettings(Settings):
@@ -56,10 +47,10 @@ class ScenarioSettings(Settings):
     sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
     folder: File | None = Field(None, description="folder that is searched by content")
     network: File | None = Field(None, description=".net.xml or .net.xml.gz")
-    trajectories: tuple[File, ...] = Field((), description="FCD logs (.xml, .xml.gz)")
-    signals: tuple[File, ...] = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
-    additional: tuple[File, ...] = Field((), description="POIs, polygons and vTypes")
-    vehicle_types: tuple[File, ...] = Field((), description="files that hold vTypes")
+    trajectories: Files = Field((), description="FCD logs (.xml, .xml.gz)")
+    signals: Files = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
+    additional: Files = Field((), description="POIs, polygons and vTypes")
+    vehicle_types: Files = Field((), description="files that hold vTypes")
     allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")
 
     @model_validator(mode="before")
@@ -68,20 +59,22 @@ class ScenarioSettings(Settings):
         """A single file may stand without brackets."""
         many = ("trajectories", "signals", "additional", "vehicle_types")
         if isinstance(data, dict):
-            return {key: _listed(value) if key in many else value for key, value in data.items()}
+            return {key: listed(value) if key in many else value for key, value in data.items()}
         return data
 
 
 class SunSettings(Settings):
     """Where the sun stands: by date, time and place, or by angles."""
 
-    date: dt.date | None = Field(None, description="calendar date, such as 2026-06-21")
-    time: dt.time | None = Field(None, description='local clock time, such as "17:30"')
-    utc_offset: Finite | None = Field(None, ge=-14, le=14, description="hours; default lon / 15")
-    place: tuple[Finite, Finite] | None = Field(
+    date: Date | None = Field(None, description="calendar date, such as 2026-06-21")
+    time: TimeOfDay | None = Field(None, description='clock time there, such as "17:30"')
+    zone: Zone | None = Field(
+        None, description="Europe/Berlin, +02:00, or solar for mean solar time; default the place's"
+    )
+    place: tuple[Latitude, Longitude] | None = Field(
         None, description="latitude, longitude [deg]; default the network's"
     )
-    azimuth: Finite | None = Field(None, description="clockwise from north [deg]")
+    azimuth: Turn | None = Field(None, description="clockwise from north [deg]")
     elevation: Finite | None = Field(None, ge=-90, le=90, description="above the horizon [deg]")
 
     @model_validator(mode="after")
@@ -91,6 +84,8 @@ class SunSettings(Settings):
         by_clock = self.date is not None and self.time is not None
         if by_angle == by_clock:
             raise ValueError("give either date and time, or azimuth and elevation")
+        if self.zone is not None and not by_clock:
+            raise ValueError("a zone goes with date and time")
         return self
 
 
@@ -101,15 +96,15 @@ class SkySettings(Settings):
     sun: SunSettings | None = Field(None, description="moves the sun; alone it means a clear sky")
     file: File | None = Field(None, description="equirectangular radiance map (.exr, .hdr)")
     turbidity: Finite | None = Field(None, ge=1, le=10, description="haziness of the clear sky")
-    rotation: Finite = Field(0.0, description="turns clouds or map clockwise from above [deg]")
-    scale: Positive = Field(1.0, description="brightness factor of `file`")
+    rotation: Turn = Field(0.0, description="turns clouds or map clockwise from above [deg]")
+    scale: Finite = Field(1.0, ge=1e-6, le=1e6, description="brightness factor of `file`")
 
 
 class GroundSettings(Settings):
     """The ground around the roads."""
 
     texture: Surface = Field("ground_grass", description="a surface's name, or an image file")
-    scale: Positive = Field(1.0, description="enlarges the texture")
+    scale: Finite = Field(1.0, ge=0.01, le=100, description="enlarges the texture")
     horizon: Literal["auto", "hills", "trees", "flat"] = Field(
         "auto", description="what closes the view; auto: hills, and woods where grass grows"
     )
@@ -124,8 +119,8 @@ class EdgeStyle(Settings):
     """Overrides for edges whose id matches a pattern."""
 
     surface: Surface | None = Field(None, description="a surface's name, or an image file")
-    colour: str | None = Field(None, description="#rrggbb instead of a texture")
-    lane_width: Positive | None = Field(None, description="[m]")
+    colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
+    lane_width: Positive | None = Field(None, le=100, description="[m]")
     markings: bool | None = Field(None, description="whether lines are painted")
 
 
@@ -133,62 +128,44 @@ class RoadSettings(Settings):
     """How roads look."""
 
     surface: Surface = Field("asphalt", description="a surface's name, or an image file")
-    colour: str | None = Field(None, description="#rrggbb instead of a texture")
+    colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
     markings: bool = Field(True, description="whether lines are painted")
     marking_style: Literal["european", "american"] = Field(
         "european", description="white throughout, or yellow centre lines"
     )
-    lane_width: Literal["from_network"] | Positive = Field("from_network", description="[m]")
+    lane_width: Literal["from_network"] | Annotated[Positive, Field(le=100)] = Field(
+        "from_network", description="[m]"
+    )
     line_width: Positive = Field(0.12, le=1.0, description="[m]")
     per_edge: dict[str, EdgeStyle] = Field(
-        default_factory=dict, description="overrides by edge id; * and ? are wildcards"
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="overrides by edge id; * and ? are wildcards",
     )
 
 
 class VehicleSettings(Settings):
     """Which bodies and colours vehicles show."""
 
-    passenger: tuple[str, ...] = Field((), description="models to draw from; default all")
-    models: dict[str, tuple[str, ...]] = Field(
-        default_factory=dict, description="models to draw from by other vClasses"
+    passenger: Names = Field((), description="models to draw from; default all")
+    models: dict[str, Names] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="models to draw from by other vClasses",
     )
-    colours: Literal["european", "sumo"] | tuple[str, ...] = Field(
+    colours: Literal["european", "sumo"] | Colours = Field(
         "european", description="a fleet's palette, SUMO's colours, or a list of #rrggbb"
     )
     user_models: dict[str, File] = Field(
-        default_factory=dict, description="own GLB/OBJ/PLY files by vehicle or vType id pattern"
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="own GLB/OBJ/PLY files by vehicle or vType id pattern",
     )
-
-
-class ObjectSettings(Settings):
-    """Static objects of one kind, from POIs or polygons."""
-
-    file: File | None = Field(None, description="default: by the POI's or polygon's type")
-    model: tuple[str, ...] = Field((), description="models to draw from; default all")
-    scale: Positive = Field(1.0, description="mean size factor")
-    variation: Finite = Field(0.2, ge=0, lt=1, description="relative spread of sizes")
-    colour: str | None = Field(None, description="#rrggbb; default seeded, natural")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _lists(cls, data: Any) -> Any:
-        """A single model may stand without brackets."""
-        if isinstance(data, dict) and "model" in data:
-            return {**data, "model": _listed(data["model"])}
-        return data
-
-
-class ObjectsSettings(Settings):
-    """Static objects by kind."""
-
-    trees: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    shrubs: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    hedges: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    fences: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    homes: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    shops: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    blocks: ObjectSettings | None = Field(ObjectSettings(), description="null leaves them out")
-    buildings: ObjectSettings | None = Field(ObjectSettings(), description="building polygons")
+    by_id: dict[str, OwnLook] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="model and colour by id, or by pattern of an id or vType",
+    )
 
 
 class SignalSettings(Settings):
@@ -201,7 +178,7 @@ class SignalSettings(Settings):
     yellow: Literal["auto", "log"] = Field(
         "auto", description="auto: interpolated for links whose log never shows yellow"
     )
-    yellow_time: Positive = Field(3.0, description="length of interpolated yellow [s]")
+    yellow_time: Positive = Field(3.0, le=600, description="length of interpolated yellow [s]")
 
 
 class StreetSettings(Settings):
@@ -236,9 +213,9 @@ class EulerianCamera(Settings):
 
     mode: Literal["eulerian"]
     position: Point = Field(description="x, y, z in network coordinates [m]; z above the ground")
-    heading: Finite | None = Field(None, description="clockwise from north [deg]")
+    heading: Turn | None = Field(None, description="clockwise from north [deg]")
     pitch: Finite = Field(0.0, ge=-90, le=90, description="upwards [deg]")
-    roll: Finite = Field(0.0, description="clockwise [deg]")
+    roll: Turn = Field(0.0, description="clockwise [deg]")
     look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
     lens: LensSettings = LensSettings()
     clear_view: bool = _CLEAR_VIEW
@@ -257,8 +234,8 @@ class LagrangianCamera(Settings):
     mode: Literal["lagrangian"]
     vehicle: str = Field(description="id of a vehicle (or person) of the log")
     view: str = Field("driver", description="a name from `scene_templates/camera`")
-    eye_height: Positive | None = Field(None, description="above the ground [m]")
-    heading: Finite = Field(0.0, description="clockwise from straight ahead [deg]")
+    eye_height: Positive | None = Field(None, le=1000, description="above the ground [m]")
+    heading: Turn = Field(0.0, description="clockwise from straight ahead [deg]")
     pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
     lens: LensSettings | None = Field(None, description="default: the view's own")
 
@@ -266,11 +243,11 @@ class LagrangianCamera(Settings):
 class KeyFrame(Settings):
     """A point on a cinematic camera's path."""
 
-    time: Finite = Field(description="SUMO's time [s]")
+    time: Seconds = Field(description="SUMO's time [s]")
     position: Point = Field(description="x, y, z in network coordinates [m]")
-    heading: Finite | None = Field(None, description="clockwise from north [deg]")
+    heading: Turn | None = Field(None, description="clockwise from north [deg]")
     pitch: Finite = Field(0.0, ge=-90, le=90, description="upwards [deg]")
-    roll: Finite = Field(0.0, description="clockwise [deg]")
+    roll: Turn = Field(0.0, description="clockwise [deg]")
     look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
     fov: Finite | None = Field(None, ge=2, le=170, description="[deg]; default the lens's")
 
@@ -286,7 +263,9 @@ class CinematicCamera(Settings):
     """A camera that flies through key frames."""
 
     mode: Literal["cinematic"]
-    keyframes: tuple[KeyFrame, ...] = Field(min_length=1, description="in time order")
+    keyframes: tuple[KeyFrame, ...] = Field(
+        min_length=1, max_length=MOST_ENTRIES, description="in time order"
+    )
     lens: LensSettings = LensSettings()
     clear_view: bool = _CLEAR_VIEW
 
@@ -308,8 +287,9 @@ class ShotSettings(Settings):
     """A camera and a stretch of time."""
 
     camera: str = Field(description="a name from `cameras`")
-    start: Finite = Field(alias="from", description="SUMO's time of the first frame [s]")
-    end: Finite = Field(alias="to", description="SUMO's time after the last frame [s]")
+    start: Seconds = Field(alias="from", description="SUMO's time of the first frame [s]")
+    end: Seconds = Field(alias="to", description="SUMO's time after the last frame [s]")
+    speed: Speed = Field(Fraction(1), description="SUMO's time per film's; 0.25 is slow motion")
 
     @model_validator(mode="after")
     def _forward(self) -> ShotSettings:
@@ -322,20 +302,15 @@ class ShotSettings(Settings):
 class OutputSettings(Settings):
     """What comes out."""
 
-    size: tuple[int, int] = Field((1280, 720), description="width, height [px]")
-    fps: Finite = Field(25.0, gt=0, le=240, description="frames per second")
-    codec: str = Field("h264", description="h264, h264_10, h265_10 or prores")
+    size: Size = Field((1280, 720), description="width, height [px]")
+    fps: Rate = Field(Fraction(25), description="frames per second; a ratio such as 30000/1001")
+    codec: str = Field(
+        "auto", description="h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending"
+    )
     exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
     tone: str = Field("neutral", description="neutral, srgb, agx or filmic")
     glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
     half: bool = Field(True, description="EXR frames in half precision")
-
-    @model_validator(mode="after")
-    def _has_pixels(self) -> OutputSettings:
-        """A picture needs pixels."""
-        if not all(1 <= side <= 16384 for side in self.size):
-            raise ValueError(f"size must lie in 1..16384, not {self.size[0]} x {self.size[1]}")
-        return self
 
 
 class MotionSettings(Settings):
@@ -351,16 +326,18 @@ class MotionSettings(Settings):
 class Quality(Settings):
     """A quality preset: what a frame costs and what error it leaves."""
 
-    spp: int = Field(ge=1, le=65536, description="samples per pixel")
-    pass_spp: int = Field(4, ge=1, le=1024, description="samples per pass, a power of two")
-    max_depth: int = Field(8, ge=2, le=64, description="longest light path")
-    rr_depth: int = Field(2, ge=1, le=64, description="path length from which roulette may end it")
+    spp: Whole = Field(ge=1, le=65536, description="samples per pixel")
+    pass_spp: Whole = Field(4, ge=1, le=1024, description="samples per pass, a power of two")
+    max_depth: Whole = Field(8, ge=2, le=64, description="longest light path")
+    rr_depth: Whole = Field(
+        2, ge=1, le=64, description="path length from which roulette may end it"
+    )
     denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
     guides: bool = Field(True, description="albedo and normals guide the denoiser")
-    raw_share: float = Field(
+    raw_share: Finite = Field(
         0.0, ge=0.0, le=1.0, description="share of the raw picture that textures keep"
     )
-    cap: float | None = Field(40.0, description="firefly cap per sample, x white; null is none")
+    cap: Finite | None = Field(40.0, description="firefly cap per sample, x white; null is none")
     sampler: Literal["multijitter", "independent"] = Field(
         "multijitter", description="how samples spread; independent is for references"
     )
@@ -373,7 +350,7 @@ class Job(Settings):
 
     scenario: ScenarioSettings
     template: str = Field("highway_day", description="a name from `scene_templates/scene`")
-    seed: int = Field(0, ge=0, le=2**31 - 1, description="everything random comes from it")
+    seed: Seed = Field(0, description="everything random comes from it")
     sky: SkySettings = Field(SkySettings(), description="sky and light")
     ground: GroundSettings = GroundSettings()
     roads: RoadSettings = RoadSettings()
@@ -383,8 +360,12 @@ class Job(Settings):
     street: StreetSettings = StreetSettings()
     motion: MotionSettings = MotionSettings()
     lights: Lights = Field("auto", description="auto lights lamps after sunset")
-    cameras: dict[str, CameraSettings] = Field(default_factory=dict, description="by name")
-    shots: tuple[ShotSettings, ...] = Field((), description="what `render` films")
+    cameras: dict[str, CameraSettings] = Field(
+        default_factory=dict, max_length=MOST_ENTRIES, description="by name"
+    )
+    shots: tuple[ShotSettings, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="what `render` films"
+    )
     output: OutputSettings = OutputSettings()
     quality: str = Field("standard", description="a name from `scene_templates/quality`")
     textured: bool = Field(True, description="false paints everything in matt colours")

@@ -4,52 +4,43 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.job import CameraSettings, Job, Quality
-from sumo3dviz_pt.yaml12 import KeyPath, Places, parse_yaml
+from sumo3dviz_pt.job_errors import Source, explained, located, reason
+from sumo3dviz_pt.job_names import unknown_names
+from sumo3dviz_pt.plain import as_path, plain
+from sumo3dviz_pt.yaml12 import MOST_TEXT, parse_yaml
 
 
-@dataclass(frozen=True, slots=True)
-class _Source:
-    """Where settings came from, for messages."""
-
-    file: Path | None
-    places: Places
-
-
-def load_job(path: Path, overrides: Mapping[str, str] | None = None) -> Job:
+def load_job(path: Path, overrides: Mapping[str, Any] | None = None) -> Job:
     """Read a scene file.
 
     Args:
         path: The YAML file.
-        overrides: YAML values by dotted key; they win over the file.
+        overrides: Values by dotted key; they win over the file. Text is YAML, everything else
+            is taken as it is. A mapping changes the keys that it holds and leaves the others,
+            but for a sky and a camera with its mode, which it replaces.
 
     Raises:
         ConfigError: If the file is missing, no YAML, or holds a wrong setting.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise ConfigError("there is no such scene file", file=path) from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"the scene file cannot be read: {error}", file=path) from error
-    content, places = parse_yaml(text, file=path)
+    path = as_path(path, key="scene")
+    content, places = parse_yaml(_text_of(path), file=path)
     if not isinstance(content, dict):
         raise ConfigError("a scene file is a mapping of keys to values; this is not", file=path)
-    for key, value in (overrides or {}).items():
-        _set(content, key, parse_yaml(value)[0])
-    return make_job(content, folder=path.parent, source=_Source(path, places))
+    for key, value in checked_overrides(overrides).items():
+        _set(content, key, _value_of(key, value))
+    return make_job(content, folder=path.parent, source=Source(path, places))
 
 
 def make_job(
-    settings: Mapping[str, Any], *, folder: Path | None = None, source: _Source | None = None
+    settings: Mapping[str, Any], *, folder: Path | None = None, source: Source | None = None
 ) -> Job:
     """Validate settings laid over their template.
 
@@ -61,18 +52,23 @@ def make_job(
     Raises:
         ConfigError: If a setting is wrong; names the key, and the line if known.
     """
-    source = source or _Source(None, {})
+    source = source or Source(None, {})
+    settings = plain(settings)
     name = settings.get("template", Job.model_fields["template"].default)
     try:
         template = catalog.template("scene", str(name))
     except ConfigError as error:
-        raise _located(str(error), ("template",), source) from error
+        raise located(str(error), ("template",), source) from error
     merged = _merged(template, settings)
     try:
         job = Job.model_validate(merged, context={"folder": folder or Path()})
     except ValidationError as error:
-        raise _explained(error, source) from error
-    _check_names(job, source)
+        raise explained(error, Job, source) from error
+    unknown = list(unknown_names(job))
+    if unknown:
+        where, message = unknown[0]
+        more = f" (and {len(unknown) - 1} more)" if len(unknown) > 1 else ""
+        raise located(message + more, where, source)
     return job
 
 
@@ -82,25 +78,16 @@ def quality_preset(name: str, *, spp: int | None = None) -> Quality:
     Raises:
         ConfigError: If there is no such preset, or the number is out of range.
     """
+    if name not in catalog.template_names("quality"):
+        hint = catalog.did_you_mean(name, catalog.template_names("quality"))
+        raise ConfigError(f"no quality preset is called {name!r}{hint}", key="quality")
     values = dict(catalog.template("quality", name))
     if spp is not None:
         values["spp"] = spp
     try:
         return Quality.model_validate(values)
     except ValidationError as error:
-        raise ConfigError(_reason(error.errors()[0]), key="spp") from error
-
-
-def _check_names(job: Job, source: _Source) -> None:
-    """Names that settings refer to must exist."""
-    if job.quality not in catalog.template_names("quality"):
-        hint = catalog.did_you_mean(job.quality, catalog.template_names("quality"))
-        raise _located(f"no quality preset is called {job.quality!r}{hint}", ("quality",), source)
-    for index, shot in enumerate(job.shots):
-        if shot.camera not in job.cameras:
-            hint = catalog.did_you_mean(shot.camera, job.cameras)
-            message = f"no camera is called {shot.camera!r}{hint}"
-            raise _located(message, ("shots", index, "camera"), source)
+        raise ConfigError(reason(error.errors()[0]), key="spp") from error
 
 
 def camera_settings(job: Job, name: str | None) -> tuple[str, CameraSettings]:
@@ -119,17 +106,104 @@ def camera_settings(job: Job, name: str | None) -> tuple[str, CameraSettings]:
     return name, job.cameras[name]
 
 
+# The file ----------------------------------------------------------------------------------
+
+_SIMULATION = {
+    "net": "a network of SUMO",
+    "fcd-export": "a vehicle log of SUMO",
+    "tlsStates": "a signal log of SUMO",
+    "configuration": "a configuration of SUMO",
+    "sumoConfiguration": "a configuration of SUMO",
+}
+"""Files of a simulation that are taken for scenes, by their root element."""
+
+
+def _text_of(path: Path) -> str:
+    """What a scene file holds.
+
+    Raises:
+        ConfigError: If it is missing, no text, or something of the simulation.
+    """
+    try:
+        if path.is_dir():
+            raise _no_scene(path, "a folder", path)
+        with path.open("rb") as stream:
+            # A character is four bytes at most; whole vehicle logs are not read.
+            data = stream.read(4 * MOST_TEXT + 1)
+    except FileNotFoundError as error:
+        raise ConfigError("there is no such scene file", file=path) from error
+    except OSError as error:
+        why = error.strerror or error
+        raise ConfigError(f"the scene file cannot be read: {why}", file=path) from error
+    if data[:2] == b"\x1f\x8b" or data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+        from sumo3dviz_pt.sumo.stream import root_of
+
+        what = _SIMULATION.get(root_of(path) or "", "a file of a simulation")
+        own = "configuration" in what
+        raise _no_scene(path, what, path if own else path.parent)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigError(
+            "the scene file cannot be read: it is no text in UTF-8; save it as that", file=path
+        ) from error
+
+
+def _no_scene(path: Path, what: str, place: Path) -> ConfigError:
+    """Say how to get a scene file."""
+    return ConfigError(
+        f"is {what}, not a scene file; write one with: sumo3dviz-pt init {place}", file=path
+    )
+
+
+# Laying one over the other -----------------------------------------------------------------
+
+
 def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Lay one mapping over another, key by key."""
     result = copy.deepcopy(dict(base))
     for key, value in over.items():
         below = result.get(key)
-        # A sky given in another way replaces the template's, it does not mix with it.
-        if isinstance(below, Mapping) and isinstance(value, Mapping) and key != "sky":
+        if isinstance(below, Mapping) and isinstance(value, Mapping) and _adds(key, value):
             result[key] = _merged(below, value)
         else:
             result[key] = copy.deepcopy(value)
     return result
+
+
+def _adds(key: str, value: Mapping[str, Any]) -> bool:
+    """Whether a mapping adds to what is there.
+
+    A sky or a camera given in another way replaces the one below, it does not mix with it.
+    """
+    return key != "sky" and "mode" not in value
+
+
+def checked_overrides(given: Any) -> Mapping[str, Any]:
+    """Overrides, if they are some.
+
+    Raises:
+        ConfigError: If they are none.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
+        raise ConfigError(
+            f"overrides are values by dotted key, such as {{'output.fps': 30}},"
+            f" not {cut(repr(given))}"
+        )
+    return given
+
+
+def _value_of(key: str, value: Any) -> Any:
+    """What an override means."""
+    if not isinstance(value, str):
+        return plain(value, key=key)
+    try:
+        return parse_yaml(value)[0]
+    except ConfigError as error:
+        # Line and column of a single value say nothing.
+        raise ConfigError(str(error).lstrip("0123456789: "), key=key) from error
 
 
 def _set(content: dict[str, Any], key: str, value: Any) -> None:
@@ -140,117 +214,21 @@ def _set(content: dict[str, Any], key: str, value: Any) -> None:
         if isinstance(here, list):
             here = here[_position(parent, here, key)]
             continue
-        here = here.setdefault(parent, {})
+        if here.get(parent) is None:
+            here[parent] = {}
+        here = here[parent]
         if not isinstance(here, dict | list):
             raise ConfigError(f"{parent!r} holds a value, not further keys", key=key)
     if isinstance(here, list):
         here[_position(last, here, key)] = value
+    elif isinstance(here, dict):
+        here[last] = _merged({last: here.get(last)}, {last: value})[last]
     else:
-        here[last] = value
+        raise ConfigError(f"{parents[-1]!r} holds a value, not further keys", key=key)
 
 
 def _position(word: str, items: list[Any], key: str) -> int:
     """An index into a list, by its number."""
-    if not word.isdigit() or int(word) >= len(items):
+    if not (word.isdecimal() and len(word) < 6 and int(word) < len(items)):
         raise ConfigError(f"{word!r} is no place in a list of {len(items)}", key=key)
     return int(word)
-
-
-def _explained(error: ValidationError, source: _Source) -> ConfigError:
-    """The first problem as one sentence, with its place and the number of others."""
-    # A misspelt key that is required is also missing; its spelling explains both.
-    first, *others = sorted(error.errors(), key=lambda each: each["type"] != "extra_forbidden")
-    path = tuple(part for part in first["loc"] if not _is_branch(part))
-    message = _reason(first)
-    if first["type"] == "extra_forbidden":
-        message = "this key is unknown" + catalog.did_you_mean(
-            str(path[-1]), _siblings(first["loc"])
-        )
-    if others:
-        message += f" (and {len(others)} more)"
-    return _located(message, path, source)
-
-
-def _is_branch(part: str | int) -> bool:
-    """Whether a part of pydantic's location names a branch of a union, not a key."""
-    return isinstance(part, str) and (
-        part in ("eulerian", "lagrangian", "cinematic") or "[" in part or part in ("float", "tuple")
-    )
-
-
-def _reason(problem: Mapping[str, Any]) -> str:
-    """Pydantic's message in our words."""
-    text = str(problem["msg"])
-    text = text.removeprefix("Value error, ")
-    text = text.replace("Input should be", "this should be").replace(
-        "Field required", "this key is missing"
-    )
-    value = problem.get("input")
-    if isinstance(value, str | int | float | bool) and problem["type"] != "value_error":
-        text += f", not {value!r}"
-    return text
-
-
-def _siblings(location: tuple[str | int, ...]) -> list[str]:
-    """Keys that are known where an unknown one stands."""
-    model: Any = Job
-    for part in location[:-1]:
-        model = _descend(model, part)
-        if model is None:
-            return []
-    return _keys(model)
-
-
-def _keys(model: Any) -> list[str]:
-    """Names that a model takes."""
-    if not (isinstance(model, type) and issubclass(model, BaseModel)):
-        return []
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def _descend(model: Any, part: str | int) -> Any:
-    """The model behind one part of a location."""
-    from typing import get_args, get_origin
-
-    if isinstance(part, int):
-        return model
-    if not (isinstance(model, type) and issubclass(model, BaseModel)):
-        options = _models(model)
-        named = [m for m in options if isinstance(part, str) and _mode(m) == part]
-        return named[0] if named else (options[0] if len(options) == 1 else model)
-    field = model.model_fields.get(str(part))
-    if field is None:
-        return None
-    models = _models(field.annotation)
-    if len(models) == 1 and get_origin(field.annotation) is not dict:
-        return models[0]
-    return get_args(field.annotation) or None
-
-
-def _models(annotation: Any) -> list[Any]:
-    """All models inside an annotation."""
-    from typing import get_args
-
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    parts = annotation if isinstance(annotation, tuple) else get_args(annotation)
-    return [model for part in parts for model in _models(part)]
-
-
-def _mode(model: Any) -> str | None:
-    """The word that chooses a model out of a union."""
-    from typing import get_args
-
-    field = model.model_fields.get("mode")
-    words = get_args(field.annotation) if field is not None else ()
-    return words[0] if words else None
-
-
-def _located(message: str, path: KeyPath, source: _Source) -> ConfigError:
-    """An error with the nearest place that the file knows."""
-    place = next(
-        (source.places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in source.places),
-        (None, None),
-    )
-    key = ".".join(map(str, path)) or None
-    return ConfigError(message, key=key, file=source.file, line=place[0], column=place[1])

@@ -41,7 +41,7 @@ def listing(chosen: Sequence[str]) -> list[str]:
 
 
 def build(chosen: Sequence[str], *, into: Path | None = None) -> Iterator[tuple[str, int, int]]:
-    """Make the files of assets again, bit by bit as they are.
+    """Make the files of assets again; wholes that are coupled from others have none.
 
     Args:
         chosen: Families, or `family/name`; none stands for all.
@@ -54,7 +54,8 @@ def build(chosen: Sequence[str], *, into: Path | None = None) -> Iterator[tuple[
         ConfigError: If a family or an asset is unknown.
         OSError: If files cannot be written.
     """
-    entries = [entry for entry in _entries(chosen) if entry.family in _bakers()]
+    known = [entry for entry in _entries(chosen) if entry.family in _bakers()]
+    entries = [entry for entry in known if "units" not in entry.meta]
     for number, entry in enumerate(entries):
         folder = entry.folder
         if into is not None:

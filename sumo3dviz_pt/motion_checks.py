@@ -148,11 +148,11 @@ def check_motion(job: Job) -> MotionReport:
     births, deaths = _ends(log, users)
     return MotionReport(
         smoother=job.motion.smoother,
-        fps=job.output.fps,
+        fps=float(job.output.fps),
         begin=log.begin,
         end=log.end,
         step=log.step,
-        groups=_groups(users, scenario.network, step=1.0 / job.output.fps),
+        groups=_groups(users, scenario.network, step=1.0 / float(job.output.fps)),
         births=len(births),
         deaths=len(deaths),
         pop_ups=pop_ups(job, scenario, trajectories, births=births, deaths=deaths),

@@ -45,12 +45,14 @@ class Wanted:
         path: The PNG to write.
         begin: First time [s]; None is the first sample's.
         end: Last time [s]; None is the last sample's.
+        overwrite: Whether a picture that exists is replaced.
     """
 
     vehicle: str
     path: Path
     begin: float | None = None
     end: float | None = None
+    overwrite: bool = False
 
 
 def draw_motion(job: Job, wanted: Wanted) -> None:
@@ -62,7 +64,7 @@ def draw_motion(job: Job, wanted: Wanted) -> None:
         InputError: If a file is wrong.
     """
     check_extra("matplotlib")
-    check_target(wanted.path, suffixes=(".png",))
+    check_target(wanted.path, suffixes=(".png",), overwrite=wanted.overwrite)
     _, scenario, trajectories = read(job)
     user = find_user(users_of(scenario, trajectories), wanted.vehicle)
     motion_plot(drive_of(user, scenario, job, wanted), wanted.path)

@@ -5,30 +5,39 @@ files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
 
 from __future__ import annotations
 
-import hashlib
-import json
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Field
 
-from sumo3dviz_pt.catalog import data_root
+from sumo3dviz_pt.accounts import account_of, key_of
+from sumo3dviz_pt.asked import settle
+from sumo3dviz_pt.catalog import data_root, did_you_mean
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.installation.dependencies import load
 from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.job_ranges import Seed, Size, Whole
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
+from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.ratios import Ratio, ratio_of
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.provenance import input_hashes, versions
+from sumo3dviz_pt.preflight import check_choices as check_choices
+from sumo3dviz_pt.provenance import Inputs, inputs_of
+from sumo3dviz_pt.riders import check_rider
 from sumo3dviz_pt.still import Still as Still
 from sumo3dviz_pt.still import check_target as check_target
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.render.backend import Backend
     from sumo3dviz_pt.render.session import Session
     from sumo3dviz_pt.scene.shot import Shot
 
@@ -48,34 +57,34 @@ class Request:
         spp: Samples per pixel instead of the preset's.
         seed: Instead of the file's.
         variant: `llvm`, `cuda` or `scalar`.
+        command: The command line; empty from Python.
     """
 
     camera: str | None = None
     quality: str | None = None
-    size: tuple[int, int] | None = None
-    spp: int | None = None
-    seed: int | None = None
+    size: Size | None = None
+    spp: Whole | None = None
+    seed: Seed | None = None
     variant: str = "llvm"
+    command: Annotated[str, Field(max_length=1_000_000)] = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
 
     def applied(self, job: Job) -> Job:
         """The job with this request's choices."""
         changes: dict[str, Any] = {}
         if self.seed is not None:
-            if not 0 <= self.seed < 2**31:
-                raise ConfigError(f"must lie in 0..{2**31 - 1}, not {self.seed}", key="seed")
             changes["seed"] = self.seed
         if self.quality is not None:
             changes["quality"] = self.quality
         if self.size is not None:
-            if not all(1 <= side <= 16384 for side in self.size):
-                raise ConfigError(
-                    f"must lie in 1..16384, not {self.size[0]}x{self.size[1]}", key="size"
-                )
             changes["output"] = job.output.model_copy(update={"size": self.size})
         return job.model_copy(update=changes)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Production:
     """A shot ready to be rendered.
 
@@ -88,6 +97,7 @@ class Production:
         variant: As asked for.
         files: The simulation's files.
         reading: CPU-seconds of reading, smoothing and building.
+        command: The command line; empty from Python.
     """
 
     job: Job
@@ -98,29 +108,27 @@ class Production:
     variant: str
     files: ScenarioFiles
     reading: float
+    command: str = ""
 
     @property
     def exposure(self) -> float:
         """EV between radiance and the picture: the sky's own and the film's."""
         return self.shot.data.sky.exposure + self.job.output.exposure
 
-    @property
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The files that it is made from, by content."""
+        return inputs_of(self.job, self.files, camera=self.camera)
+
+    @cached_property
     def key(self) -> str:
         """A hash of everything that a frame's pixels depend on, beside its time."""
-        settings = self.job.model_dump(
-            mode="json", exclude={"shots", "cameras", "output", "scenario", "quality"}
-        )
-        content = {
-            "settings": settings,
-            "camera": self.job.cameras[self.camera].model_dump(mode="json"),
-            "size": list(self.job.output.size),
-            "exposure": self.exposure,
-            "quality": self.quality.model_dump(mode="json"),
-            "variant": self.variant,
-            "inputs": input_hashes(self.files),
-            "versions": versions(),
-        }
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
+        return key_of(self)
+
+    @cached_property
+    def account(self) -> Mapping[str, Any]:
+        """What its pictures are made from."""
+        return account_of(self)
 
 
 def scenario_files(job: Job) -> ScenarioFiles:
@@ -187,20 +195,37 @@ def read(
     return files, scenario, trajectories
 
 
-def frame_times(start: float, end: float, fps: float) -> Floats:
-    """Times of a film's frames: start + n / fps for all that lie before `end`, (n,) [s]."""
-    rate = Fraction(str(fps))
-    count = int(np.ceil((end - start) * float(rate) - 1e-6))
-    return np.array([start + float(Fraction(number) / rate) for number in range(count)])
+def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction(1)) -> Floats:
+    """Times of a film's frames: start + n speed / fps for all that lie before `end`, (n,) [s].
+
+    Args:
+        start: SUMO's time of the first frame [s].
+        end: After the last frame [s].
+        fps: Frames per second of film.
+        speed: SUMO's seconds per second of film.
+
+    Raises:
+        ConfigError: If there are more than `MOST_FRAMES`.
+    """
+    step = speed / ratio_of(fps)
+    count = int(np.ceil((end - start) / float(step) - 1e-6))
+    if count > MOST_FRAMES:
+        raise ConfigError(
+            f"{start:g} s to {end:g} s are {count:,} frames, and a film has at most"
+            f" {MOST_FRAMES:,}; make it shorter, or fps smaller",
+            key="to",
+        )
+    return np.array([start + float(number * step) for number in range(count)])
 
 
-def prepare(job: Job, request: Request, times: Floats) -> Production:
+def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) -> Production:
     """Read and build everything for frames at some times.
 
     Args:
         job: The scene file.
         request: The command's choices.
         times: Of the whole shot, (n,) [s], n >= 1.
+        film: Whether it ends where the log does, with a note, and cannot begin before it.
 
     Raises:
         ConfigError: If a choice does not exist or the window holds nothing.
@@ -211,14 +236,20 @@ def prepare(job: Job, request: Request, times: Floats) -> Production:
     from sumo3dviz_pt.scene.shot import build_shot
 
     started = time.process_time()
+    check_choices(job, request)
     job = request.applied(job)
     quality = quality_preset(job.quality, spp=request.spp)
     name, camera = camera_settings(job, request.camera)
     files, scenario, trajectories = read(job, begin=float(times[0]), end=float(times[-1]))
     _check_window(scenario, times)
+    if film:
+        times = _within_log(scenario, times)
+    check_rider(camera, name=name, times=times, trajectories=trajectories, logs=files.trajectories)
     shot = build_shot(scenario, trajectories, job, camera=camera, times=times)
     spent = time.process_time() - started
-    return Production(job, name, shot, times, quality, request.variant, files, spent)
+    return Production(
+        job, name, shot, times, quality, request.variant, files, spent, request.command
+    )
 
 
 def _check_window(scenario: Scenario, times: Floats) -> None:
@@ -230,6 +261,36 @@ def _check_window(scenario: Scenario, times: Floats) -> None:
             f" the log goes from {log_of.begin:g} s to {log_of.end:g} s",
             key="time",
         )
+
+
+def ready_renderer(variant: str = "llvm") -> Backend:
+    """Load the renderer before work begins, so that what is missing is said at once.
+
+    Raises:
+        ConfigError: If there is no such variant.
+        InstallationError: If a package cannot be loaded.
+        RenderError: If the variant cannot work here.
+    """
+    from sumo3dviz_pt.render.backend import choose_backend
+
+    load("mitsuba_oidn", "OpenEXR")
+    return choose_backend(variant)
+
+
+def _within_log(scenario: Scenario, times: Floats) -> Floats:
+    """A film's times without those after the log's end, (n,) [s]."""
+    begin, end = scenario.traffic.begin, scenario.traffic.end
+    if times[0] < begin - 1e-6:
+        raise ConfigError(f"the log begins at {begin:g} s, after {times[0]:g} s", key="from")
+    within = times[times <= end + 1e-6]
+    if len(within) < len(times):
+        log.warning(
+            "the log ends at %g s, and the film with it: %d frames instead of %d",
+            end,
+            len(within),
+            len(times),
+        )
+    return within
 
 
 @contextmanager
@@ -261,52 +322,6 @@ def renderer_names(session: Session) -> dict[str, str]:
     return {"variant": variant, "llvm": llvm_description() if "llvm" in variant else ""}
 
 
-def provenance(production: Production, *, frame: int, time: float) -> dict[str, Any]:
-    """What a frame was made from; no clock, so that the same command gives the same bytes."""
-    return {
-        "key": production.key,
-        "camera": production.camera,
-        "frame": frame,
-        "time": time,
-        "exposure": production.exposure,
-        "tone": production.job.output.tone,
-        "glare": production.job.output.glare,
-        "seed": production.job.seed,
-        "spp": production.quality.spp,
-        "quality": production.job.quality,
-        "variant": production.variant,
-        "versions": versions(),
-    }
-
-
-def render_still(
-    job: Job, request: Request, time: float, *, after_pass: AfterPass | None = None
-) -> Still:
-    """Render one image.
-
-    Args:
-        job: The scene file.
-        request: The command's choices.
-        time: SUMO's time [s].
-        after_pass: Called with passes done and passes in all.
-    """
-    check_tone(job.output.tone)
-    production = prepare(job, request, np.array([float(time)]))
-    with opened(production, film=False) as session:
-        rendered = session.render(production.shot.frame_at(float(time)), after_pass=after_pass)
-    output = production.job.output
-    account = provenance(production, frame=0, time=float(time))
-    return Still(
-        rendered.radiance,
-        production.exposure,
-        output.tone,
-        output.glare,
-        output.half,
-        account,
-        rendered,
-    )
-
-
 def check_tone(name: str) -> None:
     """Refuse an unknown tone curve before any work is done."""
     from sumo3dviz_pt.image.tonemap import tone_curve
@@ -315,18 +330,30 @@ def check_tone(name: str) -> None:
 
 
 def example(name: str) -> Path:
-    """Scene file of a bundled example."""
-    return data_root("examples") / name / "scene.yaml"
+    """Scene file of a bundled example.
+
+    Raises:
+        ConfigError: If there is no such example.
+    """
+    scene = data_root("examples") / name / "scene.yaml"
+    if not scene.is_file():
+        known = sorted(path.parent.name for path in scene.parents[1].glob("*/scene.yaml"))
+        guess = did_you_mean(name, known)
+        raise ConfigError(f"no example is called {name!r}{guess}; there are {', '.join(known)}")
+    return scene
 
 
 def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tuple[float, float]:
-    """First and last time that a camera can show [s]."""
-    begins = [piece.begin for trajectory in trajectories for piece in trajectory.pieces]
-    ends = [piece.end for trajectory in trajectories for piece in trajectory.pieces]
+    """First and last time that a camera can show [s].
+
+    Raises:
+        ConfigError: If nobody moves, or whom the camera rides with is unknown.
+    """
+    from sumo3dviz_pt.scene.traffic import find_trajectory
+
     if isinstance(camera, LagrangianCamera):
-        own = [t for t in trajectories if t.id == camera.vehicle]
-        begins = [piece.begin for t in own for piece in t.pieces]
-        ends = [piece.end for t in own for piece in t.pieces]
-    if not begins:
+        trajectories = (find_trajectory(trajectories, camera.vehicle),)
+    pieces = [piece for trajectory in trajectories for piece in trajectory.pieces]
+    if not pieces:
         raise ConfigError("nobody moves in this log", key="scenario")
-    return min(begins), max(ends)
+    return min(piece.begin for piece in pieces), max(piece.end for piece in pieces)

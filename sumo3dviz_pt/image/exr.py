@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.quiet import silenced
 
 HALF_MAX = 65504.0
 """Largest finite half-precision number (IEEE 754 binary16)."""
@@ -119,10 +120,11 @@ def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
     if not path.is_file():
         raise InputError("no such file", file=path)
     try:
-        with OpenEXR.File(str(path), header_only=header_only) as file:
+        # The library says by itself, and more than once, what is wrong.
+        with silenced(), OpenEXR.File(str(path), header_only=header_only) as file:
             yield file
-    except RuntimeError as error:
-        raise InputError(f"not a readable OpenEXR file ({error})", file=path) from error
+    except (RuntimeError, ValueError, TypeError, IndexError) as error:
+        raise InputError("not a readable OpenEXR file; render it again", file=path) from error
 
 
 def _strings(file: Any) -> dict[str, str]:

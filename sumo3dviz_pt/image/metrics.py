@@ -22,7 +22,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import MissingExtraError
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
@@ -146,7 +146,7 @@ def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0)
         pixels_per_degree: Of visual angle; 67 is a 4K screen of 0.7 m at 0.7 m.
 
     Raises:
-        ConfigError: If the package flip-evaluator (extra `report`) is missing.
+        MissingExtraError: If the package flip-evaluator (extra `report`) is missing.
     """
     return _evaluated("LDR", image, reference, {"ppd": pixels_per_degree})
 
@@ -179,7 +179,7 @@ def hdr_flip(radiance: Image, reference: Image, *, pixels_per_degree: float = 67
 
     Raises:
         ValueError: If a value is not finite.
-        ConfigError: If the package flip-evaluator (extra `report`) is missing.
+        MissingExtraError: If the package flip-evaluator (extra `report`) is missing.
     """
     if not (np.isfinite(radiance).all() and np.isfinite(reference).all()):
         raise ValueError("HDR-FLIP compares finite radiance only")
@@ -217,9 +217,7 @@ def _evaluated(
     try:
         import flip_evaluator
     except ImportError as error:
-        raise ConfigError(
-            'FLIP needs flip-evaluator: pip install "sumo3dviz_pt[report]"'
-        ) from error
+        raise MissingExtraError("FLIP needs flip-evaluator", extra="report") from error
     error_map, _, _ = flip_evaluator.evaluate(
         np.ascontiguousarray(reference, dtype=np.float32),
         np.ascontiguousarray(image, dtype=np.float32),

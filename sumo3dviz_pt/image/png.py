@@ -1,4 +1,4 @@
-"""Writes PNG pictures with the standard library alone.
+"""Writes PNG pictures, and reads their comments, with the standard library alone.
 
 References:
     PNG specification, third edition: https://www.w3.org/TR/png-3/
@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sumo3dviz_pt.errors import InputError
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PERCEPTUAL = b"\x00"
@@ -38,6 +40,31 @@ def write_png(
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def read_text(path: Path) -> dict[str, str]:
+    """The comments of a PNG that `write_png` wrote, by keyword.
+
+    Raises:
+        InputError: If the file cannot be read, or is no PNG or a damaged one.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    if not data.startswith(_SIGNATURE):
+        raise InputError("is no PNG", file=path)
+    found, place = {}, len(_SIGNATURE)
+    while place + 12 <= len(data):
+        length, kind = struct.unpack(">I4s", data[place : place + 8])
+        content, place = data[place + 8 : place + 8 + length], place + 12 + length
+        if kind == b"iTXt":
+            keyword, _, rest = content.partition(b"\x00")
+            # Two flags about compression, then language and translated keyword, both empty.
+            found[keyword.decode("latin-1")] = rest[4:].decode("utf-8", errors="replace")
+    if place != len(data):
+        raise InputError("is cut short", file=path)
+    return found
 
 
 def encoded(

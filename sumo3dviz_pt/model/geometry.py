@@ -26,11 +26,53 @@ UNWORN = (1.0, 0.0, 0.0)
 """The `wear` of a road as it was built."""
 
 
+GRID = 2.0**-20
+"""Step of `settled` [m]: about a micrometre, and exact in binary."""
+
+_ROUND_UP = 0.618033988749895
+"""From this share of a step on, values go up. Halves, thirds and quarters of a step are common
+results, such as middles and means; nobody's last bit may decide about them."""
+
+
+def settled(values: ArrayLike, step: float = GRID) -> Floats:
+    """Values on a grid, where processors agree: their last bits differ, a millionth does not.
+
+    Whatever is decided by a comparison is decided on such values: on which side a point lies,
+    which of two distances is the smaller.
+
+    Args:
+        values: Any shape.
+        step: Of the grid; a power of two, so that results are exact.
+    """
+    return np.asarray(np.floor(np.asarray(values) / step + (1.0 - _ROUND_UP)) * step)
+
+
 def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
     """Return the values as a read-only array of the given type."""
     array: NDArray[Any] = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
+
+
+def turned(vectors: Floats, matrix: Floats) -> Floats:
+    """Multiply vectors, (..., 3), by a matrix, (3, 3), in one order on every processor.
+
+    A library of linear algebra adds in the order that suits the processor.
+    """
+    x, y, z = (vectors[..., k, None] * matrix[:, k] for k in range(3))
+    return np.asarray(x + y + z)
+
+
+def product(one: Floats, other: Floats) -> Floats:
+    """The product of small matrices, (..., k, m) and (..., m, n), likewise."""
+    return np.asarray((one[..., :, :, None] * other[..., None, :, :]).sum(axis=-2))
+
+
+def _cofactors(matrix: Floats) -> Floats:
+    """What carries normals where a matrix, (3, 3), carries points: as long as it likes, (3, 3)."""
+    x, y, z = matrix.T
+    found = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+    return np.asarray(found * np.sign((x * found[:, 0]).sum()))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,7 +172,7 @@ class Transform:
         about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
         matrix = np.eye(4)
         size = np.broadcast_to(np.asarray(scale, dtype=np.float64), 3)
-        matrix[:3, :3] = about_z @ about_y @ about_x @ np.diag(size)
+        matrix[:3, :3] = product(product(about_z, about_y), about_x) * size
         matrix[:3, 3] = np.asarray(position, dtype=np.float64)
         return cls(matrix)
 
@@ -141,20 +183,20 @@ class Transform:
 
     def __matmul__(self, other: Transform) -> Transform:
         """Chain placements: `a_from_b @ b_from_c` is `a_from_c`."""
-        return Transform(self.matrix @ other.matrix)
+        return Transform(product(self.matrix, other.matrix))
 
     def points(self, points: Floats) -> Floats:
         """Carry points, (n, 3) [m], from the body into the world."""
-        return points @ self.matrix[:3, :3].T + self.matrix[:3, 3]
+        return turned(points, self.matrix[:3, :3]) + self.matrix[:3, 3]
 
     def directions(self, directions: Floats) -> Floats:
         """Carry directions, (n, 3), without the translation."""
-        return directions @ self.matrix[:3, :3].T
+        return turned(directions, self.matrix[:3, :3])
 
     def mesh(self, mesh: Mesh) -> Mesh:
         """Carry a mesh; normals go by the inverse transpose and stay unit."""
         normals = mesh.normals
         if normals is not None:
-            normals = normals @ np.linalg.inv(self.matrix[:3, :3])
+            normals = turned(normals, _cofactors(self.matrix[:3, :3]))
             normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
         return replace(mesh, vertices=self.points(mesh.vertices), normals=normals)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.roster import RoadUser
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +76,7 @@ class Trace:
         return f"{self.kind}:{self.id}"
 
 
-def unique_ids(traces: Iterable[Trace]) -> Iterator[str]:
+def unique_ids(traces: Iterable[Trace | RoadUser]) -> Iterator[str]:
     """An id for each trace, unique among those of its kind.
 
     Where an id comes back with another type, `#2` (and so on) is appended to the later one's.

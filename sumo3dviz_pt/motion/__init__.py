@@ -28,7 +28,15 @@ from sumo3dviz_pt.motion.setting import Settings, is_euler
 from sumo3dviz_pt.motion.track import Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
-__all__ = ["MARGIN", "Settings", "settings_of", "smooth", "smooth_log", "smoother_names"]
+__all__ = [
+    "MARGIN",
+    "Settings",
+    "check_smoother",
+    "settings_of",
+    "smooth",
+    "smooth_log",
+    "smoother_names",
+]
 
 MARGIN = 12.0
 """What a reader must load beyond both ends of the asked window, so that the window
@@ -42,6 +50,15 @@ for _module in pkgutil.iter_modules(__path__):
 def smoother_names() -> tuple[str, ...]:
     """Names that `smooth` knows, sorted."""
     return tuple(sorted(SMOOTHERS))
+
+
+def check_smoother(name: str) -> None:
+    """Refuse a name that no smoother has.
+
+    Raises:
+        ConfigError: Suggests one.
+    """
+    _find(name)
 
 
 def settings_of(

@@ -1,41 +1,28 @@
-"""Chooses Mitsuba's variant and finds libLLVM.
+"""Chooses Mitsuba's variant.
 
 `llvm_ad_rgb` traces about six times faster per CPU-second than `scalar_rgb`, but
-needs a shared libLLVM. Dr.Jit takes 15 and newer, but 15 aborts the process on CPUs
-with AVX-512 ("Cannot select: fminimum", measured), so we ask for 16. Without one we
-say so and fall back.
+needs a shared libLLVM. Without one that can be used we say so and fall back.
 """
 
 from __future__ import annotations
 
 import logging
-import os
-import platform
-import re
-import sys
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import drjit as dr
 import mitsuba as mi
 
-from sumo3dviz_pt.catalog import did_you_mean
-from sumo3dviz_pt.errors import ConfigError, RenderError
+from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.render.loading import LIBRARY
+from sumo3dviz_pt.variants import VARIANTS as VARIANTS
+from sumo3dviz_pt.variants import check_variant
 
 log = logging.getLogger(__name__)
 
-VARIANTS = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb", "scalar": "scalar_rgb"}
-"""Mitsuba's variants by the names that users choose."""
-
-_OLDEST_LLVM = (16, 0, 0)
-_LLVM_VARIABLE = "DRJIT_LIBLLVM_PATH"
-_LLVM_PLACES = (
-    "/opt/homebrew/opt/llvm/lib/libLLVM*.dylib",
-    "/usr/local/opt/llvm/lib/libLLVM*.dylib",
-    "/usr/lib/llvm-*/lib/libLLVM*.so*",
-    "/usr/lib64/libLLVM*.so*",
-    "C:/Program Files/LLVM/bin/LLVM-C.dll",
+_LOADED_BEFORE = (
+    f"Dr.Jit was imported before sumo3dviz_pt and took no libLLVM of version {libllvm.OLDEST} or"
+    " newer; import sumo3dviz_pt.render first"
 )
 
 
@@ -63,16 +50,13 @@ def choose_backend(name: str = "llvm") -> Backend:
         ConfigError: If the name is unknown.
         RenderError: If a variant that was asked for by name cannot work here.
     """
-    if name not in VARIANTS:
-        raise ConfigError(
-            f"no variant is called {name!r}{did_you_mean(name, VARIANTS)}", key="variant"
-        )
+    check_variant(name)
     problem = _try_variant(VARIANTS[name])
     if problem is None:
         return Backend(name, VARIANTS[name], jit=name != "scalar")
     if name != "llvm":
         raise RenderError(f"the variant {VARIANTS[name]} does not work here: {problem}")
-    note = f"rendering takes about six times longer than it need: {problem}; {llvm_advice()}"
+    note = f"rendering takes about six times longer than it need: {problem}"
     log.warning("%s", note)
     problem = _try_variant(VARIANTS["scalar"])
     if problem is not None:
@@ -84,75 +68,32 @@ def _try_variant(variant: str) -> str | None:
     """Activate a variant; the problem in words, or None if it works."""
     if variant not in mi.variants():
         return "this build of Mitsuba does not have it"
-    if variant.startswith("llvm"):
-        _point_to_llvm()
+    if variant.startswith("llvm") and dr.detail.llvm_version()[0] < libllvm.OLDEST:
+        return LIBRARY.problem or _LOADED_BEFORE
     try:
         mi.set_variant(variant)
         mi.Float(0.0)
     except (ImportError, RuntimeError) as error:
         return str(error).splitlines()[0]
     mi.set_log_level(mi.LogLevel.Error)
-    if variant.startswith("llvm") and dr.detail.llvm_version() < _OLDEST_LLVM:
-        found = ".".join(map(str, dr.detail.llvm_version()))
-        return f"libLLVM {found} is too old, {_OLDEST_LLVM[0]} is needed"
     return None
 
 
-def _point_to_llvm() -> None:
-    """Name libLLVM to Dr.Jit where its own search does not look.
-
-    Programs that we start inherit the name: one that is too old would hide a newer one there.
-    """
-    if _LLVM_VARIABLE in os.environ:
-        return
-    for pattern in _LLVM_PLACES:
-        anchor = Path(pattern).anchor
-        there = Path(anchor).glob(str(Path(pattern).relative_to(anchor)))
-        found = [path for path in there if _major(path) >= _OLDEST_LLVM[0]]
-        newest = max(found, key=_numbers, default=None)
-        if newest is not None:
-            os.environ[_LLVM_VARIABLE] = str(newest)
-            return
-
-
-def _numbers(path: Path) -> list[int]:
-    """All numbers in a path, so that 19 comes after 9."""
-    return [int(number) for number in re.findall(r"\d+", str(path))]
-
-
-def _major(path: Path) -> int:
-    """LLVM's version by a path such as llvm-19/lib/libLLVM.so.1; the oldest one if it has none."""
-    versions = re.findall(r"LLVM(?:-|\.so\.)(\d+)", str(path), re.I)
-    return max(map(int, versions), default=_OLDEST_LLVM[0])
-
-
-def llvm_advice() -> str:
-    """The one command that installs libLLVM on this system."""
-    commands: dict[str, Callable[[], str]] = {
-        "linux": _linux_command,
-        "darwin": lambda: "brew install llvm",
-        "win32": lambda: "winget install LLVM.LLVM",
-    }
-    command = commands.get(sys.platform, lambda: "install LLVM 16 or newer")()
-    return f"install it with: {command}"
-
-
-def _linux_command() -> str:
-    """The package manager's command, by what /etc/os-release says."""
-    try:
-        family = platform.freedesktop_os_release()
-    except OSError:
-        family = {}
-    likeness = f"{family.get('ID', '')} {family.get('ID_LIKE', '')}"
-    if "fedora" in likeness or "rhel" in likeness:
-        return "sudo dnf install llvm-libs"
-    if "arch" in likeness:
-        return "sudo pacman -S llvm-libs"
-    return "sudo apt-get install libllvm19 (or another version from 16 up)"
-
-
 def llvm_description() -> str:
-    """Which libLLVM the active variant uses."""
+    """The version of the libLLVM that the active variant uses."""
     if not mi.variant().startswith("llvm"):
-        return f"not in use; {llvm_advice()}"
+        return "not in use"
     return ".".join(map(str, dr.detail.llvm_version()))
+
+
+def try_out() -> Backend:
+    """The backend that works here, with a kernel compiled and run, which may end the process.
+
+    Raises:
+        RenderError: If no variant works.
+    """
+    backend = choose_backend()
+    if backend.jit:
+        dr.eval(dr.minimum(dr.arange(mi.Float, 3), 1.0))
+        dr.sync_thread()
+    return backend

@@ -18,6 +18,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.render.kernels import load
+
 _PLUGIN = "sumo3dviz_capped"
 _LAMPS = "sumo3dviz_lamps_seen"
 
@@ -77,7 +79,7 @@ def _emitted(scene: Any, ray: Any, active: Any) -> Any:
 
 def path_integrator(*, max_depth: int, rr_depth: int) -> Any:
     """Mitsuba's path tracer."""
-    return mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": rr_depth})
+    return load({"type": "path", "max_depth": max_depth, "rr_depth": rr_depth})
 
 
 def capped_integrator(path: Any, limit: float, *, direct: bool = True) -> Any:
@@ -88,9 +90,9 @@ def capped_integrator(path: Any, limit: float, *, direct: bool = True) -> Any:
         limit: Highest channel value of a sample.
         direct: Whether lamps that are seen directly are in the picture.
     """
-    return mi.load_dict({"type": _PLUGIN, "limit": float(limit), "path": path, "direct": direct})
+    return load({"type": _PLUGIN, "limit": float(limit), "path": path, "direct": direct})
 
 
 def lamps_seen() -> Any:
     """Traces the lamps that are seen directly, and nothing else."""
-    return mi.load_dict({"type": _LAMPS})
+    return load({"type": _LAMPS})

@@ -37,7 +37,21 @@ def clear_lamps(lamps: Sequence[VehicleLamp], parts: Sequence[Part]) -> tuple[Ve
     if not (lamps and parts):
         return tuple(lamps)
     corners = np.concatenate([part.mesh.vertices[part.mesh.faces] for part in parts])
-    return tuple(_moved(lamp, corners) for lamp in lamps)
+    low, high = _bounds(corners)
+    return tuple(_moved(lamp, corners[_near(lamp, low, high)]) for lamp in lamps)
+
+
+def _bounds(corners: Floats) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates of triangles, (m, 3) each."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+
+
+def _near(lamp: VehicleLamp, low: Floats, high: Floats) -> Bools:
+    """Which triangles may stand before a lamp, by their bounds, (m,): few of many thousands."""
+    reach = float(np.linalg.norm([*lamp.size, _DEEPEST]))
+    at = np.array(lamp.at)
+    return np.asarray(((low < at + reach) & (high > at - reach)).all(axis=1))
 
 
 def _moved(lamp: VehicleLamp, corners: Floats) -> VehicleLamp:
@@ -56,7 +70,7 @@ def _ahead(lamp: VehicleLamp, corners: Floats) -> Floats:
     # Across, up and forward, from the middle of the lamp and in units of its half axes.
     axes = np.stack([[-forward[1], forward[0], 0.0], [0.0, 0.0, 1.0], forward], axis=1)
     seen = (corners - np.array(lamp.at)) @ axes / [lamp.size[0] / 2, lamp.size[1] / 2, 1.0]
-    low, high = seen.min(axis=1), seen.max(axis=1)
+    low, high = _bounds(seen)
     near = (low[:, :2] < 1.0).all(axis=1) & (high[:, :2] > -1.0).all(axis=1)
     near &= (high[:, 2] > 0.0) & (low[:, 2] < _DEEPEST)
     depth, hit = _crossed(seen[near])

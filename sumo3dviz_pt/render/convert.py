@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
+from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.lattice import PERIOD
 from sumo3dviz_pt.render.paint import paint_texture
 from sumo3dviz_pt.render.stained import stained_texture
@@ -63,7 +64,7 @@ def instance_tint() -> dict[str, Any]:
 
 def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
     """A material object; arguments as of `plugin`."""
-    return mi.load_dict(plugin(bsdf, tint=tint, worn=worn))
+    return load(plugin(bsdf, tint=tint, worn=worn))
 
 
 def make_mesh(
@@ -113,7 +114,7 @@ def make_lamps(
     """
     properties = mi.Properties()
     properties["mesh_bsdf"] = bsdf
-    properties["mesh_emitter"] = mi.load_dict(dict(emitter))
+    properties["mesh_emitter"] = load(emitter)
     shape = mi.Mesh(
         name,
         vertex_count=len(mesh.vertices),
@@ -132,7 +133,7 @@ def _fill(shape: Any, mesh: Mesh) -> None:
     """Write a mesh's arrays."""
     parameters = mi.traverse(shape)
     parameters["vertex_positions"] = flat(mesh.vertices)
-    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
+    parameters["faces"] = aligned(mesh.faces, np.uint32)
     if mesh.normals is not None:
         parameters["vertex_normals"] = flat(mesh.normals)
     if mesh.uvs is not None:
@@ -148,7 +149,7 @@ def _fill(shape: Any, mesh: Mesh) -> None:
 
 def flat(values: Floats) -> NDArray[np.float32]:
     """Any array as flat float32, as parameters of a scene take it."""
-    return np.ascontiguousarray(values, np.float32).ravel()
+    return aligned(values, np.float32)
 
 
 def overwrite(parameters: Any, key: str, values: Floats) -> None:

@@ -26,6 +26,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.render.air import clear_dome, sunlight
+from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.panorama import LUMINANCE, directions, dome_irradiance, resampled
 
 UNITS_PER_SUNSKY = np.array([2.134, 2.324, 2.446])
@@ -213,7 +214,7 @@ class _Model:
 
     def _plugin(self, *, sun: float, air: float) -> mi.Emitter:
         """Mitsuba's emitter with its sun and sky scaled."""
-        return mi.load_dict(
+        return load(
             {
                 "type": "sunsky",
                 "sun_direction": [float(value) for value in self._towards],

@@ -9,6 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.render.daylight import SUN_RADIUS
+from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.skymap import SkyMap, Sun
 
 SUN_DISTANCE = 1e6
@@ -72,7 +73,7 @@ def sky_weight(sky: SkyMap, *, lamps: bool) -> float:
 
 def sky_entry(sky: SkyMap, weight: float = 1.0) -> Any:
     """The baked sky as an environment map; its columns already run clockwise from north."""
-    return mi.load_dict(
+    return load(
         {
             "type": "envmap",
             "bitmap": mi.Bitmap(np.ascontiguousarray(sky.radiance, np.float32)),
@@ -112,7 +113,7 @@ def _disc(sun: Sun, weight: float) -> Any:
         face = (_moon_face()[..., None] * sun.radiance).astype(np.float32)
         radiance = {"type": "bitmap", "bitmap": mi.Bitmap(face), "raw": True}
     emitter = {"type": "area", "radiance": radiance, "sampling_weight": weight}
-    return mi.load_dict({"type": "disk", "to_world": _facing(sun.direction), "emitter": emitter})
+    return load({"type": "disk", "to_world": _facing(sun.direction), "emitter": emitter})
 
 
 def _moon_face(rings: int = 24, around: int = 96) -> Floats:
@@ -144,10 +145,10 @@ def _segment(sun: Sun, weight: float) -> Any:
     properties = mi.Properties()
     radiance = {"type": "rgb", "value": sun.radiance.tolist()}
     emitter = {"type": "area", "radiance": radiance, "sampling_weight": weight}
-    properties["emitter"] = mi.load_dict(emitter)
+    properties["emitter"] = load(emitter)
     mesh = mi.Mesh("sun", _ARC, len(faces), props=properties)
     parameters = mi.traverse(mesh)
-    parameters["vertex_positions"] = vertices.ravel().astype(np.float32)
-    parameters["faces"] = faces.ravel().astype(np.uint32)
+    parameters["vertex_positions"] = aligned(vertices, np.float32)
+    parameters["faces"] = aligned(faces, np.uint32)
     parameters.update()
     return mesh

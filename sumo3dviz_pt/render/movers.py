@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData, is_tinted
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.compound import COMPOUND, lumps
+from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.paint import colour_table, table_index
 
 
@@ -52,7 +53,7 @@ def shape_group(prototype: Prototype, materials: Materials, tint: Mapping[str, A
         bsdf = materials.get(lump.material, tint)
         name = f"{prototype.name}_{index}"
         group[f"part{index}"] = convert.make_mesh(name, lump.mesh, bsdf=bsdf, attributes=attributes)
-    return mi.load_dict(group)
+    return load(group)
 
 
 class InstancePool:
@@ -69,7 +70,7 @@ class InstancePool:
             self._entries[f"body_{len(self._slots)}"] = group
             for _ in range(count):
                 key = f"slot_{number:04d}"
-                self._entries[key] = mi.load_dict({"type": "instance", "body": group})
+                self._entries[key] = load({"type": "instance", "body": group})
                 self._slots[name].append(key)
                 self._index[key] = table_index(self._entries[key])
                 number += 1
@@ -116,7 +117,7 @@ class ScalarMovers:
             group = self._group(mover)
             shapes[f"body_{id(group)}"] = group
             matrix = convert.relative(mover.world_from_body, frame.origin)
-            shapes[f"slot_{number:04d}"] = mi.load_dict(
+            shapes[f"slot_{number:04d}"] = load(
                 {"type": "instance", "to_world": convert.scalar_transform(matrix), "body": group}
             )
         return shapes

@@ -9,7 +9,7 @@ needs comes with the picture.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,7 @@ from sumo3dviz_pt.render.capped import path_integrator
 from sumo3dviz_pt.render.denoise import denoise
 from sumo3dviz_pt.render.entries import SUN_DISTANCE, sensor_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.kernels import load, settle, tracer
 from sumo3dviz_pt.render.session import Session
 
 Size = tuple[int, int]
@@ -73,10 +74,10 @@ class Quick:
         _register()
         quality = session.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
-        self._integrator = mi.load_dict({"type": _PLUGIN, "limit": session.limit, "path": path})
-        self._guides = mi.load_dict(guides.guide_plugin(quality))
+        self._integrator = load({"type": _PLUGIN, "limit": session.limit, "path": path})
+        self._guides = load(guides.guide_plugin(quality))
         self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
-        self._trace, self._trace_guides = _recorder(), _recorder()
+        self._trace, self._trace_guides = tracer(recorded=True), tracer(recorded=True)
 
     def show(self, frame: FrameState) -> None:
         """Bring everyone on the road to a frame's state."""
@@ -91,9 +92,7 @@ class Quick:
             part: Of the picture; parts and wholes have the same size in pixels.
         """
         sensor = self._aimed(self._sensor, view, part)
-        own = mi.UInt32(seed % 2**32)
-        traced = self._trace(self._session.scene, self._integrator, sensor, 1, own)
-        return np.array(traced, dtype=np.float32)
+        return self._trace(self._session.loaded.scene, self._integrator, sensor, 1, seed)
 
     def hazed(self, seen: Image, view: View) -> Image:
         """The mean of some samples, (h, w, 5), with the scene's haze, if it has any, (h, w, 3)."""
@@ -117,14 +116,13 @@ class Quick:
         """What guides the denoiser, (h, w, channels)."""
         sensor = self._aimed(self._guiding, view, part)
         spp = guides.guide_spp(self._session.settings.quality)
-        own = mi.UInt32((seed + part.row * part.of + part.column) % 2**32)
-        traced = self._trace_guides(self._session.scene, self._guides, sensor, spp, own)
-        return np.array(traced, dtype=np.float32)
+        own = seed + part.row * part.of + part.column
+        return self._trace_guides(self._session.loaded.scene, self._guides, sensor, spp, own)
 
     def _aimed(self, sensor: Any, view: View, part: Part) -> Any:
         """A sensor at the camera's place that sees a part of its picture."""
         parameters = mi.traverse(sensor)
-        origin = self._session.origin
+        origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
         parameters["to_world"] = convert.transform(convert.sensor_matrix(view, origin))
         half = np.tan(view.fov / 2.0) / part.of
@@ -154,17 +152,9 @@ def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> b
 
 def _sensor(size: Size, *, pixels: str) -> Any:
     """A pinhole camera of its own."""
-    return mi.load_dict(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
-
-
-def _recorder() -> Callable[..., Any]:
-    """A function that renders, recorded once."""
-
-    def trace(scene: Any, integrator: Any, sensor: Any, spp: int, seed: Any) -> Any:
-        return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)
-
-    recorded: Callable[..., Any] = dr.freeze(trace)
-    return recorded
+    sensor = load(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
+    settle(sensor)
+    return sensor
 
 
 def _register() -> None:

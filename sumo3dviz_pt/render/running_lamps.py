@@ -22,6 +22,7 @@ from sumo3dviz_pt.model.lamps import Beam, Lobe, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, View
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.clear_lamps import clear_lamps
+from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.lamp_emitter import lamp_emitter, light, lobe_row
 from sumo3dviz_pt.render.lamp_picks import Glow, share_of
 from sumo3dviz_pt.render.lamps import UNTINTED
@@ -195,9 +196,9 @@ class Beams:
             "cutoff_angle": angle,
             "beam_width": angle,
             "intensity": {"type": "rgb", "value": [0.0, 0.0, 0.0]},
-            "texture": mi.load_dict(image),
+            "texture": load(image),
         }
-        return {f"beam_{k:02d}": mi.load_dict(spot) for k in range(self.count)}
+        return {f"beam_{k:02d}": load(spot) for k in range(self.count)}
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Aim the beams of a frame."""

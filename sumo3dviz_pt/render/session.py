@@ -5,17 +5,15 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job import Quality
-from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.scene import FrameState, SceneData
-from sumo3dviz_pt.render import convert, guides
+from sumo3dviz_pt.render import guides
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.capped import (
     capped_integrator,
@@ -24,20 +22,17 @@ from sumo3dviz_pt.render.capped import (
     register_capped,
 )
 from sumo3dviz_pt.render.clock import Clock
-from sumo3dviz_pt.render.compound import Lump, lumps
-from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.denoise import denoise, mixed
 from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sky_weight, sun_entry
 from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.kernels import load, tracer
 from sumo3dviz_pt.render.lamp_emitter import register_lamps
-from sumo3dviz_pt.render.lamps import Lamps
-from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
+from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.paint import register_paint
 from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, pass_seed, report
-from sumo3dviz_pt.render.running_lamps import RunningLamps
 from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
 from sumo3dviz_pt.render.stained import register_stained
-from sumo3dviz_pt.render.untiled import PIXEL, is_worn, register_untiled, wear_attributes
+from sumo3dviz_pt.render.untiled import PIXEL, register_untiled
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,25 +110,10 @@ class Session:
                 register_lamps()
                 register_untiled(settings.pixel)
             self.sky: SkyMap = bake_sky(scene.sky)
-            self._materials = Materials(scene.materials)
-            self._lamps = self._make_lamps()
-            self._static = lumps([part.part for part in scene.static], scene.materials)
-            floor = lowest([lump.mesh for lump in self._static])
-            self._running = RunningLamps(scene, floor=floor, jit=backend.jit)
-            slots = scene.slots
-            self._far = Crowd("far_traffic", scene, slots.far, far=True, floor=floor)
-            self._posed = Crowd("posed", scene, slots.posed, far=False, floor=floor)
-            self._pool = InstancePool(scene, self._materials, floor=floor) if backend.jit else None
-            self._scalar = None if backend.jit else ScalarMovers(scene, self._materials)
-            running = scene.running is not None and scene.running.sampled
-            aimed = running or any(lamps.sampled for lamps in scene.lamps)
-            self._aimed = aimed
-            weight = sky_weight(self.sky, lamps=aimed)
+            self.loaded = LoadedScene(scene, jit=backend.jit)
+            weight = sky_weight(self.sky, lamps=self.loaded.aimed)
             self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
             self._use_quality()
-        self.scene: Any = None
-        self._parameters: Any = None
-        self.origin: Floats | None = None
 
     def __enter__(self) -> Session:
         """Start to use the scene."""
@@ -141,12 +121,14 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         """Give everything back, so that another session compiles the same kernels."""
-        self.scene = self._parameters = self._pool = self._scalar = None
-        self._trace = self._trace_guides = self._trace_lamps = _trace
+        self._trace = self._trace_guides = self._trace_lamps = tracer(recorded=False)
         self._lights = {}
-        self._lamps = Lamps((), bsdf=None, jit=False)
-        self._materials = Materials({})
+        self.loaded.close()
         gc.collect()
+
+    def activate(self) -> None:
+        """Make this session's variant the active one again, after another session's."""
+        mi.set_variant(self.backend.variant)
 
     def render(
         self, frame: FrameState, *, after_pass: Callable[[int, int], None] | None = None
@@ -170,7 +152,7 @@ class Session:
         """Trace one frame; arguments and errors as in `render`."""
         clock = self.clock
         # Loading is charged to the first frame only.
-        loading = clock.seconds.get("load", 0.0) if self.scene is None else 0.0
+        loading = clock.seconds.get("load", 0.0) if self.loaded.scene is None else 0.0
         clock.seconds = {"load": loading}
         try:
             with clock.phase("update"):
@@ -235,33 +217,24 @@ class Session:
             return
         self._use_quality()
         if quality.sampler != before.sampler:
-            self.scene = None
-
-    # Building -----------------------------------------------------------------------------
-
-    def _make_lamps(self) -> Lamps:
-        """The scene's lamps; a scene without any needs no lens material."""
-        sets = self.data.lamps
-        return Lamps(sets, bsdf=self._lens() if sets else None, jit=self.backend.jit)
-
-    def _lens(self) -> Any:
-        """What lamps are made of."""
-        return self._materials.get("signal_lens", convert.face_tint())
+            self.loaded.drop()
 
     def _use_quality(self) -> None:
         """Make integrators, sensors and the functions that trace."""
         quality = self.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
         in_kernel = self.backend.jit and quality.cap is not None
-        apart = in_kernel and self._aimed
+        apart = in_kernel and self.loaded.aimed
         self._integrator = (
             capped_integrator(path, self.limit, direct=not apart) if in_kernel else path
         )
-        lamps = self._aimed and not apart
-        self._guide_integrator = mi.load_dict(guides.guide_plugin(quality, lamps=lamps))
+        lamps = self.loaded.aimed and not apart
+        self._guide_integrator = load(guides.guide_plugin(quality, lamps=lamps))
         self._lamp_integrator = lamps_seen() if apart else None
         # One recording each: a shared one is recorded anew at every change of integrator.
-        self._trace, self._trace_guides, self._trace_lamps = (self._tracer() for _ in range(3))
+        self._trace, self._trace_guides, self._trace_lamps = (
+            tracer(recorded=self.settings.frozen) for _ in range(3)
+        )
 
     @property
     def limit(self) -> float:
@@ -275,99 +248,34 @@ class Session:
         quality = self.settings.quality
         return min(quality.pass_spp, quality.spp)
 
-    def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
-        """A static mesh relative to an origin."""
-        mesh = replace(lump.mesh, vertices=lump.mesh.vertices - origin)
-        bsdf = self._materials.get(lump.material, convert.face_tint(), worn=is_worn(mesh))
-        wear = wear_attributes(self._materials.dicts.get(lump.material, {}), mesh)
-        attributes = {**lump.attributes, **wear}
-        return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=attributes)
-
-    def _load(self, frame: FrameState) -> None:
-        """Put the scene together around a frame's origin."""
-        origin = frame.origin
-        self.scene = self._parameters = None
-        size, quality = self.settings.size, self.settings.quality
-        guide_spp = guides.guide_spp(quality)
-        entries = {
-            "type": "scene",
-            "sensor": sensor_entry(size, pixels="rgb", sampler=quality.sampler, spp=self._pass_spp),
-            "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=guide_spp),
-            **self._lights,
-        }
-        for number, lump in enumerate(self._static):
-            entries[f"static_{number}"] = self._place(lump, number, origin)
-        entries |= self._lamps.entries(origin)
-        if self._running:
-            entries |= self._running.entries(self._lens())
-        for crowd in (self._far, self._posed):
-            if crowd:
-                entries[crowd.name] = crowd.make(self._materials)
-        if self._pool is not None:
-            entries |= self._pool.entries
-        if self._scalar is not None:
-            entries |= self._scalar.entries(frame)
-        self.scene = mi.load_dict(entries, optimize=False)
-        self._parameters = mi.traverse(self.scene)
-        self.origin = origin
-
-    # Each frame ---------------------------------------------------------------------------
-
     def show(self, frame: FrameState) -> None:
         """Bring the scene to a frame's state."""
-        if self.scene is None or self._scalar is not None:
-            self._load(frame)
-        elif self.origin is None or not np.array_equal(self.origin, frame.origin):
-            self._recentre(frame.origin)
-        parameters = self._parameters
-        matrix = convert.transform(convert.sensor_matrix(frame.view, frame.origin))
-        for sensor in ("sensor", "guide"):
-            parameters[f"{sensor}.to_world"] = matrix
-            parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.fov))
-        if self._pool is not None:
-            self._pool.update(parameters, frame)
-        for crowd, movers in ((self._far, frame.distant), (self._posed, frame.posed)):
-            if crowd:
-                crowd.update(parameters, movers, frame.origin)
-        self._lamps.update(parameters, frame)
-        self._running.update(parameters, frame)
-        parameters.update()
-
-    def _recentre(self, origin: Floats) -> None:
-        """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
-        for number, lump in enumerate(self._static):
-            convert.shift(self._parameters, f"static_{number}", lump.mesh, origin)
-        self._lamps.recentre(self._parameters, origin)
-        self.origin = origin
-
-    def _tracer(self) -> Callable[..., Any]:
-        """The function that renders: recorded once for a film."""
-        if not (self.settings.frozen and self.backend.jit):
-            return _trace
-        frozen: Callable[..., Any] = dr.freeze(_trace)
-        return frozen
-
-    def _seed(self, seed: int) -> Any:
-        """A seed as the tracer takes it."""
-        return mi.UInt32(seed % 2**32) if self.backend.jit else seed % 2**32
+        size, quality = self.settings.size, self.settings.quality
+        spp = guides.guide_spp(quality)
+        sensors = {
+            "sensor": sensor_entry(size, pixels="rgb", sampler=quality.sampler, spp=self._pass_spp),
+            "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=spp),
+        }
+        self.loaded.show(frame, {**sensors, **self._lights})
 
     def _guides(self, seed: int) -> dict[str, Image]:
         """Depth, share of hits and, if asked for, albedo and normals; nothing if unneeded."""
         quality = self.settings.quality
         if not guides.is_needed(quality, hazy=self.data.haze is not None):
             return {}
-        own, spp = self._seed(seed ^ 0x5BD1E995), guides.guide_spp(quality)
-        image = self._trace_guides(self.scene, self._guide_integrator, 1, spp, own)
-        found = guides.as_guides(np.array(image, dtype=np.float32))
+        scene, spp = self.loaded.scene, guides.guide_spp(quality)
+        sensor = scene.sensors()[1]
+        image = self._trace_guides(scene, self._guide_integrator, sensor, spp, seed ^ 0x5BD1E995)
+        found = guides.as_guides(image)
         if self._lamp_integrator is not None:
             found["glow"] = self._lamps_seen(seed ^ 0x3C6EF372, guides.lamp_passes(quality))
         return found
 
     def _lamps_seen(self, seed: int, passes: int) -> Image:
         """Lamps that are seen directly, (h, w, 3)."""
-        seeds = [self._seed(pass_seed(seed, number)) for number in range(passes)]
-        what = (self.scene, self._lamp_integrator, 0, guides.LAMP_SPP)
-        images = [np.array(self._trace_lamps(*what, own), dtype=np.float32) for own in seeds]
+        scene = self.loaded.scene
+        what = (scene, self._lamp_integrator, scene.sensors()[0], guides.LAMP_SPP)
+        images = [self._trace_lamps(*what, pass_seed(seed, number)) for number in range(passes)]
         return np.asarray(np.mean(images, axis=0))
 
     def _passes(
@@ -377,12 +285,13 @@ class Session:
         after_pass: Callable[[int, int], None] | None,
     ) -> Accumulator:
         """Render all passes of a frame; the cap does not count where pixels are exempt."""
+        scene = self.loaded.scene
         accumulator = Accumulator(exempt, white=self.settings.white)
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
-            part = self._seed(pass_seed(seed, number))
-            image = self._trace(self.scene, self._integrator, 0, self._pass_spp, part)
-            accumulator.add(*self._split(np.array(image, dtype=np.float32)))
+            own = pass_seed(seed, number)
+            image = self._trace(scene, self._integrator, scene.sensors()[0], self._pass_spp, own)
+            accumulator.add(*self._split(image))
             if after_pass is not None:
                 after_pass(number + 1, count)
         return accumulator
@@ -393,8 +302,3 @@ class Session:
             return image[..., :3], image[..., 3:]
         limit = np.inf if self.backend.jit else self.limit
         return capped(image[..., :3], limit)
-
-
-def _trace(scene: Any, integrator: Any, sensor: int, spp: int, seed: Any) -> Any:
-    """One pass; as a frozen function it replays the same kernels with new data."""
-    return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

@@ -25,6 +25,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import UNWORN, Floats, Mesh
 from sumo3dviz_pt.model.scene import Bsdf
+from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.pyramid import make_pyramid
 from sumo3dviz_pt.render.untiled_shading import PAINTS, Untiled
 
@@ -165,8 +166,8 @@ def _untiled(props: Any, pixel: float) -> Untiled:
     worn = bool(props.get("wear", False))
     return Untiled(
         pyramid,
-        mi.Float(np.ascontiguousarray(pyramid.texels, np.float32).ravel()),
+        mi.Float(aligned(pyramid.texels, np.float32)),
         dr.opaque(mi.Float, pixel),
-        wear=mi.load_dict(attribute) if worn else None,
+        wear=load(attribute) if worn else None,
         **{name: float(props.get(name, plain)) for name, plain in _PLAIN.items()},
     )

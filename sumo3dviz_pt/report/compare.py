@@ -22,12 +22,16 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.compare_page import Film, write_film_page
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.galleries import pair_plot
+from sumo3dviz_pt.report.page import PAGE
 from sumo3dviz_pt.report.plots import time_plot
 from sumo3dviz_pt.report.scores import CAP, TRIM, Look
 from sumo3dviz_pt.report.stored import Stored, find_frames, matched
+from sumo3dviz_pt.still import check_free
 
 EMITTER = 40.0
 """Pixels brighter than this in either film see an emitter; no bias is taken there [white]."""
+
+ROWS, PLOT, WORST = "frames.csv", "over_time.png", "worst.png"
 
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Of linear BT.709 primaries (Rec. ITU-R BT.709-6, item 3.2)."""
@@ -75,6 +79,7 @@ def report_film(
     folder: Path,
     *,
     against: Path | None = None,
+    overwrite: bool = False,
     on_frame: Callable[[int, int, float], None] | None = None,
 ) -> Path:
     """Write frames.csv, over_time.png and report.md, and worst.png of a pair.
@@ -84,27 +89,30 @@ def report_film(
         folder: Where to; it is made.
         against: Another film that counts as the reference; its frames are matched by
             time, and both are developed as it is.
+        overwrite: Whether a report that lies there is replaced.
         on_frame: Called with frames done, frames in all, and the wall time left [s].
 
     Returns:
         The page.
 
     Raises:
-        ConfigError: If there are no frames, times or sizes do not match, or a package
-            of the extra `report` is missing.
+        ConfigError: If there are no frames, times or sizes do not match, a report lies there
+            already, or a package of the extra `report` is missing.
         InputError: If a frame is damaged.
     """
     check_extra()
+    if not overwrite:
+        check_free(*(folder / name for name in (PAGE, ROWS, PLOT, WORST)))
     frames = find_frames(place)
     others = [] if against is None else find_frames(against)
     pairs = matched(frames, others) if others else []
     _make_folder(folder)
     if pairs:
-        rows = _watched(_pair_rows(pairs, folder / "worst.png"), len(frames), on_frame)
+        rows = _watched(_pair_rows(pairs, folder / WORST), len(frames), on_frame)
     else:
         rows = _watched(alone_rows(frames), len(frames), on_frame)
-    _write_csv(folder / "frames.csv", rows)
-    _draw(rows, _PAIR_PANELS if pairs else _ALONE_PANELS, folder / "over_time.png")
+    _write_csv(folder / ROWS, rows)
+    _draw(rows, _PAIR_PANELS if pairs else _ALONE_PANELS, folder / PLOT)
     films = [Film.of(some) for some in (frames, others) if some]
     return write_film_page(folder, films, rows)
 

@@ -26,6 +26,7 @@ from sumo3dviz_pt.report import plan
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.machine import machine
 from sumo3dviz_pt.report.measure import Subject, film_flicker, pictures, rows_of
+from sumo3dviz_pt.report.page import PAGE, PLOTS
 from sumo3dviz_pt.report.reference import (
     CHUNK,
     Halves,
@@ -37,6 +38,7 @@ from sumo3dviz_pt.report.reference import (
 from sumo3dviz_pt.report.results import PICTURES, REFERENCE, picture_name, write_results
 from sumo3dviz_pt.report.scores import CAP
 from sumo3dviz_pt.report.table import DEPTH, LADDER, Row, append_row, read_rows
+from sumo3dviz_pt.still import check_free
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.session import Session
@@ -66,6 +68,7 @@ class Order:
         command: The command line, for the page.
         budget: Wall time after which no new work begins [s]; None is all it takes.
         top: Highest rung of the ladder [spp].
+        overwrite: Whether a report that lies there is replaced, not gone on with.
     """
 
     folder: Path
@@ -74,6 +77,7 @@ class Order:
     command: str = ""
     budget: float | None = None
     top: int = plan.HIGHEST_RUNG
+    overwrite: bool = False
 
 
 @dataclass(slots=True)
@@ -130,10 +134,15 @@ def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Pa
         raise ConfigError(f"must be more than 0 seconds, not {order.budget:g}", key="budget")
     if not order.folder.parent.is_dir():
         raise ConfigError(f"there is no folder {order.folder.parent}; create it", key="output")
-    frames = order.time - np.arange(FRAMES)[::-1] / job.output.fps
+    if not (order.overwrite or (order.folder / PLAN).exists()):
+        check_free(*_own(order.folder))
+    frames = order.time - np.arange(FRAMES)[::-1] / float(job.output.fps)
     # The scene's own preset does not matter here, and so not for resuming either.
     production = replace(prepare(job, request, frames), quality=plan.base_quality(CHUNK))
     order.folder.mkdir(exist_ok=True)
+    if order.overwrite:
+        for path in _own(order.folder):
+            path.unlink(missing_ok=True)
     work = _Work(order, on_step)
     with opened(production, film=True) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
@@ -150,6 +159,12 @@ def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Pa
     )
 
 
+def _own(folder: Path) -> list[Path]:
+    """Files of a report, whether they exist or not."""
+    names = (PLAN, ROWS, HALVES, PAGE, *PLOTS)
+    return [*(folder / name for name in names), *(folder / PICTURES).glob("*.exr")]
+
+
 # What to measure ----------------------------------------------------------------------------
 
 
@@ -163,7 +178,7 @@ def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
         if {name: made.get(name) for name in what} != what:
             raise ConfigError(
                 f"{work.order.folder} holds the report of another scene, time, size or version;"
-                " choose another folder",
+                " choose another folder, or --overwrite",
                 key="output",
             )
     else:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import MissingExtraError
 
 _NEEDED = {"flip_evaluator": "flip-evaluator", "matplotlib": "matplotlib"}
 
@@ -16,11 +16,9 @@ def check_extra(*modules: str) -> None:
         modules: Those that the work needs; none means all of the extra.
 
     Raises:
-        ConfigError: If a package of the extra `report` is missing.
+        MissingExtraError: If a package of the extra `report` is missing.
     """
     needed = {module: _NEEDED[module] for module in modules or _NEEDED}
     missing = [package for module, package in needed.items() if find_spec(module) is None]
     if missing:
-        raise ConfigError(
-            f'reports need {" and ".join(missing)}: pip install "sumo3dviz_pt[report]"'
-        )
+        raise MissingExtraError(f"reports need {' and '.join(missing)}", extra="report")

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.film import FILM_SUFFIXES, frames_folder
-from sumo3dviz_pt.image.exr import PROVENANCE, read_attributes, read_exr
+from sumo3dviz_pt.film import FILM_SUFFIXES
+from sumo3dviz_pt.frames import frames_folder, read_account, stored_film
+from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Image
 
 SAME_TIME = 1e-6
@@ -71,12 +70,12 @@ def find_frames(place: Path) -> list[Stored]:
 
     Raises:
         ConfigError: If there is no such place, or no frame in it.
-        InputError: If a frame is damaged or does not say what it is.
+        InputError: If a frame is damaged, does not say what it is, or is another film's.
     """
     folder = _folder_of(place)
-    files = sorted(folder.glob("*.exr"))
-    if not files:
+    if not any(folder.glob("*.exr")):
         raise ConfigError(f"{folder} holds no .exr frames", key="frames")
+    files = stored_film(folder).files
     frames = sorted((_stored(path) for path in files), key=lambda frame: frame.time)
     for one, other in pairwise(frames):
         if other.time - one.time < SAME_TIME:
@@ -99,7 +98,7 @@ def _folder_of(place: Path) -> Path:
 
 def _stored(path: Path) -> Stored:
     """What a frame says about itself."""
-    account = _account(path)
+    account = read_account(path)
     try:
         return Stored(
             path,
@@ -116,15 +115,6 @@ def _stored(path: Path) -> Stored:
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError("does not say which time it shows", file=path) from error
-
-
-def _account(path: Path) -> dict[str, Any]:
-    """A frame's account of how it was made."""
-    try:
-        account = json.loads(read_attributes(path).get(PROVENANCE, "{}"))
-    except ValueError as error:
-        raise InputError(f"its account is damaged ({error})", file=path) from error
-    return account if isinstance(account, dict) else {}
 
 
 def matched(frames: Sequence[Stored], others: Sequence[Stored]) -> list[tuple[Stored, Stored]]:

@@ -183,7 +183,7 @@ def _production(scene: _Scene, case: Case) -> Production:
             stand = SPOTS[case.spot](scene.facts, case)
             job = job.model_copy(update={"cameras": {**job.cameras, name: stand}})
         time = scene.facts.times[case.moment]
-        times = frame_times(time, time + 1 / output.fps, output.fps)
+        times = frame_times(time, time + 1 / float(output.fps), output.fps)
         request = Request(name, PRESET, case.size, variant=scene.order.variant)
         made = prepare(job, request, times)
     if case.elevation is not None:

@@ -302,7 +302,7 @@ def why_not(case: Case, facts: Facts) -> str | None:
 
 def _too_large(case: Case, facts: Facts) -> str | None:
     """Whether a case needs more memory than the machine has."""
-    from sumo3dviz_pt.checks import memory_forecast
+    from sumo3dviz_pt.costs import memory_forecast
 
     megapixels = case.size[0] * case.size[1] / 1e6
     if megapixels < 1:

@@ -267,7 +267,7 @@ def choose(
     if not serving and vclass in LIVERIES:
         serving = [model for model in models if "passenger" in model.vclasses]
     if vclass not in CAR_CLASSES:
-        able = [model for model in serving if _can_be(model, kind.length)]
+        able = [model for model in serving if can_be(model, kind.length)]
         trains = [model for model in serving if cars is not None and model.pitch]
         serving = trains or able
     if not serving:
@@ -280,7 +280,7 @@ def choose(
     return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size, cars)
 
 
-def _can_be(model: Model, length: float) -> bool:
+def can_be(model: Model, length: float) -> bool:
     """Whether a model can be stretched to a length [m]; trains gain or lose cars first."""
     return 1.0 / _MOST_LENGTH < length / model.filled(length) < _MOST_LENGTH
 

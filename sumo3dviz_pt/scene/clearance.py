@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.job import CameraSettings, EulerianCamera, LagrangianCamera
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.scene.cameras import standing_view
 from sumo3dviz_pt.scene.flying import build_flight
@@ -61,7 +61,7 @@ class Clearance:
         if not self.ways:
             return np.full(len(places), np.inf)
         away, _ = cKDTree(self.places[:, :2]).query(places)
-        return np.asarray(away, dtype=np.float64)
+        return settled(away)
 
     @cached_property
     def outlooks(self) -> tuple[Gaze, ...]:

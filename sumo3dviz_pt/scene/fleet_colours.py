@@ -109,7 +109,7 @@ def paint_of(
         ConfigError: If a colour is not written `#rrggbb`.
     """
     if colours == "sumo":
-        return _reflectance(kind.colour) if kind.colour else SUMO_YELLOW
+        return reflectance(kind.colour) if kind.colour else SUMO_YELLOW
     if vclass == "pedestrian":
         return CLOTHES.draw(seed, key)
     if not isinstance(colours, str):
@@ -126,13 +126,13 @@ def own_palette(colours: Sequence[str]) -> Palette:
     if not colours:
         raise ConfigError("the list of colours is empty", key="vehicles.colours")
     try:
-        found = tuple(_reflectance(colour_of(colour)) for colour in colours)
+        found = tuple(reflectance(colour_of(colour)) for colour in colours)
     except ConfigError as error:
         raise ConfigError(str(error), key="vehicles.colours") from None
     return Palette(found, (1.0,) * len(found))
 
 
-def _reflectance(colour: Colour) -> Colour:
+def reflectance(colour: Colour) -> Colour:
     """The nearest colour that a surface can have."""
     red, green, blue = (min(max(float(channel), 0.01), 0.8) for channel in colour)
     return red, green, blue

@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from sumo3dviz_pt.job import CinematicCamera, KeyFrame, Point
+from sumo3dviz_pt.job import CinematicCamera, KeyFrame
+from sumo3dviz_pt.job_ranges import Point
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.scene.aiming import Aim, aim_at, aim_of

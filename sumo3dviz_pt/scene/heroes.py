@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import logging
 import shutil
-import tempfile
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.kept import Files, keep, read_whole
 from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.scene.drawing import Unit
 from sumo3dviz_pt.shapes.bake import hero_vehicle
-from sumo3dviz_pt.shapes.ply import read_ply, write_ply
+from sumo3dviz_pt.shapes.ply import decoded, encoded
 from sumo3dviz_pt.shapes.stretching import stretched
 
 _LOG = logging.getLogger(__name__)
@@ -36,15 +36,11 @@ def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     Returns:
         `<name>/hero` and `<name>/wheel` by their names.
     """
-    wanted = sorted(names)
-    missing = [name for name in wanted if not _folder(name).is_dir()]
-    for number, name in enumerate(missing):
-        _LOG.info("building %s in full detail (%d of %d)", name, number + 1, len(missing))
-        _build(name)
     found = {}
-    for name in wanted:
+    for name in sorted(names):
+        files = _files(name, _folder(name))
         for level in _LEVELS:
-            found[f"{name}/{level}"] = _read(name, level)
+            found[f"{name}/{level}"] = _prototype(name, level, files)
     return found
 
 
@@ -66,51 +62,67 @@ def heroes_of(units: Iterable[Unit]) -> dict[str, Prototype]:
     return found
 
 
-def _read(name: str, level: str) -> Prototype:
-    """One level from the cache."""
+def _files(name: str, folder: Path) -> Files:
+    """A vehicle's mesh files from the cache; built, and kept there, if they are not whole."""
+    files = read_whole(folder)
+    if files is None:
+        files = _built(name, folder.name)
+        try:
+            keep(folder, files)
+            _forget(name, folder)
+        except OSError as error:
+            _say_unkept(folder.parent, error.strerror or str(error))
+    return files
+
+
+@cache
+def _built(name: str, known_as: str) -> Files:
+    """Build a vehicle's mesh files; in memory for as long as we run, should they not be kept.
+
+    Args:
+        name: The vehicle's.
+        known_as: In the cache: another recipe, and so another vehicle, is known by another name.
+    """
+    _LOG.info("building %s in full detail", name)
+    made = hero_vehicle(catalog.find("vehicles", name).meta)
+    assert made is not None, known_as
+    levels = zip(_LEVELS, (made.body, made.wheel), strict=True)
+    return {
+        f"{level}/{material}.ply": encoded(mesh)
+        for level, meshes in levels
+        for material, mesh in meshes.items()
+    }
+
+
+@cache
+def _say_unkept(root: Path, why: str) -> None:
+    """Say once that nothing can be kept."""
+    _LOG.warning(
+        "%s cannot be written (%s): bodies in full detail are built anew each time;"
+        " SUMO3DVIZ_PT_CACHE names another folder for them",
+        root,
+        why,
+    )
+
+
+def _prototype(name: str, level: str, files: Files) -> Prototype:
+    """One level of a vehicle."""
     parts = tuple(
-        Part(read_ply(path), path.stem) for path in sorted((_folder(name) / level).glob("*.ply"))
+        Part(decoded(files[path], file=Path(path)), PurePosixPath(path).stem)
+        for path in sorted(files)
+        if path.startswith(f"{level}/")
     )
     return Prototype(f"{name}/{level}", parts, ())
 
 
-def _build(name: str) -> None:
-    """Build a vehicle into the cache; a half-built one never shows up there."""
-    made = hero_vehicle(catalog.find("vehicles", name).meta)
-    assert made is not None, name
-    target = _folder(name)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(dir=target.parent, prefix=".building-"))
-    try:
-        for level, meshes in zip(_LEVELS, (made.body, made.wheel), strict=True):
-            _write(work / level, meshes)
-        _put(work, target)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
-    _forget(name, target)
-
-
-def _put(work: Path, target: Path) -> None:
-    """Name a built vehicle, unless another process was faster."""
-    try:
-        work.rename(target)
-    except OSError:
-        if not target.is_dir():
-            raise
-
-
 def _forget(name: str, target: Path) -> None:
-    """Remove what an older recipe or older code left; a running film may still read younger."""
-    for folder in target.parent.glob(f"{name}-{'?' * _DIGITS}"):
-        if folder != target and time.time() - folder.stat().st_mtime > _KEPT:
-            shutil.rmtree(folder, ignore_errors=True)
-
-
-def _write(folder: Path, meshes: Mapping[str, Mesh]) -> None:
-    """Meshes by material as files."""
-    folder.mkdir()
-    for material, mesh in meshes.items():
-        write_ply(folder / f"{material}.ply", mesh)
+    """Remove what older recipes, older code or killed processes left; younger may be in use."""
+    left = [*target.parent.glob(f"{name}-{'?' * _DIGITS}"), *target.parent.glob(".b*-*")]
+    for folder in left:
+        # Another process may have been faster.
+        with contextlib.suppress(FileNotFoundError):
+            if folder != target and time.time() - folder.stat().st_mtime > _KEPT:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _folder(name: str) -> Path:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.shapes.noise import smoothstep
 from sumo3dviz_pt.shapes.planar import union
 from sumo3dviz_pt.shapes.relief import Relief, field_tints, relief
@@ -68,7 +68,7 @@ def land_around(outlines: Floats, *, horizon: str, surface: str, seed: int) -> L
         surface: The ground's name.
         seed: Of all chance.
     """
-    hull = shapely.MultiPoint(outlines).convex_hull.buffer(30.0, quad_segs=4)
+    hull = shapely.MultiPoint(settled(outlines)).convex_hull.buffer(30.0, quad_segs=4)
     if horizon == "auto":
         horizon = "flat" if "chess" in surface or surface.startswith("#") else "hills"
     green = any(word in surface for word in GREEN)

@@ -11,7 +11,7 @@ import shapely
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job import ObjectSettings
-from sumo3dviz_pt.model.geometry import Floats, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
 from sumo3dviz_pt.model.scene import Bsdf, Part
 from sumo3dviz_pt.model.traffic import Polygon
@@ -171,7 +171,7 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
         if not some:
             continue
         luminance = np.concatenate([part.tint for part in some if part.tint is not None])
-        each, lamp_of_face = np.unique(luminance.round(3), axis=0, return_inverse=True)
+        each, lamp_of_face = np.unique(settled(luminance).round(3), axis=0, return_inverse=True)
         family = material.removeprefix("lamp:")
         sets.append(
             LampSet(

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.scene.nearest import Nearest
 
 _STEP = 4.0  # distance between sampled lane points [m]
 _OFF_FOOT = ("normal", "internal", "connector")
@@ -30,7 +30,7 @@ class LaneIndex:
     areas: shapely.STRtree
     points: Floats
     directions: Floats
-    tree: cKDTree | None
+    tree: Nearest | None
 
     def covers(self, places: Floats, *, margin: float = 0.0) -> Bools:
         """Whether places, (m, 2) [m], lie on a carriageway or closer to one than a margin [m]."""
@@ -41,12 +41,16 @@ class LaneIndex:
             covered[hits[0]] = True
         return covered
 
+    def meets(self, area: shapely.Geometry) -> bool:
+        """Whether an area and a carriageway have a point in common."""
+        return bool(len(self.areas.query(area, predicate="intersects")))
+
     def nearest(self, places: Floats) -> tuple[Ints, Floats]:
         """Index of the nearest sampled lane point and its distance [m] for places, (m, 2)."""
         if self.tree is None or not len(places):
             return np.zeros(len(places), np.int64), np.full(len(places), np.inf)
         distance, index = self.tree.query(places)
-        return np.asarray(index, np.int64), np.asarray(distance, np.float64)
+        return index, distance
 
     def heights(self, places: Floats) -> Floats:
         """Height of the road nearest to places, (m,) [m]; 0 without roads."""
@@ -68,7 +72,7 @@ def build_lane_index(network: Network) -> LaneIndex:
     sampled = [_sampled(lane.shape) for lane in lanes]
     points = np.concatenate([points for points, _ in sampled])
     directions = np.concatenate([directions for _, directions in sampled])
-    return LaneIndex(shapely.STRtree(areas), points, directions, cKDTree(points[:, :2]))
+    return LaneIndex(shapely.STRtree(areas), points, directions, Nearest(points[:, :2]))
 
 
 def _carriageways(network: Network) -> Iterable[Lane]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.scene.roads_cells import Polygons, quad_polygons
 from sumo3dviz_pt.scene.roads_graded import Graded, columns, graded_on, joined, whole_quads
 from sumo3dviz_pt.scene.roads_noise import patchy
@@ -120,6 +120,6 @@ def _loose_ends(quads: Floats) -> Bools:
     """Whether no other quad begins or ends where one begins and ends, (n, 2)."""
     ends = 0.5 * np.stack([quads[:, 0] + quads[:, 3], quads[:, 1] + quads[:, 2]], axis=1)
     _, place, count = np.unique(
-        np.round(ends.reshape(-1, 3), 2), axis=0, return_inverse=True, return_counts=True
+        np.round(settled(ends.reshape(-1, 3)), 2), axis=0, return_inverse=True, return_counts=True
     )
     return np.asarray((count[place.reshape(-1)] < 2).reshape(-1, 2))

@@ -164,7 +164,7 @@ def _cells(eyes: Floats, around: Surroundings) -> Floats:
     own = np.unique(np.floor(eyes[:, :2] / PATCH).astype(np.int64), axis=0)
     dx, dy = np.meshgrid(*[np.arange(-steps, steps + 1)] * 2)
     near = np.column_stack([dx.ravel(), dy.ravel()])
-    near = near[np.hypot(*near.T) <= steps]
+    near = near[(near**2).sum(axis=1) <= steps**2]
     index = np.unique((own[:, None] + near).reshape(-1, 2), axis=0)
     middles = (index + 0.5) * PATCH
     return np.asarray(middles[around.pictured(middles, radius=PATCH)])

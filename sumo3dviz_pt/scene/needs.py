@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.scene import View
 
 AROUND = 60.0
@@ -59,7 +59,7 @@ class Gaze:
         """Collect views; `aspect` is height / width."""
         half = np.tan(np.array([view.fov for view in views]) / 2) * np.hypot(1.0, aspect)
         return cls(
-            np.stack([view.position for view in views]),
+            settled([view.position for view in views]),
             np.stack([view.forward for view in views]),
             np.arctan(half),
         )
@@ -103,7 +103,8 @@ def _within(gaze: Gaze, points: Floats, *, radius: float | Floats, around: float
         cosine = np.einsum("knc,nc->kn", towards, gaze.forwards) / np.maximum(distance, 1e-9)
         angle = np.arccos(np.clip(cosine, -1.0, 1.0))
         ball = np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0.0, 1.0))
-        return np.asarray((distance < around) | (angle < gaze.half_angles + ball))
+        near = settled(distance - around) < 0.0
+        return np.asarray(near | (settled(angle - gaze.half_angles - ball) < 0.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,7 +145,7 @@ def choose(
     places = np.where(alive[..., None], positions, 1e9)
     # A long one may be near although its front is not.
     beyond = np.maximum(long - _LONGEST, 0.0)[:, None]
-    distance = np.maximum(np.linalg.norm(places - gaze.positions, axis=-1) - beyond, 0.0)
+    distance = settled(np.maximum(np.linalg.norm(places - gaze.positions, axis=-1) - beyond, 0.0))
     reach = np.maximum(_SHADOW, long + _CAST)[:, None]
     shown = alive & (distance < FAR_END) & in_view(gaze, places, radius=reach)
     near = _nearest(distance, among=shown & (distance < near_end(gaze)), limit=limit)

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
@@ -270,7 +270,7 @@ def _kept(
     """Candidates that stand free, can be seen and hide nothing, the nearest to a camera."""
     if not found:
         return []
-    places = np.array([place for _, place, _ in found])
+    places = settled([place for _, place, _ in found])
     away = around.distances(places)
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
@@ -304,7 +304,7 @@ def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int =
         tall: Whether it is a tree.
         behind: Rows of other plants between it and the cameras, which allow a coarser level.
     """
-    x, y = (float(value) for value in place)
+    x, y = settled(place).tolist()
     params = {"model": species} | ({BEHIND: str(behind)} if behind else {})
     kind = "tree" if tall else "shrub"
     return Poi(f"planted:{name}", kind, (x, y), None, None, SOURCE, params)
@@ -318,7 +318,7 @@ def _lots(around: Surroundings, spacing: float) -> list[tuple[int, int]]:
     own = np.unique(np.floor(around.viewpoints[:, :2] / spacing).astype(np.int64), axis=0)
     x, y = np.meshgrid(*[np.arange(-steps, steps + 1)] * 2)
     near = np.column_stack([x.ravel(), y.ravel()])
-    near = near[np.hypot(*near.T) <= steps]
+    near = near[(near**2).sum(axis=1) <= steps**2]
     cells = np.unique((own[:, None] + near).reshape(-1, 2), axis=0)
     return [(int(a), int(b)) for a, b in cells]
 
@@ -326,7 +326,8 @@ def _lots(around: Surroundings, spacing: float) -> list[tuple[int, int]]:
 def _cells_of(lots: Sequence[tuple[int, int]], origin: Floats) -> list[tuple[int, int]]:
     """Fields that the middles of lots of 60 m lie in."""
     middles = (np.array(lots, dtype=np.float64).reshape(-1, 2) + 0.5) * 60.0
-    cells = np.floor((middles - origin) @ _FIELDS.T).astype(np.int64)
+    inside = ((middles - origin)[:, None] * _FIELDS).sum(axis=-1)
+    cells = np.floor(settled(inside)).astype(np.int64)
     return [(int(a), int(b)) for a, b in np.unique(cells, axis=0)]
 
 

@@ -10,17 +10,20 @@ import logging
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.quiet import silenced
+from sumo3dviz_pt.scene.picture_files import MOST_PIXELS
 
 logger = logging.getLogger(__name__)
 
 _BRIGHTEST = 65504.0
-_SIZE = re.compile(rb"-Y (\d+) \+X (\d+)\n")
+_SIZE = re.compile(rb"-Y (\d{1,9}) \+X (\d{1,9})\n")
 
 
 def read_radiance_map(path: Path) -> Image:
@@ -55,12 +58,20 @@ def read_linear(path: Path) -> Image:
     Raises:
         InputError: If the file is missing, damaged or of another kind.
     """
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
+    check_radiance_file(path)
+    return _sane(_READERS[path.suffix.lower()](path), path)
+
+
+def check_radiance_file(path: Path) -> None:
+    """Refuse a file that is not there or of a kind that cannot be read.
+
+    Raises:
+        InputError: Says which kinds can.
+    """
+    if path.suffix.lower() not in _READERS:
         raise InputError(f"a radiance map must be one of {', '.join(_READERS)}", file=path)
     if not path.is_file():
         raise InputError("no such file", file=path)
-    return _sane(reader(path), path)
 
 
 def read_exr_map(path: Path) -> Image:
@@ -72,15 +83,35 @@ def read_exr_map(path: Path) -> Image:
     import OpenEXR
 
     try:
-        with OpenEXR.File(str(path)) as file:
-            channels = file.channels()
-            layer = channels.get("RGB") or channels.get("RGBA")
-            pixels = None if layer is None else np.array(layer.pixels, dtype=np.float32)
-    except RuntimeError as error:
-        raise InputError(f"not a readable OpenEXR file ({error})", file=path) from error
-    if pixels is None:
+        # The library says by itself, and more than once, what is wrong.
+        with silenced():
+            with OpenEXR.File(str(path), header_only=True) as file:
+                _check_size(file.header().get("dataWindow"), path)
+            with OpenEXR.File(str(path)) as file:
+                channels = file.channels()
+                layer = channels.get("RGB") or channels.get("RGBA")
+                pixels = None if layer is None else np.array(layer.pixels, dtype=np.float32)
+    except (RuntimeError, ValueError, TypeError, IndexError) as error:
+        raise InputError("not a readable OpenEXR file; save it again", file=path) from error
+    if pixels is None or pixels.ndim != 3 or not pixels.size:
         raise InputError("holds no R, G and B channels", file=path)
     return np.ascontiguousarray(pixels[..., :3])
+
+
+def _check_size(window: Any, path: Path) -> None:
+    """Refuse a map that says it is larger than any: `window` is its first and last pixel."""
+    (left, top), (right, bottom) = np.asarray(window, dtype=np.float64).tolist()
+    _check_pixels(right - left + 1.0, bottom - top + 1.0, path)
+
+
+def _check_pixels(width: float, height: float, path: Path) -> None:
+    """Refuse what has no pixels, or too many."""
+    if not (width >= 1.0 and height >= 1.0 and width * height <= MOST_PIXELS):
+        raise InputError(
+            f"says that it is {width:.0f} x {height:.0f}, and at most {MOST_PIXELS:,} pixels"
+            " are read",
+            file=path,
+        )
 
 
 def _sane(image: Image, path: Path) -> Image:
@@ -98,6 +129,7 @@ def _read_hdr(path: Path) -> Image:
     if not data.startswith(b"#?") or size is None:
         raise InputError("not a Radiance HDR file with rows from the top", file=path)
     height, width = int(size[1]), int(size[2])
+    _check_pixels(width, height, path)
     body = np.frombuffer(data, np.uint8, offset=size.end())
     try:
         rgbe = _unpacked(body, height, width)
@@ -114,6 +146,9 @@ def _unpacked(body: NDArray[np.uint8], height: int, width: int) -> NDArray[np.ui
     mark = [2, 2, width >> 8, width & 255]
     if not 8 <= width < 32768 or body[:4].tolist() != mark:
         return body[: height * width * 4].reshape(height, width, 4)
+    if len(body) < height * (4 + width // 16):
+        # A run is at most 127 long and takes two bytes.
+        raise ValueError("the file is too short for its rows")
     rows = np.empty((height, 4, width), np.uint8)
     place = 0
     for row in rows:

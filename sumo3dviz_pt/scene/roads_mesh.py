@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
 from sumo3dviz_pt.scene.roads_cells import Cells, Polygons
 from sumo3dviz_pt.scene.roads_drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.scene.roads_drops import Drops, cut_for_ramps, rise_at
@@ -195,7 +195,7 @@ def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     """Area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     areas = np.cross(b - a, c - a)
-    _, place = np.unique(np.round(vertices, 3), axis=0, return_inverse=True)
+    _, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
     place = place.reshape(-1)
     total = np.zeros((place.max() + 1, 3))
     np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))

@@ -10,12 +10,13 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
-from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.clearance import KEEP_CLEAR
+from sumo3dviz_pt.scene.extents import check_extents
 from sumo3dviz_pt.scene.fitting import fitted
 from sumo3dviz_pt.scene.hedges import hedge_parts
 from sumo3dviz_pt.scene.houses import (
@@ -99,6 +100,7 @@ def build_scenery(
 
     Raises:
         ConfigError: If a model or colour of the settings does not exist.
+        InputError: If a line or outline is longer than anything that is built.
     """
     left_out: list[LeftOut] = []
     groups: list[Group] = []
@@ -111,6 +113,7 @@ def build_scenery(
             left_out.append(LeftOut(kind.name, why))
             continue
         check_settings(kind, own)
+        check_extents(kind, items)
         kept, gone = _sorted_out(kind, items, (around, taken))
         left_out += gone
         groups.append((kind, own, kept))
@@ -166,10 +169,16 @@ def _level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) ->
     distances = around.distances(places)
     if kind.name not in PLANTS:
         return distances
-    rows = [float(item.params.get(BEHIND, 0)) if isinstance(item, Poi) else 0.0 for item in items]
+    rows = [_row(item) for item in items]
     distances = distances * (1.0 + _REAR * np.array(rows))
     unseen = ~around.pictured(places, radius=_CROWN)
     return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
+
+
+def _row(item: Item) -> float:
+    """How far in the rear of a belt a plant stands; users' own ones stand in no belt."""
+    behind = item.params.get(BEHIND, "") if isinstance(item, Poi) else ""
+    return float(behind) if behind.isdecimal() and len(behind) < 3 else 0.0
 
 
 def _places(items: Sequence[Item]) -> Floats:
@@ -331,7 +340,7 @@ def facing_roads(places: Floats, index: LaneIndex) -> Floats:
     along = index.directions[nearest]
     across = np.column_stack([-along[:, 1], along[:, 0]])
     side = ((index.points[nearest, :2] - places) * across).sum(axis=1)
-    across *= np.where(side < 0, -1.0, 1.0)[:, None]
+    across *= np.where(settled(side) < 0, -1.0, 1.0)[:, None]
     yaws: Floats = np.arctan2(across[:, 1], across[:, 0])
     return yaws
 

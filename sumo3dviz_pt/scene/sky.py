@@ -7,6 +7,7 @@ and the clear sky of a date, time and place (`sun`).
 
 from __future__ import annotations
 
+import datetime as dt
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -113,7 +114,7 @@ def base_exposure(elevation: float) -> float:
 
 
 def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
-    """Where the sun stands, by angles or by clock and place.
+    """Where the sun stands in the network's north, by angles or by clock and place.
 
     Args:
         settings: The scene file's.
@@ -124,16 +125,38 @@ def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
     """
     if settings.azimuth is not None and settings.elevation is not None:
         return _angles({"azimuth": settings.azimuth, "elevation": settings.elevation})
-    assert settings.date is not None and settings.time is not None
-    latitude, longitude = settings.place or _place(location)
-    offset = longitude / 15.0 if settings.utc_offset is None else settings.utc_offset
-    when = local_time(settings.date, settings.time, utc_offset=offset)
-    latitude, longitude = float(np.radians(latitude)), float(np.radians(longitude))
-    sun = sun_position(when, latitude=latitude, longitude=longitude)
+    where = np.radians(place_of(settings, location))
+    sun = sun_position(moment_of(settings, location), latitude=where[0], longitude=where[1])
     turned = 0.0
     if location is not None:
-        turned = convergence(location.projection, latitude=latitude, longitude=longitude)
+        turned = convergence(location.projection, latitude=where[0], longitude=where[1])
     return SunPosition((sun.azimuth - turned) % (2 * np.pi), sun.elevation)
+
+
+def moment_of(settings: SunSettings, location: Location | None) -> dt.datetime:
+    """The moment that date and time mean, with its zone.
+
+    Raises:
+        ConfigError: If place or zone are needed and unknown.
+    """
+    assert settings.date is not None and settings.time is not None
+    latitude, longitude = place_of(settings, location)
+    return local_time(
+        settings.date,
+        settings.time,
+        zone=settings.zone,
+        latitude=latitude,
+        longitude=longitude,
+    )
+
+
+def place_of(settings: SunSettings, location: Location | None) -> tuple[float, float]:
+    """Latitude and longitude from which the sun is seen [deg].
+
+    Raises:
+        ConfigError: If the scene gives none and the network has none.
+    """
+    return settings.place or _place(location)
 
 
 def _place(location: Location | None) -> tuple[float, float]:
@@ -240,12 +263,9 @@ def file_sky(settings: SkySettings, location: Location | None) -> Sky:
     `scale` makes the picture brighter.
 
     Raises:
-        ConfigError: If sun or turbidity are given, too.
         InputError: If the file cannot be used.
     """
     del location
-    if settings.sun is not None or settings.turbidity is not None:
-        raise ConfigError("a sky from a file has its own sun and haze", key="sky.file")
     assert settings.file is not None
     image = read_radiance_map(settings.file)
     light = max(_irradiance(image), 1e-9)
@@ -286,9 +306,21 @@ def build_sky(settings: SkySettings, *, location: Location | None = None) -> Sky
         ConfigError: If settings contradict each other or name what is unknown.
         InputError: If a radiance map cannot be used.
     """
+    check_sky(settings)
+    kind = next((name for name in KINDS if getattr(settings, name) is not None), "preset")
+    return KINDS[kind](settings, location)
+
+
+def check_sky(settings: SkySettings) -> None:
+    """Refuse settings that contradict each other.
+
+    Raises:
+        ConfigError: Names one of them.
+    """
     if settings.file is not None and settings.preset is not None:
         raise ConfigError("give either preset or file", key="sky.file")
     if settings.scale != 1.0 and settings.file is None:
         raise ConfigError("only a sky from a file has a scale", key="sky.scale")
-    kind = next((name for name in KINDS if getattr(settings, name) is not None), "preset")
-    return KINDS[kind](settings, location)
+    own = settings.sun is not None or settings.turbidity is not None
+    if settings.file is not None and own:
+        raise ConfigError("a sky from a file has its own sun and haze", key="sky.file")

@@ -11,7 +11,7 @@ import shapely
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.street_furniture import Piece
+from sumo3dviz_pt.scene.street_furniture import Piece, off_lanes
 from sumo3dviz_pt.scene.street_places import Site
 from sumo3dviz_pt.shapes.planar import areal
 
@@ -93,11 +93,13 @@ def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site)
             if not len(good):
                 continue
             k = int(good[int(share_of(seed, edge.id, name, "at") * len(good))])
-            site.use(places[k : k + 1])
             z = float(site.standing(places[k : k + 1])[0])
             yaw = float(np.arctan2(inward[k, 1], inward[k, 0]))
-            pieces.append(Piece(name, (float(places[k, 0]), float(places[k, 1]), z), yaw))
-            break
+            piece = Piece(name, (float(places[k, 0]), float(places[k, 1]), z), yaw)
+            if off_lanes(piece, site):
+                site.use(places[k : k + 1])
+                pieces.append(piece)
+                break
     return pieces
 
 

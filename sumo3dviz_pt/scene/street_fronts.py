@@ -16,11 +16,12 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.chance import share_of
 from sumo3dviz_pt.scene.kinds import kind_of
+from sumo3dviz_pt.scene.nearest import Nearest
 from sumo3dviz_pt.scene.sightlines import hides
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes.parcels import Lot, lots_along
@@ -118,7 +119,7 @@ class Rows:
 class _Streets:
     """Sampled streets and what they are."""
 
-    tree: cKDTree
+    tree: Nearest
     city: Bools
     main: Bools
     walks: Bools
@@ -208,7 +209,7 @@ class _Found:
 
     def build(self, lot: Lot, streets: _Streets) -> None:
         """Build a house on a lot, as deep as there is room for, or leave a yard."""
-        middle = lot.line.mean(axis=0)
+        middle = settled(lot.line.mean(axis=0))
         name, fronts = f"{middle[0]:.0f}:{middle[1]:.0f}", len(lot.line) - 1
         depths = [depth - 1.5 * share_of(self.around.seed, "depth", name) for depth in DEPTHS]
         plans = [plan for depth in depths if (plan := lot.plan(depth)) is not None]
@@ -221,7 +222,7 @@ class _Found:
             return
         ends = (len(plan) - 1, fronts)  # the wall where the line begins comes last
         blind = tuple(wall for wall, joined in zip(ends, lot.joined, strict=True) if joined)
-        main = bool(streets.main[streets.tree.query(middle)[1]])
+        main = bool(streets.main[streets.tree.query(middle[None])[1][0]])
         self.houses.append(House(name, plan, fronts, blind, lot.corner, main))
         area = shapely.Polygon(plan)
         self.areas.append(area)
@@ -295,8 +296,8 @@ def _streets(network: Network, around: Surroundings) -> _Streets | None:
             length += [line.length / len(at) * own] * len(at)
     if not points:
         return None
-    places, kinds = np.concatenate(points), np.array(rank, dtype=np.bool_)
-    tree = cKDTree(places)
+    places, kinds = settled(np.concatenate(points)), np.array(rank, dtype=np.bool_)
+    tree = Nearest(places)
     total = _density(places, np.array(length) * kinds[:, 0])
     city = kinds[:, 0] & (kinds[:, 2] | (total > _DENSE))
     return _Streets(tree, city, kinds[:, 1], kinds[:, 2], shapely.union_all(fast))

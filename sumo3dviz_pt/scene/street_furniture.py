@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.network import Network
@@ -63,6 +64,20 @@ class Piece:
     name: str
     place: tuple[float, float, float]
     yaw: float
+
+
+def off_lanes(piece: Piece, site: Site) -> bool:
+    """Whether no part of a piece stands on or hangs over a carriageway."""
+    foot = Transform.from_pose(piece.place, yaw=piece.yaw).points(_foot(piece.name))
+    return not site.around.index.meets(shapely.Polygon(foot[:, :2]))
+
+
+@cache
+def _foot(name: str) -> Floats:
+    """The rectangle around a piece in its own frame, (4, 3) [m]."""
+    bounds = np.stack([part.mesh.bounds for part in _body(name, 0)])
+    (x0, y0, _), (x1, y1, _) = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    return np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
 
 
 def place_furniture(
@@ -142,14 +157,15 @@ def _shelter(border: Border, along: float, site: Site) -> Piece | None:
     for shift in (-SHELTER[0] / 2 + 0.7, 0.0, SHELTER[0] / 2 - 0.7):
         spots, _, _ = border.at(tries + shift, back - SHELTER[1] / 2 + 0.45)
         good &= site.free(spots, radius=0.85)
-    if not good.any():
-        return None
-    i = int(np.argmax(good))
-    for shift in (-1.5, 0.0, 1.5):
-        site.use(border.at(tries[i : i + 1] + shift, back - 0.5)[0])
-    z = float(site.standing(border.at(tries[i : i + 1], back - SHELTER[1])[0])[0])
-    x, y = places[i]
-    return Piece("bus_shelter", (float(x), float(y), z), float(border.inward(yaw[i : i + 1])[0]))
+    heights, yaws = site.standing(border.at(tries, back - SHELTER[1])[0]), border.inward(yaw)
+    for i in np.flatnonzero(good).tolist():
+        x, y, z = (float(value) for value in (*places[i], heights[i]))
+        shelter = Piece("bus_shelter", (x, y, z), float(yaws[i]))
+        if off_lanes(shelter, site):
+            for shift in (-1.5, 0.0, 1.5):
+                site.use(border.at(tries[i : i + 1] + shift, back - 0.5)[0])
+            return shelter
+    return None
 
 
 def _stop_sign(border: Border, along: float, site: Site) -> list[Part]:
@@ -178,14 +194,16 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
     yaws, heights = facing_roads(places, index), np.zeros(len(places))
     if good.any():
         heights[good] = site.standing(places[good])
-    site.use(places[good])
     pieces = []
     for i in np.flatnonzero(good):
         poi = wanted[i]
         yaw = float(yaws[i]) if poi.yaw is None else poi.yaw
         x, y = map(float, places[i])
         name = WORDS[poi.type.lower().split(".")[0]]
-        pieces.append(Piece(name, (x, y, float(heights[i])), yaw))
+        piece = Piece(name, (x, y, float(heights[i])), yaw)
+        if off_lanes(piece, site):
+            pieces.append(piece)
+            site.use(places[i : i + 1])
     return pieces
 
 
@@ -223,11 +241,14 @@ def _stood(
     places, road, yaw = border.at(np.array([where[0]]), where[1])
     if not 0.0 < where[0] < border.length or not _room(name, places, road, site):
         return []
-    if alone:
-        site.use(places)
     x, y = map(float, places[0])
     z = float(site.standing(places)[0])
-    return [Piece(name, (x, y, z), float(border.inward(yaw)[0]))]
+    piece = Piece(name, (x, y, z), float(border.inward(yaw)[0]))
+    if not off_lanes(piece, site):
+        return []
+    if alone:
+        site.use(places)
+    return [piece]
 
 
 def _room(name: str, places: Floats, road: Floats, site: Site) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job import ObjectSettings
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh, settled
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.scene.chance import pick, share_of
@@ -141,7 +141,7 @@ def _look(house: House, chance: Chance) -> tuple[Style, Design]:
 
 def _height(house: House, design: Design, chance: Chance) -> float:
     """Height of a house's walls: as its quarter, a storey more or less [m]."""
-    middle = house.plan.mean(axis=0)
+    middle = settled(house.plan.mean(axis=0))
     cell = [f"{value:.0f}" for value in np.floor(middle / _QUARTER)]
     usual = 3 + int(3 * share_of(chance.seed, "quarter", *cell))
     usual -= not house.main

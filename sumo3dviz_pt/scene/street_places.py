@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Lane, Network
 from sumo3dviz_pt.scene.surroundings import HeightAt, Surroundings
 
@@ -61,7 +61,7 @@ class Border:
         yaw = np.arctan2(step[which, 1], step[which, 0])
         away = self.outward * np.column_stack([-np.sin(yaw), np.cos(yaw)])
         places = points[:, :2] + np.broadcast_to(out, len(yaw))[:, None] * away
-        return places, points[:, 2], yaw
+        return settled(places), points[:, 2], yaw
 
     def inward(self, yaw: Floats) -> Floats:
         """Directions towards the road where it runs in directions, (n,) [rad]."""

@@ -18,7 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.zones import SOLAR, zone_named
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,16 +95,44 @@ def convergence(projection: str, *, latitude: float, longitude: float) -> float:
     return math.atan(math.tan(east) * math.sin(latitude))
 
 
-def local_time(date: dt.date, time: dt.time, *, utc_offset: float) -> dt.datetime:
+def local_time(
+    date: dt.date, time: dt.time, *, zone: str | None, latitude: float, longitude: float
+) -> dt.datetime:
     """A clock's reading as a moment.
 
     Args:
         date: Calendar date.
         time: Clock time without time zone.
-        utc_offset: Hours by which the clock is ahead of UTC; may be fractional.
+        zone: A name, an offset or `solar`; None is the place's own.
+        latitude: North positive [deg].
+        longitude: East positive [deg].
+
+    Raises:
+        ConfigError: If nobody knows the place's zone.
     """
-    zone = dt.timezone(dt.timedelta(hours=utc_offset))
-    return dt.datetime.combine(date, time.replace(tzinfo=None), tzinfo=zone)
+    where = {"latitude": latitude, "longitude": longitude}
+    name = zone_at(**where) if zone is None else zone
+    if name != SOLAR:
+        return dt.datetime.combine(date, time, tzinfo=zone_named(name))
+    ahead = dt.timezone(dt.timedelta(hours=longitude / 15.0), "mean solar time")
+    return dt.datetime.combine(date, time, tzinfo=ahead)
+
+
+def zone_at(*, latitude: float, longitude: float) -> str:
+    """The time zone in which a place lies [deg], by the borders of OpenStreetMap.
+
+    Raises:
+        ConfigError: If nobody knows.
+    """
+    try:
+        import tzfpy
+    except ImportError as error:
+        message = "zones of places need the package tzfpy; install it, or give the zone"
+        raise ConfigError(message, key="sky.sun.zone") from error
+    found = str(tzfpy.get_tz(longitude, latitude))
+    if not found:
+        raise ConfigError("no time zone is known there; give one", key="sky.sun.zone")
+    return found
 
 
 def _julian_days(when: dt.datetime) -> float:

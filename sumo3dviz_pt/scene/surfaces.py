@@ -9,6 +9,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.scene import Bsdf
 from sumo3dviz_pt.scene.materials import matt, surface_bsdf, surface_scale
+from sumo3dviz_pt.scene.picture_files import check_picture
 from sumo3dviz_pt.scene.radiance_maps import read_linear
 
 KERB = "kerb"
@@ -63,6 +64,20 @@ def surface_material(key: str, *, textured: bool) -> Bsdf:
         return surface_bsdf(entry)
     red, green, blue = entry.meta["albedo"]
     return matt((float(red), float(green), float(blue)))
+
+
+def check_surface(key: str) -> None:
+    """Refuse a surface that is not there.
+
+    Raises:
+        ConfigError: If there is no such asset or file, or it is no colour.
+    """
+    if key.startswith("#"):
+        colour_of(key)
+    elif _is_file(key):
+        check_picture(Path(key))
+    else:
+        catalog.find("surfaces", key)
 
 
 def shows_wear(key: str) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.clearance import Clearance
 from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
@@ -48,7 +48,7 @@ class Surroundings:
         if not len(self.viewpoints):
             return np.full(len(places), _USUAL)
         away, _ = cKDTree(self.viewpoints[:, :2]).query(places[:, :2])
-        return np.asarray(away, dtype=np.float64)
+        return settled(away)
 
     def seen(self, places: Floats, *, radius: float) -> Bools:
         """Which balls around places, (n, 2) [m], some camera may see, shadows included."""
@@ -95,7 +95,7 @@ def surroundings(
     if viewpoints is None:
         viewpoints = np.zeros((0, 3)) if gaze is None else gaze.positions
     ground = height_at or (lambda places: index.heights(places) - _SINK)
-    points = np.asarray(viewpoints, dtype=np.float64).reshape(-1, 3)
+    points = settled(viewpoints).reshape(-1, 3)
     if clearance is None:
         way = gaze or Gaze.all_round(points)
         clearance = Clearance((way,)) if len(way.positions) else Clearance()

@@ -34,6 +34,7 @@ from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import own_palette, paint_of
 from sumo3dviz_pt.scene.gait import effort, stride_phase
 from sumo3dviz_pt.scene.heroes import heroes_of
+from sumo3dviz_pt.scene.own_looks import OwnLooks
 from sumo3dviz_pt.scene.presence import Presence, Present
 from sumo3dviz_pt.scene.stances import Stances
 from sumo3dviz_pt.scene.vehicle_lights import VehicleLights
@@ -269,8 +270,10 @@ def build_fleet(
     if not isinstance(settings.colours, str):
         own_palette(settings.colours)
     kinds = [vehicle_types.get(t.type_id, _UNKNOWN_TYPES[t.kind]) for t in trajectories]
+    own = OwnLooks(settings.by_id)
     choices = [
-        choose(
+        own.choice(k, name=t.id, walks=t.kind == "person")
+        or choose(
             k,
             name=t.id,
             models=models,
@@ -284,7 +287,8 @@ def build_fleet(
     made = {choice: build_body(choice, shelf) for choice in dict.fromkeys(choices)}
     _announce(choices)
     paints = [
-        paint_of(drawn_class(k), k, key=t.id, colours=settings.colours, seed=seed)
+        own.paint(t.id, k.id)
+        or paint_of(drawn_class(k), k, key=t.id, colours=settings.colours, seed=seed)
         for t, k in zip(trajectories, kinds, strict=True)
     ]
     materials = {name: bsdf for body in made.values() for name, bsdf in body.materials.items()}

@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
+from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.shapes.box import BOX
 from sumo3dviz_pt.shapes.car import CAR
 from sumo3dviz_pt.shapes.cycle import CYCLE
 from sumo3dviz_pt.shapes.hulls import HULL
 from sumo3dviz_pt.shapes.ply import write_ply
 from sumo3dviz_pt.shapes.variant import varied
-from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, builder_of
+from sumo3dviz_pt.shapes.vehicle import BakedVehicle, Builder, HeroVehicle, Meshes, builder_of
 
 _LOG = logging.getLogger(__name__)
+
+_NO_AREA = 1e-9
+"""Twice the area of faces that are left out [m2]."""
 
 BUILDERS: Mapping[str, Builder] = {"car": CAR, "box": BOX, "cycle": CYCLE, "hull": HULL}
 """By the word that a recipe has under `build`."""
@@ -33,7 +38,23 @@ def bake_vehicle(recipe: Mapping[str, Any]) -> BakedVehicle:
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    return builder_of(recipe, BUILDERS).bake(recipe)
+    made = builder_of(recipe, BUILDERS).bake(recipe)
+    return replace(made, parts=_with_area(made.parts), far=_with_area(made.far))
+
+
+def _with_area(meshes: Meshes) -> Meshes:
+    """Meshes without the faces that lost their area on the grid of `settled`."""
+
+    def kept(mesh: Mesh) -> Mesh:
+        a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+        solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > _NO_AREA
+        if solid.all():
+            return mesh
+        used, places = np.unique(mesh.faces[solid], return_inverse=True)
+        normals = None if mesh.normals is None else mesh.normals[used]
+        return Mesh(mesh.vertices[used], places.reshape(-1, 3), normals)
+
+    return {material: kept(mesh) for material, mesh in meshes.items()}
 
 
 def has_hero(recipe: Mapping[str, Any]) -> bool:

@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.shapes.box_hull import Shell
 from sumo3dviz_pt.shapes.box_recipe import Axle, Panel
 from sumo3dviz_pt.shapes.cutting import Surface, refine, retag, split
-from sumo3dviz_pt.shapes.implicit import Field, polygon
+from sumo3dviz_pt.shapes.implicit import Field, polygon, values_at
 
 HOLE = -1
 """Tag of faces that are cut away where the wheels are."""
@@ -193,7 +193,7 @@ def _cut(
 ) -> Surface:
     """Split along a curve and retag what lies inside."""
     surface = split(refine(surface, curve, shell.field, tolerance=_TOLERANCE), curve)
-    inside = (curve(*surface.centroids.T) < 0.0) & _chosen(surface, where)
+    inside = (values_at(curve, surface.centroids) < 0.0) & _chosen(surface, where)
     return retag(surface, inside, tag, over)
 
 
@@ -210,5 +210,5 @@ def _cut_line(
             return np.asarray(line(d, y, z) + by)
 
         surface = split(surface, beside)
-    inside = (np.abs(line(*surface.centroids.T)) < half) & _chosen(surface, facing(panel))
+    inside = (np.abs(values_at(line, surface.centroids)) < half) & _chosen(surface, facing(panel))
     return retag(surface, inside, tag, over)

@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.shapes.building_balconies import Balconies, balconies, french_doors
 from sumo3dviz_pt.shapes.building_bands import band, outward
 from sumo3dviz_pt.shapes.building_details import blade_signs, coolers, down_pipe
@@ -166,8 +166,8 @@ def raised(
     after = np.roll(plan, -1, axis=0)
     facing = outward(plan)
     parts: list[Shell] = []
-    for i, (a, b) in enumerate(zip(plan, after, strict=True)):
-        length = float(np.linalg.norm(b - a))
+    lengths = settled(np.linalg.norm(after - plan, axis=1)).tolist()
+    for i, (a, b, length) in enumerate(zip(plan, after, lengths, strict=True)):
         if i in walls.blind:
             parts.append(stood_up({"wall": rectangles(0.0, length, FOUNDATION, height)}, a, b))
             continue
@@ -229,7 +229,7 @@ def _ground(one: _Wall) -> Shell:
     for u0, u1, *_ in doors.tolist():
         clear &= (openings[:, 1] < u0 - 0.2) | (openings[:, 0] > u1 + 0.2)
     row = np.concatenate([openings[clear], doors])
-    row = row[np.argsort(row[:, 0])]
+    row = row[np.argsort(row[:, 0], kind="stable")]
     if one.level == NEAR:
         face = storey(length, design.plinth, one.first, row)
     else:
@@ -250,7 +250,7 @@ def _door_places(one: _Wall, openings: Floats) -> Floats:
     axes = (np.arange(count) + 0.5) * length / count
     if len(openings):
         middles = openings[:, :2].mean(axis=1)
-        nearest = np.abs(axes[:, None] - middles).argmin(axis=1)
+        nearest = settled(np.abs(axes[:, None] - middles)).argmin(axis=1)
         axes = np.unique(middles[nearest])
     half = np.full(len(axes), 0.55 if tall < 2.3 else 0.8)
     return np.stack([axes - half, axes + half, 0 * axes + floor, 0 * axes + floor + tall], axis=1)
@@ -308,9 +308,10 @@ def _gabled(plan: Floats, design: Design, height: float, how: tuple[int, int, Wa
     around = shapely.get_coordinates(Polygon(plan).minimum_rotated_rectangle.exterior)
     sides = around[1:3] - around[:2]
     street = plan[1] - plan[0] if walls.blind else np.zeros(2)
-    long, short = sorted(sides, key=lambda side: -float(side @ side))
-    cosines = [abs(float(side @ street)) / np.linalg.norm(side) for side in (long, short)]
-    if cosines[1] > cosines[0]:
+    lengths = settled(np.linalg.norm(sides, axis=1))
+    long, short = sides[np.argsort(-lengths, kind="stable")]
+    cosines = [abs((side * street).sum()) / np.hypot(*side) for side in (long, short)]
+    if settled(cosines[1] - cosines[0]) > 0.0:
         long, short = short, long
     pitch = design.pitch
     parts = [gable_roof(plan, height, pitch=pitch, along=long, level=level)]

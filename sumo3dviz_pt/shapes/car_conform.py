@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh, settled
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.implicit import gradient
 from sumo3dviz_pt.shapes.solids import shaded
@@ -106,7 +106,7 @@ def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
     points = np.asarray(path, dtype=np.float64)
     pieces = [points[:1]]
     for a, b in pairwise(points):
-        count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
+        count = max(1, int(np.ceil(settled(np.hypot(*(b - a)) / step))))
         pieces.append(a + (b - a) * np.linspace(0.0, 1.0, count + 1)[1:, None])
     return np.concatenate(pieces)
 

@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.car_recipe import MATERIALS, Panel
 from sumo3dviz_pt.shapes.cutting import Surface, refine, retag, split
-from sumo3dviz_pt.shapes.implicit import Field
+from sumo3dviz_pt.shapes.implicit import Field, values_at
 
 Where = Callable[[Floats, Floats], Bools]
 """Chooses faces by centroids (d, y, z), (m, 3) [m], and unit normals, (m, 3)."""
@@ -81,7 +81,7 @@ def cut_region(surface: Surface, shape: CarShape, cut: Cut) -> Surface:
     """Split along a curve and retag what lies inside."""
     surface = split(refine(surface, cut.curve, shape.field, tolerance=_TOLERANCE), cut.curve)
     centroids = surface.centroids
-    inside = (cut.curve(*centroids.T) < 0.0) & cut.where(centroids, surface.face_normals)
+    inside = (values_at(cut.curve, centroids) < 0.0) & cut.where(centroids, surface.face_normals)
     return retag(surface, inside, cut.tag, cut.over)
 
 
@@ -96,5 +96,5 @@ def cut_line(surface: Surface, shape: CarShape, line: Field, where: Where) -> Su
     for side in (-_GAP, _GAP):
         surface = split(surface, _shifted(line, side))
     centroids = surface.centroids
-    inside = (np.abs(line(*centroids.T)) < _GAP) & where(centroids, surface.face_normals)
+    inside = (np.abs(values_at(line, centroids)) < _GAP) & where(centroids, surface.face_normals)
     return retag(surface, inside, tag_of("gap"), (tag_of("paint"), tag_of("gap")))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, settled
 from sumo3dviz_pt.shapes.car_body import CarShape
 from sumo3dviz_pt.shapes.car_conform import Level, bar, land, resampled
 from sumo3dviz_pt.shapes.car_recipe import Disc, Panel, Strip
@@ -69,7 +69,7 @@ def panel_bars(panel: Panel) -> Iterator[Strip]:
 def _chord(outline: Floats, height: float) -> tuple[float, float] | None:
     """Where a level line lies within an outline, (n, 2), a little short of its sides [m]."""
     ahead = np.roll(outline, -1, axis=0)
-    cut = (outline[:, 1] - height) * (ahead[:, 1] - height) < 0.0
+    cut = settled((outline[:, 1] - height) * (ahead[:, 1] - height)) < 0.0
     if cut.sum() < 2:
         return None
     a, b = outline[cut], ahead[cut]

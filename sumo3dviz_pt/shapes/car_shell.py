@@ -96,7 +96,7 @@ def _walls(surface: Surface, inwards: Floats, recess: Floats) -> Iterator[tuple[
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     tags = np.tile(surface.tags, 3)
     keys = sides[:, 0] * count + sides[:, 1]
-    order = np.argsort(keys)
+    order = np.argsort(keys, kind="stable")
     back = np.clip(
         np.searchsorted(keys, sides[:, 1] * count + sides[:, 0], sorter=order), 0, len(keys) - 1
     )

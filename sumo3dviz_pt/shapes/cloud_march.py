@@ -119,7 +119,7 @@ def _drifted(where: Floats, recipe: Cumulus, sun: Floats) -> Floats:
     texel = _SPAN / len(where)
     # The sun needs room of its own: a few hundred metres and the slab seen aslant.
     around = blurred(where, 500.0 / texel)
-    order = np.argsort(around, axis=None)
+    order = np.argsort(around, axis=None, kind="stable")
     found = np.unravel_index(order[round(recipe.at_sun * (order.size - 1))], where.shape)
     seen = sun[:2] / sun[2] * (recipe.base + 0.3 * recipe.depth) / texel
     shift = np.round(seen).astype(int) - np.array(found)

@@ -3,6 +3,9 @@
 A window or a lamp is not a piece laid on the body: the body's triangles are split
 along the outline, and those inside get another material. Normals come from the
 field of the body, so a coarse surface still shades smoothly and keeps its creases.
+
+Fields are compared on the grid of `settled`, and new vertices lie on it, so that every
+processor cuts the same faces.
 """
 
 from __future__ import annotations
@@ -11,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
-from sumo3dviz_pt.shapes.implicit import Field, gradient, project
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
+from sumo3dviz_pt.shapes.implicit import Field, gradient, project, values_at
 
 _CLEAR = 2e-4
 _PULL = 0.003
@@ -64,8 +67,8 @@ def refine(surface: Surface, curve: Field, body: Field, *, tolerance: float) -> 
         pairs = np.unique(pairs, axis=0)
         ends = surface.vertices[pairs]
         length = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
-        values = curve(*surface.vertices.T)
-        bend = curve(*ends.mean(axis=1).T) - values[pairs].mean(axis=1)
+        values = values_at(curve, surface.vertices)
+        bend = values_at(curve, ends.mean(axis=1)) - values[pairs].mean(axis=1)
         pairs = pairs[(length > _SHORTEST) & (np.abs(bend) > tolerance)]
         if len(pairs) == 0:
             break
@@ -75,12 +78,14 @@ def refine(surface: Surface, curve: Field, body: Field, *, tolerance: float) -> 
 
 def _touched(surface: Surface, curve: Field) -> Bools:
     """Faces in which the curve changes its sign, sampled at seven points."""
-    near: Bools = np.any((np.abs(curve(*surface.vertices.T)) < _NEAR)[surface.faces], axis=1)
+    near: Bools = np.any(
+        (np.abs(values_at(curve, surface.vertices)) < _NEAR)[surface.faces], axis=1
+    )
     corners = surface.vertices[surface.faces[near]]
     samples = np.concatenate(
         [corners, 0.5 * (corners + np.roll(corners, 1, axis=1)), corners.mean(1, keepdims=True)], 1
     )
-    signs = curve(*samples.reshape(-1, 3).T).reshape(-1, 7) < 0.0
+    signs = values_at(curve, samples.reshape(-1, 3)).reshape(-1, 7) < 0.0
     near[near] = signs.any(axis=1) & ~signs.all(axis=1)
     return near
 
@@ -88,7 +93,7 @@ def _touched(surface: Surface, curve: Field) -> Bools:
 def _halve(surface: Surface, pairs: Ints, body: Field, *, reach: float) -> Surface:
     """Split the given edges, (k, 2) sorted vertex pairs, in all faces that have them."""
     count = len(surface.vertices)
-    middles = project(body, surface.vertices[pairs].mean(axis=1), reach=reach)
+    middles = settled(project(body, surface.vertices[pairs].mean(axis=1), reach=reach))
     keys = pairs[:, 0] * count + pairs[:, 1]
     sides = np.stack([surface.faces, np.roll(surface.faces, -1, axis=1)], axis=2)
     wanted = sides.min(axis=2) * count + sides.max(axis=2)
@@ -127,7 +132,7 @@ def _halved_faces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:
 
 def split(surface: Surface, curve: Field) -> Surface:
     """Split all faces along the zero set of a curve."""
-    values = curve(*surface.vertices.T)
+    values = values_at(curve, surface.vertices)
     values = np.where(np.abs(values) < _CLEAR, _CLEAR, values)
     inside = values[surface.faces] < 0.0
     count = inside.sum(axis=1)
@@ -159,13 +164,13 @@ def _roots(curve: Field, ends: Floats, values: Floats) -> Floats:
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
     for _ in range(4):
         share = low + (high - low) * f_low / (f_low - f_high)
-        value = curve(*(start + along * share[:, None]).T)
+        value = values_at(curve, start + along * share[:, None])
         left = (value < 0.0) == (f_low < 0.0)
         low, f_low = np.where(left, share, low), np.where(left, value, f_low)
         high, f_high = np.where(left, high, share), np.where(left, f_high, value)
     gap = f_low - f_high
     share = low + (high - low) * f_low / np.where(np.abs(gap) < 1e-12, 1.0, gap)
-    return np.asarray(start + along * np.clip(share, 0.0, 1.0)[:, None])
+    return settled(start + along * np.clip(share, 0.0, 1.0)[:, None])
 
 
 def retag(surface: Surface, inside: Bools, tag: int, over: tuple[int, ...]) -> Surface:

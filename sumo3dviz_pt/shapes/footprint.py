@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.shapes.building_designs import SHED
 from sumo3dviz_pt.shapes.building_palettes import CLAY, FACADES, Colours
 from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS, Style
@@ -31,7 +31,7 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
     """
     if len(shape) < 3:
         return None
-    valid = shapely.make_valid(Polygon(shape[:, :2]))
+    valid = shapely.make_valid(Polygon(settled(shape[:, :2])))
     parts = [p for p in shapely.get_parts(valid).tolist() if p.geom_type == "Polygon"]
     if not parts:
         return None
@@ -109,6 +109,6 @@ def extruded(
     design: Design = style.designs[seed % len(style.designs)]
     if not fronts:
         after = np.roll(plan, -1, axis=0)
-        fronts = (int(np.argmax(np.linalg.norm(after - plan, axis=1))),)
+        fronts = (int(np.argmax(settled(np.linalg.norm(after - plan, axis=1)))),)
     walls = Walls(fronts)
     return raised(plan, design, height=height, level=level, seed=seed, walls=walls)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter1d
 
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, settled
 
 Field = Callable[[Floats, Floats, Floats], Floats]
 """Signed value at points (x, y, z); negative inside, about metric near the surface."""
@@ -61,6 +61,11 @@ class Curve:
     def slope(self, x: Floats | float) -> Floats:
         """Derivative at x, same shape."""
         return np.asarray(np.interp(x, self.xs, self.slopes))
+
+
+def values_at(field: Field, points: Floats) -> Floats:
+    """A field at points, (n, 3) [m], as exactly as processors agree about it, (n,) [m]."""
+    return settled(field(*points.T))
 
 
 def intersect(a: Floats, b: Floats, radius: float) -> Floats:
@@ -144,10 +149,10 @@ def dual_contour(field: Field, axes: Sequence[Floats]) -> tuple[Floats, Ints]:
         axes: Increasing grid coordinates along x, y and z [m].
 
     Returns:
-        Vertices, (n, 3) [m], and outward triangles, (m, 3).
+        Vertices on the grid of `settled`, (n, 3) [m], and outward triangles, (m, 3).
     """
     grid = np.meshgrid(*axes, indexing="ij")
-    values = field(*grid)
+    values = settled(field(*grid))
     cell_of = _active_cells(values < 0.0)
     cells = np.argwhere(cell_of >= 0)
     sums = _Sums(
@@ -164,7 +169,7 @@ def dual_contour(field: Field, axes: Sequence[Floats]) -> tuple[Floats, Ints]:
     right = (sums.atb + _PULL_TO_MEAN * mean)[..., None]
     vertices = np.clip(np.linalg.solve(left, right)[..., 0], low - 0.2 * size, low + 1.2 * size)
     reach = 0.5 * float(min(np.diff(axis).min() for axis in axes))
-    vertices = project(field, vertices, reach=reach)
+    vertices = settled(project(field, vertices, reach=reach))
     return vertices, _split_quads(vertices, np.concatenate(quads))
 
 

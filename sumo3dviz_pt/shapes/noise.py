@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,9 @@ def fractal(shape: tuple[int, int], band: Band, *, seed: int) -> Floats:
         Noise of mean 0 and standard deviation 1, (h, w).
     """
     frequency = _frequencies(shape, band.stretch)
-    gain = np.where(frequency >= band.low, np.maximum(frequency, 1e-9) ** -band.exponent, 0.0)
+    gain = np.where(
+        settled(frequency - band.low) >= 0.0, np.maximum(frequency, 1e-9) ** -band.exponent, 0.0
+    )
     if np.isfinite(band.high):
         gain *= np.exp(-((frequency / band.high) ** 4))
     gain[0, 0] = 0.0

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 
 _CORNER = np.radians(28.0)  # a sharper turn is a corner
 _BEND = np.radians(4.0)  # a slighter turn is none
@@ -74,7 +74,7 @@ def lots_along(
     Returns:
         Lots in order, without those that are narrower than a house.
     """
-    line = _from_a_corner(_straightened(line))
+    line = _from_a_corner(settled(_straightened(line)))
     knots = _lengths(line)
     corners = _corners(line, knots, depth)
     lots: list[Lot] = []
@@ -167,7 +167,7 @@ def _from_a_corner(line: Floats) -> Floats:
     if len(line) < 4 or np.linalg.norm(line[0] - line[-1]) > 1e-6:
         return line
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    k = int(np.argmax(step))
+    k = int(np.argmax(settled(step)))
     middle = (line[k] + line[k + 1]) / 2
     return np.concatenate([[middle], line[k + 1 : -1], line[: k + 1], [middle]])
 
@@ -193,7 +193,7 @@ def _lengths(line: Floats) -> Floats:
 
 def _at(line: Floats, knots: Floats, at: Floats | float) -> Floats:
     """Places at distances along a line, (m, 2) or (2,)."""
-    return np.stack([np.interp(at, knots, column) for column in line.T], axis=-1)
+    return settled(np.stack([np.interp(at, knots, column) for column in line.T], axis=-1))
 
 
 def _piece(line: Floats, knots: Floats, a: float, b: float) -> Floats:

@@ -25,6 +25,13 @@ def write_ply(path: Path, mesh: Mesh) -> None:
         path: The file; replaced when it exists.
         mesh: Positions are stored as float32.
     """
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(encoded(mesh))
+    part.replace(path)
+
+
+def encoded(mesh: Mesh) -> bytes:
+    """The bytes of a mesh's file; positions become float32."""
     columns = [mesh.vertices, mesh.normals, mesh.uvs]
     table = np.concatenate([c for c in columns if c is not None], axis=1).astype("<f4")
     names = [n for c, group in zip(columns, _GROUPS, strict=True) if c is not None for n in group]
@@ -39,9 +46,7 @@ def write_ply(path: Path, mesh: Mesh) -> None:
     ]
     faces = np.empty(len(mesh.faces), dtype=_FACE)
     faces["count"], faces["corners"] = 3, mesh.faces
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(("\n".join(header) + "\n").encode("ascii") + table.tobytes() + faces.tobytes())
-    part.replace(path)
+    return ("\n".join(header) + "\n").encode("ascii") + table.tobytes() + faces.tobytes()
 
 
 def read_ply(path: Path) -> Mesh:
@@ -54,11 +59,20 @@ def read_ply(path: Path) -> Mesh:
         content = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
+    return decoded(content, file=path)
+
+
+def decoded(content: bytes, *, file: Path) -> Mesh:
+    """A mesh from the bytes of its file; `file` is only named in messages.
+
+    Raises:
+        InputError: If they are cut short or those of another kind of PLY.
+    """
     head, mark, body = content.partition(_END)
-    names, vertices, faces = _layout(head.decode("ascii", errors="replace").split("\n"), path)
+    names, vertices, faces = _layout(head.decode("ascii", errors="replace").split("\n"), file)
     size = vertices * 4 * len(names)
     if not mark or len(body) != size + faces * _FACE.itemsize:
-        raise InputError("is cut short or not a triangle mesh of ours", file=path)
+        raise InputError("is cut short or not a triangle mesh of ours", file=file)
     table = np.frombuffer(body, dtype="<f4", count=vertices * len(names)).astype(np.float64)
     table = table.reshape(vertices, len(names))
     corners = np.frombuffer(body, dtype=_FACE, offset=size)["corners"]

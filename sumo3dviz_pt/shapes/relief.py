@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.shapes.noise import Band, fractal, smoothstep
 
 _TILE = 14_000.0  # the relief repeats after this far [m]
@@ -66,8 +66,9 @@ def field_tints(points: Floats, mean: Floats, *, seed: int, variety: float) -> F
         variety: 0 gives the mean everywhere, 1 meadows, crops and stubble.
     """
     # Strips of land lie askew, or they would show the axes of the grid.
-    turned = points @ np.array([[0.86, 0.51], [-0.51, 0.86]])
-    cell = np.floor(turned / np.array([_FIELD, 0.6 * _FIELD])).astype(np.int64)
+    x, y = points.T
+    turned = np.column_stack([0.86 * x - 0.51 * y, 0.51 * x + 0.86 * y])
+    cell = np.floor(settled(turned / [_FIELD, 0.6 * _FIELD])).astype(np.int64)
     number = (cell[:, 0] * 73_856_093) ^ (cell[:, 1] * 19_349_663)
     pick = np.random.default_rng(seed).random(4096)[number % 4096]
     palette = np.array(

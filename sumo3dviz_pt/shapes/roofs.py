@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.shapes.facade import FAR, NEAR
 from sumo3dviz_pt.shapes.shell import Shell, box, joined
 from sumo3dviz_pt.shapes.triangulate import triangulate
@@ -83,6 +83,7 @@ def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, leve
         return np.concatenate([points, z[..., None]], axis=-1)
 
     wide = shapely.orient_polygons(Polygon(plan).buffer(EAVES, join_style="mitre", mitre_limit=1.5))
+    wide = shapely.transform(wide, settled)
     quads = []
     for side in (1.0, -1.0):
         for corners in _half(wide, (across * side, middle * side)):
@@ -114,7 +115,7 @@ def hip_roof(plan: Floats, height: float, *, pitch: float, level: int) -> Shell:
             if j != i and len(facet) > 2:
                 # Keep what lies nearer to wall i than to wall j.
                 normal = inward[j] - inward[i]
-                offset = float(inward[j] @ ring[j] - inward[i] @ ring[i])
+                offset = float((inward[j] * ring[j] - inward[i] * ring[i]).sum())
                 facet = _clipped(facet, normal, offset)
         if len(facet) > 2:
             rise = slope * ((facet - ring[i]) @ inward[i])
@@ -173,7 +174,7 @@ def split_at(ring: Floats, across: Floats, middle: float) -> Floats:
     found = []
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         found.append(a)
-        one, other = float(a @ across) - middle, float(b @ across) - middle
+        one, other = (float(settled((p * across).sum() - middle)) for p in (a, b))
         if one * other < -1e-9:
             found.append(a + (b - a) * one / (one - other))
     return np.array(found)
@@ -184,7 +185,7 @@ def gutters(plan: Floats, height: float, level: int) -> Shell:
     if level != NEAR:
         return {}
     after = np.roll(plan, -1, axis=0)
-    i = int(np.argmax(np.linalg.norm(after - plan, axis=1)))
+    i = int(np.argmax(settled(np.linalg.norm(after - plan, axis=1))))
     (ax, ay), (bx, by) = plan[i], after[i]
     pipes = [
         box((x - 0.05, y - 0.05, 0.0), (x + 0.05, y + 0.05, height))
@@ -226,7 +227,9 @@ def _half(area: Polygon, line: tuple[Floats, float]) -> list[Floats]:
             start - far * along + far * across,
         ]
     )
-    pieces = shapely.get_parts(shapely.intersection(area, half)).tolist()
+    # Where rings begin is the overlay's choice, which hangs on last bits.
+    cut = shapely.transform(shapely.intersection(area, half), settled)
+    pieces = shapely.get_parts(shapely.normalize(cut)).tolist()
     return [_fill(piece) for piece in pieces if piece.geom_type == "Polygon" and piece.area > 1e-4]
 
 
@@ -246,7 +249,7 @@ def _fan(corners: Floats) -> Floats:
 
 def _clipped(ring: Floats, normal: Floats, offset: float) -> Floats:
     """The part of a convex ring, (n, 2), where `normal @ p >= offset` (Sutherland-Hodgman)."""
-    side = ring @ normal - offset
+    side = settled((ring * normal).sum(axis=1) - offset)
     found = []
     for k in range(len(ring)):
         a, b, one, other = ring[k - 1], ring[k], side[k - 1], side[k]

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 
 Line = Sequence[tuple[float, float]]
 
@@ -128,8 +128,7 @@ def lettering(text: str, *, height: float, weight: float = 0.16, gap: float = 0.
         return np.zeros((0, 3, 2))
     drawn = np.concatenate(pieces)
     low, high = drawn.reshape(-1, 2).min(axis=0), drawn.reshape(-1, 2).max(axis=0)
-    centred: Floats = (drawn - [(low[0] + high[0]) / 2, 0.5]) * height
-    return centred
+    return settled((drawn - [(low[0] + high[0]) / 2, 0.5]) * height)
 
 
 def ribbon(points: Floats, width: float) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 
 
 def triangulate(polygon: Polygon) -> tuple[Floats, Ints]:
@@ -26,8 +26,9 @@ def triangulate(polygon: Polygon) -> tuple[Floats, Ints]:
     loops = [shapely.get_coordinates(ring)[:-1] for ring in rings]
     vertices = np.concatenate(loops)
     ends = np.cumsum([len(loop) for loop in loops]).astype(np.uint32)
-    # Small numbers keep earcut's predicates exact far from the origin.
-    local = vertices - vertices[0]
+    # Small numbers keep earcut's predicates exact far from the origin; a row of corners on
+    # one line must not bend either way by a last bit.
+    local = settled(vertices - vertices[0])
     faces = mapbox_earcut.triangulate_float64(local, ends).reshape(-1, 3).astype(np.int64)
     return vertices, _counter_clockwise(vertices, faces)
 

@@ -24,12 +24,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.shapes.mesh_files import Solid, read_solids
 from sumo3dviz_pt.shapes.solids import shaded
+from sumo3dviz_pt.yaml12 import parse_yaml
 
 _KEY = "vehicles.user_models"
 _KNOWN = ("mesh", "forward", "up", "scale", "materials", "lamps")
@@ -38,6 +39,12 @@ _CREASE = float(np.radians(35.0))
 """Edges sharper than this stay sharp."""
 
 _SMOOTHEST = 0.05  # smoother materials make fireflies
+_SCALES = (1e-6, 1e4)  # metres per unit: micrometres, and more than any
+_LONGEST = 1000.0  # of a model as drawn [m]
+_SHORTEST = 0.01
+_SLIMMEST = 50.0  # times as high or wide as long; what is taken the wrong way round is more
+_MOST_LAMPS = 200
+_LARGEST_LAMP = 20.0  # [m]
 LAMP_ROLES = ("head", "tail", "brake", "left", "right", "reverse", "blue", "sign")
 
 
@@ -86,26 +93,60 @@ def read_user_vehicle(path: Path, *, materials: Collection[str]) -> UserVehicle:
             YAML file holds what it must not.
     """
     options = _options(path)
+    mesh_path = _mesh_path(path, options)
+    fitted = options.get("scale") == "fit"
+    body_from_file = _axes(options, gltf=mesh_path.suffix.lower() in (".glb", ".gltf"))
+    chosen = _finishes(options.get("materials") or {}, materials, path)
+    lamps = _lamps(options.get("lamps") or [], path)
+    found = [
+        (_turned(solid.mesh, body_from_file), _finish(solid.names, _own_finish(solid), chosen))
+        for solid in read_solids(mesh_path, key=_KEY)
+    ]
+    corners = np.stack([mesh.bounds for mesh, _ in found])
+    low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
+    _check_size(mesh_path, high - low, fitted=fitted)
+    shift = np.array([-high[0], -(low[1] + high[1]) / 2.0, -low[2]])
+    pieces = [
+        (Mesh(mesh.vertices + shift, mesh.faces, mesh.normals), finish) for mesh, finish in found
+    ]
+    return UserVehicle(tuple(pieces), lamps, fitted)
+
+
+def _check_size(path: Path, sides: Floats, *, fitted: bool) -> None:
+    """Refuse what is as long as a town or as small as a nail: its unit is not the metre."""
+    length, longest = float(sides[0]), float(sides.max())
+    if length <= 0.0 or longest > _SLIMMEST * length:
+        length, width, height = sides
+        raise ConfigError(
+            f"{path} is {length:.3g} long, {width:.3g} wide and {height:.3g} high; say in a YAML"
+            " file which way is forward and up",
+            key=_KEY,
+        )
+    if not fitted and not _SHORTEST <= longest <= _LONGEST:
+        raise ConfigError(
+            f"{path} is {longest:.3g} m long; name it in a YAML file with its scale, in metres"
+            " per unit, or with scale: fit",
+            key=_KEY,
+        )
+
+
+def check_user_file(path: Path) -> None:
+    """Refuse a file that is not there or of an unknown kind, without reading its mesh.
+
+    Raises:
+        ConfigError: As `read_user_vehicle`.
+    """
+    _mesh_path(path, _options(path))
+
+
+def _mesh_path(path: Path, options: Mapping[str, Any]) -> Path:
+    """Where the mesh lies."""
     mesh_path = path.parent / str(options["mesh"])
     if mesh_path.suffix.lower() not in _SUFFIXES:
         raise ConfigError(f"{mesh_path.name} is none of {', '.join(_SUFFIXES)}", key=_KEY)
     if not mesh_path.is_file():
         raise ConfigError(f"there is no file {mesh_path}", key=_KEY)
-    fitted = options.get("scale") == "fit"
-    body_from_file = _axes(options, gltf=mesh_path.suffix.lower() in (".glb", ".gltf"))
-    chosen = _finishes(options.get("materials", {}), materials, path)
-    found = [
-        (_turned(mesh, body_from_file), _finish(names, own, chosen))
-        for mesh, names, own in _load(mesh_path)
-    ]
-    corners = np.stack([mesh.bounds for mesh, _ in found])
-    low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
-    shift = np.array([-high[0], -(low[1] + high[1]) / 2.0, -low[2]])
-    pieces = [
-        (Mesh(mesh.vertices + shift, mesh.faces, mesh.normals), finish) for mesh, finish in found
-    ]
-    lamps = tuple(_lamp(row, path) for row in options.get("lamps") or ())
-    return UserVehicle(tuple(pieces), lamps, fitted)
+    return mesh_path
 
 
 def _options(path: Path) -> Mapping[str, Any]:
@@ -113,12 +154,15 @@ def _options(path: Path) -> Mapping[str, Any]:
     if path.suffix.lower() not in (".yaml", ".yml"):
         return {"mesh": path.name}
     try:
-        options = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f"{path} cannot be read: {error}", key=_KEY) from error
-    if not isinstance(options, dict) or "mesh" not in options or set(options) - set(_KNOWN):
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "it is no text in UTF-8"
+        raise ConfigError(f"{path} cannot be read: {why}", key=_KEY) from error
+    options, _ = parse_yaml(text, file=path)
+    known = isinstance(options, dict) and not set(options) - set(_KNOWN)
+    if not known or not isinstance(options.get("mesh"), str):
         raise ConfigError(f"{path} must hold mesh and may hold {', '.join(_KNOWN[1:])}", key=_KEY)
-    return options
+    return dict(options)
 
 
 def _axes(options: Mapping[str, Any], *, gltf: bool) -> Floats:
@@ -127,18 +171,25 @@ def _axes(options: Mapping[str, Any], *, gltf: bool) -> Floats:
     up = _axis(str(options.get("up", "+y" if gltf else "+z")))
     scale = options.get("scale", 1.0)
     scale = 1.0 if scale == "fit" else scale
-    if not isinstance(scale, int | float) or not 0.0 < scale < float("inf"):
-        raise ConfigError(f"scale must be a positive number or fit, not {scale!r}", key=_KEY)
+    if not _lies(scale, *_SCALES):
+        low, high = _SCALES
+        message = f"scale must be a positive number from {low:g} to {high:g} or fit"
+        raise ConfigError(f"{message}, not {cut(repr(scale))}", key=_KEY)
     if abs(forward @ up) > 0.5:
         raise ConfigError("forward and up must be different axes", key=_KEY)
     return np.asarray(float(scale) * np.stack([forward, np.cross(up, forward), up]))
+
+
+def _lies(value: Any, low: float, high: float) -> bool:
+    """Whether a value is a number between two."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
 
 
 def _axis(word: str) -> Floats:
     """A unit vector from a word such as `-y`."""
     sign, letter = (word[0], word[1:]) if word[:1] in ("+", "-") else ("+", word)
     if letter not in ("x", "y", "z"):
-        raise ConfigError(f"an axis is written +x, -y, ..., not {word!r}", key=_KEY)
+        raise ConfigError(f"an axis is written +x, -y, ..., not {cut(repr(word))}", key=_KEY)
     axis = np.eye(3)["xyz".index(letter)]
     return np.asarray(-axis if sign == "-" else axis)
 
@@ -163,13 +214,15 @@ def _wanted(value: Any, known: Collection[str], path: Path) -> Finish:
     """One material of the YAML file."""
     if isinstance(value, str):
         if value not in known:
-            raise ConfigError(f"{path}: no material is called {value!r}", key=_KEY)
+            hint = f"known: {', '.join(sorted(known))}"
+            message = f"{path}: no material is called {cut(repr(value))}; {hint}"
+            raise ConfigError(message, key=_KEY)
         return Finish(named=value)
     keys = {"colour", "roughness", "metallic"}
     if not isinstance(value, Mapping) or set(value) - keys or "colour" not in value:
         raise ConfigError(f"{path}: a material has colour, roughness, metallic", key=_KEY)
     shares = [value.get("roughness", 0.35), value.get("metallic", 0.0)]
-    if not all(isinstance(share, int | float) and 0.0 <= share <= 1.0 for share in shares):
+    if not all(_lies(share, 0.0, 1.0) for share in shares):
         raise ConfigError(f"{path}: roughness and metallic lie in 0..1", key=_KEY)
     colour = _hexadecimal(str(value["colour"]), path)
     return Finish("", colour, max(float(shares[0]), _SMOOTHEST), float(shares[1]))
@@ -182,7 +235,8 @@ def _hexadecimal(text: str, path: Path) -> Colour:
             raise ValueError
         encoded = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     except ValueError:
-        raise ConfigError(f"{path}: a colour is written #rrggbb, not {text!r}", key=_KEY) from None
+        message = f"{path}: a colour is written #rrggbb, not {cut(repr(text))}"
+        raise ConfigError(message, key=_KEY) from None
     return _linear(np.array(encoded))
 
 
@@ -194,6 +248,14 @@ def _finish(names: tuple[str, ...], own: Finish, chosen: Named) -> Finish:
     return own
 
 
+def _lamps(rows: Any, path: Path) -> tuple[VehicleLamp, ...]:
+    """The lamps of the YAML file."""
+    if not isinstance(rows, list) or len(rows) > _MOST_LAMPS:
+        message = f"{path}: lamps must be a list of at most {_MOST_LAMPS} lamps"
+        raise ConfigError(message, key=_KEY)
+    return tuple(_lamp(row, path) for row in rows)
+
+
 def _lamp(row: Any, path: Path) -> VehicleLamp:
     """A lamp of the YAML file; angles there are degrees."""
     try:
@@ -203,54 +265,22 @@ def _lamp(row: Any, path: Path) -> VehicleLamp:
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         message = f"{path}: a lamp has role, at: [x, y, z], size: [w, h] and yaw"
         raise ConfigError(message, key=_KEY) from error
-    if role not in LAMP_ROLES or width <= 0.0 or height <= 0.0:
+    sides = all(0.0 < side <= _LARGEST_LAMP for side in (width, height))
+    if role not in LAMP_ROLES or not sides:
         raise ConfigError(f"{path}: roles are {', '.join(LAMP_ROLES)}, sizes positive", key=_KEY)
+    if not all(abs(value) <= _LONGEST for value in (x, y, z, yaw)):
+        raise ConfigError(f"{path}: a lamp lies at most {_LONGEST:g} m away", key=_KEY)
     return VehicleLamp(role, (x, y, z), (width, height), yaw)
 
 
-def _load(path: Path) -> list[tuple[Mesh, tuple[str, ...], Finish]]:
-    """All triangle meshes of a file, in its own frame, with their names and looks."""
-    import trimesh
-
-    try:
-        scene: Any = trimesh.load(path, force="scene")
-        solids = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh)]
-    except Exception as error:  # trimesh's readers raise anything
-        raise ConfigError(f"{path} cannot be read: {error}", key=_KEY) from error
-    found = [(_solid(solid), _names(solid), _own_finish(solid)) for solid in solids]
-    found = [item for item in found if len(item[0].faces)]
-    if not found:
-        raise ConfigError(f"{path} holds no triangles", key=_KEY)
-    return found
-
-
-def _solid(solid: Any) -> Mesh:
-    """A mesh whose equal vertices are one, without faces that have no area."""
-    solid = solid.copy()
-    solid.merge_vertices(merge_tex=True, merge_norm=True)
-    keep = solid.area_faces > 1e-12
-    return Mesh(np.asarray(solid.vertices), np.asarray(solid.faces)[keep])
-
-
-def _names(solid: Any) -> tuple[str, ...]:
-    """Names of a mesh and of its material."""
-    material = getattr(solid.visual, "material", None)
-    names = [solid.metadata.get("name"), getattr(material, "name", None)]
-    return tuple(str(name) for name in names if name)
-
-
-def _own_finish(solid: Any) -> Finish:
+def _own_finish(solid: Solid) -> Finish:
     """What the file says a mesh looks like; without a word it is painted."""
-    visual = solid.visual
-    if not visual.defined:
+    if solid.rgba is None:
         return Finish(named="paint")
-    material = getattr(visual, "material", visual)
-    rgba = np.asarray(material.main_color, dtype=np.float64) / 255.0
-    if getattr(material, "alphaMode", None) == "BLEND" or rgba[3] < 0.9:
+    if solid.blended or solid.rgba[3] < 0.9:
         return Finish(named="glass")
-    rough, metal = (getattr(material, f"{key}Factor", None) for key in ("roughness", "metallic"))
-    roughness = 0.35 if rough is None else max(float(rough), _SMOOTHEST)
-    return Finish("", _linear(rgba[:3]), roughness, 0.0 if metal is None else float(metal))
+    rough = 0.35 if solid.roughness is None else max(solid.roughness, _SMOOTHEST)
+    return Finish("", _linear(solid.rgba[:3]), rough, solid.metallic or 0.0)
 
 
 def _linear(encoded: Floats) -> Colour:

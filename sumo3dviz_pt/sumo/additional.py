@@ -7,8 +7,10 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.geometry import frozen
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import (
     Colour,
@@ -85,11 +87,15 @@ def _unusable(element: Element) -> str:
 
 
 def _poi(element: Element, params: dict[str, str]) -> Poi:
-    angle = element.number("angle") if "angle" in element.attributes else None
+    given = "angle" in element.attributes
+    angle = element.number("angle", within=bounds.ANGLE) if given else None
     return Poi(
         id=element.text("id"),
         type=element.text("type", ""),
-        position=(element.number("x"), element.number("y")),
+        position=(
+            element.number("x", within=bounds.COORDINATE),
+            element.number("y", within=bounds.COORDINATE),
+        ),
         yaw=None if angle is None else yaw_from_angle_deg(angle),
         colour=colour_of(element),
         source=str(element.file),
@@ -124,7 +130,7 @@ def colour_of(element: Element) -> Colour | None:
         return parse_colour(text)
     except ValueError:
         raise element.error(
-            f'color="{text}" must be a name, #rrggbb or r,g,b with 0-255 or 0-1'
+            f'color="{cut(text)}" must be a name, #rrggbb or r,g,b with 0-255 or 0-1'
         ) from None
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from array import array
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf, nan
 from pathlib import Path
 from typing import NoReturn
@@ -17,9 +17,10 @@ from xml.parsers import expat
 
 import numpy as np
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import TrafficLog
+from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.forward import FastForward
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError, check_root, feed
 from sumo3dviz_pt.sumo.traces import COLUMNS, Rows, build_traces
@@ -29,8 +30,26 @@ logger = logging.getLogger(__name__)
 
 KINDS = frozenset({"vehicle", "person", "container"})
 _WHAT = "a vehicle log of SUMO (--fcd-output)"
-_FAR = 1e9
-"""Coordinates beyond this are no metres on Earth [m]; NaN fails the test too."""
+_FAR, _HIGH, _TURN = bounds.COORDINATE.high, bounds.HEIGHT.high, bounds.ANGLE.high
+_OLDEST, _NEWEST = bounds.SECONDS.low, bounds.SECONDS.high
+_BITS = bounds.SIGNAL_BITS.high
+_RANGES = {
+    "x": bounds.COORDINATE,
+    "y": bounds.COORDINATE,
+    "z": bounds.HEIGHT,
+    "angle": bounds.ANGLE,
+    "speed": bounds.ANY,
+    "slope": bounds.ANGLE,
+    "pos": bounds.ANY,
+    "signals": bounds.SIGNAL_BITS,  # last: whole numbers
+}
+"""What the numbers of a row may be, by attribute; speeds that cannot be count as none."""
+
+_BLOCK = 200_000 * COLUMNS
+"""Numbers after which rows that nobody keeps are passed on: 16 MB."""
+
+Drain = Callable[[Rows, Sequence[float]], None]
+"""Takes rows, and the times of all steps so far [s]."""
 
 
 def read_trajectories(
@@ -86,6 +105,34 @@ def read_trajectories(
     )
 
 
+def stream_rows(
+    paths: Iterable[Path],
+    drain: Drain,
+    *,
+    allow_truncated: bool = False,
+) -> tuple[str, ...]:
+    """Pass the rows of whole vehicle logs on in blocks of whole steps, without keeping them.
+
+    Args:
+        paths: Logs that belong together.
+        drain: Called with the rows of a block and the times of the log's steps so far.
+        allow_truncated: Use the complete steps of a log that breaks off.
+
+    Returns:
+        Ids of lanes and edges, which the rows name by their index.
+
+    Raises:
+        InputError: If a log is damaged, breaks off or holds no step.
+    """
+    lanes: dict[str, int] = {}
+    for file in map(Path, paths):
+        reader = _Reader(file, (-inf, inf), lanes, drain=drain)
+        reader.read(allow_truncated=allow_truncated)
+        _check_steps(np.array(reader.steps), (-inf, inf), [file], asked=(-inf, inf))
+        drain(reader.rows, reader.steps)
+    return tuple(lanes)
+
+
 def _move(source: Rows, target: Rows) -> None:
     """Add rows to others; the source is emptied, so that nothing is held twice."""
     for key in list(source):
@@ -127,8 +174,16 @@ class _DoneError(Exception):
 class _Reader:
     """The state of reading one log."""
 
-    def __init__(self, file: Path, window: tuple[float, float], lanes: dict[str, int]) -> None:
+    def __init__(
+        self,
+        file: Path,
+        window: tuple[float, float],
+        lanes: dict[str, int],
+        *,
+        drain: Drain | None = None,
+    ) -> None:
         self.file = file
+        self._drain = drain
         self.rows: Rows = {}
         self.steps = array("d")
         self._begin, self._end = window
@@ -168,13 +223,16 @@ class _Reader:
         """Enter a time step and choose whether its rows are kept."""
         try:
             time = float(attributes["time"])
-            time = parse_time(attributes["time"]) if not -inf < time < inf else time
+            time = parse_time(attributes["time"]) if not _OLDEST <= time <= _NEWEST else time
         except (KeyError, ValueError):
             time = self._odd_time(attributes)
         # Once rows are kept nothing past the window matters; without any, the error
         # message needs to know where the log ends.
         if time > self._end and self._kept:
             raise _DoneError
+        if self._drain is not None and sum(map(len, self.rows.values())) >= _BLOCK:
+            self._drain(self.rows, self.steps)
+            self.rows.clear()
         self._time = time
         self.steps.append(time)
         inside = self._begin <= time <= self._end
@@ -198,9 +256,11 @@ class _Reader:
         except (KeyError, ValueError):
             self._refuse(tag, attributes)
         # Written so that NaN fails too.
-        if not (-_FAR < x < _FAR and -_FAR < y < _FAR and -_FAR < z < _FAR):
+        if not (-_FAR <= x <= _FAR and -_FAR <= y <= _FAR and -_HIGH <= z <= _HIGH):
             self._refuse(tag, attributes)
-        if not (-_FAR < angle < _FAR and -_FAR < slope < _FAR):
+        if not (-_TURN <= angle <= _TURN and -_TURN <= slope <= _TURN):
+            self._refuse(tag, attributes)
+        if not -1 <= signals <= _BITS:
             self._refuse(tag, attributes)
         if tag != "vehicle" and get("vehicle") and get("stage", "driving") == "driving":
             return
@@ -217,7 +277,7 @@ class _Reader:
         try:
             return parse_time(text)
         except ValueError:
-            message = f'time="{text}" must be seconds, h:m:s or d:h:m:s'
+            message = f'time="{cut(text)}" must be seconds, h:m:s or d:h:m:s, {bounds.SECONDS}'
             raise self._element("timestep", attributes).error(message) from None
 
     def _refuse(self, tag: str, attributes: Mapping[str, str]) -> NoReturn:
@@ -229,11 +289,12 @@ class _Reader:
                     f'the attribute "{name}" is missing; log at least x,y,angle '
                     "(--fcd-output.attributes)"
                 )
-        for name in ("x", "y", "z", "angle", "speed", "slope", "pos", "signals"):
-            value = element.number(name, 0.0)
-            if abs(value) >= _FAR:
+        for name, within in _RANGES.items():
+            if element.number(name, 0.0) not in within:
                 break
-        raise element.error(f'{name}="{attributes[name]}" cannot be; run the simulation again')
+        raise element.error(
+            f'{name}="{cut(attributes[name])}" cannot be: {_RANGES[name]}; run the simulation again'
+        )
 
     def _element(self, tag: str, attributes: Mapping[str, str]) -> Element:
         skipped = self._forward.lines if self._forward else 0

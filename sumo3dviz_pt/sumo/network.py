@@ -3,36 +3,44 @@
 from __future__ import annotations
 
 import logging
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
+from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import parse_flag, parse_points
 
 logger = logging.getLogger(__name__)
 
+_T = TypeVar("_T")
+
 DEFAULT_LANE_WIDTH = 3.2
 """SUMO's lane width where the file gives none [m]."""
 
 _DEFAULT_SPEED = 13.89
 _SHORTEST_LANE = 0.01
+_NARROWEST_LANE = 0.01
 
 
 @dataclass(slots=True)
 class _Draft:
     """A network while its file is being read."""
 
-    edges: list[tuple[Element, list[Lane]]] = field(default_factory=list)
-    junctions: dict[str, Junction] = field(default_factory=dict)
-    connections: list[Connection] = field(default_factory=list)
+    edges: dict[str, tuple[Element, list[Lane]]] = field(default_factory=dict)
+    junctions: dict[str, tuple[Element, Junction]] = field(default_factory=dict)
+    connections: list[tuple[Element, Connection]] = field(default_factory=list)
     location: Location = field(default_factory=Location)
     left_hand: bool = False
+    lanes: dict[str, Lane] = field(default_factory=dict)
+    way: float = 0.0
 
 
 def read_network(path: Path) -> Network:
@@ -48,19 +56,61 @@ def read_network(path: Path) -> Network:
         Edges of every function, junctions and connections, in net coordinates.
 
     Raises:
-        InputError: If the file is damaged, no network, has no lane, or a lane has no shape.
+        InputError: If the file is damaged, no network, has no lane, a lane has no shape, a
+            number is out of range, an id stands twice, or something names a lane or edge
+            that is not there.
     """
     draft = _Draft()
     for element in read_elements(path, root="net", what="a SUMO network"):
         _take(draft, element)
-    edges = {e.text("id"): _edge(e, lanes) for e, lanes in draft.edges}
-    network = Network(
-        edges, draft.junctions, tuple(draft.connections), draft.location, draft.left_hand
-    )
-    if not network.lanes:
+    if not draft.edges:
         message = "the network has no lane; write it again with netedit or netconvert"
         raise InputError(message, file=path)
+    network = Network(
+        {key: _edge(element, lanes) for key, (element, lanes) in draft.edges.items()},
+        {key: junction for key, (_, junction) in draft.junctions.items()},
+        tuple(connection for _, connection in draft.connections),
+        draft.location,
+        draft.left_hand,
+    )
+    _check_names(draft, network)
+    if draft.way > bounds.MOST_WAY:
+        raise InputError(
+            f"all lanes together are {draft.way / 1e3:,.0f} km long, and at most"
+            f" {bounds.MOST_WAY / 1e3:,.0f} km can be drawn; cut the network to the place",
+            file=path,
+        )
     return network
+
+
+def read_location(path: Path) -> Location:
+    """Read where a road network lies on the Earth, and no more of it.
+
+    Raises:
+        InputError: If the file is damaged or no network.
+    """
+    elements = read_elements(path, root="net", what="a SUMO network")
+    for element in elements:
+        if element.tag == "location":
+            return _location(element)
+    return Location()
+
+
+def _check_names(draft: _Draft, network: Network) -> None:
+    """What connections and junctions name must be there; SUMO would refuse it, too."""
+    for element, connection in draft.connections:
+        for lane in (connection.from_lane, connection.to_lane, connection.via):
+            if lane and lane not in network.lanes:
+                raise element.error(_unknown("lane", lane))
+    for element, junction in draft.junctions.values():
+        for lane in junction.incoming_lanes:
+            if lane not in network.lanes:
+                raise element.error(_unknown("lane", lane))
+
+
+def _unknown(what: str, name: str) -> str:
+    """Say that something is missing."""
+    return f'the network has no {what} "{cut(name)}"; write the network again with netconvert'
 
 
 def _take(draft: _Draft, element: Element) -> None:
@@ -71,44 +121,59 @@ def _take(draft: _Draft, element: Element) -> None:
         case "location":
             draft.location = _location(element)
         case "edge":
-            draft.edges.append((element, []))
+            _add(draft.edges, element, (element, []))
         case "lane" if draft.edges:
-            draft.edges[-1][1].append(_lane(element, draft.edges[-1]))
+            owner, siblings = draft.edges[next(reversed(draft.edges))]
+            shape = _lane_shape(element)
+            way = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
+            lane = _lane(element, owner, shape, way=way, place=len(siblings))
+            _add(draft.lanes, element, lane)
+            siblings.append(lane)
+            draft.way += way
         case "junction":
-            draft.junctions[element.text("id")] = _junction(element)
+            _add(draft.junctions, element, (element, _junction(element)))
         case "connection":
-            draft.connections.append(_connection(element))
+            draft.connections.append((element, _connection(element)))
+
+
+def _add(known: dict[str, _T], element: Element, made: _T) -> None:
+    """Add something under its id, which must be new."""
+    if element.text("id") in known:
+        raise element.error("the id stands twice in the network; remove or rename one")
+    known[element.text("id")] = made
 
 
 def _edge(element: Element, lanes: list[Lane]) -> Edge:
+    if not lanes:
+        raise element.error("the edge has no lane; write the network again with netconvert")
+    function = element.text("function", "normal") or "normal"
+    # netconvert itself numbers lanes of second internal edges twice.
+    if function == "normal" and len({lane.index for lane in lanes}) < len(lanes):
+        raise element.error("two of the edge's lanes have the same index; number them 0, 1, ...")
     return Edge(
         id=element.text("id"),
-        function=element.text("function", "normal") or "normal",
+        function=function,
         from_junction=element.text("from", ""),
         to_junction=element.text("to", ""),
         lanes=tuple(sorted(lanes, key=lambda lane: lane.index)),
         type=element.text("type", ""),
-        priority=int(element.number("priority", -1)),
+        priority=element.integer("priority", -1, within=bounds.PRIORITY),
         crossed_edges=tuple(element.text("crossingEdges", "").split()),
     )
 
 
-def _lane(element: Element, edge: tuple[Element, list[Lane]]) -> Lane:
-    owner, siblings = edge
-    shape = _lane_shape(element)
+def _lane(element: Element, owner: Element, shape: Floats, *, way: float, place: int) -> Lane:
     outline = _points(element, "outlineShape")
-    width = element.number("width", DEFAULT_LANE_WIDTH)
+    width = element.number("width", DEFAULT_LANE_WIDTH, within=bounds.LANE_WIDTH)
     return Lane(
         id=element.text("id"),
         edge_id=owner.text("id"),
-        index=int(element.number("index", len(siblings))),
+        index=element.integer("index", place, within=bounds.INDEX),
         shape=shape,
         # SUMO writes -1 for "not given" in some generated files.
-        width=width if width > 0 else DEFAULT_LANE_WIDTH,
-        speed=element.number("speed", _DEFAULT_SPEED),
-        length=element.number(
-            "length", float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
-        ),
+        width=width if width >= _NARROWEST_LANE else DEFAULT_LANE_WIDTH,
+        speed=element.number("speed", _DEFAULT_SPEED, within=bounds.SPEED_LIMIT),
+        length=element.number("length", way, within=bounds.LANE_LENGTH),
         allowed=allowed_classes(element.text("allow", ""), element.text("disallow", "")),
         outline=outline if len(outline) >= 3 else None,
     )
@@ -137,7 +202,13 @@ def _junction(element: Element) -> Junction:
     return Junction(
         id=element.text("id"),
         type=element.text("type", ""),
-        position=frozen([element.number("x"), element.number("y"), element.number("z", 0.0)]),
+        position=frozen(
+            [
+                element.number("x", within=bounds.COORDINATE),
+                element.number("y", within=bounds.COORDINATE),
+                element.number("z", 0.0, within=bounds.HEIGHT),
+            ]
+        ),
         outline=_points(element, "shape"),
         incoming_lanes=tuple(element.text("incLanes", "").split()),
     )
@@ -153,7 +224,7 @@ def _connection(element: Element) -> Connection:
         to_lane=to_lane,
         via=element.text("via", ""),
         tls=element.text("tl", ""),
-        link_index=int(element.number("linkIndex", -1)),
+        link_index=element.integer("linkIndex", -1, within=bounds.LINK_INDEX),
         direction=element.text("dir", "s"),
         state=element.text("state", ""),
     )
@@ -180,6 +251,6 @@ def _numbers(element: Element, key: str, count: int) -> list[float]:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
         numbers = []
-    if len(numbers) != count:
-        raise element.error(f'{key}="{text}" must be {count} numbers')
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
+        raise element.error(f'{key}="{cut(text)}" must be {count} numbers')
     return numbers

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
-from sumo3dviz_pt.model.traffic import Trace, TrafficLog, VehicleType
+from sumo3dviz_pt.model.traffic import SignalPhases, Trace, TrafficLog, VehicleType
 from sumo3dviz_pt.sumo.additional import read_additional
+from sumo3dviz_pt.sumo.belonging import Rows, check_belonging, first_rows, misfit
 from sumo3dviz_pt.sumo.classes import DEFAULT_TYPES, TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.heights import with_heights
@@ -23,8 +24,8 @@ from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
 
 logger = logging.getLogger(__name__)
 
-_MARGIN = 1000.0
-"""How far off the network something may still be part of the scenario [m]."""
+_TRACES = 700
+"""Road users of each kind that are looked at to see whether a log is of its network."""
 
 
 def read_scenario(
@@ -55,6 +56,8 @@ def read_scenario(
         InputError: If a file is damaged or the log does not belong to the network.
     """
     network = read_network(files.network)
+    for path in files.trajectories:
+        _check_rows(first_rows(path), network, files, path)
     log = read_trajectories(
         files.trajectories,
         begin=begin,
@@ -62,15 +65,17 @@ def read_scenario(
         margin=margin,
         allow_truncated=allow_truncated,
     )
-    _check_place(log, network, files)
+    _check_log(log, network, files)
     traces = with_heights(tuple(_typed(trace) for trace in log.traces), network)
     types = read_vehicle_types(files.vehicle_types)
     pois, polygons = read_additional(files.additional)
+    signals = read_signals(files.signals)
+    _compare_lights(signals, network, files)
     return Scenario(
         network=network,
         traffic=replace(log, traces=traces),
         vehicle_types=types | _defaults(traces, types),
-        signals=read_signals(files.signals),
+        signals=signals,
         pois=pois,
         polygons=polygons,
         stops=read_stops(files.additional),
@@ -93,27 +98,49 @@ def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[st
     return {type_id: default_vehicle_type(type_id, kind) for type_id, kind in kinds.items()}
 
 
-def _check_place(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
-    """Refuse a log that does not lie on the network, or whose positions are degrees.
+def _compare_lights(
+    signals: Mapping[str, SignalPhases], network: Network, files: ScenarioFiles
+) -> None:
+    """Warn of a signal log of another network; without a log, lights are dark, too."""
+    known = {connection.tls for connection in network.connections}
+    if signals and not known & set(signals):
+        logger.warning(
+            "%s: none of its traffic lights is in the network (it has %s); all stay dark",
+            files.signals[0],
+            ", ".join(sorted(signals)[:3]),
+        )
 
-    SUMO shifts vehicles only for `--fcd-output.utm`, so each kind is judged by itself.
-    """
-    corners = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
-    low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
+
+def _check_rows(rows: Rows, network: Network, files: ScenarioFiles, path: Path) -> None:
+    """Refuse a log of another network by some of its rows."""
+    check_belonging(rows, network, network_file=files.network, log=path)
+
+
+def _check_log(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
+    """Refuse a log of another network, or one whose positions are degrees."""
+    path = files.trajectories[0]
+    _check_rows(_some_rows(log), network, files, path)
     for kind in TYPE_OF_KIND:
         traces = [trace for trace in log.traces if trace.kind == kind]
-        near = any(
-            ((t.positions[:, :2] >= low) & (t.positions[:, :2] <= high)).all(axis=1).any()
-            for t in traces
-        )
-        if traces and (not near or _in_degrees(traces)):
+        if _in_degrees(traces):
             x, y = traces[0].positions[0, :2]
-            raise InputError(
-                f"the log does not lie on the network ({files.network.name}): the first {kind} "
-                f"is at ({x:g}, {y:g}); use the log of this network, written without "
-                "--fcd-output.geo and --fcd-output.utm",
-                file=files.trajectories[0],
-            )
+            reason = f"the first {kind} is at ({x:g}, {y:g})"
+            raise misfit(reason, network_file=files.network, log=path)
+
+
+def _some_rows(log: TrafficLog) -> Rows:
+    """Samples from all over a log; of each kind, since SUMO shifts only vehicles."""
+    rows = Rows()
+    for kind in TYPE_OF_KIND:
+        traces = [trace for trace in log.traces if trace.kind == kind]
+        every = max(1, len(traces) // _TRACES)
+        for trace in traces[::every]:
+            for row in {0, len(trace.times) // 2, len(trace.times) - 1}:
+                x, y = trace.positions[row, :2].tolist()
+                lane = int(trace.lanes[row])
+                name = log.lane_names[lane] if lane >= 0 else ""
+                rows.add(kind, (x, y), name, float(trace.speeds[row]))
+    return rows
 
 
 def _in_degrees(traces: list[Trace]) -> bool:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.sumo.bounds import SIGNAL_LETTERS
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import parse_time
 
@@ -36,7 +38,7 @@ def _read_log(path: Path) -> dict[str, list[tuple[float, str]]]:
     for element in read_elements(path, root="tlsStates", what="a log of SUMO's traffic lights"):
         if element.tag == "tlsState":
             states = log.setdefault(element.text("id"), [])
-            state = element.text("state")
+            state = _state(element)
             if not states or states[-1][1] != state:
                 states.append((_time(element), state))
     return log
@@ -54,9 +56,20 @@ def _phases(tls: str, states: list[tuple[float, str]]) -> SignalPhases:
     )
 
 
+def _state(element: Element) -> str:
+    """The letters of all links."""
+    state = element.text("state")
+    odd = state.strip(SIGNAL_LETTERS) and sorted(set(state) - set(SIGNAL_LETTERS))
+    if odd:
+        raise element.error(
+            f'state="{cut(state)}" holds {odd[0]!r}; each letter is one of {SIGNAL_LETTERS}'
+        )
+    return state
+
+
 def _time(element: Element) -> float:
     text = element.text("time")
     try:
         return parse_time(text)
     except ValueError:
-        raise element.error(f'time="{text}" must be seconds, h:m:s or d:h:m:s') from None
+        raise element.error(f'time="{cut(text)}" must be seconds, h:m:s or d:h:m:s') from None

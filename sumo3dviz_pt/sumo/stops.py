@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from sumo3dviz_pt.model.traffic import Stop
+from sumo3dviz_pt.sumo.bounds import COORDINATE
 from sumo3dviz_pt.sumo.stream import read_elements
 
 
@@ -30,8 +31,8 @@ def read_stops(paths: Iterable[Path]) -> tuple[Stop, ...]:
             stop = Stop(
                 element.text("id"),
                 element.text("lane"),
-                element.number("startPos") if "startPos" in known else None,
-                element.number("endPos") if "endPos" in known else None,
+                element.number("startPos", within=COORDINATE) if "startPos" in known else None,
+                element.number("endPos", within=COORDINATE) if "endPos" in known else None,
             )
             stops.setdefault(stop.id, stop)
     return tuple(stops.values())

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import BinaryIO, cast
 from xml.parsers import expat
 
-from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.sumo.bounds import ANY, Range
 from sumo3dviz_pt.sumo.forward import FastForward
 
 CHUNK = 1 << 18
@@ -60,7 +61,7 @@ class Element:
     def name(self) -> str:
         """How messages call it, such as `lane "a_0"`."""
         own = self.attributes.get("id")
-        return f"<{self.tag}>" if own is None else f'{self.tag} "{own}"'
+        return f"<{cut(self.tag)}>" if own is None else f'{cut(self.tag)} "{cut(own)}"'
 
     def text(self, key: str, default: str | None = None) -> str:
         """An attribute; without a default it must be there.
@@ -73,11 +74,11 @@ class Element:
             raise self.error(f'the attribute "{key}" is missing; add it or write the file again')
         return value
 
-    def number(self, key: str, default: float | None = None) -> float:
+    def number(self, key: str, default: float | None = None, *, within: Range = ANY) -> float:
         """An attribute as a finite number; without a default it must be there.
 
         Raises:
-            InputError: If it is missing or not a finite number.
+            InputError: If it is missing, not a finite number, or out of range.
         """
         if default is not None and key not in self.attributes:
             return default
@@ -87,8 +88,21 @@ class Element:
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
-            raise self.error(f'{key}="{value}" must be a finite number')
+            raise self.error(f'{key}="{cut(value)}" must be a finite number')
+        if number not in within:
+            raise self.error(f'{key}="{cut(value)}" must lie {within}')
         return number
+
+    def integer(self, key: str, default: int | None = None, *, within: Range) -> int:
+        """An attribute as a whole number; without a default it must be there.
+
+        Raises:
+            InputError: If it is missing, not a whole number, or out of range.
+        """
+        number = self.number(key, default, within=within)
+        if number != int(number):
+            raise self.error(f'{key}="{cut(self.text(key))}" must be a whole number')
+        return int(number)
 
 
 def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None = None) -> None:
@@ -107,6 +121,20 @@ def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None
     """
     for _ in _steps(parser, file, forward):
         pass
+
+
+def chunks(file: Path) -> Iterator[bytes]:
+    """The bytes of a file, unpacked.
+
+    Raises:
+        InputError: If it cannot be read.
+    """
+    try:
+        with _opened(file) as stream:
+            while chunk := _chunk(stream):
+                yield chunk
+    except (EOFError, OSError, zlib.error) as error:
+        raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
 
 
 def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iterator[Element]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, frozen
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.sumo.bounds import COORDINATE, SPEED, Range
 
 logger = logging.getLogger(__name__)
 
@@ -40,28 +41,28 @@ def build_traces(rows: Rows) -> tuple[Trace, ...]:
     Returns:
         Traces without the samples of riders.
     """
-    riding = _riding(rows)
+    riding = riding_rows(rows)
     traces: list[Trace] = []
     hidden = 0
     for key in list(rows):
-        table = _table(rows.pop(key))
+        table = table_of(rows.pop(key))
         if key in riding:
             hidden += int(riding[key].sum())
             table = table[~riding[key]]
         if len(table):
-            traces.append(_trace(key, _ordered(table)))
+            traces.append(_trace(key, in_order(table)))
     if hidden:
         logger.info("%d samples of riders coincide with their vehicle and are left out", hidden)
     traces.sort(key=lambda trace: trace.times[0])
     return tuple(traces)
 
 
-def _table(buffer: array[float]) -> Floats:
+def table_of(buffer: array[float]) -> Floats:
     """Packed rows as a table, (n, 10)."""
     return np.frombuffer(buffer, dtype=np.float64).reshape(-1, COLUMNS)
 
 
-def _ordered(table: Floats) -> Floats:
+def in_order(table: Floats) -> Floats:
     """Rows in time order; of several at one time the first that was written."""
     times = table[:, 0]
     if (np.diff(times) > 0).all():
@@ -79,15 +80,20 @@ def _trace(key: Key, table: Floats) -> Trace:
         times=frozen(table[:, 0]),
         positions=frozen(table[:, 1:4]),
         yaws=frozen(np.arctan2(np.sin(yaws), np.cos(yaws))),
-        speeds=frozen(np.where(np.isfinite(table[:, 5]), table[:, 5], np.nan)),
+        speeds=_possible(table[:, 5], SPEED),
         slopes=frozen(np.clip(np.radians(table[:, 6]), -STEEPEST, STEEPEST)),
         lanes=frozen(table[:, 7], np.int64),
         signals=frozen(table[:, 8], np.int64),
-        offsets=frozen(np.where(np.isfinite(table[:, 9]), table[:, 9], np.nan)),
+        offsets=_possible(table[:, 9], COORDINATE),
     )
 
 
-def _riding(rows: Rows) -> dict[Key, Bools]:
+def _possible(values: Floats, within: Range) -> Floats:
+    """Values; NaN, which stands for none, where they are out of range, (n,)."""
+    return frozen(np.where(np.abs(values) <= within.high, values, np.nan))
+
+
+def riding_rows(rows: Rows) -> dict[Key, Bools]:
     """Which rows lie where a vehicle is at the same time, for all that is no vehicle."""
     riding = {
         key: np.zeros(len(buffer) // COLUMNS, dtype=np.bool_)
@@ -98,11 +104,11 @@ def _riding(rows: Rows) -> dict[Key, Bools]:
         return riding
     for shift in _SHIFTS:
         places = np.concatenate(
-            [_place_keys(_table(rows[key]), shift) for key in rows if key not in riding]
+            [_place_keys(table_of(rows[key]), shift) for key in rows if key not in riding]
         )
         places.sort()
         for key, mask in riding.items():
-            keys = _place_keys(_table(rows[key]), shift)
+            keys = _place_keys(table_of(rows[key]), shift)
             found = np.searchsorted(places, keys).clip(max=len(places) - 1)
             mask |= places[found] == keys
     return riding

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
+from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.additional import colour_of
 from sumo3dviz_pt.sumo.classes import (
     CLASS_DEFAULTS,
@@ -14,6 +17,13 @@ from sumo3dviz_pt.sumo.classes import (
     TYPE_OF_KIND,
 )
 from sumo3dviz_pt.sumo.stream import Element, read_elements
+
+_UNITS = {
+    "locomotiveLength": bounds.UNIT_LENGTH,
+    "carriageLength": bounds.UNIT_LENGTH,
+    "carriageGap": bounds.UNIT_GAP,
+}
+"""How a train is split, and what these may be; below 0 stands for not given."""
 
 _DRAWN = ("locomotiveLength", "carriageLength", "carriageGap", "seatingWidth", "imgFile", "osgFile")
 
@@ -71,17 +81,25 @@ def _vehicle_type(element: Element, params: dict[str, str]) -> VehicleType:
     type_id = element.text("id")
     vclass = _vclass(element, DEFAULT_TYPES.get(type_id, "passenger"))
     size = CLASS_DEFAULTS[vclass]
-    drawn = {key: element.attributes[key] for key in _DRAWN if key in element.attributes}
+    drawn = {key: element.attributes[key] for key in _DRAWN if key in element.attributes} | params
+    _check_units(replace(element, attributes=drawn))
     return VehicleType(
         id=type_id,
         vclass=vclass,
-        length=_size(element, "length", size.length),
-        width=_size(element, "width", size.width),
-        height=_size(element, "height", size.height),
+        length=element.number("length", size.length, within=bounds.BODY_LENGTH),
+        width=element.number("width", size.width, within=bounds.BODY_WIDTH),
+        height=element.number("height", size.height, within=bounds.BODY_WIDTH),
         gui_shape=element.text("guiShape", size.gui_shape),
         colour=colour_of(element),
-        params=drawn | params,
+        params=drawn,
     )
+
+
+def _check_units(element: Element) -> None:
+    """Refuse lengths of carriages that no train has."""
+    for key, within in _UNITS.items():
+        if element.number(key, -1.0) > 0.0:
+            element.number(key, within=within)
 
 
 def _vclass(element: Element, default: str) -> str:
@@ -91,12 +109,5 @@ def _vclass(element: Element, default: str) -> str:
         return default
     if vclass not in CLASS_DEFAULTS:
         known = ", ".join(sorted(CLASS_DEFAULTS))
-        raise element.error(f'vClass="{name}" is unknown; SUMO has {known}')
+        raise element.error(f'vClass="{cut(name)}" is unknown; SUMO has {known}')
     return vclass
-
-
-def _size(element: Element, key: str, default: float) -> float:
-    size = element.number(key, default)
-    if size <= 0:
-        raise element.error(f'{key}="{element.text(key)}" must be above 0')
-    return size

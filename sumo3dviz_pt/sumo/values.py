@@ -14,6 +14,16 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from sumo3dviz_pt.errors import cut
+from sumo3dviz_pt.sumo.bounds import (
+    COORDINATE,
+    HEIGHT,
+    MOST_POINTS,
+    MOST_WINDING,
+    PLAIN_POINTS,
+    SECONDS,
+)
+
 Colour = tuple[float, float, float]
 
 _NAMED: dict[str, tuple[int, int, int]] = {
@@ -30,6 +40,7 @@ _NAMED: dict[str, tuple[int, int, int]] = {
     "gray": (128, 128, 128),
 }
 _SECONDS = (1.0, 60.0, 3600.0, 86400.0)
+_FAR, _HIGH = COORDINATE.high, HEIGHT.high
 _TRUE = frozenset({"1", "true", "yes", "on", "x", "t"})
 
 
@@ -40,7 +51,7 @@ def parse_time(text: str) -> float:
         text: Seconds (`12.50`), `h:m:s` or `d:h:m:s`.
 
     Returns:
-        [s], finite.
+        [s], within `bounds.SECONDS`.
 
     Raises:
         ValueError: If it is none of these.
@@ -56,7 +67,7 @@ def parse_time(text: str) -> float:
         if min(values) < 0:
             raise ValueError(f"{text!r} is not a time")
         seconds = sign * sum(v * unit for v, unit in zip(values, _SECONDS, strict=False))
-    if not math.isfinite(seconds):
+    if seconds not in SECONDS:
         raise ValueError(f"{text!r} is not a time")
     return seconds
 
@@ -108,17 +119,39 @@ def parse_points(text: str) -> NDArray[np.float64]:
         Points, (n, 3) [m], without repeated neighbours; n may be 0.
 
     Raises:
-        ValueError: If a point has not two or three finite numbers.
+        ValueError: If a point has not two or three finite numbers or lies off the Earth, or
+            there are too many.
     """
     points: list[tuple[float, float, float]] = []
-    for word in text.split():
-        numbers = [float(part) for part in word.split(",")]
-        if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-            raise ValueError(f"{word!r} is not a point")
+    words = text.split()
+    if len(words) > MOST_POINTS:
+        raise ValueError(f"these are {len(words)}, and at most {MOST_POINTS} can be drawn")
+    for word in words:
+        try:
+            numbers = [float(part) for part in word.split(",")]
+        except ValueError:
+            numbers = []
+        if len(numbers) not in (2, 3):
+            raise ValueError(f"{cut(word)!r} is not a point")
         x, y, z = numbers if len(numbers) == 3 else (*numbers, 0.0)
+        # Written so that NaN fails too.
+        if not (-_FAR <= x <= _FAR and -_FAR <= y <= _FAR and -_HIGH <= z <= _HIGH):
+            off = "lies off the Earth" if all(map(math.isfinite, numbers)) else "is not a point"
+            raise ValueError(f"{cut(word)!r} {off}")
         if not points or points[-1] != (x, y, z):
             points.append((x, y, z))
-    return np.array(points, dtype=np.float64).reshape(-1, 3)
+    shape = np.array(points, dtype=np.float64).reshape(-1, 3)
+    if len(shape) > PLAIN_POINTS:
+        _check_winding(shape[:, :2])
+    return shape
+
+
+def _check_winding(shape: NDArray[np.float64]) -> None:
+    """Refuse a shape that goes to and fro without end."""
+    way = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
+    across = float(np.linalg.norm(np.ptp(shape, axis=0)))
+    if way > MOST_WINDING * across:
+        raise ValueError(f"these go to and fro: {way:,.0f} m within {across:,.0f} m")
 
 
 def yaw_from_angle_deg(angle_deg: float) -> float:

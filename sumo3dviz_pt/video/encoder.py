@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import ConfigError, RenderError
-from sumo3dviz_pt.video.codecs import Codec, codec_named, frame_rate
-from sumo3dviz_pt.video.ffmpeg import Ffmpeg
+from sumo3dviz_pt.model.ratios import Ratio
+from sumo3dviz_pt.video.codecs import AUTO, Codec, codec_named, frame_rate
+from sumo3dviz_pt.video.ffmpeg import Ffmpeg, has_encoder
+from sumo3dviz_pt.video.gif import keeping, paint
 from sumo3dviz_pt.video.yuv import yuv709
 
 Picture = NDArray[Any]
@@ -31,8 +33,8 @@ def encode(
     path: Path,
     *,
     size: tuple[int, int],
-    fps: float | Fraction,
-    codec: str = "h264",
+    fps: Ratio,
+    codec: str = AUTO,
     comment: Mapping[str, Any] | None = None,
 ) -> int:
     """Encode a film in constant memory; it appears under its name only when complete.
@@ -42,9 +44,9 @@ def encode(
     Args:
         frames: sRGB-encoded pictures, (h, w, 3), uint8 or float in [0, 1].
         path: The film.
-        size: Width and height, both even [px].
+        size: Width and height [px]; both even where colours are shared among pixels.
         fps: Frames per second; see `frame_rate`.
-        codec: A name in `CODECS`.
+        codec: A name in `CODECS`, or `auto`.
         comment: Stored as JSON in the film's comment.
 
     Returns:
@@ -56,22 +58,40 @@ def encode(
     """
     kind, rate = check_film(path, size=size, fps=fps, codec=codec)
     part = path.with_name(f"{path.stem}.part{path.suffix}")
-    count = 0
+    raw = part.with_suffix(".nut")
     try:
-        with Ffmpeg(_arguments(kind, size=size, rate=rate, comment=comment, part=part)) as ffmpeg:
-            for count, frame in enumerate(frames, start=1):
-                for plane in _planes(frame, index=count - 1, kind=kind, size=size):
-                    ffmpeg.write(plane.tobytes())
-            if not count:
-                raise RenderError("a film needs at least one frame")
+        # A palette needs to see the whole film first: it is kept without loss meanwhile.
+        first = (
+            keeping(size=size, rate=rate, part=raw)
+            if kind.palette
+            else _arguments(kind, size=size, rate=rate, comment=comment, part=part)
+        )
+        count = _feed(first, frames, kind=kind, size=size)
+        if kind.palette:
+            paint(raw, part)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+        raw.unlink(missing_ok=True)
+    return count
+
+
+def _feed(
+    arguments: list[str], frames: Iterable[Picture], *, kind: Codec, size: tuple[int, int]
+) -> int:
+    """Run ffmpeg on frames, one at a time; how many there were."""
+    count = 0
+    with Ffmpeg(arguments) as ffmpeg:
+        for count, frame in enumerate(frames, start=1):
+            for plane in _planes(frame, index=count - 1, kind=kind, size=size):
+                ffmpeg.write(plane.tobytes())
+        if not count:
+            raise RenderError("a film needs at least one frame")
     return count
 
 
 def check_film(
-    path: Path, *, size: tuple[int, int], fps: float | Fraction, codec: str
+    path: Path, *, size: tuple[int, int], fps: Ratio, codec: str
 ) -> tuple[Codec, Fraction]:
     """Refuse what cannot become a film, before any frame is rendered.
 
@@ -79,16 +99,21 @@ def check_film(
         The codec and the exact frame rate.
 
     Raises:
-        ConfigError: If codec, ending, size, rate or folder do not fit.
+        ConfigError: If codec, ending, size, rate or folder do not fit, or this ffmpeg lacks
+            the encoder.
     """
     kind = codec_named(codec, path=path)
-    if any(side <= 0 or side % 2 for side in size):
+    shared = kind.halved[1]
+    if any(side <= 0 or side % shared for side in size):
         raise ConfigError(
             f"a film's width and height must be even, not {size[0]} x {size[1]}", key="output.size"
         )
     if not path.parent.is_dir():
         raise ConfigError(f"the folder {str(path.parent)!r} does not exist")
-    return kind, fps if isinstance(fps, Fraction) else frame_rate(fps)
+    rate = frame_rate(fps, codec=kind)
+    if not has_encoder(kind.encoder):
+        raise ConfigError(f"this ffmpeg has no encoder {kind.encoder}; choose another codec")
+    return kind, rate
 
 
 def _planes(
@@ -98,6 +123,8 @@ def _planes(
     if frame.shape != (size[1], size[0], 3):
         raise RenderError(f"frame {index} is {frame.shape}, not ({size[1]}, {size[0]}, 3)")
     is_bytes = frame.dtype == np.uint8
+    if kind.palette:
+        return (frame if is_bytes else (np.clip(frame, 0.0, 1.0) * 255 + 0.5).astype(np.uint8),)
     rgb = frame / np.float32(255) if is_bytes else np.clip(frame, 0.0, 1.0)
     # Bytes are rounded already; more noise would not bring their steps back.
     rng = np.random.default_rng(index) if kind.bits == 8 and not is_bytes else None
@@ -116,9 +143,12 @@ def _arguments(
     source = ["-f", "rawvideo", "-pix_fmt", kind.pixels, "-s", f"{size[0]}x{size[1]}"]
     source += ["-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
     target = ["-vf", f"setparams={_TAGS}", *kind.options, "-pix_fmt", kind.pixels]
-    if part.suffix.lower() != ".mkv":
+    if part.suffix.lower() in (".mp4", ".mov"):
         # The index goes to the front, so that browsers can start at once.
         target += ["-movflags", "+faststart"]
+    else:
+        # Matroska would carry a random number.
+        target += ["-fflags", "+bitexact"]
     if comment:
         target += ["-metadata", "comment=" + json.dumps(dict(comment), sort_keys=True)]
     return ["-y", *source, *target, str(part)]

@@ -6,6 +6,7 @@ import contextlib
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from functools import cache
 from types import TracebackType
 
 from sumo3dviz_pt.errors import RenderError
@@ -23,6 +24,14 @@ def ffmpeg_path() -> str:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except RuntimeError as error:
         raise RenderError(f"no ffmpeg found: {error}") from error
+
+
+@cache
+def has_encoder(name: str) -> bool:
+    """Whether this ffmpeg can encode so; builds differ."""
+    command = [ffmpeg_path(), "-hide_banner", "-h", f"encoder={name}"]
+    done = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
+    return done.stdout.startswith(b"Encoder ")
 
 
 class Ffmpeg:

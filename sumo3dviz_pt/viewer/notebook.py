@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import atexit
 import html
-from dataclasses import dataclass
 
+from sumo3dviz_pt.viewer.choices import Choices as Choices
 from sumo3dviz_pt.viewer.server import Server
 from sumo3dviz_pt.viewer.studio import Studio
 
@@ -14,21 +14,6 @@ _BELOW = 120
 
 _NARROW = 960
 """Pictures are shown this wide, as far as the notebook is [px]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Choices:
-    """How a viewer listens and looks.
-
-    Attributes:
-        port: To listen on; 0 takes a free one.
-        token: The secret in the address; None makes one up.
-        height: Of the frame in a notebook [px]; None fits the picture.
-    """
-
-    port: int = 0
-    token: str | None = None
-    height: int | None = None
 
 
 class Viewer:
@@ -40,7 +25,7 @@ class Viewer:
         choices: How it listens and looks.
 
     Attributes:
-        address: Of the page, for a browser on this machine.
+        address: Of the page, for a browser on this machine, or below the notebook's server.
 
     Raises:
         Sumo3dvizError: If the scene cannot be opened, or the port is taken.
@@ -51,9 +36,13 @@ class Viewer:
     ) -> None:
         choices = choices or Choices()
         self._height = choices.height or round(_NARROW * size[1] / size[0]) + _BELOW
-        self._server = Server(studio, port=choices.port, token=choices.token)
+        way = choices.way
+        self._server = Server(studio, port=choices.port, token=choices.token, proxied=bool(way))
         self._server.start()
-        self.address = self._server.address
+        _, _, host, token, _ = self._server.address.split("/")
+        self._port = host.rpartition(":")[2]
+        below = way.replace("{port}", self._port).rstrip("/")
+        self.address = f"{below}/{token}/" if way else self._server.address
         # Daemon threads that render while the interpreter goes away would crash it.
         atexit.register(self.close)
 
@@ -87,10 +76,6 @@ class Viewer:
             ' allow="clipboard-write; fullscreen"></iframe>'
             f'<p><a href="{address}" target="_blank" rel="noopener">In a window of its own</a>.'
             " Nothing to see? The page lies on the machine that runs this notebook; from another"
-            f" one, <code>ssh -L {self._port}:127.0.0.1:{self._port} ...</code> brings it.</p>"
+            f" one, <code>ssh -L {self._port}:127.0.0.1:{self._port} ...</code> brings it, or"
+            ' jupyter-server-proxy there and <code>proxy="/proxy/{port}/"</code> here.</p>'
         )
-
-    @property
-    def _port(self) -> str:
-        """Where it listens."""
-        return self.address.split("/")[2].rpartition(":")[2]

@@ -7,8 +7,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import Finite, Point, Settings
+from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.job import Settings
+from sumo3dviz_pt.job_ranges import Finite, Point, Seconds, Turn, Whole
+
+InputId = Annotated[Whole, Field(ge=0, le=2**53)]
+Pixels = Annotated[Finite, Field(ge=-1e5, le=1e5)]
 
 
 class Keys(Settings):
@@ -16,17 +20,17 @@ class Keys(Settings):
 
     do: Literal["keys"]
     down: tuple[str, ...] = Field(max_length=32)
-    id: int = 0
+    id: InputId = 0
 
 
 class Drag(Settings):
     """The pointer was dragged over the picture [px]."""
 
     do: Literal["drag"]
-    dx: Finite
-    dy: Finite
-    width: Finite = Field(gt=0.0)
-    id: int = 0
+    dx: Pixels
+    dy: Pixels
+    width: Pixels = Field(gt=0.0)
+    id: InputId = 0
 
 
 class GoTo(Settings):
@@ -41,9 +45,9 @@ class Place(Settings):
 
     do: Literal["eye"]
     position: Point
-    heading: Finite
+    heading: Turn
     pitch: Finite = Field(0.0, ge=-90.0, le=90.0)
-    roll: Finite = 0.0
+    roll: Turn = 0.0
     fov: Finite = Field(50.0, ge=2.0, le=170.0)
 
 
@@ -51,7 +55,7 @@ class SetTime(Settings):
     """Show a time [s]."""
 
     do: Literal["time"]
-    value: Finite
+    value: Seconds
 
 
 class Play(Settings):
@@ -65,7 +69,7 @@ class Step(Settings):
     """Go on or back by frames."""
 
     do: Literal["step"]
-    frames: int = Field(ge=-1000, le=1000)
+    frames: Whole = Field(ge=-1000, le=1000)
 
 
 class Dynamic(Settings):
@@ -138,12 +142,19 @@ class AskYaml(Settings):
     do: Literal["yaml"]
 
 
+class SaveView(Settings):
+    """Put the view into the scene file as a standing camera."""
+
+    do: Literal["save"]
+    name: str = Field(max_length=200)
+
+
 class KeyFrameOrder(Settings):
     """Work on the key frames."""
 
     do: Literal["keyframe"]
     act: Literal["add", "remove", "clear", "play", "stop", "save"]
-    index: int = Field(-1, ge=-1)
+    index: Whole = Field(-1, ge=-1)
     name: str = "path"
 
 
@@ -165,6 +176,7 @@ Order = (
     | Exposure
     | TakeStill
     | AskYaml
+    | SaveView
     | KeyFrameOrder
 )
 
@@ -182,4 +194,5 @@ def parsed(raw: Mapping[str, Any]) -> Order:
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise ConfigError(f"the page asked for nonsense ({place}: {first['msg']})") from error
+        said = cut(f"{place}: {first['msg']}", most=200)
+        raise ConfigError(f"the page asked for nonsense ({said})") from error

@@ -2,15 +2,22 @@
 
 A page says when it has shown a picture. Until then no other one is on its way, and of
 those that are made meanwhile only the newest is kept: a slow line sees fewer pictures,
-never old ones. Notes are short and rare; all of them arrive, in their order.
+never old ones. Notes arrive in their order; of those that say how things stand now, such as
+all key frames, a newer one replaces one that still waits.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections import deque
+from typing import Any
 
 from sumo3dviz_pt.viewer.messages import Frame, Message, Note
+
+_STANDS = frozenset({"scene", "busy", "keyframes"})
+"""Kinds of notes that say how things stand now."""
+
+MOST_NOTES = 1000
+"""A page that hears nothing for so long has lost the oldest."""
 
 
 class Outbox:
@@ -22,7 +29,7 @@ class Outbox:
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
-        self._notes: deque[Note] = deque()
+        self._notes: list[Note] = []
         self._frame: Frame | None = None
         self._under_way: int | None = None
         self._news = asyncio.Event()
@@ -31,9 +38,9 @@ class Outbox:
         """Leave a message; from any thread, never waits."""
         self._loop.call_soon_threadsafe(self._put, message)
 
-    def acknowledge(self, seq: int) -> bool:
-        """Hear that a picture is shown; whether it was the one under way."""
-        if seq != self._under_way:
+    def acknowledge(self, seq: Any) -> bool:
+        """Hear that a picture is shown; whether it was the one under way. Pages say anything."""
+        if self._under_way is None or type(seq) is not int or seq != self._under_way:
             return False
         self._under_way = None
         self._news.set()
@@ -43,7 +50,7 @@ class Outbox:
         """Wait for the next message that may be sent; a picture is under way from now on."""
         while True:
             if self._notes:
-                return self._notes.popleft()
+                return self._notes.pop(0)
             if self._frame is not None and self._under_way is None:
                 frame, self._frame = self._frame, None
                 self._under_way = frame.info["seq"]
@@ -55,5 +62,14 @@ class Outbox:
         if isinstance(message, Frame):
             self._frame = message
         else:
+            kind = _kind(message)
+            if kind in _STANDS:
+                self._notes = [note for note in self._notes if _kind(note) != kind]
             self._notes.append(message)
+            del self._notes[:-MOST_NOTES]
         self._news.set()
+
+
+def _kind(note: Note) -> str:
+    """What a note is about."""
+    return str(note.content["kind"])

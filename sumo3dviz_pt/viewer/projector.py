@@ -66,7 +66,7 @@ class Projector:
         live, spent = self._live, 0.0
         view, begin = live.home, live.ground.begin
         for step in range(_ROUNDS):
-            time = begin + step / live.job.output.fps
+            time = begin + step / float(live.job.output.fps)
             live.show(time, view)
             for number in range(2):
                 began = clock.perf_counter()

@@ -26,14 +26,14 @@ from importlib import resources
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.errors import ConfigError, MissingExtraError
 from sumo3dviz_pt.viewer.messages import Frame, Note
 from sumo3dviz_pt.viewer.outbox import Outbox
 
 try:
     from aiohttp import WSCloseCode, WSMsgType, web
 except ImportError as error:
-    raise ConfigError('the viewer needs aiohttp: pip install "sumo3dviz_pt[viewer]"') from error
+    raise MissingExtraError("the viewer needs aiohttp", extra="viewer") from error
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.viewer.studio import Studio
@@ -73,12 +73,14 @@ class _Site:
     Attributes:
         studio: Renders.
         token: Opens.
+        proxied: Whether a notebook server passes pages' requests on, under its own name.
         files: Text and content type of the page's files, by name.
         talks: Open conversations.
     """
 
     studio: Studio
     token: str
+    proxied: bool
     files: Mapping[str, tuple[str, str]]
     talks: set[web.WebSocketResponse]
 
@@ -95,6 +97,7 @@ class Server:
         studio: What renders; started and closed along with the server.
         port: To listen on; 0 takes a free one.
         token: The secret in the address; None makes one up.
+        proxied: Whether a notebook server passes pages' requests on, under its own name.
 
     Attributes:
         address: Of the page.
@@ -103,12 +106,14 @@ class Server:
         ConfigError: If the port is taken or the token does not suit an address.
     """
 
-    def __init__(self, studio: Studio, *, port: int = 0, token: str | None = None) -> None:
+    def __init__(
+        self, studio: Studio, *, port: int = 0, token: str | None = None, proxied: bool = False
+    ) -> None:
         token = secrets.token_urlsafe(16) if token is None else token
         if not _TOKEN.fullmatch(token):
             raise ConfigError("1..200 letters, digits, - or _ are allowed", key="token")
         self._studio = studio
-        self._application = application(studio, token)
+        self._application = application(studio, token, proxied=proxied)
         self._listening = _listen(port)
         self._stop, self._end, self._parted = asyncio.Event(), asyncio.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
@@ -198,10 +203,10 @@ def serve(studio: Studio, *, port: int, token: str | None, announce: Callable[[s
             pass
 
 
-def application(studio: Studio, token: str) -> web.Application:
+def application(studio: Studio, token: str, *, proxied: bool = False) -> web.Application:
     """The routes `/TOKEN/`, its files, `/TOKEN/ws` and `/TOKEN/stills/N.png`."""
     made = web.Application(middlewares=[_guarded])
-    made[_SITE] = _Site(studio, token, _page_files(), set())
+    made[_SITE] = _Site(studio, token, proxied, _page_files(), set())
     made.on_response_prepare.append(_sign)
     made.on_shutdown.append(_say_goodbye)
     for path, handler in (
@@ -224,12 +229,16 @@ async def _guarded(
 ) -> web.StreamResponse:
     """Let only those pass who ask under our own name, from our own page, with the token."""
     host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
-    if not _OWN_NAME.fullmatch(host):
+    proxied = request.app[_SITE].proxied
+    if not (_OWN_NAME.fullmatch(host) or proxied):
         raise web.HTTPForbidden(text="The viewer answers to localhost and 127.0.0.1 only.\n")
-    if origin is not None and origin.lower() != f"http://{host}".lower():
+    # A notebook server may talk to browsers by https, though it talks to us by http.
+    pages = {f"http://{host}".lower(), *([f"https://{host}".lower()] if proxied else ())}
+    if origin is not None and origin.lower() not in pages:
         raise web.HTTPForbidden(text="The viewer does not talk to other pages.\n")
-    given = request.path.split("/")[1]
-    if not hmac.compare_digest(given.encode(), request.app[_SITE].token.encode()):
+    # `OPTIONS *` has no slash; a path may hold bytes that are no text.
+    given = request.path.partition("/")[2].partition("/")[0].encode(errors="replace")
+    if not hmac.compare_digest(given, request.app[_SITE].token.encode()):
         raise web.HTTPNotFound(text=_NOT_HERE)
     if request.match_info.http_exception is not None and request.method == "GET":
         raise web.HTTPNotFound(text=_NOT_HERE)
@@ -250,7 +259,7 @@ async def _sign(request: web.Request, response: web.StreamResponse) -> None:
 
 async def _to_page(request: web.Request) -> web.StreamResponse:
     """The page's files lie below its address, so it has to end in a slash."""
-    raise web.HTTPPermanentRedirect(f"/{request.app[_SITE].token}/")
+    raise web.HTTPPermanentRedirect(f"{request.app[_SITE].token}/")
 
 
 async def _file(request: web.Request) -> web.StreamResponse:

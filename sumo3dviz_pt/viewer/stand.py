@@ -17,6 +17,9 @@ from sumo3dviz_pt.viewer import orders
 from sumo3dviz_pt.viewer.keyframes import flight, key_frame, with_frame
 from sumo3dviz_pt.viewer.walk import Eye, moved, turned
 
+MOST_FRAMES = 500
+"""Key frames that a page can add: an hour of them, at one every seven seconds."""
+
 _FLIGHT = 10.0
 """Key frames that are dropped at one moment are flown through so fast [m/s]."""
 
@@ -196,7 +199,7 @@ def _(order: orders.Play, stand: Stand, live: Live) -> Stand:
 @obeyed.register
 def _(order: orders.Step, stand: Stand, live: Live) -> Stand:
     """Go by frames of the film."""
-    time = stand.time + order.frames / live.job.output.fps
+    time = stand.time + order.frames / float(live.job.output.fps)
     return replace(stand, time=within(time, live), playing=False)
 
 
@@ -235,6 +238,8 @@ def _(order: orders.Leave, stand: Stand, live: Live) -> Stand:
 def _(order: orders.KeyFrameOrder, stand: Stand, live: Live) -> Stand:
     """Work on the key frames; saving is not a visitor's own affair."""
     if order.act == "add":
+        if len(stand.frames) >= MOST_FRAMES:
+            raise ConfigError(f"a path has at most {MOST_FRAMES} key frames; save or clear it")
         return replace(stand, frames=with_frame(stand.frames, _dropped(stand, live)))
     if order.act == "remove":
         if not -1 <= order.index < len(stand.frames) or not stand.frames:

@@ -106,7 +106,7 @@ class Studio:
             "cameras": list(job.cameras),
             "begin": ground.begin,
             "end": ground.end,
-            "fps": job.output.fps,
+            "fps": float(job.output.fps),
             "skies": list(catalog.template_names("sky")),
             "sky": job.sky.preset,
             "templates": list(catalog.template_names("scene")) if self._reload else [],
@@ -246,6 +246,10 @@ class Studio:
             except ConfigError as error:
                 visitor.warn(error)
         self._tick(visitor, clock.perf_counter())
+        if visitor.stand.frames is not visitor.told:
+            # Once for all orders: a flood of added key frames must not become one of notes.
+            visitor.told = visitor.stand.frames
+            visitor.tell("keyframes", frames=frames_said(visitor.told))
         if visitor.ready:
             self._projector.picture(visitor)
             self._detail(visitor)
@@ -288,10 +292,7 @@ class Studio:
     @singledispatchmethod
     def _follow(self, order: Any, visitor: Visitor) -> None:
         """Follow an order: most only move the visitor."""
-        frames = visitor.stand.frames
         visitor.stand = obeyed(order, visitor.stand, self.live)
-        if visitor.stand.frames is not frames:  # a camera on a path brings its own
-            visitor.tell("keyframes", frames=frames_said(visitor.stand.frames))
         ride = visitor.stand.ride
         if ride is not None and self.live.sits_closed(ride):
             self._rebuild(f"opening the cabin of {ride.vehicle}", riding=ride)
@@ -355,24 +356,26 @@ class Studio:
         visitor.tell("yaml", text=camera_yaml(Eye.of(visitor.stand.view(self.live))))
 
     @_follow.register
+    def _(self, order: orders.SaveView, visitor: Visitor) -> None:
+        text = camera_yaml(Eye.of(visitor.stand.view(self.live)), order.name)
+        self._save(order.name, text, visitor)
+
+    @_follow.register
     def _(self, order: orders.KeyFrameOrder, visitor: Visitor) -> None:
         if order.act == "save":
-            self._save(order, visitor)
+            if len(visitor.stand.frames) < 2:
+                raise ConfigError("drop at least two key frames first")
+            self._save(order.name, path_yaml(order.name, visitor.stand.frames), visitor)
             return
         visitor.stand = obeyed(order, visitor.stand, self.live)
-        visitor.tell("keyframes", frames=frames_said(visitor.stand.frames))
 
-    def _save(self, order: orders.KeyFrameOrder, visitor: Visitor) -> None:
-        """Put the key frames into the scene file as a camera."""
-        frames = visitor.stand.frames
-        if len(frames) < 2:
-            raise ConfigError("drop at least two key frames first")
-        text = path_yaml(order.name, frames)
+    def _save(self, name: str, text: str, visitor: Visitor) -> None:
+        """Put a camera into the scene file, and tell everybody."""
         if self._file is None:
             visitor.tell("yaml", text=text)
             return
         try:
-            save_camera(self._file, order.name, text)
+            save_camera(self._file, name, text)
         except ConfigError as error:
             visitor.tell("yaml", text=text, why=str(error))
             return
@@ -380,5 +383,5 @@ class Studio:
         cameras = self._reload({}).cameras
         self.live.job = self.live.job.model_copy(update={"cameras": cameras})
         self._tell_all("scene", **self.about)
-        saved = f"saved as camera {order.name} in {self._file.name}"
+        saved = f"saved as camera {name} in {self._file.name}"
         visitor.tell("note", level="info", text=saved)

@@ -8,17 +8,22 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from sumo3dviz_pt.job import KeyFrame
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages import Frame, Message, Note
 from sumo3dviz_pt.viewer.orders import Order, parsed
 from sumo3dviz_pt.viewer.stand import Stand
 
+_MOST_ORDERS = 20_000
+"""Of those that wait longer, while a still is taken, the oldest are forgotten."""
+
 
 class Visitor:
     """A page that looks at the scene. Orders come from the server's thread.
 
-    What the render thread alone changes: `stand`, `mean`, `parts`, `began`, `pictured`, `ticked`.
+    What the render thread alone changes: `stand`, `mean`, `parts`, `began`, `pictured`, `ticked`,
+    `told`, the key frames that the page knows.
     """
 
     def __init__(
@@ -43,9 +48,10 @@ class Visitor:
         self.began = 0.0
         self.pictured: tuple[Any, ...] | None = None
         self.ticked: float | None = None
+        self.told: tuple[KeyFrame, ...] = stand.frames
         self._deliver, self._wake, self._leave = deliver, wake, leave
         self._lock = threading.Lock()
-        self._orders: deque[tuple[float, Order]] = deque()
+        self._orders: deque[tuple[float, Order]] = deque(maxlen=_MOST_ORDERS)
         self._sent = self._acknowledged = 0
 
     def order(self, order: Mapping[str, Any]) -> None:

@@ -1,6 +1,6 @@
 """Every smoother against the truth, for the manual; and what smoothing costs.
 
-Run from the repository's root; needs `pip install "sumo3dviz_pt[dev]"` for SUMO:
+Run from the repository's root; needs `pip install ".[dev]"` for SUMO:
 
     python tests/bench/motion.py -o docs/_bench
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import importlib.util
-from pathlib import Path
 from types import ModuleType
 
+import pytest
+from manual import DOCS
+
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job import Job, Quality
 
 COMMANDS = (
-    "demo", "init", "check", "still", "render", "develop", "converge", "report", "motion", "view",
-    "doctor",
+    "demo", "init", "check", "still", "render", "develop", "converge", "report", "compare",
+    "motion", "view", "doctor", "vehicles", "completion", "schema",
 )  # fmt: skip
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def script(name: str) -> ModuleType:
@@ -45,8 +47,17 @@ def test_every_command_and_option_is_described() -> None:
     assert "`--set KEY.PATH=VALUE`" in page
 
 
-def test_gallery_shows_what_its_script_makes() -> None:
+@pytest.mark.parametrize("page", ["gallery.md", "templates.md"])
+def test_pages_of_pictures_show_what_their_script_makes(page: str) -> None:
     gallery = script("make_gallery")
-    assert (DOCS / "gallery.md").read_text(encoding="utf-8") == gallery.page()
-    for name in (*gallery.PICTURES, *gallery.TELL_TALES):
+    assert (DOCS / page).read_text(encoding="utf-8") == gallery.PAGES[page]()
+    for name in (*gallery.ALL, *gallery.TELL_TALES):
         assert 0 < (DOCS / "images" / f"{name}.jpg").stat().st_size < 1_300_000
+
+
+def test_every_template_and_sky_has_its_picture_or_row() -> None:
+    page = (DOCS / "templates.md").read_text(encoding="utf-8")
+    for name in catalog.template_names("scene"):
+        assert f"\n## {name}\n" in page and f"](images/template_{name}.jpg)" in page
+    for name in catalog.template_names("sky"):
+        assert f"\n| `{name}` | " in page

@@ -133,3 +133,15 @@ def test_bad_choices_are_refused(measured, tmp_path, capsys):
         assert not (tmp_path / "r").exists()
     assert main(["converge", str(place), "--time", "4", "-o", str(tmp_path / "no" / "r")]) == 2
     assert "create it" in capsys.readouterr().err
+
+
+def test_a_report_begins_anew_only_when_asked(measured, capsys):
+    """What exists is gone on with; another picture's report goes with --overwrite."""
+    place, _, cut, _ = measured
+    before = (cut / "plan.json").read_text(encoding="utf-8")
+    run(place, cut, "--budget", "0.001", "--overwrite", time="5")
+    assert (cut / "plan.json").read_text(encoding="utf-8") != before
+    (cut / "plan.json").unlink()
+    arguments = ["converge", str(place), "--time", "5", *CHOICES, "-o", str(cut)]
+    assert main(arguments) == 2
+    assert "exists already" in capsys.readouterr().err

@@ -9,16 +9,11 @@ from builders import fcd_xml, network_xml, write_scenario, z_scores
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.film import FilmOrder, render_film
+from sumo3dviz_pt.frames import account_in
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import (
-    Request,
-    example,
-    frame_times,
-    opened,
-    prepare,
-    render_still,
-)
+from sumo3dviz_pt.open_shot import render_still
+from sumo3dviz_pt.pipeline import Request, example, frame_times, opened, prepare
 from sumo3dviz_pt.video import probe
 
 pytestmark = pytest.mark.slow
@@ -125,7 +120,7 @@ def test_broken_off_and_resumed_equals_uninterrupted(place, whole, capsys):
         frames_in(place.parent / "broken.frames"), frames_in(whole.parent / "whole.frames")
     )
     # Nothing is left to do.
-    before = {path: path.stat().st_mtime_ns for path in place.parent.glob("broken.frames/*")}
+    before = {path: path.stat().st_mtime_ns for path in place.parent.glob("broken.frames/*.exr")}
     run("render", place, "--camera", "post", *TIMES, "--resume", "--discard-frames", "-o", broken)
     assert not (place.parent / "broken.frames").exists() and len(before) == 8
 
@@ -206,7 +201,11 @@ def test_the_api_gives_the_commands_pixels(place, still):
     assert picture.develop().dtype == np.uint8 and picture.develop().shape == (36, 64, 3)
     picture.save(place.parent / "api.exr")
     run("still", place, *STILL, "-o", place.parent / "cli.exr")
-    assert (place.parent / "api.exr").read_bytes() == (place.parent / "cli.exr").read_bytes()
+    one, other = (account_in(place.parent / name) for name in ("api.exr", "cli.exr"))
+    assert {**one, "command": other["command"]} == other
+    assert other["command"].endswith("--camera post --spp 1") and "still" in other["command"]
+    pixels = [read_exr(place.parent / name)[0] for name in ("api.exr", "cli.exr")]
+    np.testing.assert_array_equal(*pixels)
 
 
 def test_a_scene_by_its_files_gives_the_commands_pixels(place, still):
@@ -312,3 +311,18 @@ def test_scalar_renders_the_examples(name, tmp_path):
 def test_files_of_the_builder_are_what_sumo_writes():
     assert "trafficLight" not in network_xml() and network_xml(signals=True).count("linkIndex") == 2
     assert fcd_xml(end=2, step=0.5).count("<timestep") == 5
+
+
+def test_slow_motion_as_pictures_and_as_a_film(place, tmp_path):
+    """Four times slower; the JSON beside it tells the times."""
+    slow = ["--from", "4", "--to", "4.2", "--fps", "10", "--spp", "1", "--speed", "0.25"]
+    run("render", place, "--camera", "post", *slow, "-o", tmp_path / "s_{frame}.png")
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
+        f"s_{number:06d}.png" for number in range(8)
+    ]
+    account = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))
+    assert (account["speed"], account["frame_rate"]) == (0.25, "10")
+    times = [frame["time"] for frame in account["frames"]]
+    assert times == pytest.approx([4 + n / 40 for n in range(8)], abs=1e-9)
+    run("develop", tmp_path / "s.frames", "-o", tmp_path / "s.webm", "--fps", "30000/1001")
+    assert str(probe(tmp_path / "s.webm").fps) == "30000/1001"

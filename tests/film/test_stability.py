@@ -18,7 +18,7 @@ def still(place, *more, time=4.5, size="64x36"):
     """Render one frame through the command; its radiance."""
     target = place.parent / "still.exr"
     arguments = ["still", str(place), "--time", str(time), "--camera", "post", "--size", size]
-    assert main([*arguments, "--spp", "2", "-o", str(target), *more]) == 0
+    assert main([*arguments, "--spp", "2", "--overwrite", "-o", str(target), *more]) == 0
     picture = read_exr(target)[0]
     assert np.isfinite(picture).all() and (picture >= 0).all()
     return picture

@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.job import CinematicCamera, KeyFrame
 from sumo3dviz_pt.scene.flying import build_flight
@@ -29,7 +30,7 @@ def flights(draw):
     return CinematicCamera(mode="cinematic", keyframes=tuple(keys))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=tries(50), deadline=None)
 @given(flights(), st.floats(0, 1))
 def test_views_are_rigid_and_within_their_key_frames(flight, share):
     camera = build_flight(flight)
@@ -47,7 +48,7 @@ def test_views_are_rigid_and_within_their_key_frames(flight, share):
         assert fovs[0] - 1e-12 <= view.fov <= fovs[1] + 1e-12
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=tries(50), deadline=None)
 @given(flights())
 def test_turns_are_never_longer_than_half_a_circle(flight):
     camera = build_flight(flight)
@@ -55,7 +56,7 @@ def test_turns_are_never_longer_than_half_a_circle(flight):
         assert (np.abs(values) <= np.pi + 1e-9).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=tries(30), deadline=None)
 @given(flights(), st.floats(0, 1))
 def test_motion_is_continuous(flight, share):
     camera = build_flight(flight)

@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from searching import tries
 
 from sumo3dviz_pt.image.exr import read_exr, write_exr
 from sumo3dviz_pt.image.tonemap import TONES, develop_float, tone_names
@@ -39,7 +40,7 @@ def test_developing_never_leaves_the_code_range(image, exposure, tone):
     assert codes.min() >= 0 and codes.max() <= 1
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=tries(15), deadline=None)
 @given(image=hnp.arrays(np.float32, (5, 3, 3), elements=st.floats(-1e4, 1e4, width=32)))
 def test_what_is_written_is_read(tmp_path_factory, image):
     path = tmp_path_factory.mktemp("exr") / "a.exr"
@@ -57,7 +58,7 @@ def rgb_of(planes, bits):
     return np.stack([r, (luma - 0.2126 * r - 0.0722 * b) / 0.7152, b], axis=-1)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=tries(20), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), bits=st.sampled_from([8, 10]))
 def test_yuv_round_trip_has_no_bias(seed, bits):
     rng = np.random.default_rng(seed)

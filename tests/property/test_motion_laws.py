@@ -22,13 +22,14 @@ from drives import (
 )
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.motion import MARGIN, smooth_log
 
 SMOOTHERS = ("linear", "hermite", "lane")
 EACH = pytest.mark.parametrize("smoother", SMOOTHERS)
 HEADINGS = pytest.mark.parametrize("heading", ["chord", "tractrix"])
-LAWS = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+LAWS = settings(max_examples=tries(8), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 FIELDS = ("times", "positions", "yaws", "speeds", "slopes", "lanes", "signals", "offsets")
 ROADS = {name: (make(), lanes) for name, (make, lanes) in WAYS.items()}
 
@@ -301,7 +302,7 @@ def nonsense(draw):
 
 @EACH
 @HEADINGS
-@settings(LAWS, max_examples=40)
+@settings(LAWS, max_examples=tries(40))
 @given(nonsense())
 def test_nonsense_is_shown_without_breaking(smoother, heading, drawn):
     trace = drawn.trace

@@ -3,6 +3,7 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
@@ -34,7 +35,7 @@ def times_within(trace, count=200):
     return np.linspace(trace.times[0], trace.times[-1], count)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(traces(straight=True))
 def test_straight_lines_are_kept(trace):
     asked = times_within(trace)
@@ -44,7 +45,7 @@ def test_straight_lines_are_kept(trace):
     assert np.abs(motion.positions - expected).max() < 1e-6
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(traces())
 def test_error_is_bounded_by_speed_times_half_window(trace):
     asked = times_within(trace)
@@ -59,7 +60,7 @@ def test_error_is_bounded_by_speed_times_half_window(trace):
     assert (steps <= fastest * np.diff(asked) + 1e-6).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(traces())
 def test_ends_are_exact(trace):
     trajectory = smooth(trace, smoother="paper_symmetric")
@@ -68,7 +69,7 @@ def test_ends_are_exact(trace):
     np.testing.assert_allclose(last.position, trace.positions[-1], atol=1e-8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=tries(40), deadline=None)
 @given(traces(), st.sampled_from([24.0, 25.0, 29.97, 60.0]))
 def test_pose_at_a_time_is_the_same_however_asked(trace, fps):
     trajectory = smooth(trace, smoother="paper_symmetric")

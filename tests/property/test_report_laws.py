@@ -5,6 +5,7 @@ from builders import frame_of, view_at
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from searching import tries
 
 from sumo3dviz_pt.image.metrics import mean_bias, psnr, ssim
 from sumo3dviz_pt.model.geometry import Transform
@@ -69,7 +70,7 @@ def test_flow_of_a_still_scene_is_the_identity(view, depth, yaw):
     np.testing.assert_allclose(flow.places, np.indices((7, 9)), atol=1e-6)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(deadline=None, max_examples=tries(50))
 @given(
     seed=st.integers(0, 10**6),
     shift=st.tuples(COORDINATE, COORDINATE),

@@ -7,6 +7,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.job import RoadSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
@@ -26,7 +27,7 @@ def road(key: str, points: list[tuple[int, int]]) -> Edge:
     return Edge(key, "normal", "a", "b", (lane,))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=tries(40), deadline=None)
 @given(lines, lines)
 def test_crossing_roads_never_overlap_and_cover_their_lanes(one, other):
     edges = {key: road(key, points) for key, points in (("one", one), ("other", other))}

@@ -2,8 +2,9 @@
 
 import numpy as np
 import shapely
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.job import StreetSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
@@ -52,8 +53,10 @@ def town(edges, left):
     return Network(made, {}, (), Location(), left)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=tries(40))
 @given(EDGES, st.booleans(), st.integers(0, 5), st.booleans())
+# A bench at a POI whose end reached over a lane that begins beside it.
+@example([((38.5, 0.0), 0.0, 20.0, "fc", 8.3), ((39.0, 0.0), 0.0, 20.0, "c", 8.3)], False, 0, False)
 def test_nothing_stands_on_a_lane_that_is_driven_on(edges, left, seed, dark):
     net = town(edges, left)
     around = surroundings(net, seed=seed, viewpoints=np.array([[0.0, 0.0, 40.0]]))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import read_trajectories
@@ -75,7 +76,7 @@ def test_yaw_points_where_sumo_says(angle):
     assert math.sin(yaw) == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
 
 
-@given(st.lists(st.tuples(finite, finite, finite), max_size=8))
+@given(st.lists(st.tuples(finite, finite, st.floats(-2e4, 2e4)), max_size=8))
 def test_points_come_back(points):
     parsed = parse_points(" ".join(",".join(map(repr, p)) for p in points))
     expected = [p for i, p in enumerate(points) if i == 0 or p != points[i - 1]]
@@ -95,7 +96,7 @@ def logs(draw):
     }, times
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(logs(), st.booleans(), st.integers(0, 50), st.integers(0, 50))
 def test_log_written_is_log_read(log, packed, first, last):
     rows, times = log

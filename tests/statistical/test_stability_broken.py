@@ -27,7 +27,8 @@ from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Sky, Slots
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare, render_still
+from sumo3dviz_pt.open_shot import render_still
+from sumo3dviz_pt.pipeline import Request, frame_times, prepare
 from sumo3dviz_pt.scene.materials import MATERIALS, matt
 
 MATERIALS_HERE = {**MATERIALS, "grey": diffuse(0.5)}

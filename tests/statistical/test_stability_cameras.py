@@ -19,7 +19,8 @@ from builders import (
 from sumo3dviz_pt.job import EulerianCamera
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.scene import Slots, View
-from sumo3dviz_pt.pipeline import Request, render_still
+from sumo3dviz_pt.open_shot import render_still
+from sumo3dviz_pt.pipeline import Request
 from sumo3dviz_pt.scene.aiming import aim_at, aim_of
 from sumo3dviz_pt.scene.materials import matt
 

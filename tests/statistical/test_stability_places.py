@@ -22,7 +22,8 @@ from scipy import stats
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import ORIGIN_GRID, Part, Prototype, Sky, Slots, View
-from sumo3dviz_pt.pipeline import Request, render_still
+from sumo3dviz_pt.open_shot import render_still
+from sumo3dviz_pt.pipeline import Request
 from sumo3dviz_pt.scene.materials import matt
 
 pytestmark = pytest.mark.slow

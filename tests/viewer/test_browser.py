@@ -25,7 +25,8 @@ from viewer.program import Program
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.pipeline import Request, render_still
+from sumo3dviz_pt.open_shot import render_still
+from sumo3dviz_pt.pipeline import Request
 from sumo3dviz_pt.scene.flying import build_flight
 from sumo3dviz_pt.viewer.walk import HASTE, SPEED, TURN, Eye
 
@@ -303,6 +304,31 @@ def test_a_click_at_the_sky_rides_with_nobody(page) -> None:
     after = settled(page)
     assert frame(page)["riding"] is None
     np.testing.assert_array_equal(after.position, up.position)
+
+
+# Cameras that are saved --------------------------------------------------------------------
+
+
+def test_a_view_is_saved_as_a_camera_by_its_name(page, scene) -> None:
+    """It stands in the scene file, is offered at once, and shows what was seen."""
+    page.hold("KeyD", seconds=0.5)
+    page.hold("KeyK", seconds=0.3)
+    page.click("[data-panel=place]")
+    found = settled(page)
+    page.choose("#view-save input", "corner")
+    page.click("#view-save button")
+    page.wait_for("document.querySelector('#notes').innerText.includes('Saved as camera corner')")
+    offered = page.evaluate("[...document.querySelectorAll('#camera option')].map(o => o.value)")
+    assert "corner" in offered
+    camera = load_job(scene).cameras["corner"]
+    np.testing.assert_allclose(camera.position, found.position, atol=0.01)
+    assert camera.heading == pytest.approx(found.heading, abs=0.02)
+    assert camera.pitch == pytest.approx(found.pitch, abs=0.02) and camera.pitch < -5.0
+    assert camera.lens.fov == pytest.approx(found.fov, abs=0.1)
+    assert page.evaluate("document.querySelector('#view-save input').value") == "corner2"
+    page.hold("KeyA", seconds=0.5)
+    page.choose("#camera", "corner")
+    page.wait_for(f"Math.abs(viewer.frame.eye.position[0] - {camera.position[0]}) < 0.01")
 
 
 # Key frames --------------------------------------------------------------------------------

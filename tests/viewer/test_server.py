@@ -107,6 +107,24 @@ def test_who_is_let_in(ask, path, headers, status) -> None:
         assert b"nothing at this address" in body or b"no such still" in body
 
 
+@pytest.mark.parametrize(
+    ("path", "headers", "status"),
+    [
+        (f"/{TOKEN}/", {"Host": "hub.example", "Origin": "https://hub.example"}, 200),
+        (f"/{TOKEN}/", {"Host": "hub.example"}, 200),
+        (f"/{TOKEN}/", {"Host": "hub.example", "Origin": "https://elsewhere.example"}, 403),
+        ("/guess/", {"Host": "hub.example"}, 404),
+    ],
+)
+def test_who_is_let_in_behind_a_notebook_server(scene, path, headers, status) -> None:
+    async def talk() -> int:
+        routes = application(studio_of(scene), TOKEN, proxied=True)
+        async with TestClient(TestServer(routes)) as client:
+            return (await client.get(path, headers=headers)).status
+
+    assert asyncio.run(talk()) == status
+
+
 @pytest.mark.parametrize("method", ["HEAD", "POST", "PUT", "DELETE", "OPTIONS"])
 def test_it_can_only_be_asked(ask, method) -> None:
     assert ask(f"/{TOKEN}/", method)[0] == 405
@@ -191,7 +209,11 @@ def test_without_its_extra_it_says_what_to_install() -> None:
         "except ConfigError as error: sys.stdout.write(str(error))\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == 'the viewer needs aiohttp: pip install "sumo3dviz_pt[viewer]"'
+    assert re.fullmatch(
+        r'the viewer needs aiohttp: pip install "\.\[viewer\]" in a checkout,'
+        r' pip install "[\w.-]+\.whl\[viewer\]" with a wheel',
+        done.stdout,
+    )
 
 
 # Conversations, with a studio that renders ---------------------------------------------------
@@ -324,6 +346,31 @@ def test_a_path_that_cannot_be_saved_is_shown_with_the_reason(server, scene) -> 
 
     visit(server, work)
     assert scene.read_bytes() == before
+
+
+@pytest.mark.slow
+def test_a_view_is_saved_or_shown_with_the_reason(scene, tmp_path) -> None:
+    own = tmp_path / "scene.yaml"
+    text = scene.read_text(encoding="utf-8")
+    for name in ("net.net.xml", "fcd.xml", "types.add.xml"):
+        text = text.replace(f" {name}", f" {(scene.parent / name).as_posix()}")
+    own.write_text(text, encoding="utf-8")
+
+    async def work(talk: Talk) -> None:
+        await talk.say(do="eye", position=[1, -30, 9], heading=10, pitch=-5, roll=0, fov=42)
+        for name, reason in (("post", "'post2' is free"), ("1", "starts with a letter")):
+            await talk.say(do="save", name=name)
+            said = await talk.note("yaml")
+            assert reason in said["why"] and "mode: eulerian" in said["text"]
+        assert own.read_text(encoding="utf-8") == text
+        await talk.say(do="save", name="kerb")
+        assert "saved as camera kerb" in (await talk.note("note"))["text"]
+
+    with Server(studio_of(own), token=TOKEN) as running:
+        visit(running, work)
+    camera = load_job(own).cameras["kerb"]
+    assert (camera.position, camera.heading, camera.pitch) == ((1.0, -30.0, 9.0), 10.0, -5.0)
+    assert camera.lens.fov == 42.0 and camera.clear_view is False
 
 
 @pytest.mark.slow

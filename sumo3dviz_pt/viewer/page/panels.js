@@ -30,7 +30,20 @@ export function watchPlace(say) {
     event.preventDefault();
     say({ do: "ride", vehicle: event.target.elements.vehicle.value.trim() });
   });
+  $("view-save").addEventListener("submit", (event) => {
+    event.preventDefault();
+    say({ do: "save", name: event.target.elements.name.value.trim() });
+  });
   $("yaml").addEventListener("click", () => say({ do: "yaml" }));
+}
+
+/** Offer names for cameras that no camera has. */
+export function offerNames(taken) {
+  for (const form of [$("view-save"), $("keyframe-save")]) {
+    const { name } = form.elements;
+    const stem = name.value.trim().replace(/\d+$/, "") || name.defaultValue;
+    for (let next = 2; taken.includes(name.value.trim()); next += 1) name.value = `${stem}${next}`;
+  }
 }
 
 /** Show where the eye is, unless its numbers are being edited. */

@@ -5,7 +5,7 @@ import { openLine } from "./line.js";
 import { copyText, showBusy, showLine, showNote, showText } from "./notes.js";
 import { $, fill, hours, number, settle, soon } from "./page.js";
 import {
-  showExposure, showFlight, showKeyFrames, showPlace, showStill,
+  offerNames, showExposure, showFlight, showKeyFrames, showPlace, showStill,
   watchKeyFrames, watchLight, watchPanels, watchPlace,
 } from "./panels.js";
 import { watchPicture } from "./picture.js";
@@ -174,6 +174,7 @@ function showScene(news) {
   Object.assign($("time"), { min: about.begin, max: about.end, step: 1 / about.fps });
   Object.assign($("clock"), { min: about.begin, max: about.end });
   showChoices(first);
+  offerNames(about.cameras);
   if (returned) restore();
 }
 

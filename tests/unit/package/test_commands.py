@@ -1,4 +1,4 @@
-"""Commands that need no rendering: init, check, doctor, help; and the API's words."""
+"""Commands that need no rendering: init, check, help; and the API's words."""
 
 import json
 import subprocess
@@ -10,7 +10,6 @@ from builders import write_scenario
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.api import _gathered
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.doctor import examine
 from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.pipeline import Request, check_target, frame_times, prepare
 
@@ -49,15 +48,6 @@ def test_init_of_nobody(tmp_path, capsys):
     write_scenario(tmp_path, vehicles=0)
     assert main(["init", str(tmp_path), "-o", str(tmp_path / "s.yaml")]) == 2
     assert "no traffic" in capsys.readouterr().err and not (tmp_path / "s.yaml").exists()
-
-
-def test_doctor_is_content_here(capsys):
-    healthy, lines = examine()
-    assert healthy
-    words = "\n".join(lines)
-    for word in ("Python", "mitsuba", "libLLVM", "CPU threads", "memory", "ffmpeg"):
-        assert word in words
-    assert main(["doctor"]) == 0 and "renderer" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -113,7 +103,7 @@ def test_api_errors_are_the_same(tmp_path):
     scene = sv.load(write_scenario(tmp_path))
     with pytest.raises(sv.ConfigError, match="did you mean 'post'"):
         scene.still(time=4.0, camera="pots")
-    with pytest.raises(TypeError):
+    with pytest.raises(sv.ConfigError, match="colour: this choice is unknown"):
         scene.render(tmp_path / "a.mp4", colour="red")
 
 
@@ -148,3 +138,9 @@ def test_a_camera_without_its_vehicle(tmp_path):
     )
     with pytest.raises(sv.ConfigError, match="v0"):
         sv.load(place).still(time=12.0, camera="driver")
+
+
+def test_examples_are_found_by_name():
+    assert sv.example("ronda").is_file()
+    with pytest.raises(sv.ConfigError, match="did you mean 'ronda'"):
+        sv.example("rondo")

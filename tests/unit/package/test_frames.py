@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.film import FilmOrder, _wanted, frame_file, frames_folder, shots_of
+from sumo3dviz_pt.frames import frame_file, frames_folder
 from sumo3dviz_pt.jobfile import load_job, make_job
+from sumo3dviz_pt.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline import Request, frame_times, life_of, prepare, read
 from sumo3dviz_pt.scene.needs import FAR_END
 from sumo3dviz_pt.scene.traffic import build_fleet
@@ -133,6 +134,26 @@ def test_shots_get_their_names(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("camera", "times", "name"),
+    [
+        ("a", {}, "x_1_a.mp4"),
+        ("b", {}, "x_2_b.mp4"),
+        ("b", {"start": 0.5}, "x_2_b.mp4"),
+        (None, {"start": 0.5}, "x_1_a.mp4"),
+        ("top: left/right", {"start": 0.5, "end": 1.0}, "x_top- left-right.mp4"),
+    ],
+)
+def test_one_camera_gets_its_name_too(tmp_path, camera, times, name):
+    """`{shot}` stood in the film's name."""
+    job = job_with(A, B)
+    extra = {"top: left/right": job.cameras["a"]}
+    job = job.model_copy(update={"cameras": {**job.cameras, **extra}})
+    order = FilmOrder(tmp_path / "x_{shot}.mp4", **times)
+    ((_, path),) = shots_of(job, Request(camera=camera), order)
+    assert path == tmp_path / name
+
+
+@pytest.mark.parametrize(
     ("shots", "camera", "times", "words"),
     [
         ((A, B), None, {}, "2 shots; put {shot}"),
@@ -154,11 +175,11 @@ def test_the_command_wins_over_the_shots(tmp_path):
 
 
 def test_wanted_frames():
-    assert list(_wanted(None, 3)) == [0, 1, 2]
-    assert list(_wanted((1, 3), 3)) == [1, 2]
+    assert list(wanted_frames(None, 3)) == [0, 1, 2]
+    assert list(wanted_frames((1, 3), 3)) == [1, 2]
     for wrong in ((0, 4), (2, 2), (3, 1)):
         with pytest.raises(ConfigError, match="does not lie within 0:3"):
-            _wanted(wrong, 3)
+            wanted_frames(wrong, 3)
 
 
 def test_places_of_frames(tmp_path):

@@ -130,10 +130,11 @@ OUTPUT = "output: {{{}}}\n"
         ("sky: {sun: {elevaton: 3}}\n", "sky.sun.elevaton", "did you mean 'elevation'"),
         ("roads: {per_edge: {a: {surfce: b}}}\n", "roads.per_edge.a.surfce", "mean 'surface'"),
         ("objects: {trees: {scal: 2}}\n", "objects.trees.scal", "did you mean 'scale'"),
-        ("output: {fps: fast}\n", "output.fps", "valid number"),
-        ("output: {fps: 0}\n", "output.fps", "greater than 0"),
-        ("output: {fps: .nan}\n", "output.fps", "finite"),
-        ("output: {size: [0, 10]}\n", "output", "size must lie in 1..16384"),
+        ("output: {fps: fast}\n", "output.fps", "positive number or a ratio"),
+        ("output: {fps: 0}\n", "output.fps", "positive number or a ratio"),
+        ("output: {fps: .nan}\n", "output.fps", "positive number or a ratio"),
+        ("output: {fps: 241}\n", "output.fps", "0.01 to 240"),
+        ("output: {size: [0, 10]}\n", "output.size", "must lie in 1..16384"),
         ("output: {size: [5]}\n", "output.size.1", "missing"),
         ("output: {half: maybe}\n", "output.half", "boolean"),
         ("seed: -1\n", "seed", "greater than or equal to 0"),
@@ -141,9 +142,9 @@ OUTPUT = "output: {{{}}}\n"
         ("quality: standrd\n", "quality", "did you mean 'standard'"),
         ("template: highway_nite\n", "template", "did you mean 'highway_day'"),
         ("signals: {design: 4}\n", "signals.design", "two_heads"),
-        ("ground: {scale: -1}\n", "ground.scale", "greater than 0"),
+        ("ground: {scale: -1}\n", "ground.scale", "greater than or equal to 0.01"),
         ("sky: {sun: {azimuth: 3}}\n", "sky.sun", "give either date and time"),
-        ("vehicles: [a]\n", "vehicles", "valid dictionary"),
+        ("vehicles: [a]\n", "vehicles", "keys with values"),
     ],
 )
 def test_wrong_settings_name_key_and_place(tmp_path, more, key, words):
@@ -166,7 +167,7 @@ def test_wrong_settings_name_key_and_place(tmp_path, more, key, words):
         ("{mode: lagrangian, vehicle: a, lens: {fv: 2}}", "lens.fv", "did you mean 'fov'"),
         ("{mode: lagrangian, vehicle: a, lens: {fov: 1}}", "lens.fov", "greater than or equal"),
         ("{mode: flying}", "", "'eulerian', 'lagrangian', 'cinematic'"),
-        ("{position: [0, 0, 1]}", "", "discriminator 'mode'"),
+        ("{position: [0, 0, 1]}", "", "the key 'mode' is missing"),
         ("{mode: cinematic, keyframes: []}", "keyframes", "at least 1 item"),
         (
             "{mode: cinematic, keyframes: [{time: 2, position: [0,0,1], heading: 0},"
@@ -217,7 +218,7 @@ def test_files_that_are_no_scene(tmp_path):
     (tmp_path / "latin.yaml").write_bytes(b"a: \xff\xfe\xe4")
     with pytest.raises(ConfigError, match="cannot be read"):
         load_job(tmp_path / "latin.yaml")
-    with pytest.raises(ConfigError, match="cannot be read"):
+    with pytest.raises(ConfigError, match="is a folder, not a scene file; write one"):
         load_job(tmp_path)
     assert "is a mapping" in str(complaint(tmp_path, "- a\n"))
     assert "is a mapping" in str(complaint(tmp_path, ""))

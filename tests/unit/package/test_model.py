@@ -6,7 +6,15 @@ from builders import box, view_at
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import (
+    GRID,
+    Mesh,
+    Transform,
+    merge_meshes,
+    product,
+    settled,
+    turned,
+)
 from sumo3dviz_pt.model.scene import FrameState, Part, Sky
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.render.convert import sensor_matrix
@@ -70,6 +78,37 @@ def test_transforms_carry_meshes_and_chain():
         twice.points(np.zeros((1, 3))), placed.points(placed.points(np.zeros((1, 3))))
     )
     np.testing.assert_array_equal(box((0, 0, 0), (1, 2, 3)).bounds, [[0, 0, 0], [1, 2, 3]])
+
+
+def test_normals_go_by_the_inverse_transpose():
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        matrix = np.eye(4)
+        matrix[:3, :3] = rng.normal(size=(3, 3))
+        normals = rng.normal(size=(3, 3))
+        found = Transform(matrix).mesh(Mesh(*TRIANGLE, normals=normals)).normals
+        exact = normals @ np.linalg.inv(matrix[:3, :3])
+        exact /= np.linalg.norm(exact, axis=1, keepdims=True)
+        np.testing.assert_allclose(found, exact, atol=1e-9)
+
+
+def test_products_are_those_of_matrices():
+    rng = np.random.default_rng(6)
+    one, other = rng.normal(size=(2, 7, 4, 4))
+    np.testing.assert_allclose(product(one, other), one @ other, atol=1e-12)
+    vectors, turn = rng.normal(size=(3, 2, 3)), rng.normal(size=(3, 3))
+    np.testing.assert_allclose(turned(vectors, turn), vectors @ turn.T, atol=1e-12)
+
+
+@pytest.mark.parametrize("share", [0, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4])
+@pytest.mark.parametrize("steps", [0, 1, -1, 12345, -987654])
+def test_last_bits_do_not_move_what_is_settled(share, steps):
+    exact = (steps + share) * GRID
+    noisy = exact * (1.0 + np.arange(-8, 9) * 2.0**-52)
+    found = settled(noisy)
+    assert len(np.unique(found)) == 1
+    assert np.abs(found - exact).max() <= 0.62 * GRID
+    np.testing.assert_array_equal(settled(found), found)
 
 
 def test_states_begin_at_their_time():

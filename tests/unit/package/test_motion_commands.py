@@ -146,7 +146,7 @@ def test_without_matplotlib_one_sentence(tmp_path, capsys, monkeypatch):
     scene = write_scenario(tmp_path, vehicles=2)
     assert main(["motion", str(scene), "--vehicle", "v0", "-o", str(tmp_path / "a.png")]) == 2
     err = capsys.readouterr().err
-    assert "matplotlib" in err and "flip" not in err and 'pip install "sumo3dviz_pt[report]"' in err
+    assert "matplotlib" in err and "flip" not in err and 'pip install ".[report]"' in err
 
 
 @pytest.mark.slow

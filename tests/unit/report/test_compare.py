@@ -204,5 +204,5 @@ def test_attributes_are_read_without_pixels(tmp_path):
 def test_a_missing_extra_is_said_before_any_work(tmp_path, capsys, monkeypatch, module):
     monkeypatch.setitem(sys.modules, module, None)
     said = refused(capsys, tmp_path, write_film(tmp_path / "film"))
-    assert 'pip install "sumo3dviz_pt[report]"' in said
+    assert 'pip install ".[report]"' in said and '.whl[report]"' in said
     assert not (tmp_path / "out").exists()

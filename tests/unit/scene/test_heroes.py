@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.kept import read_whole
+from sumo3dviz_pt.scene import heroes
 from sumo3dviz_pt.scene.bodies import build_body
 from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
 from sumo3dviz_pt.scene.heroes import hero_prototypes, heroes_of
@@ -45,10 +47,11 @@ def test_body_and_wheel_in_known_materials(cache):
 
 
 def test_built_once_and_read_again(cache, caplog):
-    with caplog.at_level(logging.INFO):
+    heroes._built.cache_clear()
+    with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
         first = hero_prototypes([SMALL])
         assert [record.getMessage() for record in caplog.records if "building" in record.msg] == [
-            f"building {SMALL} in full detail (1 of 1)"
+            f"building {SMALL} in full detail"
         ]
         stamps = {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
         caplog.clear()
@@ -72,14 +75,70 @@ def test_another_recipe_lies_elsewhere(cache, monkeypatch, tmp_path):
     assert len(list(cache.iterdir())) == 2
 
 
-def test_a_build_that_fails_leaves_nothing(cache, monkeypatch):
-    def fail(*_):
-        raise OSError("disk full")
+def vertices_of(made):
+    return {
+        (name, part.material): part.mesh.vertices for name, p in made.items() for part in p.parts
+    }
 
-    monkeypatch.setattr("sumo3dviz_pt.scene.heroes.write_ply", fail)
-    with pytest.raises(OSError, match="disk full"):
-        hero_prototypes([SMALL])
-    assert list(cache.iterdir()) == []
+
+def assert_same_bodies(one, other):
+    """Down to the last bit: pixels hang on it."""
+    one, other = vertices_of(one), vertices_of(other)
+    assert set(one) == set(other)
+    for key, vertices in one.items():
+        np.testing.assert_array_equal(vertices, other[key], err_msg=str(key))
+
+
+def lose(path):
+    path.unlink()
+
+
+def cut(path):
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def flip(path):
+    """A single bit, as failing disks do."""
+    content = bytearray(path.read_bytes())
+    content[-1] ^= 1
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("harm", [lose, cut, flip])
+@pytest.mark.parametrize("which", ["*/*.ply", "*"])
+def test_a_damaged_cache_heals(cache, harm, which):
+    """One file less drew other pixels; a cut one stopped every render for ever."""
+    first = hero_prototypes([SMALL])
+    (folder,) = cache.iterdir()
+    stored = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    harm(next(path for path in sorted(folder.glob(which)) if path.is_file()))
+    assert_same_bodies(hero_prototypes([SMALL]), first)
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == stored
+    assert list(cache.iterdir()) == [folder], "nothing is left lying about"
+
+
+def test_without_a_place_to_write_bodies_stay_in_memory(cache, caplog, tmp_path, monkeypatch):
+    """No writable cache ended in errno 2; one note says so, and nothing is built twice."""
+    first = hero_prototypes([SMALL])
+    heroes._built.cache_clear()
+    (tmp_path / "a file").write_text("no folder", encoding="utf-8")
+    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "a file"))
+    with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
+        for _ in range(2):
+            assert_same_bodies(hero_prototypes([SMALL]), first)
+    said = [record.getMessage() for record in caplog.records]
+    assert len([words for words in said if words.startswith("building")]) == 1
+    (note,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert "cannot be written" in note and "SUMO3DVIZ_PT_CACHE" in note
+
+
+def test_a_full_disk_leaves_nothing_and_stops_nothing(cache, monkeypatch, caplog):
+    def fail(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", fail)
+    assert hero_prototypes([SMALL])[f"{SMALL}/hero"].parts
+    assert list(cache.iterdir()) == [] and "No space left" in caplog.text
 
 
 def test_nobody_near_builds_nothing(cache):
@@ -99,12 +158,17 @@ def test_what_old_code_left_goes_after_a_month(cache):
     assert not old.exists() and young.is_dir() and other.is_dir()
 
 
-def test_two_processes_build_at_once(cache):
-    """The slower one takes what the faster one made."""
+@pytest.mark.parametrize("broken", [False, True])
+def test_two_processes_build_at_once(cache, broken):
+    """The slower one takes what the faster one made; both heal a broken one."""
+    if broken:
+        hero_prototypes([SMALL])
+        lose(sorted(cache.glob("*/wheel/*.ply"))[0])
     code = f"from sumo3dviz_pt.scene.heroes import hero_prototypes as h; print(len(h(['{SMALL}'])))"
     both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
     assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
-    assert len(list(cache.iterdir())) == 1
+    (folder,) = cache.iterdir()
+    assert read_whole(folder) is not None
 
 
 def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():

@@ -5,6 +5,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.scene.meadow import BUDGET, HIGHEST, KEEP_OFF, REACH, Lawn, build_meadow
@@ -37,7 +38,7 @@ def feet(found):
     return np.concatenate(points)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=tries(6), deadline=None)
 @given(
     st.floats(-40, 40),
     st.floats(-20, 20),

@@ -8,6 +8,7 @@ import numpy as np
 from analytic_motion import PathPiece
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.job import VehicleSettings
 from sumo3dviz_pt.model.scene import View
@@ -88,7 +89,7 @@ def test_points_count_from_the_left_and_the_top():
     assert picked(ROW, eye, (right, 0.9)) is None
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=tries(60), deadline=None)
 @given(
     st.floats(-0.95, 0.95),
     st.floats(-0.95, 0.95),

@@ -5,6 +5,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from searching import tries
 
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.traffic import Poi
@@ -44,7 +45,7 @@ def spots(pois, kind):
     return np.array(at, dtype=float).reshape(-1, 2)
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=tries(4), deadline=None)
 @given(
     st.integers(0, 99),
     st.floats(-400, 400),

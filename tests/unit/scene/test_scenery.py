@@ -156,10 +156,9 @@ def test_tree_colour_and_model():
     [
         ({"trees": {"model": "mapel"}}, "objects.trees.model", "maple"),
         ({"homes": {"model": ["plaster", "x"]}}, "objects.homes.model", "known"),
-        ({"trees": {"colour": "green"}}, "objects.trees.colour", "#rrggbb"),
     ],
 )
-def test_unknown_models_and_colours_are_errors(settings, key, word):
+def test_unknown_models_are_errors(settings, key, word):
     pois = [poi("tree", 50, 20), poi("home", 90, 20)]
     with pytest.raises(ConfigError, match=word) as error:
         build(pois, settings=ObjectsSettings(**settings))

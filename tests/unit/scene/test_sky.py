@@ -12,7 +12,7 @@ from sumo3dviz_pt.scene.sky import KINDS, SkyPreset, base_exposure, build_sky, r
 
 PRESETS = catalog.template_names("sky")
 BARCELONA = Location(geo_boundary=(2.1, 41.3, 2.2, 41.5), projection="+proj=utm +zone=31")
-NOON = {"date": dt.date(2026, 6, 21), "time": dt.time(12, 0)}
+NOON = {"date": dt.date(2026, 6, 21), "time": dt.time(12, 0), "zone": "solar"}
 
 
 def degrees(sky):
@@ -106,9 +106,15 @@ def test_sun_by_clock_takes_the_networks_place():
     assert degrees(here)[0] == pytest.approx(180, abs=2)
 
 
-def test_utc_offset_moves_the_sun():
-    summer = build_sky(SkySettings(sun={**NOON, "utc_offset": 2}), location=BARCELONA)
+@pytest.mark.parametrize("zone", ["+02:00", "Europe/Madrid", None])
+def test_clocks_mean_what_they_show(zone):
+    """At noon by Barcelona's clocks the sun stands where it stands at 10:00 UTC."""
+    summer = build_sky(SkySettings(sun={**NOON, "zone": zone}), location=BARCELONA)
+    utc = {"date": NOON["date"], "time": dt.time(10, 0), "zone": "UTC"}
     assert degrees(summer)[0] < 120
+    assert degrees(summer) == pytest.approx(
+        degrees(build_sky(SkySettings(sun=utc), location=BARCELONA))
+    )
 
 
 @pytest.mark.parametrize("location", [None, Location()])

@@ -208,6 +208,15 @@ def test_pois_are_drawn_even_if_nothing_else_is():
     assert not ((xs[:, 1] > 3.5) & (xs[:, 1] < 4.5) & (xs[:, 0] > 69)).any(), "no bin on the road"
 
 
+def test_no_end_of_a_bench_reaches_over_a_lane():
+    """The POI itself stands beside the lane that begins half a metre away."""
+    net = network(edge("in", 0.0, kinds="c"), edge("late", 20.0, kinds="c", x=(100.5, 300.0)))
+    given = [poi("a", "bench", 100.0, 20.5), poi("b", "bench", 98.0, 20.5)]
+    parts = built(net, pois=given, lamps="none", signs="none", furniture="none")
+    spots = np.concatenate([part.part.mesh.vertices for part in parts.static])
+    assert spots[:, 0].min() > 96.0 and spots[:, 0].max() < 100.0
+
+
 def test_a_stop_gets_a_shelter_beside_the_lane_and_a_sign():
     stop = Stop("s", "in_2", 100.0, 120.0)
     parts = built(TOWN, stops=[stop], lamps="none", signs="none", furniture="none")

@@ -4,7 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.scene.sun import convergence, direction_of, local_time, sun_position
+from sumo3dviz_pt.model.zones import zone_named
+from sumo3dviz_pt.scene.sun import convergence, direction_of, local_time, sun_position, zone_at
 
 PLACES = {
     "Munich": (48.137, 11.575),
@@ -120,8 +121,71 @@ def test_refraction_lifts_the_setting_sun():
     assert np.all(np.diff(risen) > 0)
 
 
+BERLIN = {"latitude": 52.52, "longitude": 13.405}
+
+
+@pytest.mark.parametrize(
+    ("zone", "utc"),
+    [
+        (None, "2026-06-21T15:30"),
+        ("Europe/Berlin", "2026-06-21T15:30"),
+        ("+02:00", "2026-06-21T15:30"),
+        ("-0330", "2026-06-21T21:00"),
+        ("UTC", "2026-06-21T17:30"),
+        ("solar", "2026-06-21T16:36:23"),
+    ],
+)
+def test_clock_time_of_zones(zone, utc):
+    when = local_time(dt.date(2026, 6, 21), dt.time(17, 30), zone=zone, **BERLIN)
+    off = when.astimezone(dt.UTC) - dt.datetime.fromisoformat(utc + "+00:00")
+    assert abs(off.total_seconds()) < 1
+
+
+@pytest.mark.parametrize(
+    ("month", "rise", "sets"), [(6, (4, 43), (21, 33)), (12, (8, 15), (15, 54))]
+)
+def test_berlins_sun_rises_and_sets_by_its_clocks(month, rise, sets):
+    """As almanacs print it, to the minute, in summer and winter time.
+
+    The upper limb touches the horizon then: the middle is 0.27 degrees lower. The sun climbs
+    0.12 degrees a minute at most. By mean solar time it would be 10 degrees lower in June.
+    """
+    for clock in (rise, sets):
+        when = local_time(dt.date(2026, month, 21), dt.time(*clock), zone=None, **BERLIN)
+        elevation = degrees(when, (BERLIN["latitude"], BERLIN["longitude"]))[1]
+        assert elevation == pytest.approx(-0.27, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("place", "zone"),
+    [
+        ((41.39, 2.17), "Europe/Madrid"),
+        ((-33.87, 151.21), "Australia/Sydney"),
+        ((27.7, 85.3), "Asia/Kathmandu"),
+        ((0.0, -150.0), "Etc/GMT+10"),
+    ],
+)
+def test_zones_of_places(place, zone):
+    assert zone_at(latitude=place[0], longitude=place[1]) == zone
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Europe/Berln", "did you mean 'Europe/Berlin'"),
+        ("+15:00", "no clock is further"),
+        ("summer", "write it like|did you mean"),
+        ("../Berlin", "write it like|did you mean"),
+        ("", "write it like"),
+    ],
+)
+def test_zones_that_do_not_exist(name, said):
+    with pytest.raises(ValueError, match=said):
+        zone_named(name)
+
+
 def test_clock_time_and_direction():
-    when = local_time(dt.date(2026, 6, 21), dt.time(17, 30), utc_offset=2)
+    when = local_time(dt.date(2026, 6, 21), dt.time(17, 30), zone="+02:00", **BERLIN)
     assert when.astimezone(dt.UTC) == dt.datetime(2026, 6, 21, 15, 30, tzinfo=dt.UTC)
     assert direction_of(math.pi / 2, 0.0) == pytest.approx([1, 0, 0], abs=1e-12)
     assert direction_of(0.0, math.pi / 2) == pytest.approx([0, 0, 1], abs=1e-12)

@@ -200,9 +200,8 @@ def test_sumo_colours_and_own_colours():
     assert fleet.colours == ((0.8, 0.01, 0.01),)
     (colour,) = fleet_of(trajectory, colours=("#808080",)).colours
     np.testing.assert_allclose(colour, 0.2158605, rtol=1e-5)
-    for wrong in ((), ("#80808",)):
-        with pytest.raises(ConfigError, match=r"vehicles\.colours"):
-            fleet_of(trajectory, colours=wrong)
+    with pytest.raises(ConfigError, match=r"vehicles\.colours"):
+        fleet_of(trajectory, colours=())
 
 
 def test_positions_for_culling():

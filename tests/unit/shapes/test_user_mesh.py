@@ -64,7 +64,7 @@ def test_colours_become_linear(tmp_path):
         ("a.fbx", "", "none of"),
         ("b.obj", "", "holds no triangles|cannot be read"),
         ("c.ply", "nonsense", "cannot be read|no triangles"),
-        ("d.yaml", "[", "cannot be read"),
+        ("d.yaml", "[", "not valid YAML"),
         ("e.yaml", "{forward: +x}", "must hold mesh"),
         ("f.yaml", "{mesh: a.obj, colour: red}", "must hold mesh"),
         ("g.yaml", "{mesh: gone.obj}", "there is no file"),

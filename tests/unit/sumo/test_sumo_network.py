@@ -23,6 +23,8 @@ NET = """<net version="1.20" lefthand="true">
  <lane id="a_1" index="1" disallow="tram pedestrian" speed="13.9" length="101" width="3.5"
   shape="0,3,1 50,3,1 50,3,1 100,3,4"/>
  <lane id="a_0" index="0" disallow="all" speed="13.9" shape="0,0 100,0" width="-1"/></edge>
+<edge id="b" from="j" to="k">
+ <lane id="b_0" index="0" speed="13.9" shape="104,0 200,0"/></edge>
 <junction id="j" type="traffic_light" x="100" y="0" z="4" incLanes="a_0 a_1"
  shape="100,-2,4 100,5,4 104,0,4"/>
 <junction id="k" type="dead_end" x="0" y="0" shape=""/>
@@ -45,6 +47,7 @@ def test_reads_all_kinds_of_edges(tmp_path):
         ":j_c0": "crossing",
         ":j_w0": "walkingarea",
         "a": "normal",
+        "b": "normal",
     }
     edge = network.edges["a"]
     assert (edge.from_junction, edge.to_junction, edge.priority) == ("i", "j", 7)

@@ -53,8 +53,8 @@ def test_redefined_default_keeps_its_class(tmp_path):
 @pytest.mark.parametrize(
     ("attribute", "words"),
     [
-        ('length="0"', "above 0"),
-        ('width="-2"', "above 0"),
+        ('length="0"', "must lie from 0.01"),
+        ('width="-2"', "must lie from 0.01"),
         ('height="inf"', "finite"),
         ('vClass="spaceship"', "unknown"),
         ('color="1,2"', "must be a name"),

@@ -4,10 +4,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from sumo3dviz_pt.errors import ConfigError, InputError, RenderError
-from sumo3dviz_pt.video import CODECS, encode, frame_rate, probe
-from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
+from sumo3dviz_pt.video import CODECS, encode, encoder, frame_rate, probe
+from sumo3dviz_pt.video.ffmpeg import ffmpeg_path, has_encoder
 from sumo3dviz_pt.video.yuv import yuv709
 
 SIZE = (64, 48)
@@ -24,7 +25,10 @@ def film(count=5):
     return (colours(index) for index in range(count))
 
 
-@pytest.mark.parametrize("name", CODECS)
+TRUE_COLOURS = [name for name, codec in CODECS.items() if not codec.palette]
+
+
+@pytest.mark.parametrize("name", TRUE_COLOURS)
 def test_films_say_what_they_are(tmp_path, name):
     path = tmp_path / f"a{CODECS[name].suffixes[0]}"
     note = {"seed": 7, "what": "é"}
@@ -37,14 +41,15 @@ def test_films_say_what_they_are(tmp_path, name):
     assert [path] == list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["h264", "h264_10"])
+@pytest.mark.parametrize("name", ["h264", "h264_10", "vp9"])
 def test_same_frames_same_bytes(tmp_path, name):
-    for path in (tmp_path / "a.mp4", tmp_path / "b.mp4"):
+    ending = CODECS[name].suffixes[0]
+    for path in (tmp_path / f"a{ending}", tmp_path / f"b{ending}"):
         encode(film(), path, size=SIZE, fps=25, codec=name)
-    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
+    assert (tmp_path / f"a{ending}").read_bytes() == (tmp_path / f"b{ending}").read_bytes()
 
 
-@pytest.mark.parametrize("name", CODECS)
+@pytest.mark.parametrize("name", TRUE_COLOURS)
 def test_decoded_colours_are_the_encoded_ones(tmp_path, name):
     path = tmp_path / f"a{CODECS[name].suffixes[0]}"
     encode(film(2), path, size=SIZE, fps=25, codec=name)
@@ -95,15 +100,18 @@ def test_yuv_of_primaries(rgb, codes):
         (12.5, Fraction(25, 2)),
         (5, Fraction(5)),
         (0.1, Fraction(1, 10)),
+        ("30000/1001", Fraction(30000, 1001)),
+        ("29.97", Fraction(2997, 100)),
+        (Fraction(24000, 1001), Fraction(24000, 1001)),
     ],
 )
 def test_frame_rates(fps, exact):
     assert frame_rate(fps) == exact
 
 
-@pytest.mark.parametrize("fps", [0, -25, float("nan"), float("inf")])
+@pytest.mark.parametrize("fps", [0, -25, float("nan"), float("inf"), "1e9", "", True, "x", "1/2/3"])
 def test_impossible_frame_rates(fps):
-    with pytest.raises(ConfigError, match="frame rate must be positive"):
+    with pytest.raises(ConfigError, match="write a positive number or a ratio"):
         frame_rate(fps)
 
 
@@ -113,9 +121,13 @@ def test_impossible_frame_rates(fps):
         ("a.mp4", {"size": (65, 48)}, "must be even, not 65 x 48"),
         ("a.mp4", {"size": (64, -2)}, "must be even"),
         ("a.mp4", {"codec": "h246"}, "did you mean 'h264'"),
-        ("a.mp4", {"codec": "vp9"}, "known: h264"),
+        ("a.mp4", {"codec": "mpeg"}, "known: auto, h264"),
+        ("a.mp4", {"codec": "vp9"}, r"ending in \.webm or \.mkv"),
+        ("a.gif", {"codec": "h264"}, r"ending in \.mp4"),
+        ("a.gif", {"fps": 60}, "at most 50 frames a second"),
+        ("a.mp4", {"fps": "25/0"}, "ratio such as 30000/1001"),
         ("a.mp4", {"codec": "prores"}, r"ending in \.mov or \.mkv"),
-        ("a.gif", {}, "ending in"),
+        ("a.avi", {}, r"ends in one of \.mp4, .*\.gif, not 'a.avi'"),
         ("none/a.mp4", {}, "does not exist"),
     ],
 )
@@ -145,7 +157,7 @@ def test_failures_leave_nothing_and_keep_the_old_film(tmp_path):
 
 @pytest.mark.parametrize("frames", [2, 200])
 def test_ffmpegs_reason_is_told(tmp_path, frames, monkeypatch):
-    from sumo3dviz_pt.video import codecs, encoder
+    from sumo3dviz_pt.video import codecs
 
     broken = codecs.Codec(8, (2, 2), "yuv420p", ("-c:v", "libx264", "-crf", "bad"))
     monkeypatch.setattr(encoder, "codec_named", lambda name, path: broken)
@@ -168,3 +180,45 @@ def test_memory_is_constant(tmp_path):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 4_000_000, sys.platform
+
+
+def test_films_of_ratios_are_exact(tmp_path):
+    path = tmp_path / "a.mp4"
+    encode(film(), path, size=SIZE, fps="30000/1001")
+    assert probe(path).fps == Fraction(30000, 1001)
+
+
+@pytest.mark.parametrize(
+    ("ending", "codec"),
+    [(".mp4", "h264"), (".MOV", "h264"), (".mkv", "h264"), (".webm", "vp9"), (".gif", "gif")],
+)
+def test_the_ending_says_the_codec(tmp_path, ending, codec):
+    path = tmp_path / f"a{ending}"
+    encode(film(), path, size=SIZE, fps=25)
+    log = subprocess.run([ffmpeg_path(), "-i", str(path)], capture_output=True, check=False).stderr
+    assert f"Video: {codec}".encode() in log
+
+
+def test_a_gif_is_timed_coloured_and_repeats(tmp_path):
+    """Also of odd size and 30 frames a second, which hundredths of a second do not divide."""
+    size, path = (63, 47), tmp_path / "a.gif"
+    frames = [colours(index % 5)[: size[1], : size[0]] for index in range(30)]
+    assert encode(frames, path, size=size, fps=30) == 30
+    assert [path] == list(tmp_path.iterdir()), "no palette and no kept pictures stay"
+    with Image.open(path) as shown:
+        assert (shown.size, shown.n_frames, shown.info["loop"]) == (size, 30, 0)
+        lasts, errors = [], []
+        for number, frame in enumerate(frames):
+            shown.seek(number)
+            lasts.append(shown.info["duration"])
+            errors.append(np.asarray(shown.convert("RGB")) / 255.0 - frame)
+    assert abs(sum(lasts) - 1000) <= 10 and set(lasts) <= {30, 40}
+    assert np.abs(np.mean(errors, axis=(1, 2))).max() < 4.0 / 255, "nearly true in the mean"
+    assert np.abs(errors).mean() < 8.0 / 255
+
+
+def test_encoders_that_an_ffmpeg_lacks_are_refused_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(encoder, "has_encoder", lambda name: name != "libvpx-vp9")
+    with pytest.raises(ConfigError, match="no encoder libvpx-vp9"):
+        encoder.check_film(tmp_path / "a.webm", size=SIZE, fps=25, codec="auto")
+    assert has_encoder("libx264") and not has_encoder("libx999")

@@ -12,6 +12,7 @@ import pytest
 from builders import write_scenario
 
 import sumo3dviz_pt as sv
+from sumo3dviz_pt.viewer.notebook import Choices
 
 pytest.importorskip("aiohttp")
 
@@ -58,6 +59,36 @@ def test_a_scene_is_viewed_until_it_is_closed(scene):
         fetched(viewer.address)
 
 
+@pytest.mark.parametrize(
+    ("hub", "proxy", "way"),
+    [
+        (None, None, ""),
+        ("/user/me/", None, "/user/me/proxy/{port}/"),
+        ("/user/me/", "", ""),
+        (None, "/proxy/{port}/", "/proxy/{port}/"),
+    ],
+)
+def test_a_notebook_server_passes_the_page_on(monkeypatch, hub, proxy, way):
+    monkeypatch.delenv("JUPYTERHUB_SERVICE_PREFIX", raising=False)
+    if hub is not None:
+        monkeypatch.setenv("JUPYTERHUB_SERVICE_PREFIX", hub)
+    assert Choices(proxy=proxy).way == way
+
+
+@pytest.mark.slow
+def test_the_frame_shows_the_page_below_the_notebook_server(scene):
+    with scene.view(size=(64, 36), start=2.0, end=4.0, proxy="/user/me/proxy/{port}/") as viewer:
+        _, user, me, proxy, port, token, _ = viewer.address.split("/")
+        assert (user, me, proxy) == ("user", "me", "proxy")
+        assert Frames(viewer._repr_html_()).found["iframe"]["src"] == viewer.address
+        # What the notebook's server asks us then, with the browser's own headers.
+        asked = urllib.request.Request(
+            f"http://127.0.0.1:{port}/{token}/",
+            headers={"Host": "hub.example", "Origin": "https://hub.example"},
+        )
+        assert fetched(asked)[0] == 200
+
+
 def test_wrong_choices_are_refused(scene):
     with pytest.raises(sv.ConfigError, match="llvm or cuda"):
         scene.view(variant="scalar")
@@ -68,11 +99,11 @@ def test_wrong_choices_are_refused(scene):
 def test_other_templates_keep_a_scenes_own_settings(tmp_path):
     file = write_scenario(tmp_path)
     loaded = sv.load(file, {"seed": "11"})
-    assert loaded._remade({"template": "city_night"}).seed == 11
-    assert loaded._remade({"template": "city_night"}).template == "city_night"
+    assert loaded._source.job({"template": "city_night"}).seed == 11
+    assert loaded._source.job({"template": "city_night"}).template == "city_night"
     made = sv.Scene(network="a.net.xml", trajectories="b.xml", seed=12)
-    assert made._remade({"template": "city_night"}).seed == 12
-    assert made._file is None and loaded._file == file
+    assert made._source.job({"template": "city_night"}).seed == 12
+    assert made._source.file is None and loaded._source.file == file
 
 
 def test_without_the_extra_one_sentence_says_what_to_install(tmp_path):
@@ -87,5 +118,5 @@ def test_without_the_extra_one_sentence_says_what_to_install(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     sentence, loaded = done.stdout.splitlines()
-    assert "sumo3dviz_pt[viewer]" in sentence and "aiohttp" in sentence
+    assert 'pip install ".[viewer]"' in sentence and "aiohttp" in sentence
     assert loaded == "False"

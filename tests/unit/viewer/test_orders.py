@@ -12,6 +12,7 @@ def test_orders_keep_what_was_asked():
         do="keys", down=("KeyW",), id=7
     )
     assert parsed({"do": "time", "value": 492}).value == 492.0
+    assert parsed({"do": "save", "name": "corner"}).name == "corner"
     assert parsed({"do": "leave"}) == orders.Leave(do="leave")
 
 
@@ -30,6 +31,8 @@ def test_orders_keep_what_was_asked():
         ({"do": "keys", "down": ["KeyW"] * 99}, "keys.down"),
         ({"do": "keyframe", "act": "burn"}, "keyframe.act"),
         ({"do": "leave", "now": True}, "leave.now"),
+        ({"do": "save"}, "save.name"),
+        ({"do": "save", "name": "x" * 201}, "save.name"),
     ],
 )
 def test_nonsense_is_refused_with_its_place(raw, place):

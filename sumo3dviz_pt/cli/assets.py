@@ -1,0 +1,58 @@
+"""`assets`: the library as a table, as pictures, made again."""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overwrite, picture_size
+from sumo3dviz_pt.cli.progress import progress
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("assets", help="the library: as a table, as pictures, made again")
+    sub.add_argument("action", choices=("list", "sheet", "build"), help="what to do")
+    sub.add_argument("chosen", nargs="*", help="families, or family/name to build; default all")
+    sub.add_argument("-o", "--output", type=Path, help="folder for sheets, or to build in")
+    sub.add_argument("--quality", default="preview", help="of the sheets [preview]")
+    sub.add_argument(
+        "--size", type=picture_size, default=(480, 270), help="of each picture [480x270]"
+    )
+    add_overwrite(sub, "replace sheets that exist")
+
+
+def run(options: argparse.Namespace) -> int:
+    """List, draw or rebuild the library."""
+    from sumo3dviz_pt.library import build, listing
+
+    if options.action == "sheet":
+        return _sheets(options)
+    if options.action == "list":
+        print("\n".join(listing(options.chosen)))
+        return 0
+    with progress() as show:
+        for name, done, total in build(options.chosen, into=options.output):
+            show(name, done, total)
+    return 0
+
+
+def _sheets(options: argparse.Namespace) -> int:
+    """Draw contact sheets."""
+    from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
+    from sumo3dviz_pt.still import check_free
+
+    folder, names = options.output or Path(), options.chosen or sheet_names()
+    paths = {name: folder / f"sheet_{name}.png" for name in names}
+    if not options.overwrite:
+        check_free(*paths.values())
+    ready_renderer()
+    for name, path in paths.items():
+        order = SheetOrder(name, path, options.size, options.quality)
+        with progress() as show:
+            draw_sheet(order, progress=partial(show, name))
+        print(f"wrote {order.path}")
+    return 0

@@ -1,0 +1,91 @@
+"""`check`: what a scene holds, leaves out and costs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
+from sumo3dviz_pt.cli.progress import complain, progress
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("check", help="validate a scene; say what it holds and leaves out")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--json", action="store_true", help="as JSON")
+    sub.add_argument("--size", type=picture_size, help="forecast the cost of WxH [px]")
+    sub.add_argument("--fps", help="forecast the cost at this frame rate")
+    sub.add_argument("--quality", help="forecast only this preset's cost")
+    instead = sub.add_mutually_exclusive_group()
+    instead.add_argument(
+        "--stress", action="store_true", help="render the scene's edges and judge every picture"
+    )
+    instead.add_argument(
+        "--motion", action="store_true", help="measure how everyone in the log moves instead"
+    )
+    sub.add_argument("--camera", help="whose shot --stress starts from [the first shot's]")
+    sub.add_argument("--time", type=float, help="its time, SUMO's [s; the shot's first]")
+    sub.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="CASE",
+        help='run only these cases of --stress, such as "sun*"',
+    )
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    add_overrides(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Validate a scene."""
+    import json
+
+    from sumo3dviz_pt.checks import check_scene, in_words
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.motion_checks import motion_report
+
+    if options.stress:
+        return _stress(options)
+    job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    if options.motion:
+        print(motion_report(job, as_json=options.json))
+        return 0
+    presets = None if options.quality is None else [options.quality]
+    report = check_scene(job, presets=presets)
+    print(json.dumps(report, indent=1) if options.json else in_words(report))
+    return 0
+
+
+def _asked(options: argparse.Namespace) -> dict[str, str]:
+    """Size, frame rate and preset as values of the scene file."""
+    asked = {"output.fps": options.fps, "quality": options.quality}
+    if options.size is not None:
+        asked["output.size"] = str(list(options.size))
+    return {key: value for key, value in asked.items() if value is not None}
+
+
+def _stress(options: argparse.Namespace) -> int:
+    """Put a scene under stress; 1 if a case fails."""
+    import json
+
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.report.stress import StressOrder, chosen, put_under_stress, without_notes
+    from sumo3dviz_pt.report.stress_report import in_words
+
+    cases = chosen(options.only)
+    ready_renderer(options.variant)
+    with progress() as show, without_notes():
+        report = put_under_stress(
+            load_job(options.scene, {**_asked(options), **overrides_of(options)}),
+            StressOrder(options.camera, options.time, options.variant),
+            cases=cases,
+            on_case=lambda news: show(news.name, news.done, news.total, news.seconds_left),
+        )
+    print(json.dumps(report.as_dict(), indent=1) if options.json else in_words(report))
+    failed = report.count("failed")
+    if failed:
+        return complain(f"{failed} of {len(report.outcomes)} cases failed", 1)
+    return 0

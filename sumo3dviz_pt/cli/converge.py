@@ -1,0 +1,61 @@
+"""`converge`: error against run time."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import (
+    PROGRAM,
+    add_overrides,
+    add_overwrite,
+    overrides_of,
+    picture_size,
+)
+from sumo3dviz_pt.cli.progress import progress
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("converge", help="error against run time of this very scene")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="folder of the report")
+    sub.add_argument("--camera", help="a name from the scene's cameras")
+    sub.add_argument("--size", type=picture_size, default=(480, 270), help="WxH [480x270]")
+    sub.add_argument("--top", type=int, default=64, help="most samples that are judged [64]")
+    sub.add_argument("--budget", type=float, metavar="SECONDS", help="begin nothing after it")
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    add_overwrite(sub, "begin anew where a report lies, instead of going on with it")
+    add_overrides(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure error against run time."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import Request, ready_renderer
+    from sumo3dviz_pt.report.converge import Order, converge
+
+    job = load_job(options.scene, overrides_of(options))
+    request = Request(options.camera, size=options.size, variant=options.variant)
+    order = Order(
+        options.output,
+        options.time,
+        scene=_scene_name(options.scene),
+        command=shlex.join([PROGRAM, *options.words]),
+        budget=options.budget,
+        top=options.top,
+        overwrite=options.overwrite,
+    )
+    ready_renderer(options.variant)
+    with progress() as show:
+        page = converge(job, request, order, on_step=show)
+    print(f"wrote {page}")
+    return 0
+
+
+def _scene_name(scene: Path) -> str:
+    """What tables call a scene: its file's name, or its folder's if that says nothing."""
+    return scene.stem if scene.stem != "scene" else scene.resolve().parent.name

@@ -1,0 +1,106 @@
+"""`demo`: the bundled example, with nothing to prepare."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overwrite, command_in, picture_size
+from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.cli.render import print_films, render_films
+
+
+@dataclass(frozen=True, slots=True)
+class _Extent:
+    """How much the demo renders where nothing else is asked for.
+
+    Attributes:
+        size: Width, height [px].
+        seconds: Of the film.
+        quality: A preset's name.
+    """
+
+    size: tuple[int, int]
+    seconds: float
+    quality: str
+
+
+_COMPILED = _Extent((640, 360), 2.0, "preview")
+_SCALAR = _Extent((320, 180), 1.0, "draft")
+"""Where there is no libLLVM: to be done in four minutes on two cores."""
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("demo", help="render the bundled example: demo.mp4 and demo.png")
+    sub.add_argument("-o", "--output", type=Path, default=Path(), help="folder [.]")
+    sub.add_argument("--quality", help=f"quality preset [{_COMPILED.quality}]")
+    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    sub.add_argument("--size", type=picture_size, help="WxH [{}x{}]".format(*_COMPILED.size))
+    add_overwrite(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Render the bundled example, less of it where rendering is slow."""
+    from sumo3dviz_pt.film import FilmOrder
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.open_shot import render_still
+    from sumo3dviz_pt.pipeline import Request, example, ready_renderer
+    from sumo3dviz_pt.still import check_free, check_target
+
+    folder = options.output
+    check_target(folder / "demo.png", suffixes=(".png",), overwrite=options.overwrite)
+    if not options.overwrite:
+        check_free(folder / "demo.mp4", folder / "demo.json")
+    job = load_job(example("ronda"))
+    extent = _extent(options, compiled=ready_renderer(options.variant).jit)
+    request = Request(
+        quality=extent.quality,
+        size=extent.size,
+        variant=options.variant,
+        command=command_in(options.words),
+    )
+    shot = job.shots[0]
+    order = FilmOrder(
+        folder / "demo.mp4",
+        start=shot.start,
+        end=min(shot.end, shot.start + extent.seconds),
+        resume=True,
+        discard_frames=True,
+    )
+    print_films(render_films(job, replace(request, camera=shot.camera), order))
+    picture = replace(request, camera="overview")
+    with progress() as show:
+        still = render_still(
+            job,
+            picture,
+            shot.start,
+            after_pass=partial(show, "demo.png"),
+        )
+    still.save(folder / "demo.png")
+    print(f"wrote {folder / 'demo.png'}")
+    return 0
+
+
+def _extent(options: argparse.Namespace, *, compiled: bool) -> _Extent:
+    """How much to render; a slow machine is told what it leaves out."""
+    usual = _COMPILED if compiled else _SCALAR
+    chosen = replace(
+        usual, size=options.size or usual.size, quality=options.quality or usual.quality
+    )
+    if not compiled:
+        print(
+            "without compiled kernels the demo is smaller and shorter:"
+            f" {_in_words(chosen)} instead of {_in_words(_COMPILED)}",
+            flush=True,
+        )
+    return chosen
+
+
+def _in_words(extent: _Extent) -> str:
+    """Such as `2 s at 640x360, preview`."""
+    width, height = extent.size
+    return f"{extent.seconds:g} s at {width}x{height}, {extent.quality}"

@@ -1,0 +1,44 @@
+"""`develop`: pictures from stored frames."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overwrite
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("develop", help="pictures from EXR frames, without rendering again")
+    sub.add_argument("frames", type=Path, help="folder of frames, or one .exr")
+    sub.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="film.mp4 (or .mov, .mkv, .webm, .gif), out.png, or name_{frame}.png",
+    )
+    sub.add_argument("--exposure", type=float, help="EV instead of the stored one")
+    sub.add_argument("--tone", help="tone curve instead of the stored one")
+    sub.add_argument("--fps", help="frames per second; 30000/1001, too [the film's own]")
+    sub.add_argument("--codec", default="auto", help="video codec; auto: by the ending [auto]")
+    add_overwrite(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Develop stored frames."""
+    from sumo3dviz_pt.develop import DevelopOrder, develop_frames
+
+    order = DevelopOrder(
+        options.output,
+        options.exposure,
+        options.tone,
+        options.fps,
+        options.codec,
+        options.overwrite,
+    )
+    develop_frames(options.frames, order)
+    print(f"wrote {options.output}")
+    return 0

@@ -1,0 +1,33 @@
+"""`motion`: how one road user moves."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overrides, add_overwrite, overrides_of
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("motion", help="draw how one road user moves, on a map and over time")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--vehicle", metavar="ID", required=True, help="its id; persons count too")
+    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
+    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="plot.png")
+    add_overwrite(sub)
+    add_overrides(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw how one road user moves."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.motion_drawing import Wanted, draw_motion
+
+    job = load_job(options.scene, overrides_of(options))
+    wanted = Wanted(options.vehicle, options.output, options.start, options.end, options.overwrite)
+    draw_motion(job, wanted)
+    print(f"wrote {options.output}")
+    return 0

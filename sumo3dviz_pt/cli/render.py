@@ -1,0 +1,143 @@
+"""`render`: films."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sumo3dviz_pt.cli.options import (
+    add_overwrite,
+    add_request,
+    frame_range,
+    overrides_of,
+    request_of,
+)
+from sumo3dviz_pt.cli.progress import complain, cpu_in_words, progress
+from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.film import FilmOrder, FilmReport
+    from sumo3dviz_pt.job import Job
+    from sumo3dviz_pt.pipeline import Request
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("render", help="render films; several scenes make a batch")
+    sub.add_argument("scene", type=Path, nargs="+")
+    sub.add_argument("--from", dest="start", type=float, help="first frame's time [s]")
+    sub.add_argument("--to", dest="end", type=float, help="time after the last frame [s]")
+    sub.add_argument("--fps", help="frames per second; a ratio such as 30000/1001, too")
+    sub.add_argument("--speed", help="SUMO's time per film's: 0.25 is slow motion, 10 time-lapse")
+    sub.add_argument(
+        "--resume", action="store_true", help="keep frames that match, render the others anew"
+    )
+    add_overwrite(sub, "replace the film and all of its frames")
+    sub.add_argument(
+        "--dry-run", action="store_true", help="only say what would be rendered, and its cost"
+    )
+    sub.add_argument("--frames", type=frame_range, help="A:B renders only these frames, no film")
+    sub.add_argument("--discard-frames", action="store_true", help="delete frames afterwards")
+    sub.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="film.mp4 (or .mov, .mkv, .webm, .gif) or film_{frame}.png;"
+        " {scene} and {shot} are filled in",
+    )
+    add_request(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Render films; in a batch one failure does not stop the rest."""
+    from sumo3dviz_pt.pipeline import ready_renderer
+
+    if len(options.scene) > 1 and "{scene}" not in options.output.name:
+        raise ConfigError("several scenes need {scene} in the name of the output", key="output")
+    if len({scene.stem for scene in options.scene}) < len(options.scene):
+        raise ConfigError("two scene files have one name, and so would their films", key="output")
+    request = request_of(options)
+    worst, sound = 0, []
+    for scene in options.scene:
+        try:
+            sound.append((scene, *_checked(options, scene, request)))
+        except Sumo3dvizError as error:
+            worst = max(worst, _told(options, scene, error))
+    if sound and not options.dry_run:
+        ready_renderer(options.variant)
+    work = _print_plans if options.dry_run else _print_films
+    for scene, job, order in sound:
+        try:
+            work(job, request, order)
+        except Sumo3dvizError as error:
+            worst = max(worst, _told(options, scene, error))
+    return worst
+
+
+def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tuple[Job, FilmOrder]:
+    """A scene and what is to be made of it; what is wrong with either is said before any work."""
+    from sumo3dviz_pt.film import FilmOrder, check_order, check_places
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import check_choices
+
+    order = FilmOrder(
+        options.output,
+        options.start,
+        options.end,
+        options.fps,
+        options.frames,
+        options.resume,
+        options.discard_frames,
+        options.speed,
+        options.overwrite,
+    )
+    name = options.output.name.replace("{scene}", scene.stem)
+    order = replace(order, path=options.output.with_name(name))
+    job = load_job(scene, overrides_of(options))
+    check_choices(job, request)
+    shots = check_order(job, request, order)
+    if not options.dry_run:
+        check_places(job, order, shots)
+    return job, order
+
+
+def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> int:
+    """Tell what is wrong with one scene of a batch; the exit code."""
+    if len(options.scene) == 1:
+        raise error
+    return complain(f"{scene}: {error}", 2 if isinstance(error, InputError | ConfigError) else 1)
+
+
+def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmReport]:
+    """Render films and show how far they are."""
+    from sumo3dviz_pt.film import render_film
+
+    with progress() as show:
+        return render_film(
+            job,
+            request,
+            order,
+            on_frame=lambda news: show(order.path.name, news.done, news.total, news.seconds_left),
+        )
+
+
+def _print_plans(job: Job, request: Request, order: FilmOrder) -> None:
+    """Say what would be done."""
+    from sumo3dviz_pt.dry_run import plans
+
+    print("\n\n".join(map(str, plans(job, request, order))))
+
+
+def _print_films(job: Job, request: Request, order: FilmOrder) -> None:
+    """Render films and say what came out."""
+    print_films(render_films(job, request, order))
+
+
+def print_films(reports: list[FilmReport]) -> None:
+    """Say what came out."""
+    for report in reports:
+        place = report.film or report.folder
+        print(f"wrote {place}: {report.frames} frames ({cpu_in_words(report.cpu)})")

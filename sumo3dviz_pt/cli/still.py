@@ -1,0 +1,42 @@
+"""`still`: one image."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overwrite, add_request, overrides_of, request_of
+from sumo3dviz_pt.cli.progress import cpu_in_words, progress
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("still", help="render one image")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
+    sub.add_argument("-o", "--output", type=Path, required=True, help="out.png or out.exr")
+    add_overwrite(sub)
+    add_request(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Render one image."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.open_shot import render_still
+    from sumo3dviz_pt.pipeline import check_choices, check_target, ready_renderer
+
+    check_target(options.output, suffixes=(".png", ".exr"), overwrite=options.overwrite)
+    job, request = load_job(options.scene, overrides_of(options)), request_of(options)
+    check_choices(job, request)
+    ready_renderer(options.variant)
+    with progress() as show:
+        still = render_still(
+            job,
+            request,
+            options.time,
+            after_pass=lambda done, total: show(options.output.name, done, total, 0.0),
+        )
+    still.save(options.output)
+    print(f"wrote {options.output} ({cpu_in_words(still.rendered.cpu)})")
+    return 0

@@ -1,0 +1,46 @@
+"""`vehicles`: who is in the log."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.cli.options import add_overrides, overrides_of
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("vehicles", help="who is in the log: to ride with, colour, film")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--json", action="store_true", help="as JSON, with all edges")
+    sub.add_argument(
+        "--sort",
+        metavar="KEY",
+        help="begin, end, id, type, length, duration, mean, max or distance"
+        " [begin; with --near distance]",
+    )
+    sub.add_argument(
+        "--type", default="*", metavar="GLOB", help='vType, vClass or person, as "bus*"'
+    )
+    sub.add_argument("--at", type=float, metavar="T", help="only who is there at this time [s]")
+    sub.add_argument(
+        "--near",
+        metavar="PLACE",
+        help="only who passes X,Y or a standing camera, within 30 m or X,Y,R or CAMERA,R [m]",
+    )
+    add_overrides(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """List road users."""
+    import json
+
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.roster import Wanted, as_dicts, point_of, roster
+
+    job = load_job(options.scene, overrides_of(options))
+    near = None if options.near is None else point_of(job, options.near)
+    found = roster(job, Wanted(options.type, options.at, near, options.sort))
+    print(json.dumps(as_dicts(found), indent=1) if options.json else found)
+    return 0

@@ -1,0 +1,64 @@
+"""`view`: walk through a scene in the browser."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
+from sumo3dviz_pt.errors import InstallationError
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.job import Job
+
+log = logging.getLogger(__name__)
+
+
+def add(commands: Any) -> None:
+    """Say what it takes."""
+    sub = commands.add_parser("view", help="walk through a scene in the browser")
+    sub.add_argument("scene", type=Path)
+    sub.add_argument("--port", type=int, default=0, help="to listen on [a free one]")
+    sub.add_argument(
+        "--size", type=picture_size, default=(480, 270), help="of its pictures [480x270]"
+    )
+    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
+    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    sub.add_argument("--token", help="the secret in the address [a new one each time]")
+    sub.add_argument("--variant", default="llvm", help="llvm or cuda [llvm]")
+    add_overrides(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show a scene until Ctrl-C."""
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.viewer.server import serve
+    from sumo3dviz_pt.viewer.studio import Studio
+
+    chosen = overrides_of(options)
+    if ready_renderer(options.variant).note:
+        raise InstallationError("the viewer needs libLLVM or a graphics card")
+
+    def reload(choices: Mapping[str, str]) -> Job:
+        return load_job(options.scene, {**chosen, **choices})
+
+    log.warning("opening %s: it is read, built and compiled in about a minute", options.scene)
+    studio = Studio(
+        reload({}),
+        scene_file=options.scene,
+        size=options.size,
+        window=(options.start, options.end),
+        variant=options.variant,
+        reload=reload,
+    )
+    serve(
+        studio,
+        port=options.port,
+        token=options.token,
+        announce=lambda address: print(address, flush=True),
+    )
+    return 0

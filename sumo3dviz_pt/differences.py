@@ -1,0 +1,103 @@
+"""What differs between two accounts of what was rendered, in words."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+Account = Mapping[str, Any]
+
+_SECTIONS: Mapping[str, str] = MappingProxyType(
+    {
+        "scene": "",
+        "preset": "quality preset: ",
+        "shot": "shot: ",
+        "inputs": "input ",
+        "versions": "version of ",
+        "package": "our own ",
+    }
+)
+"""Mappings in an account, and what their keys are called by."""
+
+_PLAIN = ("camera", "time", "exposure", "variant")
+"""Values in an account."""
+
+_DIGESTS: Mapping[str, str] = MappingProxyType(
+    {
+        "world": "the world is built otherwise",
+        "plan": "the shot shows other bodies, or has other room for them",
+    }
+)
+_HASHED = frozenset({"inputs", "package"})
+_NO_PIXELS = ("shots", "template", "quality", "output.codec", "output.fps", "output.tone")
+_NOT_STORED = (*_NO_PIXELS, "output.glare", "scenario")
+"""Keys of a scene that act on no stored frame, or that other words say better."""
+
+
+def differences(one: Account, other: Account, *, stored: bool = False) -> list[str]:
+    """What differs, from the first to the second; nothing for the same picture or film.
+
+    Commands are not compared: another name of the output is another command.
+
+    Args:
+        one: The account of a picture, or of a film.
+        other: Likewise.
+        stored: Whether only that counts which tells frames of one film from those of another,
+            and not how they are developed.
+    """
+    said = []
+    for section, words in _SECTIONS.items():
+        old, new = (dict(_leaves(account.get(section) or {})) for account in (one, other))
+        for key in sorted(old.keys() | new.keys()):
+            left_out = stored and section == "scene" and key.startswith(_NOT_STORED)
+            if old.get(key) != new.get(key) and not left_out:
+                said.append(words + _changed(key, old, new, hashed=section in _HASHED))
+    plain = [key for key in _PLAIN if not (stored and key == "time")]
+    said += [_changed(key, one, other) for key in plain if one.get(key) != other.get(key)]
+    said += [words for key, words in _DIGESTS.items() if one.get(key) != other.get(key)]
+    return said + list(_frames(one.get("frames"), other.get("frames")))
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by dotted key; lists of numbers and words are values."""
+    if isinstance(value, Mapping):
+        pairs: Sequence[tuple[Any, Any]] = list(value.items())
+    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
+        pairs = list(enumerate(value))
+    else:
+        yield path, value
+        return
+    for key, item in pairs:
+        yield from _leaves(item, f"{path}.{key}" if path else str(key))
+
+
+def _changed(key: str, old: Account, new: Account, *, hashed: bool = False) -> str:
+    """One value that differs."""
+    if key not in old or key not in new:
+        side = "second" if key not in old else "first"
+        return f"{key}: only the {side} has it"
+    if hashed:
+        return f"{key}: other content"
+    return f"{key}: {_shown(old[key])} -> {_shown(new[key])}"
+
+
+def _shown(value: Any) -> str:
+    """A value as people read it."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _frames(old: Any, new: Any) -> Iterator[str]:
+    """What differs in the frames of two films."""
+    if not (isinstance(old, list) and isinstance(new, list)):
+        return
+    pairs = list(zip(old, new, strict=False))
+    for key, words in (
+        ("time", "that show other times"),
+        ("camera", "that are seen from elsewhere"),
+        ("drawn", "that show others on the road"),
+    ):
+        unlike = [number for number, (a, b) in enumerate(pairs) if a.get(key) != b.get(key)]
+        if unlike:
+            yield f"frames {words}: {len(unlike)}, the first is {unlike[0]}"

@@ -1,0 +1,133 @@
+"""What models of the scene file are built from: their base, and values with a notation."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    WithJsonSchema,
+    model_validator,
+)
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.ratios import Ratio, in_short, ratio_of
+from sumo3dviz_pt.model.zones import SOLAR, zone_named
+
+MOST_TEXT = 1000
+"""Characters of a word, an id or a path."""
+
+_COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
+
+
+class Settings(BaseModel):
+    """Base: unknown keys are errors, values do not change."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, populate_by_name=True, str_max_length=MOST_TEXT
+    )
+
+
+def listed(value: Any) -> Any:
+    """Let a single word stand for a list of one."""
+    return value if isinstance(value, list | tuple) or value is None else [value]
+
+
+def _colour(text: str) -> str:
+    """Refuse what is no colour."""
+    if not _COLOUR.fullmatch(text):
+        raise ValueError(f"a colour is written #rrggbb, not {text!r}")
+    return text
+
+
+HexColour = Annotated[str, AfterValidator(_colour)]
+"""A colour as `#rrggbb`, sRGB."""
+
+
+def _zone(name: str) -> str:
+    """Refuse what is no time zone."""
+    if name != SOLAR:
+        zone_named(name)
+    return name
+
+
+Zone = Annotated[str, AfterValidator(_zone)]
+"""A time zone, or `solar`."""
+
+
+def _within(low: Fraction, high: Fraction) -> Callable[[Any], Fraction]:
+    """A check of ratios between two bounds."""
+
+    def checked(value: Any) -> Fraction:
+        found = ratio_of(value)
+        if not low <= found <= high:
+            bounds = f"{in_short(low)} to {in_short(high)}"
+            raise ValueError(f"this should lie in {bounds}, not {in_short(found)}")
+        return found
+
+    return checked
+
+
+def _schema(low: Fraction, high: Fraction) -> WithJsonSchema:
+    """How a ratio is written."""
+    number = {"type": "number", "minimum": float(low), "maximum": float(high)}
+    return WithJsonSchema({"anyOf": [number, {"type": "string", "pattern": r"^[\d./ ]+$"}]})
+
+
+_RATES = (Fraction(1, 100), Fraction(240))
+_SPEEDS = (Fraction(1, 100), Fraction(100))
+_SHORT = PlainSerializer(in_short, return_type=int | float | str)
+
+Rate = Annotated[Fraction, PlainValidator(_within(*_RATES)), _SHORT, _schema(*_RATES)]
+"""Frames per second."""
+
+Speed = Annotated[Fraction, PlainValidator(_within(*_SPEEDS)), _SHORT, _schema(*_SPEEDS)]
+"""SUMO's seconds per second of film."""
+
+
+def asked_rate(value: Ratio) -> Fraction:
+    """A frame rate that a command or a program asks for.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    return _asked(value, _RATES, "fps")
+
+
+def asked_speed(value: Ratio) -> Fraction:
+    """A speed that a command or a program asks for.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    return _asked(value, _SPEEDS, "speed")
+
+
+def _asked(value: Ratio, bounds: tuple[Fraction, Fraction], key: str) -> Fraction:
+    """A ratio within bounds."""
+    try:
+        return _within(*bounds)(value)
+    except ValueError as error:
+        raise ConfigError(str(error), key=key) from None
+
+
+class OwnLook(Settings):
+    """What single road users look like."""
+
+    model: str | None = Field(None, description="a name from `assets/vehicles` or `assets/people`")
+    colour: HexColour | None = Field(None, description="#rrggbb of its paint or coat")
+
+    @model_validator(mode="after")
+    def _says_something(self) -> OwnLook:
+        """Ask for one of both at least."""
+        if self.model is None and self.colour is None:
+            raise ValueError("give model, colour, or both")
+        return self

@@ -1,0 +1,214 @@
+"""How far long work is and how long it will still take, from its first second on.
+
+Work is a sequence of steps with expected durations. What they really took corrects the
+expectation of those to come; a step that counts is judged by its own pace.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING, TextIO
+
+from sumo3dviz_pt.model.news import Doing, News, Tell
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
+_TRUST = 10.0
+"""Weight of the expectation against what was seen, as seconds of work that took as expected."""
+
+_UNUSUAL = 3
+"""So many frames, at the begin, take longer than others."""
+
+_MEMORY = 30
+"""So many frames back a pace is looked for."""
+
+_SAID_EVERY = 10.0
+"""Where lines cannot be overwritten, one is written so often [s]."""
+
+_DRAWN_EVERY = 0.5
+"""Where they can [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A part of the work.
+
+    Attributes:
+        doing: What.
+        seconds: How long it should take [s].
+    """
+
+    doing: Doing
+    seconds: float
+
+
+@dataclass(slots=True)
+class Course:
+    """Where work stands.
+
+    Attributes:
+        steps: All that it consists of, in order.
+        began: When it began, by whatever clock is asked [s].
+    """
+
+    steps: Sequence[Step]
+    began: float
+    _at: int = 0
+    _step_began: float = field(default=0.0)
+    _counts: list[tuple[float, int]] = field(default_factory=list)
+    _news: News | None = None
+
+    def __post_init__(self) -> None:
+        """The first step begins with the work."""
+        self._step_began = self.began
+
+    def hear(self, news: News, now: float) -> None:
+        """Take in what the work tells at a time [s]."""
+        following = range(self._at, len(self.steps))
+        place = next((k for k in following if self.steps[k].doing is news.doing), self._at)
+        if place != self._at:
+            self._at, self._step_began, self._counts = place, now, []
+        if news.total:
+            self._counts = [*self._counts[-_MEMORY:], (now, news.done)]
+        self._news = news
+
+    def seconds_left(self, now: float) -> float:
+        """Estimate of the time left [s]."""
+        later = sum(step.seconds for step in self.steps[self._at + 1 :])
+        return self._step_left(now) + self._slowness() * later
+
+    def share(self, now: float) -> float:
+        """Of the time that all of it takes, how much is over, in [0, 1]."""
+        over = now - self.began
+        return over / max(over + self.seconds_left(now), 1e-9)
+
+    def words(self) -> str:
+        """What is being done."""
+        doing = self.steps[self._at].doing
+        news = self._news
+        if news is None or not news.total or news.doing is not doing:
+            return str(doing)
+        return f"{doing} {news.done} of {news.total}"
+
+    def _slowness(self) -> float:
+        """How much longer than expected work takes."""
+        expected = sum(step.seconds for step in self.steps[: self._at])
+        return (self._step_began - self.began + _TRUST) / (expected + _TRUST)
+
+    def _step_left(self, now: float) -> float:
+        """Estimate for what is being done [s]."""
+        expected = self.steps[self._at].seconds * self._slowness()
+        if not self._counts or self._news is None:
+            over = now - self._step_began
+            # Who is late is expected to be as late again by a quarter, never done at once.
+            return max(expected - over, 0.25 * over)
+        counted, todo = self._counts[-1][0], self._news.total - self._news.done
+        pace = self._pace()
+        if pace is None:
+            pace = expected / max(self._news.total - self._counts[0][1], 1)
+        return max(pace * todo - (now - counted), pace * max(todo - 1, 0))
+
+    def _pace(self) -> float | None:
+        """Seconds for one of what the step counts; None as long as nobody can tell."""
+        lengths = [
+            (later[0] - earlier[0]) / (later[1] - earlier[1])
+            for earlier, later in pairwise(self._counts)
+            if later[1] > earlier[1]
+        ]
+        # The first ones compile and record: they say nothing about those to come.
+        usual = lengths[_UNUSUAL:]
+        return median(usual) if usual else None
+
+
+@contextmanager
+def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) -> Iterator[Tell]:
+    """Show how far work is while it is done.
+
+    Args:
+        name: What comes out.
+        steps: What has to be done, with expected durations.
+        stream: Where it is shown; default standard error.
+
+    Yields:
+        What the work tells its news to.
+    """
+    shown = _Shown(name, Course(steps, time.monotonic()), stream or sys.stderr)
+    shown.start()
+    try:
+        yield shown.hear
+    finally:
+        shown.close()
+
+
+class _Shown:
+    """Draws a course again and again, in a thread of its own, until it is closed."""
+
+    def __init__(self, name: str, course: Course, stream: TextIO) -> None:
+        self._name, self._course, self._stream = name, course, stream
+        self._lock, self._over = threading.Lock(), threading.Event()
+        self._bar: tqdm[None] | None = _bar(name, stream) if _can_redraw(stream) else None
+        self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
+
+    def start(self) -> None:
+        """Show the first line."""
+        self._draw()
+        self._thread.start()
+
+    def hear(self, news: News) -> None:
+        """Take in news."""
+        with self._lock:
+            self._course.hear(news, time.monotonic())
+
+    def close(self) -> None:
+        """Stop to show anything."""
+        self._over.set()
+        self._thread.join()
+        if self._bar is not None:
+            self._bar.close()
+
+    def _run(self) -> None:
+        pause = _DRAWN_EVERY if self._bar is not None else _SAID_EVERY
+        while not self._over.wait(pause):
+            self._draw()
+
+    def _draw(self) -> None:
+        with self._lock:
+            now = time.monotonic()
+            words, left = self._course.words(), self._course.seconds_left(now)
+            share = self._course.share(now)
+        text = f"{words}, about {clock(left)} left"
+        if self._bar is None:
+            self._stream.write(f"{self._name}: {text}\n")
+            self._stream.flush()
+            return
+        self._bar.n = round(100 * share)
+        self._bar.set_postfix_str(text, refresh=True)
+
+
+def _can_redraw(stream: TextIO) -> bool:
+    """Whether lines can be overwritten: on terminals and in notebooks."""
+    return stream.isatty() or "ipykernel" in sys.modules
+
+
+def _bar(name: str, stream: TextIO) -> tqdm[None]:
+    """A bar of the terminal's or the notebook's kind."""
+    from tqdm.auto import tqdm as bar
+
+    shape = "{desc}: {percentage:3.0f} % |{bar}| {elapsed}, {postfix}"
+    made: tqdm[None] = bar(total=100, desc=name, file=stream, leave=False, bar_format=shape)
+    return made
+
+
+def clock(seconds: float) -> str:
+    """A duration as people read it: 0:07, 12:30, 2:05:00."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -1,0 +1,87 @@
+"""Keeps kernels as they are, so that each is compiled once: in a film, and on a machine.
+
+Dr.Jit keeps compiled kernels on disk and finds them by their code. That hangs on more than
+the scene: on the numbers of objects, on where arrays begin in memory, on which numbers are
+constants, and on what the sensors hold from the picture before. All four are settled here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from sumo3dviz_pt.model.geometry import Image
+
+_REGISTER = 64  # bytes of the widest vector register
+
+Tracer = Callable[..., Image]
+"""Traces a pass: (scene, integrator, sensor, samples, seed) to an image, (h, w, channels)."""
+
+
+def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
+    """Make what a plugin's dict describes; objects are numbered in its order.
+
+    Mitsuba would make them side by side and number them as threads finish, and kernels
+    hold these numbers.
+
+    Args:
+        entry: The dict.
+        optimize: Whether Mitsuba may merge meshes, which then lose their names.
+    """
+    return mi.load_dict(dict(entry), parallel=False, optimize=optimize)
+
+
+def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
+    """A flat copy that begins where a vector register may.
+
+    Dr.Jit reads NumPy's memory in place, and gathers numbers one by one, by other code,
+    from arrays that begin elsewhere, as NumPy's happen to.
+
+    Args:
+        values: Of any shape.
+        kind: Of the copy's numbers.
+    """
+    size = values.size * np.dtype(kind).itemsize
+    room = np.empty(size + _REGISTER, np.uint8)
+    begin = -room.ctypes.data % _REGISTER
+    flat = room[begin : begin + size].view(kind)
+    flat[:] = values.ravel()
+    return flat
+
+
+def tracer(*, recorded: bool) -> Tracer:
+    """A function that traces passes.
+
+    Args:
+        recorded: Whether it is traced by Dr.Jit once and then replayed, as films want it:
+            every sensor it is given must be settled first.
+    """
+    jit = "scalar" not in mi.variant()
+    trace = dr.freeze(_trace) if recorded and jit else _trace
+
+    def traced(scene: Any, integrator: Any, sensor: Any, spp: int, seed: int) -> Image:
+        own = seed % 2**32
+        # A constant would be another one in each frame, and kernels with it.
+        number = dr.opaque(mi.UInt32, own) if jit else own
+        image = np.array(trace(scene, integrator, sensor, spp, number), dtype=np.float32)
+        settle(sensor)
+        return image
+
+    return traced
+
+
+def settle(sensor: Any) -> None:
+    """Leave nothing of a picture in a sensor; a recording holds only if it is always alike."""
+    if "scalar" not in mi.variant():
+        sensor.film().prepare([])
+        sensor.sampler().seed(0, 1)
+
+
+def _trace(scene: Any, integrator: Any, sensor: Any, spp: int, seed: Any) -> Any:
+    """One pass; as a frozen function it replays the same kernels with new data."""
+    return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

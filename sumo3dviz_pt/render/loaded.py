@@ -1,0 +1,151 @@
+"""A scene's objects in Mitsuba, brought to the state of one frame after another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scene import FrameState, SceneData
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.compound import Lump, lumps
+from sumo3dviz_pt.render.crowd import Crowd
+from sumo3dviz_pt.render.kernels import load, settle
+from sumo3dviz_pt.render.lamps import Lamps
+from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
+from sumo3dviz_pt.render.running_lamps import RunningLamps
+from sumo3dviz_pt.render.untiled import is_worn, wear_attributes
+
+
+class LoadedScene:
+    """What the renderer holds of a scene.
+
+    Attributes:
+        scene: Mitsuba's, once a frame was shown.
+        origin: Its origin in the network's coordinates, (3,) [m]; None before.
+        aimed: Whether light paths aim at lamps.
+    """
+
+    def __init__(self, data: SceneData, *, jit: bool) -> None:
+        """Lay out everything that moves or shines.
+
+        Args:
+            data: The scene; its plugins must be known to the active variant.
+            jit: Whether the variant compiles.
+        """
+        self.scene: Any = None
+        self.origin: Floats | None = None
+        self._parameters: Any = None
+        self._materials = Materials(data.materials)
+        lens = self._lens() if data.lamps else None
+        self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
+        self._static = lumps([part.part for part in data.static], data.materials)
+        floor = lowest([lump.mesh for lump in self._static])
+        self._running = RunningLamps(data, floor=floor, jit=jit)
+        far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
+        self._crowds = (far, Crowd("posed", data, data.slots.posed, far=False, floor=floor))
+        self._pool = InstancePool(data, self._materials, floor=floor) if jit else None
+        self._scalar = None if jit else ScalarMovers(data, self._materials)
+        running = data.running is not None and data.running.sampled
+        self.aimed = running or any(lamps.sampled for lamps in data.lamps)
+
+    def drop(self) -> None:
+        """Let the scene go; the next frame loads it again."""
+        self.scene = self._parameters = None
+
+    def close(self) -> None:
+        """Give every object back."""
+        self.drop()
+        self._pool = self._scalar = None
+        self._lamps = Lamps((), bsdf=None, jit=False)
+        self._materials = Materials({})
+
+    def show(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
+        """Bring the scene to a frame's state.
+
+        Args:
+            frame: What differs from frame to frame.
+            fixed: Sensors and lights by name, as plugin dicts or objects; only read where
+                the scene is loaded: `sensor` and `guide` see what the frame's view does.
+        """
+        if self.scene is None or self._scalar is not None:
+            self._load(frame, fixed)
+            return
+        if self.origin is None or not np.array_equal(self.origin, frame.origin):
+            self._recentre(frame.origin)
+        self._move(self._parameters, frame)
+
+    def _load(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
+        """Put the scene together around a frame's origin."""
+        self.drop()
+        self.origin = frame.origin
+        parts = {name: load(it) if isinstance(it, dict) else it for name, it in fixed.items()}
+        for number, lump in enumerate(self._static):
+            parts[f"static_{number}"] = self._place(lump, number, frame.origin)
+        parts |= self._lamps.entries(frame.origin)
+        if self._running:
+            parts |= self._running.entries(self._lens())
+        parts |= {crowd.name: crowd.make(self._materials) for crowd in self._crowds if crowd}
+        if self._pool is not None:
+            parts |= self._pool.entries
+        if self._scalar is not None:
+            parts |= self._scalar.entries(frame)
+        # What moves is in its place before there is a scene: its trees are built only once.
+        self._move(mi.traverse(_Parts(parts)), frame)
+        self.scene = load({"type": "scene", **parts}, optimize=False)
+        self._parameters = mi.traverse(self.scene)
+        for sensor in self.scene.sensors():
+            settle(sensor)
+
+    def _move(self, parameters: Any, frame: FrameState) -> None:
+        """Bring everything that is not fixed to a frame's state."""
+        matrix = convert.transform(convert.sensor_matrix(frame.view, frame.origin))
+        for sensor in ("sensor", "guide"):
+            parameters[f"{sensor}.to_world"] = matrix
+            parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.fov))
+        if self._pool is not None:
+            self._pool.update(parameters, frame)
+        for crowd, movers in zip(self._crowds, (frame.distant, frame.posed), strict=True):
+            if crowd:
+                crowd.update(parameters, movers, frame.origin)
+        self._lamps.update(parameters, frame)
+        self._running.update(parameters, frame)
+        parameters.update()
+
+    def _recentre(self, origin: Floats) -> None:
+        """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
+        for number, lump in enumerate(self._static):
+            convert.shift(self._parameters, f"static_{number}", lump.mesh, origin)
+        self._lamps.recentre(self._parameters, origin)
+        self.origin = origin
+
+    def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
+        """A static mesh relative to an origin."""
+        mesh = replace(lump.mesh, vertices=lump.mesh.vertices - origin)
+        bsdf = self._materials.get(lump.material, convert.face_tint(), worn=is_worn(mesh))
+        wear = wear_attributes(self._materials.dicts.get(lump.material, {}), mesh)
+        attributes = {**lump.attributes, **wear}
+        return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=attributes)
+
+    def _lens(self) -> Any:
+        """What lamps are made of."""
+        return self._materials.get("signal_lens", convert.face_tint())
+
+
+class _Parts:
+    """Objects by name that are no scene yet; `mi.traverse` takes them for one."""
+
+    def __init__(self, parts: Mapping[str, Any]) -> None:
+        self._parts = parts
+
+    def traverse(self, callback: Any) -> None:
+        """Tell Mitsuba of every part."""
+        for name, part in self._parts.items():
+            callback.put(name, part, mi.ParamFlags.Differentiable)
+
+    def parameters_changed(self, keys: list[str]) -> None:
+        """Nothing hangs on the parts yet."""

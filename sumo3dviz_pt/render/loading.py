@@ -1,0 +1,67 @@
+"""Loads Dr.Jit and Mitsuba with a libLLVM that works, before anything else of this stage.
+
+Dr.Jit takes its libLLVM when it is imported and never another one afterwards. Its own search
+takes versions that end the process, so we always name a file to it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+
+from sumo3dviz_pt.errors import InstallationError
+from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.installation.dependencies import explained
+from sumo3dviz_pt.quiet import silenced
+
+_NONE = "no libLLVM can be used"
+"""Named where there is none, lest Dr.Jit searches."""
+
+
+def _loaded() -> libllvm.Library:
+    """Load both; the libLLVM that was named.
+
+    Raises:
+        InstallationError: If one cannot be loaded.
+    """
+    library = libllvm.find_llvm()
+    try:
+        if "drjit" not in sys.modules:
+            _atomics_of_conda()
+            with _named(library):
+                import drjit  # noqa: F401
+        import mitsuba  # noqa: F401
+    except (ImportError, NameError) as error:
+        # Where a shared library is missing, Dr.Jit stumbles over its own message: a NameError.
+        raise InstallationError(explained("drjit", error)) from error
+    return library
+
+
+def _atomics_of_conda() -> None:
+    """Load libatomic from Python's environment: there the system would not look for it."""
+    place = Path(sys.prefix, "lib", "libatomic.so.1")
+    if sys.platform == "linux" and place.is_file():
+        ctypes.CDLL(str(place))
+
+
+@contextmanager
+def _named(library: libllvm.Library) -> Iterator[None]:
+    """Name a libLLVM to Dr.Jit; programs that we start inherit the name of one that works."""
+    before = os.environ.get(libllvm.VARIABLE)
+    os.environ[libllvm.VARIABLE] = _NONE if library.problem else library.path
+    try:
+        with silenced() if library.problem else nullcontext():
+            yield
+    finally:
+        if library.problem:
+            os.environ.pop(libllvm.VARIABLE)
+            if before is not None:
+                os.environ[libllvm.VARIABLE] = before
+
+
+LIBRARY = _loaded()
+"""The libLLVM that was named to Dr.Jit, or why there is none."""

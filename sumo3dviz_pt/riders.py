@@ -1,0 +1,80 @@
+"""Refuses cameras that ride with somebody who is not there, and says when they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.job import CameraSettings, LagrangianCamera
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.trajectory import Trajectory
+
+_SLACK = 1e-6
+"""Times of frames are sums of fractions [s]."""
+
+_MOST_SPANS = 4
+
+
+def check_rider(
+    camera: CameraSettings,
+    *,
+    name: str,
+    times: Floats,
+    trajectories: Sequence[Trajectory],
+    logs: Sequence[Path],
+) -> None:
+    """Refuse a camera whose road user is not there all the time; only then the logs are searched.
+
+    Args:
+        camera: Of any kind.
+        name: Of the camera.
+        times: Of all frames, (n,) [s].
+        trajectories: What was read around these times.
+        logs: Where they come from, whole.
+
+    Raises:
+        ConfigError: Says when the log has the road user, or who is meant.
+    """
+    if not isinstance(camera, LagrangianCamera):
+        return
+    missing = _missing(camera.vehicle, times, trajectories)
+    if missing is None:
+        return
+    from sumo3dviz_pt.sumo import whereabouts
+
+    found = whereabouts(logs, camera.vehicle)
+    shown = repr(cut(camera.vehicle))
+    key = f"cameras.{name}.vehicle"
+    if not found.spans:
+        hint = _hint(camera.vehicle, found.ids)
+        raise ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
+    lives = ", ".join(f"{begin:g} to {end:g} s" for begin, end in found.spans[:_MOST_SPANS])
+    lives += " and later" if len(found.spans) > _MOST_SPANS else ""
+    inside = any(begin <= missing <= end for begin, end in found.spans)
+    why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""
+    why = why or "is not there at {:g} s"
+    raise ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)
+
+
+def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> float | None:
+    """The first time at which nobody of that name is there [s]."""
+    known = {trajectory.key: trajectory for trajectory in trajectories}
+    keys = (f"vehicle:{name}", f"person:{name}", f"container:{name}", name)
+    rider = next((known[key] for key in keys if key in known), None)
+    there = np.zeros(len(times), dtype=np.bool_)
+    for piece in () if rider is None else rider.pieces:
+        there |= (times >= piece.begin - _SLACK) & (times <= piece.end + _SLACK)
+    return None if there.all() else float(times[np.argmin(there)])
+
+
+def _hint(name: str, ids: frozenset[str]) -> str:
+    """End of a sentence that names near ids and some that exist."""
+    if not ids:
+        return "; the log has nobody"
+    near = did_you_mean(name, ids)
+    some = ", ".join(repr(cut(each)) for each in sorted(ids)[:3])
+    return (near if near.startswith("; did") else "") + f"; for example {some} exist"

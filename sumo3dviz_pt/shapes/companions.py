@@ -1,0 +1,99 @@
+"""Finds the files that a user's model is read from beside its own.
+
+A YAML file names a mesh, an OBJ its materials and these their pictures, a glTF its buffers and
+pictures, a PLY its texture. Whoever asks whether a model has changed must look at all of them.
+
+References:
+    Khronos glTF 2.0, section 3.6.1.1 (URIs); Wavefront OBJ and MTL (`mtllib`, `map_*`).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import yaml
+
+
+def companions(path: Path) -> tuple[Path, ...]:
+    """All files that a model refers to, directly or not, that exist; none twice.
+
+    Args:
+        path: A mesh, or a YAML file about one. What cannot be read refers to nothing: whoever
+            reads it for the picture says what is wrong with it.
+    """
+    found: dict[Path, None] = {}
+    waiting = [path]
+    while waiting:
+        here = waiting.pop()
+        for name in _named_in(here):
+            other = here.parent / name
+            if other != path and other not in found and other.is_file():
+                found[other] = None
+                waiting.append(other)
+    return tuple(found)
+
+
+def _named_in(path: Path) -> list[str]:
+    """Names of files that stand in a file, relative to it."""
+    reader = _READERS.get(path.suffix.lower())
+    try:
+        return [] if reader is None else list(reader(path))
+    except (OSError, ValueError, yaml.YAMLError):
+        return []
+
+
+def _of_yaml(path: Path) -> Iterator[str]:
+    """The mesh that a YAML file is about."""
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    if isinstance(content, Mapping) and isinstance(content.get("mesh"), str):
+        yield content["mesh"]
+
+
+def _of_gltf(path: Path) -> Iterator[str]:
+    """Buffers and pictures that are not part of the file."""
+    content: Any = json.loads(path.read_bytes())
+    for key in ("buffers", "images"):
+        for item in content.get(key, ()) if isinstance(content, dict) else ():
+            uri = item.get("uri") if isinstance(item, dict) else None
+            if isinstance(uri, str) and not uri.startswith("data:"):
+                yield unquote(uri)
+
+
+def _of_obj(path: Path) -> Iterator[str]:
+    """Files of materials."""
+    with path.open("rb") as lines:
+        for line in lines:
+            if line.startswith(b"mtllib "):
+                yield line.decode("utf-8", errors="replace").partition(" ")[2].strip()
+
+
+def _of_mtl(path: Path) -> Iterator[str]:
+    """Pictures of materials: the last word of a line, after its options."""
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        words = line.split()
+        if len(words) > 1 and words[0].lower().startswith(("map_", "bump", "disp", "norm")):
+            yield words[-1]
+
+
+def _of_ply(path: Path) -> Iterator[str]:
+    """The texture that a PLY's header names."""
+    with path.open("rb") as lines:
+        for line in lines:
+            if line.startswith(b"comment TextureFile "):
+                yield line.decode("utf-8", errors="replace").split(maxsplit=2)[2].strip()
+            if line.startswith(b"end_header"):
+                return
+
+
+_READERS: Mapping[str, Callable[[Path], Iterator[str]]] = {
+    ".yaml": _of_yaml,
+    ".yml": _of_yaml,
+    ".gltf": _of_gltf,
+    ".obj": _of_obj,
+    ".mtl": _of_mtl,
+    ".ply": _of_ply,
+}

@@ -1,0 +1,103 @@
+"""When somebody is in a vehicle log: a quick look through all of it, for messages."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.sumo.stream import chunks
+from sumo3dviz_pt.sumo.values import parse_time
+
+_TAGS = re.compile(
+    rb"""<timestep\s[^>]*?\btime\s*=\s*["']([^"'>]*)["']"""
+    rb"""|<(vehicle|person|container)\s(?:[^>]*?\s)?id\s*=\s*["']([^"'>]*)["']"""
+)
+_GAP = 1.5
+"""A step longer than this many steps of the log lacks rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Whereabouts:
+    """When somebody is in a log, and who else is.
+
+    Attributes:
+        spans: First and last time of every unbroken stay [s].
+        ids: Of everyone in the log.
+    """
+
+    spans: tuple[tuple[float, float], ...]
+    ids: frozenset[str]
+
+
+@dataclass(slots=True)
+class _Look:
+    """What was seen so far."""
+
+    steps: set[float] = field(default_factory=set)
+    there: set[float] = field(default_factory=set)
+    ids: set[bytes] = field(default_factory=set)
+
+
+def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
+    """Look for somebody in vehicle logs; what breaks off or is damaged is read as far as it goes.
+
+    Args:
+        paths: Logs that belong together.
+        name: SUMO's id, or with its kind as in `person:walker_1`; `#2` and so on mean the same.
+    """
+    kind, _, own = name.partition(":")
+    plain, _, number = name.rpartition("#")
+    wanted = {name.encode(), *([plain.encode()] if number.isdecimal() else [])}
+    keyed = (kind.encode(), own.encode())
+    look = _Look()
+    for path in paths:
+        time = np.nan
+        for step, tag, user in _tags(path):
+            if step is not None:
+                time = step
+                look.steps.add(time)
+                continue
+            look.ids.add(user)
+            if user in wanted or (tag, user) == keyed:
+                look.there.add(time)
+    ids = frozenset(html.unescape(each.decode("utf-8", errors="replace")) for each in look.ids)
+    return Whereabouts(_spans(look), ids)
+
+
+def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
+    """Times of steps, and kinds and ids of rows, in file order."""
+    rest = b""
+    try:
+        for chunk in chunks(path):
+            data = rest + chunk
+            whole = data.rfind(b">") + 1
+            for match in _TAGS.finditer(data, 0, whole):
+                if match[1] is None:
+                    yield None, match[2], match[3]
+                    continue
+                try:
+                    yield parse_time(match[1].decode("ascii", errors="replace")), b"", b""
+                except ValueError:
+                    continue
+            rest = data[whole:]
+    except InputError:
+        # What is wrong with the log has been said, or does not matter here.
+        return
+
+
+def _spans(look: _Look) -> tuple[tuple[float, float], ...]:
+    """Unbroken stays."""
+    times = np.sort(np.array(sorted(look.there)))
+    if not len(times):
+        return ()
+    steps = np.diff(np.sort(np.array(sorted(look.steps))))
+    step = float(np.median(steps)) if len(steps) else np.inf
+    cuts = np.flatnonzero(np.diff(times) > _GAP * step)
+    firsts, lasts = times[[0, *(cuts + 1)]], times[[*cuts, len(times) - 1]]
+    return tuple(zip(firsts.tolist(), lasts.tolist(), strict=True))

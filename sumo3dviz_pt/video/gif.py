@@ -1,0 +1,40 @@
+"""Films of 256 colours that any web page shows: GIF, with a palette made for the film.
+
+A palette has to be known before the first picture is written. Splitting ffmpeg's stream for
+that would hold all pictures in memory, so they are kept without loss on disk in between.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+from sumo3dviz_pt.video.ffmpeg import Ffmpeg
+
+
+def keeping(*, size: tuple[int, int], rate: Fraction, part: Path) -> list[str]:
+    """What ffmpeg is told to keep RGB pictures without loss."""
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}"]
+    source += ["-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
+    return ["-y", *source, "-c:v", "ffv1", "-pix_fmt", "bgr0", "-f", "nut", str(part)]
+
+
+def paint(kept: Path, target: Path) -> None:
+    """Turn kept pictures into a GIF that repeats for ever.
+
+    Raises:
+        RenderError: If ffmpeg fails.
+    """
+    palette = target.with_suffix(".palette.png")
+    try:
+        _run("-i", str(kept), "-vf", "palettegen=stats_mode=full", str(palette))
+        dithered = "paletteuse=dither=sierra2_4a:diff_mode=rectangle"
+        _run("-i", str(kept), "-i", str(palette), "-lavfi", dithered, "-loop", "0", str(target))
+    finally:
+        palette.unlink(missing_ok=True)
+
+
+def _run(*arguments: str) -> None:
+    """Run ffmpeg on files."""
+    with Ffmpeg(["-y", *arguments]):
+        pass

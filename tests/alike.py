@@ -1,0 +1,94 @@
+"""Whether two meshes show the same: as many faces, and surfaces that lie on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+import yaml
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.shapes.ply import read_ply
+
+NEAR = 1e-3
+"""Surfaces nearer than this are the same [m]."""
+
+MORE = 0.02
+"""By what share the counts of faces and vertices may differ."""
+
+
+def assert_alike(new: Mesh, old: Mesh) -> None:
+    """Both have about as many faces, and no point of one lies off the other."""
+    for one, other in ((len(new.faces), len(old.faces)), (len(new.vertices), len(old.vertices))):
+        assert abs(one - other) <= MORE * other, (one, other)
+    for one, other in ((new, old), (old, new)):
+        away = distances(samples(one), other, reach=NEAR)
+        assert np.isfinite(away).all(), f"{(~np.isfinite(away)).mean():.2%} of the samples lie off"
+
+
+def assert_files_alike(new: Path, old: Path) -> None:
+    """Two folders of a baked vehicle hold the same meshes, lamps and wheels."""
+    names = {path.name for path in old.glob("*.ply")}
+    assert {path.name for path in new.glob("*.ply")} == names
+    for name in sorted(names):
+        assert_alike(read_ply(new / name), read_ply(old / name))
+    one, other = (
+        yaml.safe_load((folder / "baked.yaml").read_text(encoding="utf-8")) for folder in (new, old)
+    )
+    for level in ("parts", "far"):
+        assert [row["mesh"] for row in one[level]] == [row["mesh"] for row in other[level]]
+    for kind in ("lamps", "wheels"):
+        assert len(one[kind]) == len(other[kind])
+        for row, same in zip(one[kind], other[kind], strict=True):
+            _assert_near(row, same)
+
+
+def _assert_near(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:
+    """Two rows of a listing say the same, their numbers within a millimetre."""
+    assert set(one) == set(other)
+    for key, value in one.items():
+        if isinstance(value, float | list):
+            np.testing.assert_allclose(value, other[key], atol=NEAR)
+        else:
+            assert value == other[key], key
+
+
+def samples(mesh: Mesh) -> Floats:
+    """Corners of all faces, and points on them, (n, 3) [m]."""
+    corners = mesh.vertices[mesh.faces]
+    return np.concatenate([mesh.vertices[np.unique(mesh.faces)], corners.mean(axis=1)])
+
+
+def distances(points: Floats, mesh: Mesh, *, reach: float) -> Floats:
+    """Distances of points, (n, 3), from a mesh, (n,) [m]; infinite beyond a reach."""
+    corners = mesh.vertices[mesh.faces]
+    low, high = corners.min(axis=1)[:, :2] - reach, corners.max(axis=1)[:, :2] + reach
+    tree = shapely.STRtree(shapely.box(*low.T, *high.T))
+    which, face = tree.query(shapely.points(points[:, :2]))
+    found = np.full(len(points), np.inf)
+    np.minimum.at(found, which, _from_triangles(points[which], corners[face]))
+    return np.where(found <= reach, found, np.inf)
+
+
+def _from_triangles(points: Floats, corners: Floats) -> Floats:
+    """Distances of points, (k, 3), each from a triangle of its own, (k, 3, 3), (k,) [m]."""
+    found = np.min([_from_sides(points, corners[:, k], corners[:, k - 2]) for k in range(3)], 0)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(first, second)
+    area = np.maximum((normal * normal).sum(axis=1), 1e-30)
+    offset = points - corners[:, 0]
+    u = (np.cross(offset, second) * normal).sum(axis=1) / area
+    v = (np.cross(first, offset) * normal).sum(axis=1) / area
+    above = np.abs((offset * normal).sum(axis=1)) / np.sqrt(area)
+    return np.where((u >= 0) & (v >= 0) & (u + v <= 1), np.minimum(above, found), found)
+
+
+def _from_sides(points: Floats, starts: Floats, ends: Floats) -> Floats:
+    """Distances of points, (k, 3), each from a line of its own, (k,) [m]."""
+    along = ends - starts
+    length = np.maximum((along * along).sum(axis=1), 1e-30)
+    share = np.clip(((points - starts) * along).sum(axis=1) / length, 0.0, 1.0)
+    return np.linalg.norm(points - starts - share[:, None] * along, axis=1)

@@ -1,0 +1,164 @@
+"""The same inputs give the same things: no chance, clock or processor decides what there is."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from alike import assert_files_alike
+from bench.processor_accounts import library
+from bench.processors import accounts_of, compared, differences
+
+from sumo3dviz_pt.catalog import find, names, recipe_files
+from sumo3dviz_pt.shapes.bake import bake_folder
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "sumo3dviz_pt"
+GENERATORS = sorted(path for part in ("shapes", "scene") for path in (PACKAGE / part).glob("*.py"))
+MODULES = {"uuid", "random", "secrets"}
+CLOCKS = {"time", "time_ns", "monotonic", "perf_counter", "process_time", "now", "today", "utcnow"}
+SEEDED = {"default_rng", "Generator"}
+UNSTABLE = {"argsort", "np.partition", "np.argpartition"}
+# What is kept in the user's cache ages; what is in it does not hang on that.
+MAY_SEE_A_CLOCK = {"scene/heroes.py"}
+
+
+def problems(tree: ast.Module, *, clock: bool = False) -> Iterator[str]:
+    """What in a module can give another result each time, or on each processor."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            yield from (f"imports {name}" for name in names if name.split(".")[0] in MODULES)
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "np.random":
+            yield from [f"np.random.{node.attr}"] * (node.attr not in SEEDED)
+        if isinstance(node, ast.Call):
+            yield from _calls(node, clock=clock)
+
+
+def _calls(node: ast.Call, *, clock: bool) -> Iterator[str]:
+    """The same of one call."""
+    name = ast.unparse(node.func)
+    owner, _, last = name.rpartition(".")
+    if name == "hash":
+        yield "hash() of words changes with every process"
+    if last == "default_rng" and not node.args:
+        yield f"{name}() without a seed"
+    if not clock and last in CLOCKS and {"time", "dt", "datetime", "date"} & set(owner.split(".")):
+        yield f"{name}() reads a clock"
+    stable = any(
+        each.arg == "kind" and ast.unparse(each.value) == "'stable'" for each in node.keywords
+    )
+    if {name, last} & UNSTABLE and not stable:
+        yield f"{name}() leaves the order of equal values to the processor"
+
+
+@pytest.mark.parametrize("path", GENERATORS, ids=lambda path: path.relative_to(PACKAGE).as_posix())
+def test_generators_know_no_chance_and_no_clock(path: Path) -> None:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    clock = path.relative_to(PACKAGE).as_posix() in MAY_SEE_A_CLOCK
+    assert not list(problems(tree, clock=clock))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import uuid",
+        "from random import random",
+        "np.random.seed(3)",
+        "np.random.normal()",
+        "rng = np.random.default_rng()",
+        "hash(name)",
+        "time.time()",
+        "dt.datetime.now()",
+        "np.argsort(away)",
+        "away.argsort()",
+        "np.argpartition(away, 3)",
+    ],
+)
+def test_the_lint_sees(text: str) -> None:
+    assert list(problems(ast.parse(text)))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "np.random.default_rng(seed)",
+        "dt.datetime(2026, 6, 21)",
+        'np.argsort(away, kind="stable")',
+        'name.partition("@")',
+        "def grow(rng: np.random.Generator): ...",
+    ],
+)
+def test_the_lint_lets_pass(text: str) -> None:
+    assert not list(problems(ast.parse(text)))
+
+
+# Two times the same, and on two processors ------------------------------------------------------
+
+MADE = dict(library())
+CHEAP = [name for name in MADE if name.startswith(("people", "plain", "buildings", "street"))]
+DEAR = [name for name in MADE if name.startswith("plants")]
+DEAR += ["vehicles/hatchback/hero", "vehicles/motorcycle/hero"]
+BAKED = [
+    name for name in names("vehicles") if not {"units", "turns"} & set(find("vehicles", name).meta)
+]
+PLAIN = ("vehicles/ship_hold/baked", "people/boy", "buildings/homes/brick", "plants/broom")
+"""What every processor builds in these tests; `bench/processors.py` compares all that there is."""
+
+
+@pytest.mark.parametrize(
+    "name", [*CHEAP, *(pytest.param(name, marks=pytest.mark.slow) for name in DEAR)]
+)
+def test_what_is_built_twice_is_the_same(name: str) -> None:
+    assert not list(differences(MADE[name](), MADE[name](), near=0.0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BAKED)
+def test_baked_files_are_what_the_recipe_says(name: str, tmp_path: Path) -> None:
+    shipped, folder = find("vehicles", name), tmp_path / name
+    for path in recipe_files(shipped):
+        (tmp_path / path.parent.name).mkdir(exist_ok=True)
+        (tmp_path / path.parent.name / path.name).write_bytes(path.read_bytes())
+    bake_folder(folder)
+    assert_files_alike(folder, shipped.folder)
+
+
+@pytest.fixture(scope="module")
+def here(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What this machine's own processor builds."""
+    folder = tmp_path_factory.mktemp("this")
+    accounts_of("this", folder, only=PLAIN, scenes=())
+    return folder
+
+
+@pytest.mark.parametrize(
+    "processor",
+    [
+        "Prescott",
+        "old",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("Haswell", "SkylakeX", "shaken")),
+    ],
+)
+def test_other_processors_build_the_same(processor: str, here: Path, tmp_path: Path) -> None:
+    accounts_of(processor, tmp_path, only=PLAIN, scenes=())
+    assert len(list(tmp_path.glob("*.npz"))) == len(PLAIN)
+    assert not list(compared(here, tmp_path))
+
+
+def test_the_comparison_sees() -> None:
+    one = {"faces": np.array([[0, 1, 2]]), "vertices": np.zeros((3, 3)), "names": np.array(["a"])}
+    assert not list(differences(one, dict(one)))
+    for key, value in (
+        ("faces", np.array([[0, 2, 1]])),
+        ("faces", np.zeros((2, 3), dtype=int)),
+        ("vertices", np.full((3, 3), 2e-3)),
+        ("vertices", np.full((3, 3), np.nan)),
+        ("names", np.array(["b"])),
+    ):
+        assert list(differences(one, {**one, key: value}))
+    assert list(differences(one, {"faces": one["faces"]}))

@@ -1,0 +1,164 @@
+"""What is said about this package outside of it agrees with what it is."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import Any
+
+import pytest
+import yaml
+from manual import DOCS, ROOT, blocks, text_of
+
+import sumo3dviz_pt
+from sumo3dviz_pt.errors import MissingExtraError
+from sumo3dviz_pt.installation.packages import MANAGERS
+from sumo3dviz_pt.yaml12 import parse_yaml
+
+FOUNDING = "sumo3Dviz: A three dimensional traffic visualisation"
+ARXIV = "2604.19194"
+WHEEL = f"sumo3dviz_pt-{sumo3dviz_pt.__version__}-py3-none-any.whl"
+
+CONDA = {"OpenEXR": "openexr-python", "mapbox-earcut": "mapbox_earcut", "tzdata": "python-tzdata"}
+"""conda-forge's names where they are not pip's."""
+
+
+def project() -> dict[str, Any]:
+    return tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]
+
+
+def recipe() -> dict[str, Any]:
+    found: dict[str, Any] = yaml.safe_load(text_of(ROOT / "conda" / "recipe" / "recipe.yaml"))
+    return found
+
+
+def workflow() -> dict[str, Any]:
+    """The hosted checks, as YAML 1.2 reads them: `on` is a word."""
+    content, _ = parse_yaml(text_of(ROOT / ".github" / "workflows" / "checks.yml"))
+    assert isinstance(content, dict)
+    return content
+
+
+# Conda -------------------------------------------------------------------------------------
+
+
+def test_condas_recipe_has_pips_requirements() -> None:
+    wanted = {}
+    for text in project()["dependencies"]:
+        name, limits = re.fullmatch(r"([\w.-]+?)([<>=].*)", text).groups()
+        wanted[CONDA.get(name, name.lower())] = limits
+    run = [item for item in recipe()["requirements"]["run"] if isinstance(item, str)]
+    found = dict(item.split(" ", 1) for item in run)
+    assert found.pop("python") == project()["requires-python"]
+    assert found == wanted
+
+
+@pytest.mark.parametrize("system", ["linux", "osx", "win"])
+def test_condas_recipe_has_the_shared_libraries(system: str) -> None:
+    chosen = [item for item in recipe()["requirements"]["run"] if isinstance(item, dict)]
+    (then,) = [item["then"] for item in chosen if item["if"] == system]
+    platform = {"osx": "darwin", "win": "win32"}.get(system, system)
+    (manager,) = [one for one in MANAGERS if one.name == "conda" and platform in one.systems]
+    assert ([then] if isinstance(then, str) else then) == [*manager.packages.values()]
+
+
+def test_condas_recipe_is_of_this_package() -> None:
+    made = recipe()
+    scripts = [f"{name} = {target}" for name, target in project()["scripts"].items()]
+    assert made["context"] == {"name": project()["name"], "version": sumo3dviz_pt.__version__}
+    assert made["build"]["python"]["entry_points"] == scripts
+    assert made["about"]["license"] == project()["license"]
+    assert made["about"]["license_file"] == project()["license-files"]
+    assert made["about"]["summary"] == project()["description"]
+
+
+# Hosted checks -----------------------------------------------------------------------------
+
+
+def test_hosted_checks_run_ours_and_the_readmes_commands() -> None:
+    jobs = workflow()["jobs"]
+    first, second = (block.strip() for block in blocks("sh", text_of(ROOT / "README.md"))[:2])
+    runs = {
+        name: [step["run"] for step in job["steps"] if "run" in step] for name, job in jobs.items()
+    }
+    assert runs["linux"] == [".ci/run"]
+    assert runs["macos"] == [first, second]
+    assert runs["windows"] == [
+        line.replace("python3 -m", "py -m").replace("venv/bin/", "venv\\Scripts\\")
+        for line in (first, second)
+    ]
+
+
+def test_hosted_checks_take_actions_by_their_major_version_and_may_only_read() -> None:
+    content = workflow()
+    assert set(content["on"]) >= {"push", "pull_request"}
+    assert content["permissions"] == {"contents": "read"}
+    for job in content["jobs"].values():
+        used = [step["uses"] for step in job["steps"] if "uses" in step]
+        assert used and all(re.fullmatch(r"actions/[\w-]+@v\d+", name) for name in used)
+        assert not job["runs-on"].endswith("latest") and job["timeout-minutes"] <= 360
+
+
+# Names, papers -----------------------------------------------------------------------------
+
+
+def test_the_founding_paper_is_named_alike_everywhere() -> None:
+    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))["references"][0]
+    assert cited["title"] == FOUNDING
+    assert cited["url"] == project()["urls"]["Founding paper"] == f"https://arxiv.org/abs/{ARXIV}"
+    pages = ("README.md", "docs/motion.md", "docs/references.md", "docs/howto/from_sumo3dviz.md")
+    for name in (*pages, "paper.bib"):
+        text = " ".join(text_of(ROOT / name).replace("{", "").replace("}", "").split())
+        assert FOUNDING in text and ARXIV in text, name
+    for page in [ROOT / "README.md", *DOCS.rglob("*.md")]:
+        assert "ounding paper's" not in text_of(page), page
+
+
+def test_citation_has_the_facts_and_nothing_else() -> None:
+    cited = yaml.safe_load(text_of(ROOT / "CITATION.cff"))
+    assert cited["license"] == project()["license"]
+    assert cited["abstract"].startswith(project()["name"])
+    assert [author["name"] for author in cited["authors"]] == [
+        author["name"] for author in project()["authors"]
+    ]
+    assert not {"doi", "date-released", "repository-code"} & set(cited)
+    for reference in cited["references"]:
+        assert reference["authors"] and reference["year"] and reference["type"]
+
+
+def test_the_papers_figures_and_references_are_ours() -> None:
+    paper, readme = text_of(ROOT / "paper.md"), text_of(ROOT / "README.md")
+    head = yaml.safe_load(paper.split("---\n")[1])
+    assert [author["name"] for author in head["authors"]] == [
+        author["name"] for author in project()["authors"]
+    ]
+    known = set(re.findall(r"^@\w+\{(\w+),", text_of(ROOT / head["bibliography"]), re.M))
+    assert set(re.findall(r"@(\w+)", paper.split("---\n", 2)[2])) == known
+    sections = re.findall(r"^# (.*)$", paper, re.M)
+    assert sections[:3] == ["Summary", "Statement of need", "State of the field"]
+    measured = paper.split("# Measured")[1].split("\n# ")[0]
+    for row in re.findall(r"^\| `(draft|preview|standard|study)` \|(.*)\|$", readme, re.M):
+        cells = [cell.strip() for cell in row[1].split("|")]
+        assert f"{cells[4]} " in measured and cells[5] in measured, row
+    for figure in ("1.5 cm", "0.4°", "16 and 6 times closer"):
+        assert figure in measured and figure in " ".join(readme.split())
+
+
+# Extras ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("extra", ["viewer", "report"])
+def test_extras_are_installed_as_the_error_says(extra: str) -> None:
+    assert extra in project()["optional-dependencies"]
+    said = str(MissingExtraError("x needs y", extra=extra))
+    assert said.startswith(f'x needs y: pip install ".[{extra}]" in a checkout, pip install "')
+    assert f'.whl[{extra}]" with a wheel' in said
+
+
+def test_the_manual_names_this_versions_wheel() -> None:
+    named = [
+        found
+        for page in [ROOT / "README.md", *DOCS.rglob("*.md")]
+        for found in re.findall(r"[\w.-]+\.whl", text_of(page))
+    ]
+    assert named and set(named) == {WHEEL}

@@ -1,0 +1,234 @@
+"""Tries damaged files in a process of its own, which may hang, fall or ask for too much memory.
+
+Run as a program, it reads cases from standard input, a kind and a number a line, and answers
+each with a line of JSON.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+from hypothesis import settings
+from searching import tries
+
+MOST_SECONDS = 20.0
+"""A case may take so much of a processor [s]."""
+
+_PATIENCE = 240.0
+"""What takes so long hangs, on a machine that has other work, too [s]."""
+
+MOST_MEMORY = 1 << 30
+"""A case may ask for so much beside what the program has already [bytes]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of a case.
+
+    Attributes:
+        kind: Of damage.
+        seed: Its number.
+        code: The command's exit code; -1 where it raised, -2 where it did not end.
+        said: What it said on standard error, or the traceback.
+        seconds: Of a processor that it took.
+    """
+
+    kind: str
+    seed: int
+    code: int
+    said: str
+    seconds: float
+
+    @property
+    def fault(self) -> str:
+        """What is wrong with it; empty if it ended well or with one clear sentence."""
+        if self.code not in (0, 2):
+            return f"{self.kind} {self.seed}: ended with {self.code}: {self.said}"
+        if self.seconds > MOST_SECONDS:
+            return f"{self.kind} {self.seed}: took {self.seconds:.0f} s"
+        lines = [x for x in self.said.splitlines() if not x.startswith("sumo3dviz-pt: note: ")]
+        if len(lines) != (self.code != 0) or "Traceback" in self.said:
+            return f"{self.kind} {self.seed}: said {self.said}"
+        return ""
+
+
+def seeds(usual: int) -> range:
+    """Numbers of cases: always the same few, or many others in a random search."""
+    first = 0 if settings.default.derandomize else int(np.random.default_rng().integers(10**9))
+    return range(first, first + tries(usual))
+
+
+def faults(kind: str, usual: int) -> list[str]:
+    """What is wrong with cases of a kind, so many of them where the search is not random."""
+    return [outcome.fault for outcome in outcomes(kind, seeds(usual)) if outcome.fault]
+
+
+def outcomes(kind: str, seeds: Sequence[int]) -> Iterator[Outcome]:
+    """Try cases of one kind, each within bounds of time and memory."""
+    waiting = list(seeds)
+    while waiting:
+        with _worker() as (process, answers):
+            while waiting:
+                seed = waiting.pop(0)
+                process.stdin.write(f"{kind} {seed}\n")
+                process.stdin.flush()
+                outcome = _answer(kind, seed, answers)
+                yield outcome
+                if outcome.code == -2:
+                    break
+
+
+def _answer(kind: str, seed: int, answers: queue.Queue[str]) -> Outcome:
+    try:
+        line = answers.get(timeout=_PATIENCE)
+    except queue.Empty:
+        return Outcome(kind, seed, -2, f"did not end in {_PATIENCE:g} s", _PATIENCE)
+    return Outcome(**json.loads(line)) if line else Outcome(kind, seed, -2, "the process fell", 0.0)
+
+
+@contextlib.contextmanager
+def _worker() -> Iterator[tuple[subprocess.Popen[str], queue.Queue[str]]]:
+    """A process that tries cases, ready to."""
+    process = subprocess.Popen(
+        [sys.executable, "-W", "error", __file__],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+    )
+    answers: queue.Queue[str] = queue.Queue()
+
+    def listen() -> None:
+        for line in process.stdout:
+            answers.put(line)
+        answers.put("")
+
+    thread = threading.Thread(target=listen, daemon=True)
+    thread.start()
+    try:
+        assert json.loads(answers.get(timeout=300))["code"] == 0, "the whole scenario is fine"
+        yield process, answers
+    finally:
+        process.kill()
+        process.wait()
+        thread.join()
+        process.stdin.close()
+        process.stdout.close()
+
+
+# In the process ----------------------------------------------------------------------------
+
+
+def _bound_memory() -> None:
+    """Ask for no more than the bound from now on; only POSIX systems can."""
+    try:
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+    except (ImportError, OSError):
+        return
+    most = pages * os.sysconf("SC_PAGE_SIZE") + MOST_MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _tried(kind: str, seed: int) -> Outcome:
+    """Try one case."""
+    from damage import write_case
+
+    said, began = io.StringIO(), time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        scene = write_case(Path(folder), kind, seed)
+        try:
+            with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
+                code = _WAYS.get(kind, _checked)(scene, kind, seed)
+        except BaseException:  # noqa: BLE001 - whatever it is, it is what this looks for
+            code = -1
+            said.write(traceback.format_exc())
+    return Outcome(kind, seed, code, said.getvalue(), time.process_time() - began)
+
+
+def _checked(scene: Path, kind: str, seed: int) -> int:
+    """Check a scene as the command does."""
+    from sumo3dviz_pt.cli import main
+
+    return main(["check", str(scene)])
+
+
+def _begun(scene: Path, kind: str, seed: int) -> int:
+    """Write a scene file for a simulation as the command does."""
+    from sumo3dviz_pt.cli import main
+
+    configuration, output = scene.with_name("town.sumocfg"), scene.with_name("new.yaml")
+    return main(["init", str(configuration), "-o", str(output)])
+
+
+def _loaded(scene: Path, kind: str, seed: int) -> int:
+    """Load a scene as a program does, with overrides."""
+    from damage import chance_of, odd_overrides
+
+    import sumo3dviz_pt as sv
+
+    return _our_error(lambda: sv.load(scene, odd_overrides(chance_of(kind, seed))))
+
+
+def _prepared(scene: Path, kind: str, seed: int) -> int:
+    """Build a shot of any camera as films do."""
+    import numpy as np
+
+    from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.pipeline import Request, prepare
+
+    camera = ("driver", "flight", "post")[seed % 3]
+    times = np.array([4.0, 5.0])
+    return _our_error(lambda: prepare(load_job(scene), Request(camera=camera), times))
+
+
+def _our_error(work: Callable[[], object]) -> int:
+    """Do something that may end in one of our errors."""
+    from sumo3dviz_pt.errors import ConfigError, InputError
+
+    try:
+        work()
+    except (ConfigError, InputError) as error:
+        sys.stderr.write(f"sumo3dviz-pt: {error}\n")
+        return 2
+    return 0
+
+
+_WAYS = {"configuration": _begun, "overrides": _loaded, "cameras": _prepared}
+"""What is done with a case, where it is not checked."""
+
+
+def _answer_all(lines: Iterable[str], answers: TextIO) -> None:
+    """Try the whole scenario first, which loads what all cases need, then case by case."""
+
+    def answer(kind: str, seed: str) -> None:
+        answers.write(json.dumps(asdict(_tried(kind, int(seed)))) + "\n")
+        answers.flush()
+
+    answer("nothing", "0")
+    _bound_memory()
+    for line in lines:
+        answer(*line.split())
+
+
+if __name__ == "__main__":
+    # Whatever is printed must not get among the answers.
+    own = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    _answer_all(sys.stdin, own)

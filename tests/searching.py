@@ -1,0 +1,31 @@
+"""How many examples a law is tried with: few and always the same, or many at random."""
+
+from __future__ import annotations
+
+from hypothesis import HealthCheck, settings
+
+_MORE = 10
+"""How many times more examples a random search tries."""
+
+_SLOW = [HealthCheck.too_slow]  # says how fast a machine is, not whether a law holds
+
+settings.register_profile(
+    "same", derandomize=True, deadline=None, suppress_health_check=_SLOW, print_blob=True
+)
+settings.register_profile(
+    "ci",
+    max_examples=100 * _MORE,
+    deadline=None,
+    suppress_health_check=_SLOW,
+    print_blob=True,
+)
+settings.load_profile("same")  # `--hypothesis-profile=ci` loads the other one instead
+
+
+def tries(usual: int) -> int:
+    """Examples of a law that is not tried a hundred times, as the profile has it.
+
+    Args:
+        usual: How many are always tried.
+    """
+    return usual if settings.default.derandomize else _MORE * usual

@@ -1,0 +1,150 @@
+"""What all commands share: suggestions, lists of names, verbosity, completion."""
+
+import logging
+import shutil
+import subprocess
+
+import pytest
+from builders import write_scenario
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.video import CODECS
+
+
+@pytest.fixture(autouse=True)
+def levels():
+    """Loggers as they were."""
+    loggers = [logging.getLogger(), logging.getLogger("sumo3dviz_pt")]
+    before = [(logger, logger.level, logger.handlers[:]) for logger in loggers]
+    yield
+    for logger, level, handlers in before:
+        logger.setLevel(level)
+        logger.handlers[:] = handlers
+
+
+# Suggestions --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rendr", "x"], "'rendr' is unknown; did you mean 'render'?"),
+        (["xyzzy"], "'xyzzy' is unknown; known: demo, init"),
+        (["render", "x", "-o", "y", "--qualty", "draft"], "did you mean '--quality'? (see"),
+        (["render", "x", "-o", "y", "--qualty=draft"], "did you mean '--quality'? (see"),
+        (["still", "x", "-o", "y", "--time", "1", "--zzz"], "'--zzz' is not understood (see"),
+        (["check", "x", "more"], "'more' is not understood (see sumo3dviz-pt check --help)"),
+        (["assets", "lits"], "did you mean 'list'?"),
+        (["completion", "bsh"], "did you mean 'bash'?"),
+    ],
+)
+def test_what_was_meant(arguments, said, capsys):
+    assert main(arguments) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("sumo3dviz-pt: ") and said in line
+
+
+# Names in the help --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("command", "kinds"),
+    [
+        ("render", ("quality", "scene", "sky", "camera")),
+        ("still", ("quality", "scene", "sky", "camera")),
+        ("check", ("quality", "scene", "sky")),
+        ("init", ("scene",)),
+        ("demo", ("quality",)),
+    ],
+)
+def test_help_lists_what_can_be_chosen(command, kinds, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    words = set(capsys.readouterr().out.replace(",", " ").split())
+    for kind in kinds:
+        assert set(catalog.template_names(kind)) <= words, kind
+
+
+def test_help_of_films_lists_codecs_and_tones(capsys):
+    for command in ("render", "develop"):
+        with pytest.raises(SystemExit):
+            main([command, "--help"])
+        words = set(capsys.readouterr().out.replace(",", " ").split())
+        assert {"auto", *CODECS, "neutral", "agx"} <= words
+
+
+# Verbosity ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "levels"),
+    [
+        ((), (), (False, True)),
+        (("-v",), (), (True, True)),
+        ((), ("-v",), (True, True)),
+        (("--quiet",), (), (False, False)),
+        ((), ("-q",), (False, False)),
+        (("-q",), ("-v",), (True, True)),
+    ],
+)
+def test_how_much_is_said(before, after, levels, tmp_path, capsys):
+    scene = write_scenario(tmp_path, vehicles=2)
+    assert main([*before, "vehicles", str(scene), *after]) == 0
+    capsys.readouterr()
+    ours = logging.getLogger("sumo3dviz_pt.somewhere")
+    ours.info("reading")
+    ours.warning("careful")
+    logging.getLogger("another.package").info("chatter")
+    said = capsys.readouterr().err
+    assert ("sumo3dviz-pt: reading\n" in said, "note: careful" in said) == levels
+    assert "chatter" not in said
+    with progress() as show:
+        show("film.mp4", 3, 3)
+    assert ("3 of 3" in capsys.readouterr().err) == levels[1]
+
+
+def test_both_at_once_make_no_sense(capsys):
+    assert main(["doctor", "-v", "-q"]) == 2
+    assert "not allowed with" in capsys.readouterr().err
+
+
+# Completion ---------------------------------------------------------------------------------
+
+
+def script(shell, capsys):
+    assert main(["completion", shell]) == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
+def test_every_command_and_preset_is_completed(shell, capsys):
+    text = script(shell, capsys)
+    for word in ("import-sumo3dviz", "vehicles", "highway_golden_hour", "h265_10", "powershell"):
+        assert word in text, word
+    flag = "-l discard-frames" if shell == "fish" else "--discard-frames"
+    assert flag in text
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
+@pytest.mark.parametrize(
+    ("line", "offered"),
+    [
+        (["re"], ["render", "report"]),
+        (["render", "scene.yaml", "--qu"], ["--quality", "--quiet"]),
+        (["render", "scene.yaml", "--quality", "st"], ["standard", "study"]),
+        (["-q", "chec"], ["check"]),
+        (["assets", "s"], ["sheet"]),
+        (["render", "-o", ""], []),
+        (["develop", "x", "--tone", "a"], ["agx"]),
+    ],
+)
+def test_bash_completes(line, offered, tmp_path, capsys):
+    path = tmp_path / "completion.bash"
+    path.write_text(script("bash", capsys), encoding="utf-8")
+    ask = 'source "$1"; shift; COMP_WORDS=(sumo3dviz-pt "$@"); COMP_CWORD=$#;'
+    ask += '_sumo3dviz_pt; printf "%s\\n" "${COMPREPLY[@]}"'
+    command = ["bash", "-c", ask, "bash", str(path), *line]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == offered and done.stderr == ""

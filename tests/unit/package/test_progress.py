@@ -1,0 +1,140 @@
+"""How far work is and how long it will take."""
+
+import io
+import time
+
+import pytest
+
+from sumo3dviz_pt.model.news import Doing, News
+from sumo3dviz_pt.progress import Course, Step, clock, followed
+
+FILM = (
+    Step(Doing.READ, 2.0),
+    Step(Doing.BUILD, 10.0),
+    Step(Doing.OPEN, 3.0),
+    Step(Doing.RENDER, 100.0),
+    Step(Doing.ENCODE, 5.0),
+)
+
+
+def replayed(slowness, frames=10, *, every=0.5):
+    """Time, estimate and true time left of work that takes `slowness` times as long as expected."""
+    course = Course(FILM, 100.0)
+    events = [(100.0, None)]
+    now = 100.0
+    for step in FILM:
+        if step.doing is Doing.RENDER:
+            for number in range(frames + 1):
+                seconds = slowness * step.seconds * number / frames
+                events.append((now + seconds, News(step.doing, number, frames)))
+        else:
+            events.append((now, News(step.doing)))
+        now += slowness * step.seconds
+    end, found, time_ = now, [], 100.0
+    while time_ < end:
+        while events and events[0][0] <= time_ + 1e-9:
+            _, news = events.pop(0)
+            if news is not None:
+                course.hear(news, time_)
+        found.append((time_, course.seconds_left(time_), end - time_))
+        time_ += every
+    return found
+
+
+@pytest.mark.parametrize("slowness", [0.6, 1.0, 1.8])
+def test_estimates_stay_within_a_factor_of_two(slowness):
+    for now, estimate, truth in replayed(slowness):
+        if truth > 10:
+            assert 0.5 < estimate / truth < 2.0, now
+
+
+def test_a_machine_that_is_slower_is_learnt():
+    at_half = [row for row in replayed(5.0) if row[2] < 300]
+    assert all(0.7 < estimate / truth < 1.4 for _, estimate, truth in at_half if truth > 30)
+
+
+def test_the_first_estimate_is_the_expectation():
+    assert Course(FILM, 0.0).seconds_left(0.0) == pytest.approx(120.0)
+
+
+def test_frames_that_were_there_before_do_not_count_for_the_pace():
+    course = Course(FILM, 0.0)
+    course.hear(News(Doing.RENDER, 90, 100), 15.0)
+    for number in range(1, 6):
+        course.hear(News(Doing.RENDER, 90 + number, 100), 15.0 + 10 * number)
+    # Five frames at 10 s each, then encoding, which is as fast as expected so far.
+    assert course.seconds_left(65.0) == pytest.approx(55.0)
+
+
+def test_frames_that_compile_do_not_count_for_the_pace():
+    course = Course(FILM, 0.0)
+    now = 15.0
+    course.hear(News(Doing.RENDER, 0, 100), now)
+    for number, seconds in enumerate([20, 15, 15, 2, 2, 2], start=1):
+        now += seconds
+        course.hear(News(Doing.RENDER, number, 100), now)
+    assert course.seconds_left(now) == pytest.approx(94 * 2 + 5)
+
+
+def test_a_step_that_is_late_is_never_said_to_be_done():
+    course = Course((Step(Doing.READ, 1.0),), 0.0)
+    assert course.seconds_left(0.0) == pytest.approx(1.0)
+    assert course.seconds_left(100.0) == pytest.approx(25.0)
+
+
+def test_several_films_are_one_course():
+    course = Course((*FILM, *FILM), 0.0)
+    course.hear(News(Doing.ENCODE), 115.0)
+    assert course.seconds_left(115.0) == pytest.approx(125.0)
+    course.hear(News(Doing.READ), 120.0)
+    assert course.seconds_left(120.0) == pytest.approx(120.0)
+
+
+def test_the_share_grows_from_nothing_to_all():
+    course = Course(FILM, 0.0)
+    assert course.share(0.0) == 0.0
+    course.hear(News(Doing.ENCODE), 115.0)
+    assert course.share(115.0) == pytest.approx(115 / 120)
+
+
+def test_words():
+    course = Course(FILM, 0.0)
+    assert course.words() == "reading the simulation"
+    course.hear(News(Doing.RENDER, 3, 50), 20.0)
+    assert course.words() == "rendering 3 of 50"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.4, "0:00"), (7, "0:07"), (750, "12:30"), (7500, "2:05:00")]
+)
+def test_durations(seconds, text):
+    assert clock(seconds) == text
+
+
+def test_logs_get_a_line_at_once():
+    log = io.StringIO()
+    with followed("drive.mp4", FILM, stream=log) as tell:
+        assert log.getvalue() == "drive.mp4: reading the simulation, about 2:00 left\n"
+        tell(News(Doing.BUILD))
+    assert log.getvalue().count("\n") == 1
+
+
+def test_terminals_get_a_bar_that_goes_on_by_itself():
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    screen = Terminal()
+    with followed("drive.mp4", FILM, stream=screen) as tell:
+        tell(News(Doing.RENDER, 3, 50))
+        time.sleep(1.2)
+    assert "drive.mp4" in screen.getvalue() and "rendering 3 of 50" in screen.getvalue()
+    assert "\n" not in screen.getvalue().strip("\n")
+
+
+def test_work_that_fails_leaves_no_thread():
+    import threading
+
+    with pytest.raises(ZeroDivisionError), followed("a.png", FILM, stream=io.StringIO()):
+        raise ZeroDivisionError
+    assert not [one for one in threading.enumerate() if one.name == "progress"]

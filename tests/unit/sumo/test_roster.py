@@ -1,0 +1,161 @@
+"""Who is in a log, read in blocks."""
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.roster import Point
+from sumo3dviz_pt.sumo import fcd, read_roster, read_trajectories
+
+
+def vehicle(name, x, y=0.0, *, of="car", speed=10.0, lane="a_0"):
+    spoken = "" if speed is None else f' speed="{speed}"'
+    return f'<vehicle id="{name}" x="{x}" y="{y}" angle="90" type="{of}"{spoken} lane="{lane}"/>'
+
+
+def log(tmp_path, *steps, name="fcd.xml", end="</fcd-export>"):
+    body = "\n".join(f'<timestep time="{time}">{rows}</timestep>' for time, rows in steps)
+    path = tmp_path / name
+    path.write_text(f"<fcd-export>\n{body}\n{end}", encoding="utf-8")
+    return path
+
+
+def roster(*paths, **asked):
+    return {user.id: user for user in read_roster(paths, types={}, **asked)}
+
+
+def test_a_drive_is_summed_up(tmp_path):
+    path = log(
+        tmp_path,
+        (0, vehicle("v", 0, lane="a_0")),
+        (1, vehicle("v", 10, lane="a_1")),
+        (2, vehicle("v", 22, speed=14, lane=":j_0_0")),
+        (3, vehicle("v", 30, 6, lane="b_0")),
+    )
+    found = roster(path)["v"]
+    assert (found.kind, found.type_id, found.vclass) == ("vehicle", "car", "passenger")
+    assert (found.begin, found.end, found.duration) == (0.0, 3.0, 3.0)
+    assert found.length == pytest.approx(10 + 12 + 10)
+    assert found.mean_speed == pytest.approx(32 / 3) and found.max_speed == 14.0
+    assert found.lanes == 3 and found.edges == ("a", "b")
+    assert found.place is None and found.passage is None
+
+
+def test_blocks_change_nothing(tmp_path, monkeypatch):
+    """Rows that are passed on every second step give what all at once give."""
+    rng = np.random.default_rng(5)
+    steps = [
+        (
+            time,
+            "".join(
+                vehicle(f"v{k}", 9.7 * time + k, rng.normal(), lane=f"a_{rng.integers(3)}")
+                for k in range(5)
+                if (time + k) % 7
+            ),
+        )
+        for time in range(40)
+    ]
+    path, asked = log(tmp_path, *steps), {"near": Point(200, 0, 35), "at": 20.4}
+    whole = roster(path, **asked)
+    monkeypatch.setattr(fcd, "_BLOCK", 60)
+    parts = roster(path, **asked)
+    assert parts.keys() == whole.keys() and len(whole) == 5
+    for name, user in whole.items():
+        assert parts[name].edges == user.edges and parts[name].lanes == user.lanes
+        for value in ("begin", "end", "length", "mean_speed", "max_speed"):
+            assert getattr(parts[name], value) == pytest.approx(getattr(user, value)), value
+        assert parts[name].place == user.place
+        for value in ("begin", "end", "time", "distance"):
+            whole_way, part = getattr(user.passage, value), getattr(parts[name].passage, value)
+            assert part == pytest.approx(whole_way), value
+
+
+def test_memory_holds_a_block_and_no_more(tmp_path, monkeypatch):
+    held = []
+    monkeypatch.setattr(fcd, "_BLOCK", 100)
+    path = log(tmp_path, *((t, vehicle("v", 10 * t)) for t in range(200)))
+    fcd.stream_rows([path], lambda rows, _: held.append(sum(map(len, rows.values()))))
+    assert max(held) == 100 and sum(held) == 200 * 10
+
+
+def test_gaps_and_teleports_are_no_way(tmp_path):
+    times = (0, 1, 2, 6, 7, 8)
+    places = (0, 10, 20, 90, 100, 400)
+    others = {time: vehicle("steady", time) for time in range(9)}
+    drive = dict(zip(times, places, strict=True))
+    path = log(
+        tmp_path,
+        *((t, others[t] + (vehicle("v", drive[t]) if t in drive else "")) for t in range(9)),
+    )
+    found = roster(path, at=4.0)
+    assert found["v"].length == pytest.approx(30.0) and found["v"].mean_speed == pytest.approx(10)
+    assert found["v"].place is None and found["steady"].place.x == 4.0
+    assert (found["v"].begin, found["v"].end) == (0.0, 8.0)
+
+
+def test_who_passes_a_point_and_when(tmp_path):
+    steps = [
+        (
+            t,
+            vehicle("near", 10 * t, 3)
+            + vehicle("far", 10 * t, 30)
+            + vehicle("slow", 5, 0, speed=0),
+        )
+        for t in range(11)
+    ]
+    found = roster(log(tmp_path, *steps), near=Point(53, 0, 5), at=5.5)
+    way = found["near"].passage
+    assert (way.begin, way.end) == (pytest.approx(4.9), pytest.approx(5.7))
+    assert (way.time, way.distance) == (pytest.approx(5.3), pytest.approx(3.0))
+    assert found["far"].passage is None and found["slow"].passage is None
+    assert (found["near"].place.x, found["near"].place.lane) == (55.0, "a_0")
+    standing = roster(log(tmp_path, *steps), near=Point(5, 0, 1))["slow"].passage
+    assert (standing.begin, standing.end, standing.distance) == (0.0, 10.0, 0.0)
+
+
+def test_logs_without_speeds_and_lanes(tmp_path):
+    rows = [(t, f'<vehicle id="v" x="{8 * t}" y="0" angle="90"/>') for t in range(3)]
+    found = roster(log(tmp_path, *rows))["v"]
+    assert found.max_speed == found.mean_speed == 8.0 and found.lanes == 0 and found.edges == ()
+    assert found.type_id == "DEFAULT_VEHTYPE"
+
+
+def test_riders_count_while_they_walk(tmp_path):
+    def person(x):
+        return f'<person id="p" x="{x}" y="0" angle="0" speed="1" edge="a"/>'
+
+    steps = [
+        (t, vehicle("bus", 50 + 10 * t) + person(t if t < 3 else 50 + 10 * t)) for t in range(9)
+    ]
+    found = roster(log(tmp_path, *steps))["p"]
+    assert (found.begin, found.end, found.length) == (0.0, 2.0, pytest.approx(2.0))
+    assert found.vclass == "pedestrian" and found.edges == ("a",)
+
+
+def test_ids_are_those_by_which_cameras_ride(tmp_path):
+    path = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 5, of="bus")))
+    assert [user.id for user in read_roster([path], types={})] == ["v", "v#2"]
+
+
+def test_several_logs_belong_together(tmp_path):
+    first = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 10)), name="a.xml")
+    second = log(tmp_path, (2, vehicle("v", 20)), (3, vehicle("w", 0)), name="b.xml")
+    found = roster(first, second)
+    assert found["v"].end == 2.0 and found["v"].length == pytest.approx(20.0)
+
+
+def test_broken_and_empty_logs(tmp_path):
+    broken = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 5)), end="<timestep time='2'>")
+    with pytest.raises(InputError, match="breaks off"):
+        read_roster([broken], types={})
+    assert roster(broken, allow_truncated=True)["v"].end == 1.0
+    with pytest.raises(InputError, match="no time step"):
+        read_roster([log(tmp_path)], types={})
+
+
+def test_the_same_people_as_the_reader_of_traces(tmp_path):
+    steps = [(t, "".join(vehicle(f"v{k}", 3 * t + k) for k in range(t % 4))) for t in range(20)]
+    path = log(tmp_path, *steps)
+    traces = {trace.id: trace for trace in read_trajectories([path]).traces}
+    for name, user in roster(path).items():
+        assert (user.begin, user.end) == (traces[name].times[0], traces[name].times[-1])
