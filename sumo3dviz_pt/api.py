@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.model.ratios import Ratio
     from sumo3dviz_pt.open_shot import OpenShot
     from sumo3dviz_pt.pipeline import Request
+    from sumo3dviz_pt.progress import Step
     from sumo3dviz_pt.roster import Roster
     from sumo3dviz_pt.still import Still
     from sumo3dviz_pt.sun_report import SunReport
@@ -158,6 +162,7 @@ class Scene:
         spp: int | None = None,
         seed: int | None = None,
         variant: str = "llvm",
+        progress: bool | None = None,
     ) -> Still:
         """Render one image.
 
@@ -169,12 +174,15 @@ class Scene:
             spp: Samples per pixel instead of the preset's.
             seed: Instead of the scene's.
             variant: `llvm`, `cuda` or `scalar`.
+            progress: Whether a bar or lines say how far it is; default on terminals and in
+                notebooks.
 
         Returns:
             An image with `.radiance` (h, w, 3), `.save(path)`, which overwrites a picture that
             exists, as everywhere in Python, and `.develop()`.
         """
         from sumo3dviz_pt.asked import asked
+        from sumo3dviz_pt.expectations import still_steps
         from sumo3dviz_pt.job_ranges import Seconds
         from sumo3dviz_pt.open_shot import OpenShot
         from sumo3dviz_pt.pipeline import Request
@@ -183,10 +191,11 @@ class Scene:
         time = asked(Seconds, time, key="time")
         if self._open is not None and self._open.shows(self.job, request, time):
             self._open.retune(request, quality=quality or self.job.quality)
-        else:
-            self.close()
+            return self._open.still(time)
+        self.close()
+        with _followed(f"still at {time:g} s", progress, partial(still_steps, self.job, request)):
             self._open = OpenShot.of(self.job, request, time)
-        return self._open.still(time)
+            return self._open.still(time)
 
     def frames(
         self,
@@ -224,11 +233,14 @@ class Scene:
 
     def _frames(self, request: Request, order: FilmOrder) -> Iterator[Still]:
         """A film's frames."""
+        from sumo3dviz_pt.expectations import opening_steps
         from sumo3dviz_pt.film import prepared
         from sumo3dviz_pt.open_shot import OpenShot
 
         self.close()
-        with OpenShot(prepared(self.job, request, order), film=True) as shot:
+        with _followed("frames", None, partial(opening_steps, self.job)):
+            opened = OpenShot(prepared(self.job, request, order), film=True)
+        with opened as shot:
             yield from shot.frames()
 
     def render(
@@ -238,7 +250,7 @@ class Scene:
         camera: str | None = None,
         start: float | None = None,
         end: float | None = None,
-        progress: bool | Callable[[FrameDone], None] = False,
+        progress: bool | Callable[[FrameDone], None] | None = None,
         **choices: Any,
     ) -> Films:
         """Render a film, or one for each shot.
@@ -248,7 +260,8 @@ class Scene:
             camera: A name from `cameras`; default all shots.
             start: First frame's time [s]; default the shot's.
             end: Time after the last frame [s]; default the shot's.
-            progress: True logs every frame; or a function to call.
+            progress: Whether a bar or lines say how far it is, or a function to call after
+                every frame; default a bar on terminals and in notebooks.
             choices: `quality`, `size`, `spp`, `seed`, `variant` as in `still`; `fps`,
                 `speed`, `frames`, `resume`, `overwrite`, `discard_frames` as on the command line.
 
@@ -263,14 +276,16 @@ class Scene:
             RenderError: If a frame fails; finished frames are kept.
         """
         from sumo3dviz_pt.asked import split
+        from sumo3dviz_pt.expectations import film_steps
         from sumo3dviz_pt.film import FilmOrder, render_film
         from sumo3dviz_pt.pipeline import Request
 
         own = {"camera": camera, "path": path, "start": start, "end": end}
         request, order = split(Request, FilmOrder, {**choices, **own})
-        on_frame = progress if callable(progress) else (_log_frame if progress else None)
+        on_frame, shown = (progress, False) if callable(progress) else (None, progress)
         self.close()
-        reports = render_film(self.job, request, order, on_frame=on_frame)
+        with _followed(order.path.name, shown, partial(film_steps, self.job, request, order)):
+            reports = render_film(self.job, request, order, on_frame=on_frame)
         return Films(report.film or report.folder for report in reports)
 
     def view(
@@ -366,10 +381,12 @@ def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
     return rest
 
 
-def _log_frame(news: FrameDone) -> None:
-    """Log how far a film is."""
-    import logging
+def _followed(
+    name: str, wanted: bool | None, steps: Callable[[], tuple[Step, ...]]
+) -> AbstractContextManager[None]:
+    """Show how far work is; None shows it where somebody watches and lines can be redrawn."""
+    from sumo3dviz_pt.progress import can_redraw, followed
 
-    logging.getLogger(__name__).info(
-        "frame %d of %d, %.0f s left", news.done, news.total, news.seconds_left
-    )
+    if wanted is None:
+        wanted = can_redraw(sys.stderr)
+    return followed(name, steps()) if wanted else nullcontext()

@@ -113,6 +113,11 @@ def threads() -> int:
     return os.cpu_count() or 1
 
 
+def spent() -> float:
+    """CPU-seconds of this program and of those that it has run, from its start on."""
+    return sum(os.times()[:4])
+
+
 def _rounded(value: float) -> float:
     """A number to three digits."""
     return float(f"{value:.3g}")

@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.accounts import film_account
+from sumo3dviz_pt.costs import spent
 from sumo3dviz_pt.encoding import encode_frames
 from sumo3dviz_pt.frames import NOTE, account_file, frame_file, frames_folder, write_json
 from sumo3dviz_pt.job import Job, ShotSettings
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.orders import FilmOrder as FilmOrder
 from sumo3dviz_pt.orders import shots_of, wanted_frames
 from sumo3dviz_pt.pace import Pace
@@ -58,7 +60,7 @@ class FilmReport:
         film: The film, or None if only frames were asked for.
         folder: Where the frames are (were).
         frames: How many frames it has.
-        cpu: CPU-seconds by phase over all rendered frames.
+        cpu: CPU-seconds by phase; together all that it took.
     """
 
     film: Path | None
@@ -152,7 +154,7 @@ def _render_shot(
     on_frame: Callable[[FrameDone], None] | None,
 ) -> FilmReport:
     """Render one shot's frames and make its film."""
-    pace = order.pace(job, shot)
+    started, pace = spent(), order.pace(job, shot)
     wanted_frames(order.frames, len(pace.times(shot)))
     with nullcontext() if order.frames else alone(path):
         production = _production(job, request, order, shot)
@@ -164,14 +166,20 @@ def _render_shot(
         write_json(folder / NOTE, shared, indent=1)
         cpu = _render_frames(production, folder, wanted, missing, shared, on_frame)
         if order.frames is not None:
-            return FilmReport(None, folder, len(wanted), cpu)
+            return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
         files = [frame_file(folder, number) for number in wanted]
+        announce(Doing.ENCODE)
         encode_frames(files, path, job=production.job, fps=pace.fps, key=production.key)
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
         write_json(account_file(path), whole, indent=1)
         if order.discard_frames:
             discard(folder, wanted)
-    return FilmReport(path, folder, len(wanted), cpu)
+    return FilmReport(path, folder, len(wanted), _with_rest(cpu, started))
+
+
+def _with_rest(cpu: Mapping[str, float], started: float) -> dict[str, float]:
+    """CPU-seconds by phase, and what no phase counts: files, the encoder's program."""
+    return {**cpu, "rest": max(spent() - started - sum(cpu.values()), 0.0)}
 
 
 def _shot(production: Production, pace: Pace) -> dict[str, Any]:
@@ -199,6 +207,7 @@ def _render_frames(
         return total
     with opened(production, film=len(production.times) > 2) as session:
         started = time.monotonic()
+        announce(Doing.RENDER, kept, len(wanted))
         for count, number in enumerate(missing, start=1):
             at = float(production.times[number])
             rendered = session.render(production.shot.frame_at(at))
@@ -217,6 +226,7 @@ def _render_frames(
             )
             for phase, seconds in rendered.cpu.items():
                 total[phase] = total.get(phase, 0.0) + seconds
+            announce(Doing.RENDER, kept + count, len(wanted))
             if on_frame is not None:
                 pace = (time.monotonic() - started) / count
                 left = pace * (len(missing) - count)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.news import Doing, announce
 
 _HEAD = ("family", "name", "for", "size [m]", "triangles", "kB", "licence")
 
@@ -40,15 +41,12 @@ def listing(chosen: Sequence[str]) -> list[str]:
     ]
 
 
-def build(chosen: Sequence[str], *, into: Path | None = None) -> Iterator[tuple[str, int, int]]:
+def build(chosen: Sequence[str], *, into: Path | None = None) -> None:
     """Make the files of assets again; wholes that are coupled from others have none.
 
     Args:
         chosen: Families, or `family/name`; none stands for all.
         into: A folder that gets a copy of the assets to build; None builds in place.
-
-    Yields:
-        After each asset: its name, how many are done, how many there are.
 
     Raises:
         ConfigError: If a family or an asset is unknown.
@@ -62,8 +60,8 @@ def build(chosen: Sequence[str], *, into: Path | None = None) -> Iterator[tuple[
             folder = into / entry.family / entry.name
             for path in catalog.recipe_files(entry):
                 _copied(path, into / entry.family / path.parent.name)
+        announce(Doing.BAKE, number, len(entries), what=f"{entry.family}/{entry.name}")
         _bakers()[entry.family](folder)
-        yield f"{entry.family}/{entry.name}", number + 1, len(entries)
 
 
 def _copied(path: Path, folder: Path) -> None:

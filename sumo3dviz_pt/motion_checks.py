@@ -11,6 +11,7 @@ import numpy as np
 from sumo3dviz_pt.job import Job
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
@@ -186,7 +187,8 @@ def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[Gr
     """Measure everyone."""
     kinds: dict[str, _Census] = {}
     keeping = LaneKeeping(Ways(network), users[0].lane_names) if users else None
-    for user in users:
+    for number, user in enumerate(users):
+        announce(Doing.MEASURE, number, len(users))
         census = kinds.setdefault(user.trajectory.kind, _Census())
         # People walk where they like.
         drives = user.trajectory.kind == "vehicle"

@@ -10,14 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pace import Pace
 from sumo3dviz_pt.pipeline import (
-    AfterPass,
     Production,
     Request,
     check_tone,
@@ -112,12 +113,11 @@ class OpenShot:
             self.production = replace(self.production, job=job, quality=tuned)
         self._session.retune(tuned, seed=job.seed)
 
-    def still(self, time: float, *, after_pass: AfterPass | None = None) -> Still:
+    def still(self, time: float) -> Still:
         """Take a picture.
 
         Args:
             time: SUMO's time [s], within the shot.
-            after_pass: Called with passes done and passes in all.
 
         Raises:
             ConfigError: If the camera rides with someone who is not there then.
@@ -128,7 +128,9 @@ class OpenShot:
         # Files are hashed before the long work, not when somebody may have changed them.
         number = int(np.searchsorted(made.times, time - 1e-9))
         account = {**made.account, "frame": number, "time": time}
-        rendered = self._session.render(made.shot.frame_at(time), after_pass=after_pass)
+        frame = made.shot.frame_at(time)
+        announce(Doing.RENDER)
+        rendered = self._session.render(frame, after_pass=partial(announce, Doing.RENDER))
         output = made.job.output
         return Still(
             rendered.radiance,
@@ -146,20 +148,17 @@ class OpenShot:
             yield self.still(float(time))
 
 
-def render_still(
-    job: Job, request: Request, time: float, *, after_pass: AfterPass | None = None
-) -> Still:
+def render_still(job: Job, request: Request, time: float) -> Still:
     """Render one image.
 
     Args:
         job: The scene file.
         request: The command's choices.
         time: SUMO's time [s].
-        after_pass: Called with passes done and passes in all.
 
     Raises:
         ConfigError: If a choice does not exist or the window holds nothing.
         InputError: If a file is wrong.
     """
     with OpenShot.of(job, request, float(time)) as shot:
-        return shot.still(float(time), after_pass=after_pass)
+        return shot.still(float(time))

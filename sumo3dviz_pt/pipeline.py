@@ -6,7 +6,7 @@ files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -27,6 +27,7 @@ from sumo3dviz_pt.job_ranges import Seed, Size, Whole
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
 from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.ratios import Ratio, ratio_of
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -42,8 +43,6 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.scene.shot import Shot
 
 log = logging.getLogger(__name__)
-
-AfterPass = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +179,7 @@ def read(
     from sumo3dviz_pt.motion import MARGIN, smooth_log
     from sumo3dviz_pt.sumo import read_scenario
 
+    announce(Doing.READ)
     files = scenario_files(job)
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
@@ -245,6 +245,7 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
     if film:
         times = _within_log(scenario, times)
     check_rider(camera, name=name, times=times, trajectories=trajectories, logs=files.trajectories)
+    announce(Doing.BUILD)
     shot = build_shot(scenario, trajectories, job, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(
@@ -299,6 +300,7 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
+    announce(Doing.OPEN)
     backend = choose_backend(production.variant)
     size = production.job.output.size
     first = production.shot.frame_at(float(production.times[0]))

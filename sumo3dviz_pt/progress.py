@@ -16,7 +16,7 @@ from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING, TextIO
 
-from sumo3dviz_pt.model.news import Doing, News, Tell
+from sumo3dviz_pt.model.news import Doing, News, heard_by
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -29,6 +29,9 @@ _UNUSUAL = 3
 
 _MEMORY = 30
 """So many frames back a pace is looked for."""
+
+_SHORT = 2.0
+"""Nothing is said of work that takes less [s]."""
 
 _SAID_EVERY = 10.0
 """Where lines cannot be overwritten, one is written so often [s]."""
@@ -73,7 +76,9 @@ class Course:
     def hear(self, news: News, now: float) -> None:
         """Take in what the work tells at a time [s]."""
         following = range(self._at, len(self.steps))
-        place = next((k for k in following if self.steps[k].doing is news.doing), self._at)
+        place = next((k for k in following if self.steps[k].doing is news.doing), None)
+        if place is None:
+            return  # a part of the step that is being done
         if place != self._at:
             self._at, self._step_began, self._counts = place, now, []
         if news.total:
@@ -92,11 +97,8 @@ class Course:
 
     def words(self) -> str:
         """What is being done."""
-        doing = self.steps[self._at].doing
-        news = self._news
-        if news is None or not news.total or news.doing is not doing:
-            return str(doing)
-        return f"{doing} {news.done} of {news.total}"
+        doing, news = self.steps[self._at].doing, self._news
+        return str(doing if news is None else news)
 
     def _slowness(self) -> float:
         """How much longer than expected work takes."""
@@ -129,23 +131,29 @@ class Course:
 
 
 @contextmanager
-def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) -> Iterator[Tell]:
-    """Show how far work is while it is done.
+def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) -> Iterator[None]:
+    """Show how far the work within the `with` statement is.
 
     Args:
         name: What comes out.
-        steps: What has to be done, with expected durations.
+        steps: What has to be done, with expected durations; none shows nothing.
         stream: Where it is shown; default standard error.
-
-    Yields:
-        What the work tells its news to.
     """
+    if not steps:
+        yield
+        return
     shown = _Shown(name, Course(steps, time.monotonic()), stream or sys.stderr)
     shown.start()
     try:
-        yield shown.hear
+        with heard_by(shown.hear):
+            yield
     finally:
         shown.close()
+
+
+def can_redraw(stream: TextIO) -> bool:
+    """Whether lines can be overwritten: on terminals and in notebooks."""
+    return stream.isatty() or _in_notebook()
 
 
 class _Shown:
@@ -154,12 +162,13 @@ class _Shown:
     def __init__(self, name: str, course: Course, stream: TextIO) -> None:
         self._name, self._course, self._stream = name, course, stream
         self._lock, self._over = threading.Lock(), threading.Event()
-        self._bar: tqdm[None] | None = _bar(name, stream) if _can_redraw(stream) else None
+        self._bar: tqdm[None] | None = _bar(name, stream) if can_redraw(stream) else None
         self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
 
     def start(self) -> None:
-        """Show the first line."""
-        self._draw()
+        """Show the first line, unless all will be over at once."""
+        if self._course.seconds_left(self._course.began) >= _SHORT:
+            self._draw()
         self._thread.start()
 
     def hear(self, news: News) -> None:
@@ -193,16 +202,18 @@ class _Shown:
         self._bar.set_postfix_str(text, refresh=True)
 
 
-def _can_redraw(stream: TextIO) -> bool:
-    """Whether lines can be overwritten: on terminals and in notebooks."""
-    return stream.isatty() or "ipykernel" in sys.modules
+def _in_notebook() -> bool:
+    """Whether this program is a notebook's kernel; nothing is imported to find out."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return hasattr(shell, "kernel")
 
 
 def _bar(name: str, stream: TextIO) -> tqdm[None]:
     """A bar of the terminal's or the notebook's kind."""
     from tqdm.auto import tqdm as bar
 
-    shape = "{desc}: {percentage:3.0f} % |{bar}| {elapsed}, {postfix}"
+    shape = "{desc}: {percentage:3.0f} % |{bar}| {elapsed}{postfix}"
     made: tqdm[None] = bar(total=100, desc=name, file=stream, leave=False, bar_format=shape)
     return made
 

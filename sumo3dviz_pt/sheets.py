@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +18,7 @@ from sumo3dviz_pt.image.tonemap import develop
 from sumo3dviz_pt.job import SkySettings
 from sumo3dviz_pt.jobfile import quality_preset
 from sumo3dviz_pt.model.geometry import Floats, Image, Mesh, Transform
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scene import (
     Bsdf,
     FrameState,
@@ -76,12 +77,11 @@ class SheetOrder:
     quality: str = "preview"
 
 
-def draw_sheet(order: SheetOrder, *, progress: Callable[[int, int], None] | None = None) -> None:
+def draw_sheet(order: SheetOrder) -> None:
     """Draw a contact sheet.
 
     Args:
         order: Which one, and where to.
-        progress: Called with pictures done and in all.
 
     Raises:
         ConfigError: If there is no such sheet or preset, or matplotlib is missing.
@@ -92,8 +92,7 @@ def draw_sheet(order: SheetOrder, *, progress: Callable[[int, int], None] | None
     pictures = sheet(size, quality)
     for title, pixels, total in pictures:
         made.append((title, pixels))
-        if progress is not None:
-            progress(len(made), total)
+        announce(Doing.DRAW, len(made), total, what=order.name)
     _compose(made, order.path, size, _COLUMNS.get(order.name, _MOSTLY))
 
 

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import shapely
 import yaml
+from matplotlib.image import imread
 
+from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.shapes.ply import read_ply
 
@@ -44,6 +46,22 @@ def assert_files_alike(new: Path, old: Path) -> None:
         assert len(one[kind]) == len(other[kind])
         for row, same in zip(one[kind], other[kind], strict=True):
             _assert_near(row, same)
+
+
+def assert_assets_alike(new: Path, old: Path) -> None:
+    """Two folders of an asset hold the same, whatever its family; pictures to a code of 255."""
+    names = {path.name for path in old.iterdir()}
+    assert {path.name for path in new.iterdir()} == names
+    assert (new / "asset.yaml").read_bytes() == (old / "asset.yaml").read_bytes()
+    for name in sorted(names):
+        if name.endswith(".exr"):
+            one, other = (read_exr(folder / name)[0] for folder in (new, old))
+            np.testing.assert_allclose(one, other, rtol=2e-3, atol=1e-4)
+        if name.endswith(".png"):
+            one, other = (255 * imread(folder / name) for folder in (new, old))
+            assert one.shape == other.shape and np.abs(one - other).max() < 1.5, name
+    if "baked.yaml" in names:
+        assert_files_alike(new, old)
 
 
 def _assert_near(one: Mapping[str, Any], other: Mapping[str, Any]) -> None:

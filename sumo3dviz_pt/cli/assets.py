@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.cli.options import add_overwrite, picture_size
 from sumo3dviz_pt.cli.progress import progress
+
+_BAKING, _DRAWING = 150.0, 120.0
+"""How long all vehicles, and a sheet, usually take [s]."""
 
 
 def add(commands: Any) -> None:
@@ -27,21 +29,24 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """List, draw or rebuild the library."""
     from sumo3dviz_pt.library import build, listing
+    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.progress import Step
 
     if options.action == "sheet":
         return _sheets(options)
     if options.action == "list":
         print("\n".join(listing(options.chosen)))
         return 0
-    with progress() as show:
-        for name, done, total in build(options.chosen, into=options.output):
-            show(name, done, total)
+    with progress("assets", (Step(Doing.BAKE, _BAKING),)):
+        build(options.chosen, into=options.output)
     return 0
 
 
 def _sheets(options: argparse.Namespace) -> int:
     """Draw contact sheets."""
+    from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.progress import Step
     from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
     from sumo3dviz_pt.still import check_free
 
@@ -52,7 +57,7 @@ def _sheets(options: argparse.Namespace) -> int:
     ready_renderer()
     for name, path in paths.items():
         order = SheetOrder(name, path, options.size, options.quality)
-        with progress() as show:
-            draw_sheet(order, progress=partial(show, name))
+        with progress(path.name, (Step(Doing.DRAW, _DRAWING),)):
+            draw_sheet(order)
         print(f"wrote {order.path}")
     return 0

@@ -9,6 +9,9 @@ from typing import Any
 from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
 from sumo3dviz_pt.cli.progress import complain, progress
 
+_CASE = 3.0
+"""How long a case of --stress usually takes [s]."""
+
 
 def add(commands: Any) -> None:
     """Say what it takes."""
@@ -43,17 +46,24 @@ def run(options: argparse.Namespace) -> int:
     import json
 
     from sumo3dviz_pt.checks import check_scene, in_words
+    from sumo3dviz_pt.expectations import building_steps
     from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.motion_checks import motion_report
+    from sumo3dviz_pt.progress import Step
 
     if options.stress:
         return _stress(options)
     job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    steps = building_steps(job, shots=max(len(job.shots), 1))
     if options.motion:
-        print(motion_report(job, as_json=options.json))
+        with progress(options.scene.name, (steps[0], Step(Doing.MEASURE, steps[0].seconds))):
+            words = motion_report(job, as_json=options.json)
+        print(words)
         return 0
     presets = None if options.quality is None else [options.quality]
-    report = check_scene(job, presets=presets)
+    with progress(options.scene.name, steps):
+        report = check_scene(job, presets=presets)
     print(json.dumps(report, indent=1) if options.json else in_words(report))
     return 0
 
@@ -70,20 +80,21 @@ def _stress(options: argparse.Namespace) -> int:
     """Put a scene under stress; 1 if a case fails."""
     import json
 
+    from sumo3dviz_pt.expectations import building_steps
     from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.progress import Step
     from sumo3dviz_pt.report.stress import StressOrder, chosen, put_under_stress, without_notes
     from sumo3dviz_pt.report.stress_report import in_words
 
     cases = chosen(options.only)
     ready_renderer(options.variant)
-    with progress() as show, without_notes():
-        report = put_under_stress(
-            load_job(options.scene, {**_asked(options), **overrides_of(options)}),
-            StressOrder(options.camera, options.time, options.variant),
-            cases=cases,
-            on_case=lambda news: show(news.name, news.done, news.total, news.seconds_left),
-        )
+    job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
+    order = StressOrder(options.camera, options.time, options.variant)
+    steps = (*building_steps(job), Step(Doing.MEASURE, _CASE * len(cases)))
+    with progress(options.scene.name, steps), without_notes():
+        report = put_under_stress(job, order, cases=cases)
     print(json.dumps(report.as_dict(), indent=1) if options.json else in_words(report))
     failed = report.count("failed")
     if failed:

@@ -16,6 +16,9 @@ from sumo3dviz_pt.cli.options import (
 )
 from sumo3dviz_pt.cli.progress import progress
 
+_USUAL = 900.0
+"""How long measuring takes at the usual size, if there is no budget [s]."""
+
 
 def add(commands: Any) -> None:
     """Say what it takes."""
@@ -34,8 +37,11 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Measure error against run time."""
+    from sumo3dviz_pt.expectations import opening_steps
     from sumo3dviz_pt.jobfile import load_job
+    from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline import Request, ready_renderer
+    from sumo3dviz_pt.progress import Step
     from sumo3dviz_pt.report.converge import Order, converge
 
     job = load_job(options.scene, overrides_of(options))
@@ -50,8 +56,9 @@ def run(options: argparse.Namespace) -> int:
         overwrite=options.overwrite,
     )
     ready_renderer(options.variant)
-    with progress() as show:
-        page = converge(job, request, order, on_step=show)
+    steps = (*opening_steps(job), Step(Doing.MEASURE, options.budget or _USUAL))
+    with progress(options.output.name, steps):
+        page = converge(job, request, order)
     print(f"wrote {page}")
     return 0
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.cli.options import add_overwrite, command_in, picture_size
-from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.cli.progress import cpu_in_words, progress
 from sumo3dviz_pt.cli.render import print_films, render_films
 
 
@@ -45,6 +44,8 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Render the bundled example, less of it where rendering is slow."""
+    from sumo3dviz_pt.costs import spent
+    from sumo3dviz_pt.expectations import still_steps
     from sumo3dviz_pt.film import FilmOrder
     from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.open_shot import render_still
@@ -71,17 +72,14 @@ def run(options: argparse.Namespace) -> int:
         resume=True,
         discard_frames=True,
     )
-    print_films(render_films(job, replace(request, camera=shot.camera), order))
+    films = render_films(job, replace(request, camera=shot.camera), order)
+    print_films(films, cpu=spent())
     picture = replace(request, camera="overview")
-    with progress() as show:
-        still = render_still(
-            job,
-            picture,
-            shot.start,
-            after_pass=partial(show, "demo.png"),
-        )
+    filmed = spent()
+    with progress("demo.png", still_steps(job, picture)):
+        still = render_still(job, picture, shot.start)
     still.save(folder / "demo.png")
-    print(f"wrote {folder / 'demo.png'}")
+    print(f"wrote {folder / 'demo.png'} ({cpu_in_words(spent() - filmed)})")
     return 0
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.cli.options import add_overrides, add_overwrite, overrides_of
+from sumo3dviz_pt.cli.progress import progress
 
 
 def add(commands: Any) -> None:
@@ -23,11 +24,13 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw how one road user moves."""
+    from sumo3dviz_pt.expectations import building_steps
     from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.motion_drawing import Wanted, draw_motion
 
     job = load_job(options.scene, overrides_of(options))
     wanted = Wanted(options.vehicle, options.output, options.start, options.end, options.overwrite)
-    draw_motion(job, wanted)
+    with progress(options.output.name, building_steps(job)[:1]):
+        draw_motion(job, wanted)
     print(f"wrote {options.output}")
     return 0

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from sumo3dviz_pt.cli import (
     assets,
@@ -65,7 +66,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Raises:
         BrokenPipeError: If nobody reads the output any more.
     """
-    _log_to_stderr()
+    with _notes_on_stderr():
+        return _run(arguments)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    """Run a command; errors become sentences."""
     try:
         options = build_parser().parse_args(arguments)
         _set_level(options.verbosity)
@@ -128,17 +134,32 @@ class _Notes(logging.Handler):
         if text not in self._said:
             self._said.add(text)
             note = "note: " if record.levelno >= logging.WARNING else ""
-            print(f"{PROGRAM}: {note}{text}", file=sys.stderr)
+            line = f"{PROGRAM}: {note}{text}"
+            bars = sys.modules.get("tqdm")
+            if bars is None:
+                print(line, file=sys.stderr)
+            else:  # above a bar that is being drawn
+                bars.tqdm.write(line, file=sys.stderr)
 
 
-def _log_to_stderr() -> None:
-    """Show warnings as plain sentences."""
-    logging.basicConfig(level=logging.WARNING, handlers=[_Notes()], force=True)
+_ALL, _OURS = logging.getLogger(), logging.getLogger("sumo3dviz_pt")
+
+
+@contextmanager
+def _notes_on_stderr() -> Iterator[None]:
+    """Show warnings as plain sentences; afterwards the caller's own loggers are as they were."""
+    handlers, levels = _ALL.handlers[:], (_ALL.level, _OURS.level)
+    _ALL.handlers[:] = [_Notes()]
+    _set_level(0)
+    try:
+        yield
+    finally:
+        _ALL.handlers[:] = handlers
+        _ALL.setLevel(levels[0])
+        _OURS.setLevel(levels[1])
 
 
 def _set_level(verbosity: int) -> None:
     """Say more, or nothing but errors; of other packages never more than warnings."""
-    quiet = verbosity < 0
-    logging.getLogger().setLevel(logging.ERROR if quiet else logging.WARNING)
-    level = {-1: logging.ERROR, 0: logging.WARNING, 1: logging.INFO}[verbosity]
-    logging.getLogger("sumo3dviz_pt").setLevel(level)
+    _ALL.setLevel(logging.ERROR if verbosity < 0 else logging.WARNING)
+    _OURS.setLevel({-1: logging.ERROR, 0: logging.WARNING, 1: logging.INFO}[verbosity])

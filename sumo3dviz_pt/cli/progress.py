@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING
 
 from sumo3dviz_pt.cli.options import PROGRAM
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.progress import Step
 
 
 def complain(error: object, code: int, hint: str = "") -> int:
@@ -16,35 +20,15 @@ def complain(error: object, code: int, hint: str = "") -> int:
     return code
 
 
-@contextmanager
-def progress() -> Iterator[Callable[..., None]]:
-    """A line that says how far the work is and how long it will take."""
-    import time
+def progress(name: str, steps: Sequence[Step]) -> AbstractContextManager[None]:
+    """Show how far the work within the `with` statement is, unless the command is quiet."""
+    from sumo3dviz_pt.progress import followed
 
-    live = sys.stderr.isatty()
-    quiet = not logging.getLogger("sumo3dviz_pt").isEnabledFor(logging.WARNING)
-    last = [0.0]
-
-    def show(name: str, done: int, total: int, left: float = 0.0) -> None:
-        now = time.monotonic()
-        if quiet:
-            return
-        if not live and done < total and now - last[0] < 10:
-            return
-        last[0] = now
-        minutes, seconds = divmod(round(left), 60)
-        text = f"{name}: {done} of {total}, {minutes}:{seconds:02d} left"
-        print(
-            f"\r{text:<60}" if live else text, end="" if live else "\n", file=sys.stderr, flush=True
-        )
-
-    try:
-        yield show
-    finally:
-        if live and last[0]:
-            print(file=sys.stderr)
+    if not logging.getLogger("sumo3dviz_pt").isEnabledFor(logging.WARNING):
+        return nullcontext()
+    return followed(name, steps)
 
 
-def cpu_in_words(cpu: dict[str, float]) -> str:
+def cpu_in_words(seconds: float) -> str:
     """CPU-seconds in words."""
-    return f"{sum(cpu.values()):.1f} CPU-seconds"
+    return f"{seconds:.1f} CPU-seconds"

@@ -15,6 +15,7 @@ from sumo3dviz_pt.cli.options import (
     request_of,
 )
 from sumo3dviz_pt.cli.progress import complain, cpu_in_words, progress
+from sumo3dviz_pt.costs import spent
 from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
 
 if TYPE_CHECKING:
@@ -68,13 +69,25 @@ def run(options: argparse.Namespace) -> int:
             worst = max(worst, _told(options, scene, error))
     if sound and not options.dry_run:
         ready_renderer(options.variant)
-    work = _print_plans if options.dry_run else _print_films
+    began = 0.0
     for scene, job, order in sound:
         try:
-            work(job, request, order)
+            _work(options, job, request, order, began)
         except Sumo3dvizError as error:
             worst = max(worst, _told(options, scene, error))
+        began = spent()
     return worst
+
+
+def _work(
+    options: argparse.Namespace, job: Job, request: Request, order: FilmOrder, began: float
+) -> None:
+    """Render a scene's films, or say what would be done."""
+    if options.dry_run:
+        _print_plans(job, request, order)
+        return
+    films = render_films(job, request, order)
+    print_films(films, cpu=spent() - began)
 
 
 def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tuple[Job, FilmOrder]:
@@ -113,15 +126,11 @@ def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> in
 
 def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmReport]:
     """Render films and show how far they are."""
+    from sumo3dviz_pt.expectations import film_steps
     from sumo3dviz_pt.film import render_film
 
-    with progress() as show:
-        return render_film(
-            job,
-            request,
-            order,
-            on_frame=lambda news: show(order.path.name, news.done, news.total, news.seconds_left),
-        )
+    with progress(order.path.name, film_steps(job, request, order)):
+        return render_film(job, request, order)
 
 
 def _print_plans(job: Job, request: Request, order: FilmOrder) -> None:
@@ -131,13 +140,16 @@ def _print_plans(job: Job, request: Request, order: FilmOrder) -> None:
     print("\n\n".join(map(str, plans(job, request, order))))
 
 
-def _print_films(job: Job, request: Request, order: FilmOrder) -> None:
-    """Render films and say what came out."""
-    print_films(render_films(job, request, order))
+def print_films(reports: list[FilmReport], *, cpu: float) -> None:
+    """Say what came out.
 
-
-def print_films(reports: list[FilmReport]) -> None:
-    """Say what came out."""
-    for report in reports:
+    Args:
+        reports: Of each film.
+        cpu: CPU-seconds of all that was done for them; what no report counts, as the start of
+            the program, is the first one's.
+    """
+    own = [sum(report.cpu.values()) for report in reports]
+    own[0] += max(cpu - sum(own), 0.0)
+    for report, seconds in zip(reports, own, strict=True):
         place = report.film or report.folder
-        print(f"wrote {place}: {report.frames} frames ({cpu_in_words(report.cpu)})")
+        print(f"wrote {place}: {report.frames} frames ({cpu_in_words(seconds)})")

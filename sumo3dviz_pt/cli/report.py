@@ -9,6 +9,9 @@ from typing import Any
 from sumo3dviz_pt.cli.options import add_overwrite
 from sumo3dviz_pt.cli.progress import progress
 
+_USUAL = 5.0
+"""How long a film of some seconds takes; counting frames corrects it [s]."""
+
 
 def add(commands: Any) -> None:
     """Say what it takes."""
@@ -21,15 +24,16 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Look at a film's frames, or compare two films."""
+    from sumo3dviz_pt.model.news import Doing
+    from sumo3dviz_pt.progress import Step
     from sumo3dviz_pt.report.compare import report_film
 
-    with progress() as show:
+    with progress(options.output.name, (Step(Doing.MEASURE, _USUAL),)):
         page = report_film(
             options.frames,
             options.output,
             against=options.against,
             overwrite=options.overwrite,
-            on_frame=lambda *news: show(options.frames.name, *news),
         )
     print(f"wrote {page}")
     return 0

@@ -22,6 +22,8 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Render one image."""
+    from sumo3dviz_pt.costs import spent
+    from sumo3dviz_pt.expectations import still_steps
     from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.open_shot import render_still
     from sumo3dviz_pt.pipeline import check_choices, check_target, ready_renderer
@@ -30,13 +32,8 @@ def run(options: argparse.Namespace) -> int:
     job, request = load_job(options.scene, overrides_of(options)), request_of(options)
     check_choices(job, request)
     ready_renderer(options.variant)
-    with progress() as show:
-        still = render_still(
-            job,
-            request,
-            options.time,
-            after_pass=lambda done, total: show(options.output.name, done, total, 0.0),
-        )
+    with progress(options.output.name, still_steps(job, request)):
+        still = render_still(job, request, options.time)
     still.save(options.output)
-    print(f"wrote {options.output} ({cpu_in_words(still.rendered.cpu)})")
+    print(f"wrote {options.output} ({cpu_in_words(spent())})")
     return 0

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.cli.options import add_overrides, overrides_of
+from sumo3dviz_pt.cli.progress import progress
 
 
 def add(commands: Any) -> None:
@@ -36,11 +37,13 @@ def run(options: argparse.Namespace) -> int:
     """List road users."""
     import json
 
+    from sumo3dviz_pt.expectations import building_steps
     from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.roster import Wanted, as_dicts, point_of, roster
 
     job = load_job(options.scene, overrides_of(options))
     near = None if options.near is None else point_of(job, options.near)
-    found = roster(job, Wanted(options.type, options.at, near, options.sort))
+    with progress(options.scene.name, building_steps(job)[:1]):
+        found = roster(job, Wanted(options.type, options.at, near, options.sort))
     print(json.dumps(as_dicts(found), indent=1) if options.json else found)
     return 0

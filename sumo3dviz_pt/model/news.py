@@ -1,20 +1,29 @@
-"""What long work tells about itself."""
+"""What long work tells about itself.
+
+Work announces its steps as it logs: to whoever listens, and without a parameter in every call
+between the two.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from enum import StrEnum
 
 
 class Doing(StrEnum):
-    """What is being done, in the words that people read, in the order in which it is done."""
+    """What is being done, in the words that people read."""
 
     READ = "reading the simulation"
     BUILD = "building the scene"
     OPEN = "loading the scene into the renderer"
     RENDER = "rendering"
     ENCODE = "encoding the film"
+    MEASURE = "measuring"
+    DRAW = "drawing"
+    BAKE = "making"
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,15 +34,41 @@ class News:
         doing: The step.
         done: Frames, passes or whatever it counts that are done.
         total: Of them in all; 0 where nothing is counted.
+        what: What is rendered, measured or made, where there are several.
     """
 
     doing: Doing
     done: int = 0
     total: int = 0
+    what: str = ""
+
+    def __str__(self) -> str:
+        words = f"{self.doing} {self.what}".rstrip()
+        if not self.total:
+            return words
+        return f"{words}{',' if self.what else ''} {self.done} of {self.total}"
 
 
 Tell = Callable[[News], None]
 
 
-def silent(_: News) -> None:
+def _silent(_: News) -> None:
     """Tell nobody."""
+
+
+_LISTENER: ContextVar[Tell] = ContextVar("listener", default=_silent)
+
+
+@contextmanager
+def heard_by(tell: Tell) -> Iterator[None]:
+    """Let a function hear what work in this thread tells within the `with` statement."""
+    before = _LISTENER.set(tell)
+    try:
+        yield
+    finally:
+        _LISTENER.reset(before)
+
+
+def announce(doing: Doing, done: int = 0, total: int = 0, *, what: str = "") -> None:
+    """Tell whoever listens what is being done, and how far it is."""
+    _LISTENER.get()(News(doing, done, total, what))

@@ -8,8 +8,7 @@ change of their difference: it needs no motion vectors.
 from __future__ import annotations
 
 import csv
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -19,6 +18,7 @@ import numpy as np
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.report.compare_page import Film, write_film_page
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.galleries import pair_plot
@@ -80,7 +80,6 @@ def report_film(
     *,
     against: Path | None = None,
     overwrite: bool = False,
-    on_frame: Callable[[int, int, float], None] | None = None,
 ) -> Path:
     """Write frames.csv, over_time.png and report.md, and worst.png of a pair.
 
@@ -90,7 +89,6 @@ def report_film(
         against: Another film that counts as the reference; its frames are matched by
             time, and both are developed as it is.
         overwrite: Whether a report that lies there is replaced.
-        on_frame: Called with frames done, frames in all, and the wall time left [s].
 
     Returns:
         The page.
@@ -108,9 +106,9 @@ def report_film(
     pairs = matched(frames, others) if others else []
     _make_folder(folder)
     if pairs:
-        rows = _watched(_pair_rows(pairs, folder / WORST), len(frames), on_frame)
+        rows = _watched(_pair_rows(pairs, folder / WORST), len(frames))
     else:
-        rows = _watched(alone_rows(frames), len(frames), on_frame)
+        rows = _watched(alone_rows(frames), len(frames))
     _write_csv(folder / ROWS, rows)
     _draw(rows, _PAIR_PANELS if pairs else _ALONE_PANELS, folder / PLOT)
     films = [Film.of(some) for some in (frames, others) if some]
@@ -125,17 +123,12 @@ def _make_folder(folder: Path) -> None:
         raise ConfigError(f"{folder} is a file, not a folder", key="output") from error
 
 
-def _watched(
-    rows: Iterable[FrameRow], total: int, on_frame: Callable[[int, int, float], None] | None
-) -> list[FrameRow]:
+def _watched(rows: Iterable[FrameRow], total: int) -> list[FrameRow]:
     """All rows; tells how far they are."""
     known: list[FrameRow] = []
-    started = time.monotonic()
     for row in rows:
         known.append(row)
-        if on_frame is not None:
-            pace = (time.monotonic() - started) / len(known)
-            on_frame(len(known), total, pace * (total - len(known)))
+        announce(Doing.MEASURE, len(known), total)
     return known
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job import Job
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline import Request, opened, prepare, renderer_names
 from sumo3dviz_pt.report import plan
 from sumo3dviz_pt.report.extra import check_extra
@@ -53,9 +53,6 @@ FRAMES = 4
 
 ROWS, PLAN, HALVES = "convergence.csv", "plan.json", "reference.npz"
 
-OnStep = Callable[[str, int, int, float], None]
-"""Called with what is being done, samples per pixel done and in all, seconds left."""
-
 
 @dataclass(frozen=True, slots=True)
 class Order:
@@ -86,18 +83,14 @@ class _Work:
 
     Attributes:
         order: What was asked for.
-        on_step: Who wants to know.
         started: Clock when the run began [s].
         done: Work behind, that of earlier runs too [spp].
-        spent: Work of this run [spp].
         total: All work [spp].
     """
 
     order: Order
-    on_step: OnStep
     started: float = field(default_factory=time.monotonic)
     done: float = 0.0
-    spent: float = 0.0
     total: float = 1.0
 
     @property
@@ -109,20 +102,17 @@ class _Work:
     def step(self, what: str, samples: float) -> None:
         """Count work and tell it."""
         self.done += samples
-        self.spent += samples
-        rest = max(self.total - self.done, 0.0)
-        left = (time.monotonic() - self.started) / self.spent * rest
-        self.on_step(what, round(min(self.done, self.total)), round(self.total), left)
+        done = round(min(self.done, self.total))
+        announce(Doing.MEASURE, done, round(self.total), what=what)
 
 
-def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Path:
+def converge(job: Job, request: Request, order: Order) -> Path:
     """Measure error against run time of one picture; the report's page.
 
     Args:
         job: The scene file.
         request: Camera, size, variant; quality and spp do not matter.
         order: Where, when, how long.
-        on_step: Told about progress.
 
     Raises:
         ConfigError: If the folder holds the report of something else, or a choice is wrong.
@@ -143,7 +133,7 @@ def converge(job: Job, request: Request, order: Order, *, on_step: OnStep) -> Pa
     if order.overwrite:
         for path in _own(order.folder):
             path.unlink(missing_ok=True)
-    work = _Work(order, on_step)
+    work = _Work(order)
     with opened(production, film=True) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
         subject = Subject(order.scene, production, states, {**machine(), **renderer_names(session)})

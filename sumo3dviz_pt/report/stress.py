@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
@@ -24,6 +24,7 @@ from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError, interrupted
 from sumo3dviz_pt.job import Job, OutputSettings, Quality, SunSettings
 from sumo3dviz_pt.jobfile import camera_settings, quality_preset
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline import (
     Production,
     Request,
@@ -68,37 +69,13 @@ class StressOrder:
     variant: str = "llvm"
 
 
-@dataclass(frozen=True, slots=True)
-class StressNews:
-    """How far the work is.
-
-    Attributes:
-        name: The case that has just ended.
-        done: Cases that have ended.
-        total: Cases in all.
-        seconds_left: Wall-clock seconds that the rest will take, about.
-    """
-
-    name: str
-    done: int
-    total: int
-    seconds_left: float
-
-
-def put_under_stress(
-    job: Job,
-    order: StressOrder,
-    *,
-    cases: Sequence[Case],
-    on_case: Callable[[StressNews], None] | None = None,
-) -> StressReport:
+def put_under_stress(job: Job, order: StressOrder, *, cases: Sequence[Case]) -> StressReport:
     """Render a scene's edges and judge every picture.
 
     Args:
         job: The scene file.
         order: Which shot.
         cases: In the order in which they run; see `chosen`.
-        on_case: Called after each case.
 
     Raises:
         ConfigError: If the shot itself cannot be built.
@@ -106,13 +83,11 @@ def put_under_stress(
     """
     check_tone(job.output.tone)
     scene = _survey(job, order)
-    started, outcomes = clock.monotonic(), list[Outcome]()
+    outcomes = list[Outcome]()
+    announce(Doing.MEASURE, 0, len(cases))
     for outcome in _run(cases, scene):
         outcomes.append(outcome)
-        if on_case is not None:
-            done, total = len(outcomes), len(cases)
-            left = (clock.monotonic() - started) / done * (total - done)
-            on_case(StressNews(outcome.name, done, total, left))
+        announce(Doing.MEASURE, len(outcomes), len(cases), what=outcome.name)
     return StressReport(scene.base.camera, scene.facts.times["shot"], tuple(outcomes))
 
 

@@ -1,6 +1,7 @@
 """What all commands share: suggestions, lists of names, verbosity, completion."""
 
 import logging
+import re
 import shutil
 import subprocess
 
@@ -9,7 +10,6 @@ from builders import write_scenario
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.cli.progress import progress
 from sumo3dviz_pt.video import CODECS
 
 
@@ -90,19 +90,27 @@ def test_help_of_films_lists_codecs_and_tones(capsys):
     ],
 )
 def test_how_much_is_said(before, after, levels, tmp_path, capsys):
+    """Of a simulation with riders, which is only said if asked for, and torn, which is a note."""
     scene = write_scenario(tmp_path, vehicles=2)
-    assert main([*before, "vehicles", str(scene), *after]) == 0
-    capsys.readouterr()
-    ours = logging.getLogger("sumo3dviz_pt.somewhere")
-    ours.info("reading")
-    ours.warning("careful")
-    logging.getLogger("another.package").info("chatter")
+    log = tmp_path / "fcd.xml"
+    text = log.read_text(encoding="utf-8")
+    rider = (
+        r'<person id="rider" x="\1" y="\2" angle="90" speed="10.0"/><vehicle id="v0" x="\1" y="\2"'
+    )
+    text = re.sub(r'<vehicle id="v0" x="(\S+)" y="(\S+)"', rider, text)
+    log.write_text(text[: text.rindex("<timestep")], encoding="utf-8")
+    command = ["check", str(scene), "--motion", "--set", "scenario.allow_truncated=true"]
+    assert main([*before, *command, *after]) == 0
     said = capsys.readouterr().err
-    assert ("sumo3dviz-pt: reading\n" in said, "note: careful" in said) == levels
-    assert "chatter" not in said
-    with progress() as show:
-        show("film.mp4", 3, 3)
-    assert ("3 of 3" in capsys.readouterr().err) == levels[1]
+    assert ("samples of riders coincide" in said, "note: " in said) == levels, said
+
+
+def test_the_callers_own_logging_is_left_alone(tmp_path):
+    root, ours = logging.getLogger(), logging.getLogger("sumo3dviz_pt")
+    before = root.handlers[:], root.level, ours.level
+    for verbosity in ("-q", "-v"):
+        main([verbosity, "vehicles", str(write_scenario(tmp_path, vehicles=2))])
+        assert (root.handlers[:], root.level, ours.level) == before
 
 
 def test_both_at_once_make_no_sense(capsys):

@@ -1,12 +1,14 @@
 """How far work is and how long it will take."""
 
 import io
+import sys
+import threading
 import time
 
 import pytest
 
-from sumo3dviz_pt.model.news import Doing, News
-from sumo3dviz_pt.progress import Course, Step, clock, followed
+from sumo3dviz_pt.model.news import Doing, News, announce, heard_by
+from sumo3dviz_pt.progress import Course, Step, can_redraw, clock, followed
 
 FILM = (
     Step(Doing.READ, 2.0),
@@ -113,28 +115,59 @@ def test_durations(seconds, text):
 
 def test_logs_get_a_line_at_once():
     log = io.StringIO()
-    with followed("drive.mp4", FILM, stream=log) as tell:
+    with followed("drive.mp4", FILM, stream=log):
         assert log.getvalue() == "drive.mp4: reading the simulation, about 2:00 left\n"
-        tell(News(Doing.BUILD))
+        announce(Doing.BUILD)
     assert log.getvalue().count("\n") == 1
 
 
-def test_terminals_get_a_bar_that_goes_on_by_itself():
-    class Terminal(io.StringIO):
-        def isatty(self):
-            return True
+def test_nothing_is_said_of_what_is_over_at_once():
+    log = io.StringIO()
+    with followed("fcd.xml", (Step(Doing.READ, 0.5),), stream=log):
+        announce(Doing.READ)
+    assert log.getvalue() == ""
 
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_lines_are_only_overwritten_where_they_can_be(monkeypatch):
+    """A notebook's packages may be imported in a program that is no notebook."""
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    assert can_redraw(Terminal()) and not can_redraw(io.StringIO())
+
+
+def test_terminals_get_a_bar_that_goes_on_by_itself():
     screen = Terminal()
-    with followed("drive.mp4", FILM, stream=screen) as tell:
-        tell(News(Doing.RENDER, 3, 50))
+    with followed("drive.mp4", FILM, stream=screen):
+        announce(Doing.RENDER, 3, 50)
         time.sleep(1.2)
     assert "drive.mp4" in screen.getvalue() and "rendering 3 of 50" in screen.getvalue()
     assert "\n" not in screen.getvalue().strip("\n")
 
 
-def test_work_that_fails_leaves_no_thread():
-    import threading
+def test_a_part_of_a_step_says_nothing_of_its_own():
+    course = Course((Step(Doing.READ, 2.0), Step(Doing.MEASURE, 60.0)), 0.0)
+    course.hear(News(Doing.MEASURE, 1, 4, "noon"), 2.0)
+    course.hear(News(Doing.BUILD), 10.0)
+    course.hear(News(Doing.RENDER, 0, 9), 11.0)
+    assert course.words() == "measuring noon, 1 of 4"
 
+
+def test_nobody_hears_what_is_told_elsewhere():
+    heard = []
+    with heard_by(heard.append):
+        announce(Doing.READ)
+        other = threading.Thread(target=announce, args=(Doing.BUILD,))
+        other.start()
+        other.join()
+    announce(Doing.OPEN)
+    assert heard == [News(Doing.READ)]
+
+
+def test_work_that_fails_leaves_no_thread():
     with pytest.raises(ZeroDivisionError), followed("a.png", FILM, stream=io.StringIO()):
         raise ZeroDivisionError
     assert not [one for one in threading.enumerate() if one.name == "progress"]

@@ -9,6 +9,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import SkySettings
 from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.news import Doing, News, heard_by
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.scene import showroom
 from sumo3dviz_pt.scene.showroom import Exhibit
@@ -80,10 +81,9 @@ def test_a_sheet_shows_each_exhibit_with_its_title(tmp_path, monkeypatch):
     monkeypatch.setitem(showroom.FAMILIES, "blocks", two_blocks)
     path = tmp_path / "new" / "sheet.png"
     seen = []
-    draw_sheet(
-        SheetOrder("blocks", path, SIZE, "draft"), progress=lambda *count: seen.append(count)
-    )
-    assert seen == [(1, 2), (2, 2)]
+    with heard_by(seen.append):
+        draw_sheet(SheetOrder("blocks", path, SIZE, "draft"))
+    assert seen == [News(Doing.DRAW, done, 2, "blocks") for done in (1, 2)]
     picture = matplotlib.image.imread(path)[..., :3]
     left, right = (part.reshape(-1, 3).mean(axis=0) for part in np.array_split(picture, 2, axis=1))
     assert left[0] - left[2] > right[0] - right[2] + 0.1
