@@ -30,7 +30,7 @@ _UNUSUAL = 3
 _MEMORY = 30
 """So many frames back a pace is looked for."""
 
-_SHORT = 2.0
+_FIRST = 0.8
 """Nothing is said of work that takes less [s]."""
 
 _SAID_EVERY = 10.0
@@ -166,9 +166,7 @@ class _Shown:
         self._thread = threading.Thread(target=self._run, name="progress", daemon=True)
 
     def start(self) -> None:
-        """Show the first line, unless all will be over at once."""
-        if self._course.seconds_left(self._course.began) >= _SHORT:
-            self._draw()
+        """Show it from the first second on, but nothing of what is over or refused before."""
         self._thread.start()
 
     def hear(self, news: News) -> None:
@@ -184,9 +182,10 @@ class _Shown:
             self._bar.close()
 
     def _run(self) -> None:
-        pause = _DRAWN_EVERY if self._bar is not None else _SAID_EVERY
+        pause = _FIRST
         while not self._over.wait(pause):
             self._draw()
+            pause = _DRAWN_EVERY if self._bar is not None else _SAID_EVERY
 
     def _draw(self) -> None:
         with self._lock:

@@ -166,6 +166,11 @@ def write_scenario(
     return folder / "scene.yaml"
 
 
+def complaints(said: str) -> list[str]:
+    """Lines that are neither notes nor tell how far work is, which a slow machine gets to."""
+    return [x for x in said.splitlines() if ": note: " not in x and not x.endswith(" left")]
+
+
 def gzipped(text: str) -> bytes:
     """The same bytes at all times."""
     return gzip.compress(text.encode("utf-8"), mtime=0)

@@ -28,7 +28,7 @@ class _Extent:
 
 
 _COMPILED = _Extent((640, 360), 2.0, "preview")
-_SCALAR = _Extent((320, 180), 1.0, "draft")
+_SCALAR = _Extent((480, 270), 1.0, "draft")
 """Where there is no libLLVM: to be done in four minutes on two cores."""
 
 

@@ -41,19 +41,32 @@ def lamp_passes(quality: Quality) -> int:
     return min(max(quality.spp // 4, 1), 4)
 
 
-def guide_plugin(quality: Quality, *, lamps: bool = False) -> dict[str, Any]:
+def guide_plugin(quality: Quality, *, jit: bool, lamps: bool = False) -> dict[str, Any]:
     """The integrator of the pass, as a plugin dict.
 
     Args:
         quality: Says what is needed.
+        jit: Whether the variant compiles. Others only see distances: every `aov` sample waits
+            for Python's lock there, and the pass took five times as long as the picture.
         lamps: Whether it also looks where lamps are seen directly.
     """
     depth = {"type": "depth"}
+    if not jit:
+        return depth
     if not (is_guided(quality) or lamps):
         return depth
     found = {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
-    # Paths that end at the first surface carry what that emits.
-    return {**found, "lamps": {"type": "path", "max_depth": 1}} if lamps else found
+    return {**found, "lamps": LAMP_PLUGIN} if lamps else found
+
+
+LAMP_PLUGIN = {"type": "path", "max_depth": 1}
+"""Sees what emits, and only that: paths end at the first surface."""
+
+
+def with_lamps(seen: dict[str, Image], image: Image) -> dict[str, Image]:
+    """Guides and where lamps are seen, by a pass over what emits, (h, w, 3)."""
+    lit = image[..., :3].max(axis=-1) > 0.0
+    return {**seen, "lamp": (lit & (seen["hit"] >= 1.0)).astype(np.float32)}
 
 
 def as_guides(image: Image) -> dict[str, Image]:
@@ -71,10 +84,7 @@ def as_guides(image: Image) -> dict[str, Image]:
     guides = {"depth": depth, "hit": np.where(depth > 0.1 * SUN_DISTANCE, 0.0, hit)}
     if image.shape[-1] > 4:
         guides |= {"albedo": image[..., -6:-3], "normal": image[..., -3:]}
-    if image.shape[-1] > 10:
-        seen = image[..., 4:7].max(axis=-1) > 0.0
-        guides["lamp"] = (seen & (guides["hit"] >= 1.0)).astype(np.float32)
-    return guides
+    return with_lamps(guides, image[..., 4:7]) if image.shape[-1] > 10 else guides
 
 
 def uncapped(seen: dict[str, Image]) -> Bools | None:

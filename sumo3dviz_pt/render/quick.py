@@ -75,7 +75,7 @@ class Quick:
         quality = session.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
         self._integrator = load({"type": _PLUGIN, "limit": session.limit, "path": path})
-        self._guides = load(guides.guide_plugin(quality))
+        self._guides = load(guides.guide_plugin(quality, jit=True))
         self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
         self._trace, self._trace_guides = tracer(recorded=True), tracer(recorded=True)
 

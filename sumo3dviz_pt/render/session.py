@@ -229,7 +229,9 @@ class Session:
             capped_integrator(path, self.limit, direct=not apart) if in_kernel else path
         )
         lamps = self.loaded.aimed and not apart
-        self._guide_integrator = load(guides.guide_plugin(quality, lamps=lamps))
+        jit = self.backend.jit
+        self._guide_integrator = load(guides.guide_plugin(quality, jit=jit, lamps=lamps))
+        self._lamp_guide = load(guides.LAMP_PLUGIN) if lamps and not jit else None
         self._lamp_integrator = lamps_seen() if apart else None
         # One recording each: a shared one is recorded anew at every change of integrator.
         self._trace, self._trace_guides, self._trace_lamps = (
@@ -267,6 +269,9 @@ class Session:
         sensor = scene.sensors()[1]
         image = self._trace_guides(scene, self._guide_integrator, sensor, spp, seed ^ 0x5BD1E995)
         found = guides.as_guides(image)
+        if self._lamp_guide is not None:
+            image = self._trace_guides(scene, self._lamp_guide, sensor, spp, seed ^ 0x5BD1E995)
+            found = guides.with_lamps(found, image)
         if self._lamp_integrator is not None:
             found["glow"] = self._lamps_seen(seed ^ 0x3C6EF372, guides.lamp_passes(quality))
         return found

@@ -39,7 +39,7 @@ def test_a_small_scene_stands_its_edges(tmp_path, capsys):
         "nobody on the road"
     ]
     assert report["camera"] == "post" and report["time"] == 4.0
-    assert err.startswith("scene.yaml: reading the simulation, about") and "note" not in err
+    assert err.startswith("scene.yaml: ") and "note" not in err
     assert f"of {len(verdicts)}, about" in err
 
 

@@ -1,7 +1,7 @@
 """Every number of a scene file has a sane range; what is wrong is one sentence in our words."""
 
 import pytest
-from builders import write_scenario
+from builders import complaints, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
@@ -108,7 +108,7 @@ def test_shots_without_end(command, end, tmp_path, capsys):
     scene.write_text(text, encoding="utf-8")
     more = ["-o", str(tmp_path / "a.mp4")] if command == "render" else []
     assert main([command, str(scene), *more]) == 2
-    said = [x for x in capsys.readouterr().err.splitlines() if ": note: " not in x]
+    said = complaints(capsys.readouterr().err)
     assert len(said) == 1 and (
         "1000000000" in said[0] or "frames" in said[0] or "finite" in said[0]
     )

@@ -113,17 +113,17 @@ def test_durations(seconds, text):
     assert clock(seconds) == text
 
 
-def test_logs_get_a_line_at_once():
+def test_logs_get_a_line_within_the_first_second():
     log = io.StringIO()
     with followed("drive.mp4", FILM, stream=log):
-        assert log.getvalue() == "drive.mp4: reading the simulation, about 2:00 left\n"
+        time.sleep(1.2)
         announce(Doing.BUILD)
-    assert log.getvalue().count("\n") == 1
+    assert log.getvalue().startswith("drive.mp4: reading the simulation, about 1:59 left\n")
 
 
 def test_nothing_is_said_of_what_is_over_at_once():
     log = io.StringIO()
-    with followed("fcd.xml", (Step(Doing.READ, 0.5),), stream=log):
+    with followed("drive.mp4", FILM, stream=log):
         announce(Doing.READ)
     assert log.getvalue() == ""
 

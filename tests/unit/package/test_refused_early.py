@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from builders import fcd_xml, network_xml, write_scenario
+from builders import complaints, fcd_xml, network_xml, write_scenario
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
@@ -58,8 +58,7 @@ def run(arguments, scene, capsys):
     for old, new in places.items():
         filled = [each.replace(old, new) for each in filled]
     code = main(filled)
-    said = [x for x in capsys.readouterr().err.splitlines() if ": note: " not in x]
-    return code, said
+    return code, complaints(capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("command", [CHECK, STILL, RENDER], ids=lambda each: each[0])
@@ -260,7 +259,7 @@ def test_a_batch_names_wrong_scenes_before_it_renders(tmp_path, capsys):
     bad.write_text("scenario: {}\nqualty: draft\n", encoding="utf-8")
     arguments = ["render", str(good), str(bad), "-o", str(tmp_path / "{scene}.mp4")]
     assert main(arguments) == 2
-    first, second = [x for x in capsys.readouterr().err.splitlines() if ": note: " not in x]
+    first, second = complaints(capsys.readouterr().err)
     assert "did you mean 'quality'" in first and "net.net.xml" in second
 
 
