@@ -11,12 +11,16 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 _COARSEST = 0.22
 """Of a body's smallest side: in larger cells a bicycle would be gone."""
 
+_LARGER = 1.05
+"""A cell may be so much larger than asked, so that a whole number of them fits."""
+
 
 def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
     """Coarser meshes of a body with the outline that it had.
 
     Of the vertices in a cell the outermost stays: means of them would lie inside the body,
-    and cars would lose a tenth of their outline.
+    and cars would lose a tenth of their outline. Cells are centred at both ends of the body,
+    so that its ends are not cut off.
 
     Args:
         meshes: All parts of the body.
@@ -36,17 +40,20 @@ def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 1e-3)
     side = max(0.2 * cell, min(cell, _COARSEST * float(size.min())))
-    return tuple(_merged(mesh, side, middle=(low + high) / 2.0, size=size) for mesh in meshes)
+    fitting = size / np.ceil(size / (_LARGER * side))
+    # What is smaller than a cell lies in one.
+    cells = np.where(size < side, 2.0 * side, fitting)
+    return tuple(_merged(mesh, cells, low=low, size=size) for mesh in meshes)
 
 
-def _merged(mesh: Mesh, cell: float, *, middle: Floats, size: Floats) -> Mesh:
-    """One part, where the body has a middle and a size, (3,) [m]."""
+def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
+    """One part, where cells, the body's lower end and its size are given, each (3,) [m]."""
     if not len(mesh.faces):
         return Mesh(mesh.vertices, mesh.faces)
-    keys = np.floor(mesh.vertices / cell + 0.5).astype(np.int64)
+    keys = np.floor((mesh.vertices - low) / cells + 0.5).astype(np.int64)
     _, place = np.unique(keys, axis=0, return_inverse=True)
     place = place.reshape(-1)
-    out = np.square((mesh.vertices - middle) / size).sum(axis=1)
+    out = np.square((mesh.vertices - low) / size - 0.5).sum(axis=1)
     order = np.argsort(-out, kind="stable")
     _, first = np.unique(place[order], return_index=True)
     vertices = mesh.vertices[order[first]]

@@ -126,9 +126,10 @@ def lettering(text: str, *, height: float, weight: float = 0.16, gap: float = 0.
         at += wide + gap
     if not pieces:
         return np.zeros((0, 3, 2))
-    drawn = np.concatenate(pieces)
+    drawn = settled(np.concatenate(pieces))
     low, high = drawn.reshape(-1, 2).min(axis=0), drawn.reshape(-1, 2).max(axis=0)
-    return settled((drawn - [(low[0] + high[0]) / 2, 0.5]) * height)
+    centred: Floats = (drawn - [(low[0] + high[0]) / 2, 0.5]) * height
+    return centred
 
 
 def ribbon(points: Floats, width: float) -> Floats:

@@ -127,7 +127,7 @@ def outline(meshes, *, across, low, shape, pixel):
         ("sedan", 0.09),
         ("estate", 0.09),
         ("delivery_van", 0.07),
-        ("city_bus", 0.075),
+        ("city_bus", 0.05),
         ("rigid_truck", 0.06),
     ],
 )
