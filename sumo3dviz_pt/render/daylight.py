@@ -26,7 +26,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.render.air import clear_dome, sunlight
-from sumo3dviz_pt.render.kernels import load
+from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.panorama import LUMINANCE, directions, dome_irradiance, resampled
 
 UNITS_PER_SUNSKY = np.array([2.134, 2.324, 2.446])
@@ -245,6 +245,6 @@ def _evaluate(plugin: mi.Emitter, towards: Floats) -> Floats:
             result[index] = np.array(plugin.eval(si))
         return result.reshape(towards.shape)
     si = dr.zeros(mi.SurfaceInteraction3f, len(flat))
-    si.wi = mi.Vector3f(*(mi.Float(np.ascontiguousarray(-flat[:, axis])) for axis in range(3)))
+    si.wi = mi.Vector3f(*(mi.Float(aligned(-flat[:, axis], np.float32)) for axis in range(3)))
     values = np.array(plugin.eval(si), dtype=np.float64)
     return np.ascontiguousarray(values.T).reshape(towards.shape)
