@@ -23,12 +23,16 @@ from sumo3dviz_pt.pace import Pace
 from sumo3dviz_pt.pipeline import (
     Production,
     Request,
+    check_choices,
     check_target,
     check_tone,
     opened,
     prepare,
+    ready_renderer,
+    scenario_files,
 )
 from sumo3dviz_pt.reuse import alone, check_unused, discard, missing_frames
+from sumo3dviz_pt.riders import check_companions
 from sumo3dviz_pt.sequences import SUFFIX, check_sequence, is_sequence
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
 
@@ -80,10 +84,13 @@ def render_film(
 
     Raises:
         ConfigError: Before any work, if something that was asked for is wrong.
+        InstallationError: Before any work, if the renderer cannot be loaded.
         RenderError: If a frame fails; finished frames are kept.
     """
     shots = check_order(job, request, order)
     check_places(job, order, shots)
+    check_choices(job, request)
+    ready_renderer(request.variant)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 
 
@@ -95,11 +102,14 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[Shot
 
     Raises:
         ConfigError: If something that was asked for is wrong.
+        InputError: If the simulation's files are not there.
     """
     shots = shots_of(job, request, order)
     for shot, path in shots:
         check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
         check_output(request.applied(job), path, fps=order.pace(job, shot).fps)
+    if len(shots) > 1:
+        check_companions(job, [shot for shot, _ in shots], scenario_files(job).trajectories)
     return shots
 
 
@@ -136,6 +146,8 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
         InputError: If a file is wrong.
     """
     shot, _ = shots_of(job, request, order)[0]
+    check_choices(job, request)
+    ready_renderer(request.variant)
     return _production(job, request, order, shot)
 
 

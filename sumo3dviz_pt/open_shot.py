@@ -21,9 +21,11 @@ from sumo3dviz_pt.pace import Pace
 from sumo3dviz_pt.pipeline import (
     Production,
     Request,
+    check_choices,
     check_tone,
     opened,
     prepare,
+    ready_renderer,
 )
 from sumo3dviz_pt.still import Still
 
@@ -73,8 +75,11 @@ class OpenShot:
         Raises:
             ConfigError: If a choice does not exist or the window holds nothing.
             InputError: If a file is wrong.
+            InstallationError: If the renderer cannot be loaded; nothing was read then.
         """
         check_tone(job.output.tone)
+        check_choices(job, request)
+        ready_renderer(request.variant)
         return cls(prepare(job, request, plan_times(job, request, time)))
 
     def __enter__(self) -> OpenShot:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, cut
-from sumo3dviz_pt.job import CameraSettings, LagrangianCamera
+from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, ShotSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.sumo import Whereabouts
 
 _SLACK = 1e-6
 """Times of frames are sums of fractions [s]."""
@@ -42,22 +46,47 @@ def check_rider(
     if not isinstance(camera, LagrangianCamera):
         return
     missing = _missing(camera.vehicle, times, trajectories)
-    if missing is None:
-        return
+    if missing is not None:
+        from sumo3dviz_pt.sumo import whereabouts
+
+        raise _absent(camera.vehicle, whereabouts(logs, camera.vehicle), missing, name=name)
+
+
+def check_companions(job: Job, shots: Sequence[ShotSettings], logs: Sequence[Path]) -> None:
+    """Refuse shots whose road user is never there in their time, before the first is rendered.
+
+    Args:
+        job: The scene file.
+        shots: All that are to be rendered.
+        logs: Of the simulation, whole.
+
+    Raises:
+        ConfigError: As `check_rider` does.
+    """
     from sumo3dviz_pt.sumo import whereabouts
 
-    found = whereabouts(logs, camera.vehicle)
-    shown = repr(cut(camera.vehicle))
+    for shot in shots:
+        camera = job.cameras[shot.camera]
+        if not isinstance(camera, LagrangianCamera):
+            continue
+        found = whereabouts(logs, camera.vehicle)
+        if not any(begin <= shot.end and shot.start <= end for begin, end in found.spans):
+            raise _absent(camera.vehicle, found, shot.start, name=shot.camera)
+
+
+def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
+    """Why a camera cannot ride with somebody at a time [s]."""
+    shown = repr(cut(vehicle))
     key = f"cameras.{name}.vehicle"
     if not found.spans:
-        hint = _hint(camera.vehicle, found.ids)
-        raise ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
+        hint = _hint(vehicle, found.ids)
+        return ConfigError(f"no vehicle or person is called {shown}{hint}", key=key)
     lives = ", ".join(f"{begin:g} to {end:g} s" for begin, end in found.spans[:_MOST_SPANS])
     lives += " and later" if len(found.spans) > _MOST_SPANS else ""
     inside = any(begin <= missing <= end for begin, end in found.spans)
     why = "is not drawn at {:g} s (it rides in a vehicle then, or jumps)" if inside else ""
     why = why or "is not there at {:g} s"
-    raise ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)
+    return ConfigError(f"{shown} {why.format(missing)}; the log has it from {lives}", key=key)
 
 
 def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> float | None:

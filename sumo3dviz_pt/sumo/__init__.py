@@ -11,9 +11,10 @@ from sumo3dviz_pt.sumo.scenario import read_scenario
 from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.sumo.stops import read_stops
 from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
-from sumo3dviz_pt.sumo.whereabouts import whereabouts
+from sumo3dviz_pt.sumo.whereabouts import Whereabouts, whereabouts
 
 __all__ = [
+    "Whereabouts",
     "default_vehicle_type",
     "find_scenario",
     "read_additional",

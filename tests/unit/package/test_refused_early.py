@@ -1,5 +1,6 @@
 """What is wrong is said before any work: nothing long is read and no renderer is loaded."""
 
+import os
 import subprocess
 import sys
 
@@ -200,12 +201,44 @@ def test_a_rider_has_to_be_there_for_the_whole_film(tmp_path):
         job.render(tmp_path / "a.mp4", camera="driver", start=43, end=46)
 
 
+@pytest.mark.parametrize("vehicle", ["late", "latte"])
+def test_a_later_shots_absent_rider_is_told_before_the_first_shot_is_read(
+    vehicle, tmp_path, capsys
+):
+    scene = scenario(tmp_path)
+    long_log(tmp_path)
+    torn(tmp_path)
+    text = scene.read_text(encoding="utf-8").replace("vehicle: v0", f"vehicle: {vehicle}")
+    shots = "shots: [{camera: post, from: 4, to: 4.2}, {camera: driver, from: 4, to: 4.2}]\n"
+    scene.write_text(text.partition("shots:")[0] + shots, encoding="utf-8")
+    code, said = run(["render", "{scene}", "-o", "{out}/{shot}.mp4"], scene, capsys)
+    assert code == 2 and len(said) == 1 and said[0].startswith("sumo3dviz-pt: cameras.driver")
+    assert not list((tmp_path / "out").iterdir())
+
+
 def test_check_names_an_unknown_rider_of_a_camera_without_shots(tmp_path, capsys):
     scene = scenario(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("vehicle: v0", "vehicle: v00")
     scene.write_text(text.partition("shots:")[0], encoding="utf-8")
     code, said = run(CHECK, scene, capsys)
     assert code == 2 and "no vehicle or person is called 'v00'; did you mean 'v0'" in said[0]
+
+
+@pytest.mark.parametrize("call", ["still(time=4.5)", "render('a.mp4')", "frames().__next__()"])
+def test_python_says_what_is_not_installed_before_anything_is_read(call, tmp_path):
+    scene = scenario(tmp_path)
+    torn(tmp_path)
+    (tmp_path / "mitsuba_oidn.py").write_text("raise ImportError('libOIDN is missing')\n")
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sumo3dviz_pt as sv; sv.load({str(scene)!r}).{call}"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    said = done.stderr.splitlines()[-1]
+    assert "InstallationError" in said and "libOIDN is missing" in said, done.stderr
 
 
 # What is taken for a scene file ------------------------------------------------------------
