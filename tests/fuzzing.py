@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import logging
 import os
 import queue
 import subprocess
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import TextIO
 
 import numpy as np
+from builders import complaints
 from hypothesis import settings
 from searching import tries
 
@@ -61,8 +63,7 @@ class Outcome:
             return f"{self.kind} {self.seed}: ended with {self.code}: {self.said}"
         if self.seconds > MOST_SECONDS:
             return f"{self.kind} {self.seed}: took {self.seconds:.0f} s"
-        lines = [x for x in self.said.splitlines() if not x.startswith("sumo3dviz-pt: note: ")]
-        if len(lines) != (self.code != 0) or "Traceback" in self.said:
+        if len(complaints(self.said)) != (self.code != 0) or "Traceback" in self.said:
             return f"{self.kind} {self.seed}: said {self.said}"
         return ""
 
@@ -231,4 +232,6 @@ if __name__ == "__main__":
     # Whatever is printed must not get among the answers.
     own = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
+    # Notes of what is called as a program calls it are no complaints.
+    logging.getLogger("sumo3dviz_pt").addHandler(logging.NullHandler())
     _answer_all(sys.stdin, own)
