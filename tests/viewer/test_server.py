@@ -30,7 +30,7 @@ SIZE = (64, 36)
 NONSENSE = (
     *("", "{", "[]", '"ack"', "7", "NaN", "[" * 5000),
     *('{"do": "fly"}', '{"do": "time"}', '{"do": "time", "value": NaN}', '{"do": "pick", "x": 9}'),
-    *('{"ack": "1"}', '{"ack": [1]}'),
+    *('{"ack": "1"}', '{"ack": [1]}', '{"ack": null}'),
 )
 PAGE = Path(__file__).parents[2] / "sumo3dviz_pt" / "viewer" / "page"
 

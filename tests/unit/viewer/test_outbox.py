@@ -2,7 +2,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 
 from sumo3dviz_pt.viewer.messages import Frame, Message, Note
-from sumo3dviz_pt.viewer.outbox import Outbox
+from sumo3dviz_pt.viewer.outbox import MOST_NOTES, Outbox
 
 
 def frame(seq: int) -> Frame:
@@ -68,6 +68,16 @@ def test_no_note_is_lost_while_a_picture_is_under_way() -> None:
             outbox.deliver(each)
             outbox.deliver(frame(2))
         assert await waiting(outbox) == notes
+
+    run(work)
+
+
+def test_who_does_not_read_gets_the_newest_notes_only() -> None:
+    async def work(outbox: Outbox) -> None:
+        for number in range(MOST_NOTES + 50):
+            outbox.deliver(note(str(number)))
+        found = await waiting(outbox)
+        assert found == [note(str(number)) for number in range(50, MOST_NOTES + 50)]
 
     run(work)
 

@@ -9,7 +9,7 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.viewer.orders import KeyFrameOrder
-from sumo3dviz_pt.viewer.stand import Stand, obeyed
+from sumo3dviz_pt.viewer.stand import MOST_FRAMES, Stand, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
 HERE = Stand(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
@@ -34,6 +34,16 @@ def test_key_frames_of_another_time_go_where_they_belong():
     stand = ordered(HERE, act="add")
     stand = ordered(replace(stand, time=450.0), act="add")
     assert [frame.time for frame in stand.frames] == [450.0, 455.123]
+
+
+def test_a_path_has_a_bound():
+    """Thousands of key frames once took quadratic time and gigabytes."""
+    stand = HERE
+    for _ in range(MOST_FRAMES):
+        stand = ordered(stand, act="add")
+    with pytest.raises(ConfigError, match=f"at most {MOST_FRAMES} key frames; save or clear it"):
+        ordered(stand, act="add")
+    assert len(ordered(ordered(stand, act="clear"), act="add").frames) == 1
 
 
 def test_there_is_nothing_to_take_away_or_to_fly_through():
