@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sumo3dviz_pt.digests import plan_digest, world_digest
+from sumo3dviz_pt.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.job import Job
 from sumo3dviz_pt.provenance import by_role, package_hashes, versions, with_files
 
@@ -107,6 +107,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "scene": with_files(job.model_dump(by_alias=True), inputs.name),
         "inputs": dict(sorted(inputs.hashes.items())),
         "world": world_digest(data),
+        "light": light_digest(data),
         "plan": plan_digest(data, production.shot.heroes),
         "versions": versions(),
         "package": package_hashes(),

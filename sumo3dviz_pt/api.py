@@ -205,6 +205,7 @@ class Scene:
         end: float | None = None,
         fps: Ratio | None = None,
         speed: Ratio | None = None,
+        progress: bool | None = None,
         **choices: Any,
     ) -> Iterator[Still]:
         """Render a film's frames, one after the other, without storing any.
@@ -215,6 +216,7 @@ class Scene:
             end: Time after the last frame [s]; default the shot's.
             fps: Frames per second, a number or a ratio such as `30000/1001`; default the scene's.
             speed: SUMO's seconds per second of film; default the shot's.
+            progress: Whether it is said what is done until the first; as in `still`.
             choices: `quality`, `size`, `spp`, `seed`, `variant` as in `still`.
 
         Yields:
@@ -229,16 +231,17 @@ class Scene:
         from sumo3dviz_pt.pipeline import Request
 
         order = FilmOrder(Path("frames.mp4"), start=start, end=end, fps=fps, speed=speed)
-        return self._frames(made(Request, {"camera": camera, **choices}), order)
+        request = made(Request, {"camera": camera, **choices})
+        return self._frames(request, order, progress)
 
-    def _frames(self, request: Request, order: FilmOrder) -> Iterator[Still]:
+    def _frames(self, request: Request, order: FilmOrder, progress: bool | None) -> Iterator[Still]:
         """A film's frames."""
         from sumo3dviz_pt.expectations import opening_steps
         from sumo3dviz_pt.film import prepared
         from sumo3dviz_pt.open_shot import OpenShot
 
         self.close()
-        with _followed("frames", None, partial(opening_steps, self.job)):
+        with _followed("frames", progress, partial(opening_steps, self.job)):
             opened = OpenShot(prepared(self.job, request, order), film=True)
         with opened as shot:
             yield from shot.frames()

@@ -26,7 +26,8 @@ _PLAIN = ("camera", "time", "exposure", "variant")
 
 _DIGESTS: Mapping[str, str] = MappingProxyType(
     {
-        "world": "the world is built otherwise",
+        "world": "roads, houses, plants, lamps or their materials are others",
+        "light": "sky, sun or air are others",
         "plan": "the shot shows other bodies, or has other room for them",
     }
 )

@@ -26,8 +26,13 @@ _Feed = Callable[[bytes | memoryview], None]
 
 
 def world_digest(data: SceneData) -> str:
-    """A digest of what stands: ground, roads, houses, plants, lamps, light and materials."""
-    return _digest(data.static, data.materials, data.lamps, data.sky, data.haze)
+    """A digest of what stands: ground, roads, houses, plants, lamps, and their materials."""
+    return _digest(data.static, data.materials, data.lamps)
+
+
+def light_digest(data: SceneData) -> str:
+    """A digest of what lights it and of the air: sun or moon, sky, haze."""
+    return _digest(data.sky, data.haze)
 
 
 def plan_digest(data: SceneData, heroes: frozenset[str]) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sumo3dviz_pt.costs import TYPICAL_TRIANGLES, Cost, cost_of, space_in_words, time_in_words
-from sumo3dviz_pt.film import FilmOrder, check_order
+from sumo3dviz_pt.film import FilmOrder, check_order, check_rides
 from sumo3dviz_pt.frames import frame_file, frames_folder
 from sumo3dviz_pt.job import Job, ShotSettings
 from sumo3dviz_pt.jobfile import quality_preset
@@ -57,7 +57,7 @@ class Plan:
             f" the film {'exists' if self.film_exists else 'does not exist'}",
             f"  cost    about {cost.cpu_hours:.2g} CPU-hours, {time_in_words(cost.wall_seconds)}"
             f" here, {space_in_words(cost.memory_mb)} of memory,"
-            f" {space_in_words(cost.frames_mb)} of frames",
+            f" {space_in_words(cost.frames_mb)} of frames, {space_in_words(cost.film_mb)} of film",
         ]
         return "\n".join(lines)
 
@@ -67,11 +67,14 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
 
     Raises:
         ConfigError: If something that was asked for is wrong, as `render_film` would.
+        InputError: If the simulation's files are not there.
     """
     applied = request.applied(job)
     preset = quality_preset(applied.quality, spp=request.spp)
     found = []
-    for shot, path in check_order(job, request, order):
+    shots = check_order(job, request, order)
+    check_rides(job, order, shots)
+    for shot, path in shots:
         pace = order.pace(job, shot)
         wanted = wanted_frames(order.frames, len(pace.times(shot)))
         folder = frames_folder(path)

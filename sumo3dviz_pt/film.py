@@ -91,6 +91,8 @@ def render_film(
     check_places(job, order, shots)
     check_choices(job, request)
     ready_renderer(request.variant)
+    if len(shots) > 1:  # of a single one it is said as soon as it is read
+        check_rides(job, order, shots)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 
 
@@ -102,15 +104,23 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[Shot
 
     Raises:
         ConfigError: If something that was asked for is wrong.
-        InputError: If the simulation's files are not there.
     """
     shots = shots_of(job, request, order)
     for shot, path in shots:
         check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
         check_output(request.applied(job), path, fps=order.pace(job, shot).fps)
-    if len(shots) > 1:
-        check_companions(job, [shot for shot, _ in shots], scenario_files(job).trajectories)
     return shots
+
+
+def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
+    """Refuse rides with somebody who is not there; the log is looked through once for each.
+
+    Raises:
+        ConfigError: Says when the log has them.
+        InputError: If there is no log.
+    """
+    films = [(shot, order.pace(job, shot).times(shot)) for shot, _ in shots]
+    check_companions(job, films, scenario_files(job).trajectories)
 
 
 def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:

@@ -161,6 +161,10 @@ def _opened(config: Path, root: Path | None) -> _Peer:
     for place in places:
         if (place / str(network)).is_file():
             return _Peer(content, config, place)
+    packed = next((place / f"{network}.gz" for place in places), Path())
+    hint = f"; {packed} is there: name it in the configuration" if packed.is_file() else ""
+    if root is not None:
+        raise InputError(f"there is no {root / str(network)}{hint}", file=config)
     raise InputError(
         f"{network} lies neither here nor beside the configuration nor above it;"
         " name the folder that its paths refer to with --root",

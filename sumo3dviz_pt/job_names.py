@@ -52,7 +52,7 @@ def _unknown_looks(job: Job) -> Iterator[Unknown]:
         place, name = ("vehicles", "by_id", pattern, "model"), look.model
         if name is not None and name not in (*vehicles, *people):
             hint = catalog.did_you_mean(name, (*vehicles, *people))
-            yield place, f"no vehicle or person is called {name!r}{hint}"
+            yield place, f"no model of a vehicle or person is called {name!r}{hint}"
         if name in vehicles and not catalog.find("vehicles", name).meta.get("vclass", True):
             yield place, f"{name!r} is only a part of other vehicles"
 

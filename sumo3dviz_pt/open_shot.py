@@ -7,6 +7,7 @@ film's frame; any other time has a plan of its own.
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
@@ -66,6 +67,8 @@ class OpenShot:
     def __init__(self, production: Production, *, film: bool = False) -> None:
         self.production = production
         self._held = ExitStack()
+        # Also when a program ends with it open, while the renderer is still there.
+        self._close = weakref.finalize(self, self._held.close)
         self._session = self._held.enter_context(opened(production, film=film))
 
     @classmethod
@@ -90,7 +93,7 @@ class OpenShot:
 
     def close(self) -> None:
         """Give the renderer's memory back; again does nothing."""
-        self._held.close()
+        self._close()
 
     def shows(self, job: Job, request: Request, time: float) -> bool:
         """Whether what is open is just what a still would open, quality aside."""

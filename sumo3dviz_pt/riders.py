@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ import numpy as np
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, cut
 from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, ShotSettings
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -52,12 +52,15 @@ def check_rider(
         raise _absent(camera.vehicle, whereabouts(logs, camera.vehicle), missing, name=name)
 
 
-def check_companions(job: Job, shots: Sequence[ShotSettings], logs: Sequence[Path]) -> None:
-    """Refuse shots whose road user is never there in their time, before the first is rendered.
+def check_companions(
+    job: Job, films: Iterable[tuple[ShotSettings, Floats]], logs: Sequence[Path]
+) -> None:
+    """Refuse shots whose road user is not there all the time, before anything is built.
 
     Args:
         job: The scene file.
-        shots: All that are to be rendered.
+        films: Shots and the times of their frames, (n,) [s]; what comes after the log's end is
+            no part of a film.
         logs: Of the simulation, whole.
 
     Raises:
@@ -65,13 +68,15 @@ def check_companions(job: Job, shots: Sequence[ShotSettings], logs: Sequence[Pat
     """
     from sumo3dviz_pt.sumo import whereabouts
 
-    for shot in shots:
+    for shot, times in films:
         camera = job.cameras[shot.camera]
         if not isinstance(camera, LagrangianCamera):
             continue
         found = whereabouts(logs, camera.vehicle)
-        if not any(begin <= shot.end and shot.start <= end for begin, end in found.spans):
-            raise _absent(camera.vehicle, found, shot.start, name=shot.camera)
+        absent = _outside(times, found.spans) & (times <= found.end + _SLACK)
+        if absent.any() or not found.spans:
+            missing = float(times[np.argmax(absent)])
+            raise _absent(camera.vehicle, found, missing, name=shot.camera)
 
 
 def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
@@ -94,10 +99,17 @@ def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> fl
     known = {trajectory.key: trajectory for trajectory in trajectories}
     keys = (f"vehicle:{name}", f"person:{name}", f"container:{name}", name)
     rider = next((known[key] for key in keys if key in known), None)
+    pieces = () if rider is None else rider.pieces
+    absent = _outside(times, [(piece.begin, piece.end) for piece in pieces])
+    return float(times[np.argmax(absent)]) if absent.any() else None
+
+
+def _outside(times: Floats, spans: Iterable[tuple[float, float]]) -> Bools:
+    """Which times lie in none of some spans, (n,)."""
     there = np.zeros(len(times), dtype=np.bool_)
-    for piece in () if rider is None else rider.pieces:
-        there |= (times >= piece.begin - _SLACK) & (times <= piece.end + _SLACK)
-    return None if there.all() else float(times[np.argmin(there)])
+    for begin, end in spans:
+        there |= (times >= begin - _SLACK) & (times <= end + _SLACK)
+    return ~there
 
 
 def _hint(name: str, ids: frozenset[str]) -> str:

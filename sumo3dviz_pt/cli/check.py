@@ -8,6 +8,7 @@ from typing import Any
 
 from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
 from sumo3dviz_pt.cli.progress import complain, progress
+from sumo3dviz_pt.errors import ConfigError
 
 _CASE = 3.0
 """How long a case of --stress usually takes [s]."""
@@ -54,6 +55,8 @@ def run(options: argparse.Namespace) -> int:
 
     if options.stress:
         return _stress(options)
+    if options.camera is not None or options.time is not None or options.only:
+        raise ConfigError("--camera, --time and --only belong to --stress", key="check")
     job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
     steps = building_steps(job, shots=max(len(job.shots), 1))
     if options.motion:

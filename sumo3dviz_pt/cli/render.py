@@ -59,7 +59,10 @@ def run(options: argparse.Namespace) -> int:
     if len(options.scene) > 1 and "{scene}" not in options.output.name:
         raise ConfigError("several scenes need {scene} in the name of the output", key="output")
     if len({scene.stem for scene in options.scene}) < len(options.scene):
-        raise ConfigError("two scene files have one name, and so would their films", key="output")
+        raise ConfigError(
+            "two scene files have one name, and so would their films; render them one by one",
+            key="output",
+        )
     request = request_of(options)
     worst, sound = 0, []
     for scene in options.scene:
@@ -128,8 +131,11 @@ def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmRepor
     """Render films and show how far they are."""
     from sumo3dviz_pt.expectations import film_steps
     from sumo3dviz_pt.film import render_film
+    from sumo3dviz_pt.orders import shots_of
 
-    with progress(order.path.name, film_steps(job, request, order)):
+    films = [path.name for _, path in shots_of(job, request, order)]
+    name = films[0] if len(films) == 1 else order.path.name
+    with progress(name, film_steps(job, request, order)):
         return render_film(job, request, order)
 
 

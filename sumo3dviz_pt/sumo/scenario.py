@@ -92,7 +92,8 @@ def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[st
     undefined = sorted(set(kinds) - set(DEFAULT_TYPES))
     if undefined:
         logger.warning(
-            "no file defines the vehicle types %s; SUMO's default sizes are used",
+            "no file defines the vehicle types %s: their vehicles are drawn as cars of SUMO's"
+            " default size; name the files that define them in scenario.vehicle_types",
             ", ".join(undefined),
         )
     return {type_id: default_vehicle_type(type_id, kind) for type_id, kind in kinds.items()}

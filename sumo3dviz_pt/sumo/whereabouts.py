@@ -29,10 +29,12 @@ class Whereabouts:
     Attributes:
         spans: First and last time of every unbroken stay [s].
         ids: Of everyone in the log.
+        end: The log's last time [s]; minus infinity of an empty one.
     """
 
     spans: tuple[tuple[float, float], ...]
     ids: frozenset[str]
+    end: float
 
 
 @dataclass(slots=True)
@@ -67,7 +69,7 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
             if user in wanted or (tag, user) == keyed:
                 look.there.add(time)
     ids = frozenset(html.unescape(each.decode("utf-8", errors="replace")) for each in look.ids)
-    return Whereabouts(_spans(look), ids)
+    return Whereabouts(_spans(look), ids, max(look.steps, default=-np.inf))
 
 
 def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:

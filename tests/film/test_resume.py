@@ -159,7 +159,7 @@ def test_pictures_and_films_say_all_that_they_are_made_from(tmp_path, place, ren
         assert account["scene"]["scenario"]["network"] == "net.net.xml"
         assert set(account["inputs"]) >= {"net.net.xml", "fcd.xml", "types.add.xml", "tls.xml"}
         assert "scene_templates/scene/abstract.yaml" in account["inputs"]
-        assert all(len(account[key]) == 32 for key in ("key", "world", "plan"))
+        assert all(len(account[key]) == 32 for key in ("key", "world", "light", "plan"))
         assert str(place) in account["command"] and str(tmp_path / "a") not in account["command"]
         assert set(account["package"]) == {"code", "library"} and account["versions"]["mitsuba"]
     pace = {"fps": 5.0, "frame_rate": "5", "speed": 1.0}

@@ -1,6 +1,7 @@
 """`compare`: what differs between two pictures or films, in words."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from builders import box, constant_sky, diffuse, scene_of, static
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.cli.options import command_in
 from sumo3dviz_pt.differences import differences
-from sumo3dviz_pt.digests import plan_digest, world_digest
+from sumo3dviz_pt.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.pipeline import Request
 
@@ -33,6 +34,7 @@ ACCOUNT = {
     "versions": {"mitsuba": "3.9.1"},
     "package": {"code": "1", "library": "2"},
     "world": "1",
+    "light": "1",
     "plan": "2",
     "frames": [
         {"time": 4.0, "camera": {"fov": 50}, "drawn": ["vehicle:a"]},
@@ -73,7 +75,8 @@ CASES = [
     (("camera",), "driver", "camera: post -> driver"),
     (("time",), 5.0, "time: 4.0 -> 5.0"),
     (("variant",), "scalar", "variant: llvm -> scalar"),
-    (("world",), "9", "the world is built otherwise"),
+    (("world",), "9", "roads, houses, plants, lamps or their materials are others"),
+    (("light",), "9", "sky, sun or air are others"),
     (("plan",), "9", "the shot shows other bodies, or has other room for them"),
     (("frames", 1, "drawn"), [], "frames that show others on the road: 1, the first is 1"),
     (
@@ -153,7 +156,9 @@ def test_digests_tell_worlds_and_plans_apart():
         {}, {"shift": 0.01}, {"colour": 0.31}, {"name": "house"},
     )]  # fmt: skip
     assert len(set(worlds)) == 4
-    assert world_digest(scene()) == world_digest(scene(slots=3))
+    lit = replace(scene(), sky=replace(scene().sky, exposure=1.0))
+    assert world_digest(scene()) == world_digest(scene(slots=3)) == world_digest(lit)
+    assert light_digest(scene()) == light_digest(scene(shift=1.0)) != light_digest(lit)
     plans = [plan_digest(scene(slots=n), frozenset(h)) for n, h in ((2, ()), (3, ()), (2, ["a"]))]
     assert len(set(plans)) == 3
     assert plan_digest(scene(), frozenset()) == plan_digest(scene(shift=1.0), frozenset())

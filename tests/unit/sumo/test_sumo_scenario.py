@@ -44,7 +44,7 @@ def test_every_trace_has_a_type(tmp_path, caplog):
         "w": "pedestrian",
         "b": "bicycle",
     }
-    assert "types nowhere;" in caplog.text
+    assert "types nowhere:" in caplog.text
 
 
 def test_log_without_z_is_put_onto_the_road(tmp_path):
