@@ -216,6 +216,23 @@ def test_a_later_shots_absent_rider_is_told_before_the_first_shot_is_read(
     assert not list((tmp_path / "out").iterdir())
 
 
+def test_a_dry_run_finds_a_rider_who_leaves_before_the_end(tmp_path, capsys):
+    scene = scenario(tmp_path)
+    long_log(tmp_path)
+    torn(tmp_path)
+    ride = ["--camera", "driver", "--set", "cameras.driver.vehicle=late", "--dry-run"]
+    for end, code in ((43, 0), (46, 2)):
+        times = ["--from", "41", "--to", str(end)]
+        found, said = run([*RENDER[:2], *times, *RENDER[-2:], *ride], scene, capsys)
+        assert found == code, said
+    assert "'late' is not there at 44." in said[0] and "from 40 to 44 s, 50 to 52 s" in said[0]
+
+
+def test_options_of_the_stress_test_are_refused_without_it(tmp_path, capsys):
+    code, said = run([*CHECK, "--camera", "driver"], scenario(tmp_path), capsys)
+    assert code == 2 and "belong to --stress" in said[0]
+
+
 def test_check_names_an_unknown_rider_of_a_camera_without_shots(tmp_path, capsys):
     scene = scenario(tmp_path)
     text = scene.read_text(encoding="utf-8").replace("vehicle: v0", "vehicle: v00")
