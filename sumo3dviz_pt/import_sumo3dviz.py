@@ -329,6 +329,10 @@ def _notes(peer: _Peer) -> Iterator[str]:
     if peer.at("visualization.show_other_vehicles") is False:
         yield "visualization.show_other_vehicles was not taken over: everyone is shown here"
     yield from _unknown(peer)
+    yield (
+        "their configurations name no vTypes: without scenario.vehicle_types everybody is drawn as"
+        " a car"
+    )
     yield "films run at real time here; sumo3Dviz 1.0 plays them twice as fast"
 
 

@@ -138,6 +138,7 @@ def test_what_is_not_taken_over_is_said(place):
     assert "visualization.lane_width was not taken over" in said
     assert "show_other_vehicles was not taken over" in said
     assert "visualization.glow is no key of sumo3Dviz" in said
+    assert "without scenario.vehicle_types everybody is drawn as a car" in said
     # Nothing that was taken over is complained about.
     assert "sky_texture" not in said and "pos_x" not in said and "simtime" not in said
 
@@ -158,6 +159,15 @@ def test_wrong_configurations_are_refused(place, changes, message, capsys):
     assert main([str(word) for word in command]) == 2
     assert message in capsys.readouterr().err
     assert not (place / "scene.yaml").exists()
+
+
+def test_a_root_without_the_network_is_named_and_what_lies_packed_there(place, capsys):
+    network = place / "logs" / "net.net.xml"
+    network.rename(network.with_name("net.net.xml.gz"))
+    command = ["import-sumo3dviz", written(place), "--root", place, "-o", place / "scene.yaml"]
+    assert main([str(word) for word in command]) == 2
+    said = capsys.readouterr().err
+    assert f"there is no {network}; {network}.gz is there" in said and "--root" not in said
 
 
 def test_no_configuration_at_all(tmp_path, capsys):
