@@ -189,12 +189,12 @@ class Scene:
 
         request = Request(camera, quality, size, spp, seed, variant)
         time = asked(Seconds, time, key="time")
-        if self._open is not None and self._open.shows(self.job, request, time):
-            self._open.retune(request, quality=quality or self.job.quality)
-            return self._open.still(time)
-        self.close()
         with _followed(f"still at {time:g} s", progress, partial(still_steps, self.job, request)):
-            self._open = OpenShot.of(self.job, request, time)
+            if self._open is not None and self._open.shows(self.job, request, time):
+                self._open.retune(request, quality=quality or self.job.quality)
+            else:
+                self.close()
+                self._open = OpenShot.of(self.job, request, time)
             return self._open.still(time)
 
     def frames(

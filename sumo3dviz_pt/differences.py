@@ -44,7 +44,7 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
 
     Args:
         one: The account of a picture, or of a film.
-        other: Likewise.
+        other: The account of the other one.
         stored: Whether only that counts which tells frames of one film from those of another,
             and not how they are developed.
     """

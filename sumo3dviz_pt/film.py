@@ -23,12 +23,11 @@ from sumo3dviz_pt.pace import Pace
 from sumo3dviz_pt.pipeline import (
     Production,
     Request,
-    check_choices,
     check_target,
     check_tone,
+    get_ready,
     opened,
     prepare,
-    ready_renderer,
     scenario_files,
 )
 from sumo3dviz_pt.reuse import alone, check_unused, discard, missing_frames
@@ -89,8 +88,7 @@ def render_film(
     """
     shots = check_order(job, request, order)
     check_places(job, order, shots)
-    check_choices(job, request)
-    ready_renderer(request.variant)
+    get_ready(job, request)
     if len(shots) > 1:  # of a single one it is said as soon as it is read
         check_rides(job, order, shots)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
@@ -156,8 +154,7 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
         InputError: If a file is wrong.
     """
     shot, _ = shots_of(job, request, order)[0]
-    check_choices(job, request)
-    ready_renderer(request.variant)
+    get_ready(job, request)
     return _production(job, request, order, shot)
 
 

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import json
 import logging
-import os
-import socket
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -20,6 +18,7 @@ from sumo3dviz_pt.differences import differences
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.ratios import Ratio
 from sumo3dviz_pt.sequences import film_name
+from sumo3dviz_pt.whole import write_whole
 
 log = logging.getLogger(__name__)
 
@@ -122,10 +121,7 @@ def _parsed(text: bytes, path: Path) -> Account:
 
 def write_json(path: Path, content: Account, *, indent: int | None = None) -> None:
     """Write a file that is whole or not there."""
-    # Machines that render parts of a film may write its note at the same time.
-    part = path.with_name(f"{path.name}.{socket.gethostname()}-{os.getpid()}.part")
-    part.write_text(json.dumps(content, indent=indent), encoding="utf-8")
-    part.replace(path)
+    write_whole(path, json.dumps(content, indent=indent))
 
 
 def film_of(folder: Path) -> Account | None:

@@ -22,11 +22,10 @@ from sumo3dviz_pt.pace import Pace
 from sumo3dviz_pt.pipeline import (
     Production,
     Request,
-    check_choices,
     check_tone,
+    get_ready,
     opened,
     prepare,
-    ready_renderer,
 )
 from sumo3dviz_pt.still import Still
 
@@ -81,8 +80,7 @@ class OpenShot:
             InstallationError: If the renderer cannot be loaded; nothing was read then.
         """
         check_tone(job.output.tone)
-        check_choices(job, request)
-        ready_renderer(request.variant)
+        get_ready(job, request)
         return cls(prepare(job, request, plan_times(job, request, time)))
 
     def __enter__(self) -> OpenShot:

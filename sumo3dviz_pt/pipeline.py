@@ -278,6 +278,18 @@ def ready_renderer(variant: str = "llvm") -> Backend:
     return choose_backend(variant)
 
 
+def get_ready(job: Job, request: Request) -> None:
+    """Refuse wrong choices, then load the renderer: before anything is read.
+
+    Raises:
+        ConfigError: If a choice does not exist.
+        InstallationError: If a package cannot be loaded.
+        RenderError: If the variant cannot work here.
+    """
+    check_choices(job, request)
+    ready_renderer(request.variant)
+
+
 def _within_log(scenario: Scenario, times: Floats) -> Floats:
     """A film's times without those after the log's end, (n,) [s]."""
     begin, end = scenario.traffic.begin, scenario.traffic.end

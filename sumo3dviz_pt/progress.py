@@ -136,12 +136,9 @@ def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) 
 
     Args:
         name: What comes out.
-        steps: What has to be done, with expected durations; none shows nothing.
+        steps: What has to be done, with expected durations.
         stream: Where it is shown; default standard error.
     """
-    if not steps:
-        yield
-        return
     shown = _Shown(name, Course(steps, time.monotonic()), stream or sys.stderr)
     shown.start()
     try:

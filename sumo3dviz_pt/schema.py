@@ -9,6 +9,7 @@ from typing import Any
 
 from sumo3dviz_pt.choices import NAMES, names_for
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.whole import write_whole
 
 TITLE = "Scene file of sumo3dviz_pt"
 FILE = "scene.schema.json"
@@ -53,14 +54,10 @@ def write_schema(path: Path) -> None:
     """
     if path.exists() and not _is_ours(path):
         raise ConfigError(f"{path} is something else; move it away", key="output")
-    part = path.with_name(path.name + ".part")
     try:
-        part.write_text(schema_text(), encoding="utf-8", newline="\n")
-        part.replace(path)
+        write_whole(path, schema_text())
     except OSError as error:
         raise ConfigError(f"{path} cannot be written: {error}", key="output") from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _is_ours(path: Path) -> bool:

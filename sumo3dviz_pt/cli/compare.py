@@ -12,7 +12,7 @@ def add(commands: Any) -> None:
     sub = commands.add_parser("compare", help="say what two pictures or films were made from")
     of = "film.json, film.mp4, folder of frames, .exr or .png"
     sub.add_argument("one", type=Path, help=of)
-    sub.add_argument("other", type=Path, help="likewise")
+    sub.add_argument("other", type=Path, help="what to compare it with, one of the same")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -25,6 +25,7 @@ def run(options: argparse.Namespace) -> int:
     """Write a scene file."""
     from sumo3dviz_pt.import_sumo3dviz import translate
     from sumo3dviz_pt.still import check_free
+    from sumo3dviz_pt.whole import write_whole
 
     if not options.force:
         check_free(options.output, option="--force")
@@ -34,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         root=options.root,
         trajectories=options.trajectories,
     )
-    options.output.write_text(text, encoding="utf-8")
+    write_whole(options.output, text)
     for note in notes:
         print(note)
     print(f"wrote {options.output}; next: {PROGRAM} check {options.output}")

@@ -28,6 +28,7 @@ def run(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.job import ScenarioSettings
     from sumo3dviz_pt.schema import FILE, write_schema
     from sumo3dviz_pt.still import check_free
+    from sumo3dviz_pt.whole import write_whole
 
     if not options.force:
         check_free(options.output, option="--force")
@@ -43,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
         ),
     )
     write_schema(options.output.with_name(FILE))
-    options.output.write_text(text, encoding="utf-8")
+    write_whole(options.output, text)
     for note in notes:
         print(note)
     print(f"wrote {options.output}; next: {PROGRAM} check {options.output}")

@@ -26,12 +26,11 @@ def run(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.expectations import still_steps
     from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.open_shot import render_still
-    from sumo3dviz_pt.pipeline import check_choices, check_target, ready_renderer
+    from sumo3dviz_pt.pipeline import check_target, get_ready
 
     check_target(options.output, suffixes=(".png", ".exr"), overwrite=options.overwrite)
     job, request = load_job(options.scene, overrides_of(options)), request_of(options)
-    check_choices(job, request)
-    ready_renderer(options.variant)
+    get_ready(job, request)
     with progress(options.output.name, still_steps(job, request)):
         still = render_still(job, request, options.time)
     still.save(options.output)

@@ -12,7 +12,9 @@ from sumo3dviz_pt.cli.progress import progress
 
 def add(commands: Any) -> None:
     """Say what it takes."""
-    sub = commands.add_parser("vehicles", help="who is in the log: to ride with, colour, film")
+    sub = commands.add_parser(
+        "vehicles", help="list the road users of the log, to ride with or to colour"
+    )
     sub.add_argument("scene", type=Path)
     sub.add_argument("--json", action="store_true", help="as JSON, with all edges")
     sub.add_argument(
@@ -24,7 +26,9 @@ def add(commands: Any) -> None:
     sub.add_argument(
         "--type", default="*", metavar="GLOB", help='vType, vClass or person, as "bus*"'
     )
-    sub.add_argument("--at", type=float, metavar="T", help="only who is there at this time [s]")
+    sub.add_argument(
+        "--at", type=float, metavar="T", help="only road users that are there at this time [s]"
+    )
     sub.add_argument(
         "--near",
         metavar="PLACE",

@@ -64,7 +64,7 @@ def turned(vectors: Floats, matrix: Floats) -> Floats:
 
 
 def product(one: Floats, other: Floats) -> Floats:
-    """The product of small matrices, (..., k, m) and (..., m, n), likewise."""
+    """The product of small matrices, (..., k, m) and (..., m, n), as in `turned`."""
     return np.asarray((one[..., :, :, None] * other[..., None, :, :]).sum(axis=-2))
 
 

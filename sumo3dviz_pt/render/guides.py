@@ -51,9 +51,7 @@ def guide_plugin(quality: Quality, *, jit: bool, lamps: bool = False) -> dict[st
         lamps: Whether it also looks where lamps are seen directly.
     """
     depth = {"type": "depth"}
-    if not jit:
-        return depth
-    if not (is_guided(quality) or lamps):
+    if not jit or not (is_guided(quality) or lamps):
         return depth
     found = {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
     return {**found, "lamps": LAMP_PLUGIN} if lamps else found

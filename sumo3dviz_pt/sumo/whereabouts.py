@@ -55,8 +55,8 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
     """
     kind, _, own = name.partition(":")
     plain, _, number = name.rpartition("#")
-    wanted = {name.encode(), *([plain.encode()] if number.isdecimal() else [])}
-    keyed = (kind.encode(), own.encode())
+    wanted = {_written(name), *([_written(plain)] if number.isdecimal() else [])}
+    keyed = (_written(kind), _written(own))
     look = _Look()
     for path in paths:
         time = np.nan
@@ -70,6 +70,11 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
                 look.there.add(time)
     ids = frozenset(html.unescape(each.decode("utf-8", errors="replace")) for each in look.ids)
     return Whereabouts(_spans(look), ids, max(look.steps, default=-np.inf))
+
+
+def _written(name: str) -> bytes:
+    """An id as SUMO writes it into XML."""
+    return html.escape(name).encode()
 
 
 def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
@@ -95,10 +100,10 @@ def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
 
 def _spans(look: _Look) -> tuple[tuple[float, float], ...]:
     """Unbroken stays."""
-    times = np.sort(np.array(sorted(look.there)))
+    times = np.array(sorted(look.there))
     if not len(times):
         return ()
-    steps = np.diff(np.sort(np.array(sorted(look.steps))))
+    steps = np.diff(sorted(look.steps))
     step = float(np.median(steps)) if len(steps) else np.inf
     cuts = np.flatnonzero(np.diff(times) > _GAP * step)
     firsts, lasts = times[[0, *(cuts + 1)]], times[[*cuts, len(times) - 1]]
