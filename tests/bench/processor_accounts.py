@@ -260,11 +260,11 @@ def plan(production: Production) -> Account:
         account[f"slots/{level}/names"] = np.array(list(room), dtype=str)
         account[f"slots/{level}/room"] = np.array(list(room.values()), dtype=np.int64)
     for time in production.times:
-        account |= joined(f"{time:g}", _frame(shot.frame_at(float(time))))
+        account |= joined(f"{time:g}", frame_account(shot.frame_at(float(time))))
     return account
 
 
-def _frame(frame: FrameState) -> Account:
+def frame_account(frame: FrameState) -> Account:
     """Who is drawn how in a frame."""
     account: Account = {"camera": frame.view.world_from_camera.matrix}
     for level in ("movers", "posed", "distant"):

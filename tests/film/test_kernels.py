@@ -43,8 +43,11 @@ def compiled_in_a_process(scene, home):
     return json.loads(done.stdout)
 
 
+NIGHT = "{sun: {azimuth: 120, elevation: -20}}"
+
+
 @pytest.mark.parametrize(
-    "sky", ["{}", "{sun: {azimuth: 120, elevation: -20}}"], ids=["day", "night"]
+    "sky", [pytest.param("{}", id="day"), pytest.param(NIGHT, id="night", marks=pytest.mark.slow)]
 )
 def test_nothing_is_compiled_after_the_first_frame_nor_in_a_second_process(sky, tmp_path):
     scene = write_scenario(tmp_path, vehicles=3, signals=True)

@@ -77,6 +77,7 @@ def test_no_garden_overlaps_a_house_or_another_garden():
     assert gardens(Rows()) == ()
 
 
+@pytest.mark.slow
 def test_where_nothing_is_planted_no_garden_grows():
     crossing = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
     gaze = Gaze.all_round(np.array([[300.0, 300.0, 8.0]]))
