@@ -9,7 +9,6 @@ shows what was seen then: it asks for nothing to be cleared.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,21 +17,14 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.job import CameraSettings, EulerianCamera, LagrangianCamera
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats, settled
-from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.scene.cameras import standing_view
-from sumo3dviz_pt.scene.flying import build_flight
-from sumo3dviz_pt.scene.needs import Gaze
 
 KEEP_CLEAR = 1.0
 """Distance that objects keep from cameras [m]."""
 
 _STAYS = 60.0
 """A camera that moves less shows one place only [m]."""
-
-_VIEWS = 60
-"""Views that stand for a flight, beside its key frames."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +35,7 @@ class Clearance:
         ways: Where each camera is and looks, over its whole way.
     """
 
-    ways: tuple[Gaze, ...] = ()
+    ways: tuple[CameraPath, ...] = ()
 
     @cached_property
     def places(self) -> Floats:
@@ -64,36 +56,10 @@ class Clearance:
         return settled(away)
 
     @cached_property
-    def outlooks(self) -> tuple[Gaze, ...]:
+    def outlooks(self) -> tuple[CameraPath, ...]:
         """The ways of cameras that stay: what they look at must not be hidden."""
         return tuple(w for w in self.ways if np.ptp(w.positions[:, :2], axis=0).max() <= _STAYS)
 
-    def beside(self, way: Gaze) -> Clearance:
+    def beside(self, way: CameraPath) -> Clearance:
         """The same, and one more camera's way."""
         return Clearance((*self.ways, way))
-
-
-def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearance:
-    """The ways of all cameras that ride in no vehicle and want a clear view.
-
-    Args:
-        cameras: All of a scene file.
-        aspect: Height / width of the picture.
-
-    Raises:
-        ConfigError: If a camera looks at the point where it stands.
-    """
-    found = [_views(camera) for camera in cameras]
-    return Clearance(tuple(Gaze.of(views, aspect=aspect) for views in found if views))
-
-
-def _views(camera: CameraSettings) -> list[View]:
-    """Views along a camera's way; none of one that rides or wants nothing cleared."""
-    if isinstance(camera, LagrangianCamera) or not camera.clear_view:
-        return []
-    if isinstance(camera, EulerianCamera):
-        return [standing_view(camera)]
-    flight = build_flight(camera)
-    keys = [key.time for key in camera.keyframes]
-    between = np.linspace(keys[0], keys[-1], _VIEWS) if len(keys) > 1 else keys
-    return [flight.view_at(time) for time in sorted({*keys, *map(float, between)})]

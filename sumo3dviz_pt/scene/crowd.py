@@ -12,9 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.scene.needs import MOST_NEAR, Choice, Gaze, choose
+from sumo3dviz_pt.scene.drawing import Drawn
+from sumo3dviz_pt.scene.needs import MOST_NEAR, Choice, choose
 
 MOST_SLOTS = 240
 """Instances in one scene; the cost of recording them grows faster than their number."""
@@ -31,29 +33,8 @@ FAR_TRIANGLES = 110_000
 SHOT_TRIANGLES = 1_450_000
 """Of a whole shot: every update of poses rebuilds the trees over all of them."""
 
-Frames = Sequence[tuple[Gaze, Bools, Floats]]
-"""Stretches of a shot: gaze, alive (k, n), positions (k, n, 3)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Drawn:
-    """The prototypes that one road user is drawn with.
-
-    Attributes:
-        model: What it is a copy of.
-        near: Names, one for each rigid part.
-        far: One for each part.
-        hero: Likewise, of rigid ones in full detail; empty if there is none.
-        posed: Of parts that take poses, and so are never instanced, near and in full detail.
-        length: As drawn [m].
-    """
-
-    model: str
-    near: tuple[str, ...]
-    far: tuple[str, ...]
-    hero: tuple[str, ...] = ()
-    posed: tuple[str, ...] = ()
-    length: float = 0.0
+Frames = Sequence[tuple[CameraPath, Bools, Floats]]
+"""Stretches of a shot: camera path, alive (k, n), positions (k, n, 3)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,9 +131,9 @@ def _heroes(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[
     """The models that are near enough for full detail in most frames."""
     able = np.array([bool(body.hero) for body in bodies], dtype=np.bool_)
     seen: Counter[str] = Counter()
-    for gaze, alive, positions in frames:
+    for camera_path, alive, positions in frames:
         choice = choose(
-            gaze, alive, positions, limit=MOST_NEAR, heroic=able, lengths=lengths_of(bodies)
+            camera_path, alive, positions, limit=MOST_NEAR, heroic=able, lengths=lengths_of(bodies)
         )
         for k in np.flatnonzero(choice.hero.any(axis=1)).tolist():
             seen[bodies[k].model] += int(choice.hero[k].sum())
@@ -171,8 +152,10 @@ def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) 
     posed: Counter[str] = Counter()
     distant: Counter[str] = Counter()
     full: Counter[str] = Counter()
-    for gaze, alive, positions in frames:
-        choice: Choice = choose(gaze, alive, positions, limit=limit, heroic=able, lengths=lengths)
+    for camera_path, alive, positions in frames:
+        choice: Choice = choose(
+            camera_path, alive, positions, limit=limit, heroic=able, lengths=lengths
+        )
         rigid |= near.most(choice.near)
         posed |= moving.most(choice.near | choice.hero)
         distant |= far.most(choice.far)

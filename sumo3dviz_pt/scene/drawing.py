@@ -10,10 +10,30 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
 from sumo3dviz_pt.scene.articulation import Links
-from sumo3dviz_pt.scene.crowd import Drawn
 from sumo3dviz_pt.shapes.bellows import bend_phase, chord
 from sumo3dviz_pt.shapes.stretching import Stretch
 from sumo3dviz_pt.shapes.vehicle import WheelPlace
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """The prototypes that one road user is drawn with.
+
+    Attributes:
+        model: What it is a copy of.
+        near: Names, one for each rigid part.
+        far: One for each part.
+        hero: Likewise, of rigid ones in full detail; empty if there is none.
+        posed: Of parts that take poses, and so are never instanced, near and in full detail.
+        length: As drawn [m].
+    """
+
+    model: str
+    near: tuple[str, ...]
+    far: tuple[str, ...]
+    hero: tuple[str, ...] = ()
+    posed: tuple[str, ...] = ()
+    length: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

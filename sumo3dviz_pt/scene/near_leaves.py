@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sumo3dviz_pt.model.camera_path import in_picture
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.scene.needs import in_picture
 from sumo3dviz_pt.scene.surroundings import Surroundings
 from sumo3dviz_pt.shapes.leaves import OUTLINE, cards_of, triangles, wanted, with_leaves
 
@@ -72,11 +72,11 @@ def _comes_near(part: Part, eyes: cKDTree) -> bool:
 def _shown(places: Floats, away: Floats, around: Surroundings) -> Bools:
     """Which places, (n, 3) [m], lie near enough and in some picture."""
     shown = away < REACH
-    gaze = around.gaze
-    if gaze is None or not shown.any():
+    camera_path = around.camera_path
+    if camera_path is None or not shown.any():
         return shown
-    every = max(1, -(-len(gaze.positions) // _MOST_VIEWS))
-    sparse = gaze.slice(slice(None, None, every))
+    every = max(1, -(-len(camera_path.positions) // _MOST_VIEWS))
+    sparse = camera_path.slice(slice(None, None, every))
     shown[shown] = in_picture(sparse, places[shown], radius=0.4).any(axis=1)
     return shown
 

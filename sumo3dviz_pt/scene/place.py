@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.job import Job
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
-from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.clearance import Clearance
 from sumo3dviz_pt.scene.ground import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.scene.guard_rails import FAMILY as RAILS
@@ -67,25 +67,27 @@ class Place:
 
 
 def build_place(
-    scenario: Scenario, job: Job, gaze: needs.Gaze, *, clearance: Clearance, dark: bool
+    scenario: Scenario, job: Job, camera_path: CameraPath, *, clearance: Clearance, dark: bool
 ) -> Place:
     """Build roads, ground, scenery, street furniture and signals around a camera's path.
 
     Args:
         scenario: The simulation.
         job: The scene file.
-        gaze: Where the camera is and looks.
+        camera_path: Where the camera is and looks.
         clearance: Cameras that nothing grows into or before.
         dark: Whether lamps are lit.
 
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    land = _land(scenario, job, gaze, clearance=clearance, dark=dark)
+    land = _land(scenario, job, camera_path, clearance=clearance, dark=dark)
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     signals = build_signals(
-        replace(scenario.network, connections=_connections_in(scenario.network, _region(gaze))),
+        replace(
+            scenario.network, connections=_connections_in(scenario.network, _region(camera_path))
+        ),
         scenario.signals,
         job.signals,
         around=around,
@@ -117,15 +119,15 @@ def build_place(
     )
 
 
-def _region(gaze: needs.Gaze) -> BoundsXY:
+def _region(camera_path: CameraPath) -> BoundsXY:
     """Where roads and signals are built."""
-    x0, y0, x1, y1 = _path(gaze)
+    x0, y0, x1, y1 = _path(camera_path)
     return x0 - ROAD_REACH, y0 - ROAD_REACH, x1 + ROAD_REACH, y1 + ROAD_REACH
 
 
-def _path(gaze: needs.Gaze) -> BoundsXY:
+def _path(camera_path: CameraPath) -> BoundsXY:
     """The box around a camera's way."""
-    low, high = gaze.positions.min(axis=0), gaze.positions.max(axis=0)
+    low, high = camera_path.positions.min(axis=0), camera_path.positions.max(axis=0)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
@@ -139,19 +141,23 @@ class _Land:
 
 
 def _land(
-    scenario: Scenario, job: Job, gaze: needs.Gaze, *, clearance: Clearance, dark: bool
+    scenario: Scenario, job: Job, camera_path: CameraPath, *, clearance: Clearance, dark: bool
 ) -> _Land:
     """Roads and ground around a camera's path."""
     network, textured = scenario.network, job.textured
     roads = build_roads(
-        network, job.roads, textured=textured, region=_region(gaze), focus=_path(gaze)
+        network, job.roads, textured=textured, region=_region(camera_path), focus=_path(camera_path)
     )
-    room = Room(occupied(scenario.pois, scenario.polygons, clearance.places), gaze)
+    room = Room(occupied(scenario.pois, scenario.polygons, clearance.places), camera_path)
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
     around = surroundings(
-        network, seed=job.seed, gaze=gaze, height_at=ground.height_at, clearance=clearance
+        network,
+        seed=job.seed,
+        camera_path=camera_path,
+        height_at=ground.height_at,
+        clearance=clearance,
     )
     return _Land(roads, ground, replace(around, dark=dark))
 

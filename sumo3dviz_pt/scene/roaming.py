@@ -14,13 +14,14 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.job import CameraSettings, CinematicCamera, Job, LagrangianCamera
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import StandingCamera, build_camera
-from sumo3dviz_pt.scene.clearance import clearance_of
+from sumo3dviz_pt.scene.clearances import clearance_of
 from sumo3dviz_pt.scene.crowd import CrowdPlan, plan_crowd
 from sumo3dviz_pt.scene.darkness import is_dark
 from sumo3dviz_pt.scene.shot import Making, Shot, everyone, with_seat
@@ -73,9 +74,9 @@ def build_roam(
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
     making = Making(scenario, job, sky, dark, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
-    gaze = needs.Gaze.all_round(places)
+    camera_path = CameraPath.all_round(places)
     clear = clearance_of(job.cameras.values(), aspect=making.aspect)
-    return replace(making.shot(fleet, home, gaze, plan=room, clearance=clear), places=places)
+    return replace(making.shot(fleet, home, camera_path, plan=room, clearance=clear), places=places)
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:
@@ -125,8 +126,8 @@ def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPla
     for part in needs.chunks(len(times)):
         alive, positions, _ = fleet.positions(times[part])
         for eye in eyes:
-            gaze = needs.Gaze.all_round(np.tile(eye, (alive.shape[1], 1)))
-            frames.append((gaze, alive, positions))
+            camera_path = CameraPath.all_round(np.tile(eye, (alive.shape[1], 1)))
+            frames.append((camera_path, alive, positions))
         for column in alive.T:
             there = Counter(name for k in np.flatnonzero(column) for name in bodies[k].far)
             most |= there

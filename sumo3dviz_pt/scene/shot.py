@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, Lights, SkySettings
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
@@ -27,7 +28,8 @@ from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.scene import needs
 from sumo3dviz_pt.scene.cameras import Camera, build_camera
-from sumo3dviz_pt.scene.clearance import Clearance, clearance_of
+from sumo3dviz_pt.scene.clearance import Clearance
+from sumo3dviz_pt.scene.clearances import clearance_of
 from sumo3dviz_pt.scene.crowd import (
     FAR_TRIANGLES,
     SHOT_TRIANGLES,
@@ -108,10 +110,10 @@ class Shot:
         """
         present = self.present_at(time)
         drawn = [self.fleet.bodies[k].assembly.drawn for k in present.users.tolist()]
-        gaze = needs.Gaze.of([view], aspect=self.aspect)
+        camera_path = CameraPath.of([view], aspect=self.aspect)
         opened = self.fleet.places.get(view.rides_in or "", -1) if view.cutaway else -1
         choice = needs.choose(
-            gaze,
+            camera_path,
             np.ones((len(drawn), 1), dtype=np.bool_),
             present.positions[:, None],
             limit=self.limit,
@@ -197,14 +199,14 @@ def build_shot(
     fleet = with_seat(fleet, camera, left_hand=left_hand)
     built = build_camera(camera, fleet=fleet, left_hand=left_hand)
     aspect = job.output.size[1] / job.output.size[0]
-    gaze = _gaze(built, times, aspect)
+    camera_path = _camera_path(built, times, aspect)
     making = Making(scenario, job, sky, dark, aspect)
     others = [other for other in job.cameras.values() if other != camera]
     clear = clearance_of([camera, *others], aspect=aspect)
     if isinstance(camera, LagrangianCamera):
-        clear = clear.beside(gaze)
+        clear = clear.beside(camera_path)
     crowd = partial(_crowd, fleet, built, times, aspect)
-    return making.shot(fleet, built, gaze, plan=crowd, clearance=clear)
+    return making.shot(fleet, built, camera_path, plan=crowd, clearance=clear)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -221,7 +223,7 @@ class Making:
         self,
         fleet: Fleet,
         camera: Camera,
-        gaze: needs.Gaze,
+        camera_path: CameraPath,
         *,
         plan: Callable[..., CrowdPlan],
         clearance: Clearance,
@@ -231,13 +233,13 @@ class Making:
         Args:
             fleet: Everyone on the road.
             camera: Where it is seen from.
-            gaze: Where cameras are and look.
+            camera_path: Where cameras are and look.
             plan: Makes room for road users in so many triangles, `budget`.
             clearance: Cameras that nothing grows into or before.
         """
         scenario, dark = self.scenario, self.dark
         left_hand = scenario.network.left_hand
-        place = build_place(scenario, self.job, gaze, clearance=clearance, dark=dark)
+        place = build_place(scenario, self.job, camera_path, clearance=clearance, dark=dark)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_heroes(crowd.heroes)
@@ -286,10 +288,10 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
     return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
 
 
-def _gaze(camera: Camera, times: Floats, aspect: float) -> needs.Gaze:
+def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
     """Where a camera is and looks over the whole shot, by a few of its views."""
     every = max(1, -(-len(times) // _MOST_VIEWS))
-    return needs.Gaze.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
+    return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
 
 
 def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
@@ -302,7 +304,7 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget
         views: list[View] = [camera.view_at(float(time)) for time in times[part]]
         riders |= {view.rides_in for view in views if view.cutaway and view.rides_in}
         alive, positions, _ = fleet.positions(times[part])
-        frames.append((needs.Gaze.of(views, aspect=aspect), alive, positions))
+        frames.append((CameraPath.of(views, aspect=aspect), alive, positions))
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     return plan_crowd(bodies, frames, triangles=triangles, budget=budget)

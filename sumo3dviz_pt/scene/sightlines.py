@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.scene.clearance import KEEP_CLEAR
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.surroundings import Surroundings
 
 _FARTHEST = 110.0  # up to this distance roads must stay in sight [m]
@@ -27,7 +27,7 @@ def hides(area: shapely.Polygon, around: Surroundings) -> bool:
     return any(_share(area, outlook, around) > _MOST for outlook in around.clearance.outlooks)
 
 
-def _share(area: shapely.Polygon, outlook: Gaze, around: Surroundings) -> float:
+def _share(area: shapely.Polygon, outlook: CameraPath, around: Surroundings) -> float:
     """Which share of the roads that a camera looks at an area hides."""
     eye = outlook.positions[0, :2]
     if area.distance(shapely.Point(eye)) > _FARTHEST:

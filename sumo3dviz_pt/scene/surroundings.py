@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sumo3dviz_pt.model.camera_path import CameraPath, in_picture, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.scene.clearance import Clearance
 from sumo3dviz_pt.scene.lane_index import LaneIndex, build_lane_index
-from sumo3dviz_pt.scene.needs import Gaze, in_picture, in_view
 
 _SINK = 0.05  # how far the ground lies below the nearest road [m]
 _USUAL = 100.0  # distance that counts where no camera is known [m]
@@ -30,7 +30,7 @@ class Surroundings:
         height_at: Height of the ground.
         viewpoints: Where cameras are during the shot, (n, 3) [m]; n may be 0.
         seed: Of all chance.
-        gaze: Where cameras look, or None: then everything counts as seen.
+        camera_path: Where cameras look, or None: then everything counts as seen.
         clearance: Cameras that nothing grows into or before.
         dark: Whether lamps are lit.
     """
@@ -39,7 +39,7 @@ class Surroundings:
     height_at: HeightAt
     viewpoints: Floats
     seed: int
-    gaze: Gaze | None = None
+    camera_path: CameraPath | None = None
     clearance: Clearance = field(default_factory=Clearance)
     dark: bool = False
 
@@ -52,12 +52,12 @@ class Surroundings:
 
     def seen(self, places: Floats, *, radius: float) -> Bools:
         """Which balls around places, (n, 2) [m], some camera may see, shadows included."""
-        if self.gaze is None or not len(places):
+        if self.camera_path is None or not len(places):
             return np.ones(len(places), dtype=np.bool_)
         centres = np.column_stack([places, self.height_at(places)])
-        return np.asarray(in_view(self.gaze, centres, radius=radius).any(axis=1))
+        return np.asarray(in_view(self.camera_path, centres, radius=radius).any(axis=1))
 
-    def pictured(self, places: Floats, *, radius: float, by: Gaze | None = None) -> Bools:
+    def pictured(self, places: Floats, *, radius: float, by: CameraPath | None = None) -> Bools:
         """Which balls around places, (n, 2) [m], lie in a camera's picture, not behind it.
 
         Args:
@@ -65,11 +65,11 @@ class Surroundings:
             radius: Of the balls [m].
             by: The camera; default: any of the shot's.
         """
-        gaze = by or self.gaze
-        if gaze is None or not len(places):
+        camera_path = by or self.camera_path
+        if camera_path is None or not len(places):
             return np.ones(len(places), dtype=np.bool_)
         centres = np.column_stack([places, self.height_at(places)])
-        return np.asarray(in_picture(gaze, centres, radius=radius).any(axis=1))
+        return np.asarray(in_picture(camera_path, centres, radius=radius).any(axis=1))
 
 
 def surroundings(
@@ -77,7 +77,7 @@ def surroundings(
     *,
     seed: int,
     viewpoints: Floats | None = None,
-    gaze: Gaze | None = None,
+    camera_path: CameraPath | None = None,
     height_at: HeightAt | None = None,
     clearance: Clearance | None = None,
 ) -> Surroundings:
@@ -86,17 +86,17 @@ def surroundings(
     Args:
         network: Gives the roads that houses face, and heights unless they are given.
         seed: Of sizes, models and colours.
-        viewpoints: Cameras of the shot, (n, 3) [m]; default the gaze's, else none.
-        gaze: Where the cameras look; what they never see is left out.
+        viewpoints: Cameras of the shot, (n, 3) [m]; default the camera path's, else none.
+        camera_path: Where the cameras look; what they never see is left out.
         height_at: Height of the ground; default a little below the nearest road.
         clearance: Cameras that nothing grows into or before; default those of the shot.
     """
     index = build_lane_index(network)
     if viewpoints is None:
-        viewpoints = np.zeros((0, 3)) if gaze is None else gaze.positions
+        viewpoints = np.zeros((0, 3)) if camera_path is None else camera_path.positions
     ground = height_at or (lambda places: index.heights(places) - _SINK)
     points = settled(viewpoints).reshape(-1, 3)
     if clearance is None:
-        way = gaze or Gaze.all_round(points)
+        way = camera_path or CameraPath.all_round(points)
         clearance = Clearance((way,)) if len(way.positions) else Clearance()
-    return Surroundings(index, ground, points, seed, gaze=gaze, clearance=clearance)
+    return Surroundings(index, ground, points, seed, camera_path=camera_path, clearance=clearance)

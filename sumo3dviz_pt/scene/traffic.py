@@ -28,8 +28,7 @@ from sumo3dviz_pt.scene.body_choice import (
     models_for,
 )
 from sumo3dviz_pt.scene.chance import share_of
-from sumo3dviz_pt.scene.crowd import Drawn
-from sumo3dviz_pt.scene.drawing import AT_REST
+from sumo3dviz_pt.scene.drawing import AT_REST, Drawn
 from sumo3dviz_pt.scene.fitted_models import Shelf
 from sumo3dviz_pt.scene.fleet_colours import own_palette, paint_of
 from sumo3dviz_pt.scene.gait import effort, stride_phase

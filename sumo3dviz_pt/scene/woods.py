@@ -9,11 +9,11 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from sumo3dviz_pt.model.camera_path import CameraPath, in_picture
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.horizon import Land
-from sumo3dviz_pt.scene.needs import Gaze, in_picture
 from sumo3dviz_pt.shapes.relief import relief
 from sumo3dviz_pt.shapes.woods import CORE_FACES, FarTrees, far_trees
 
@@ -35,11 +35,11 @@ class Room:
 
     Attributes:
         taken: Objects and cameras, (n, 2) [m].
-        gaze: Where the cameras look, or None: then everything counts as seen.
+        camera_path: Where the cameras look, or None: then everything counts as seen.
     """
 
     taken: Floats
-    gaze: Gaze | None = None
+    camera_path: CameraPath | None = None
 
 
 def woods(land: Land, *, height_at: Callable[[Floats], Floats], room: Room) -> tuple[Part, ...]:
@@ -117,9 +117,9 @@ def _chosen(trees: FarTrees, room: Room, most: int) -> FarTrees:
         distance, _ = cKDTree(room.taken).query(feet[:, :2])
         keep &= np.asarray(distance) > _CLEAR
     rank = np.arange(len(feet))
-    if room.gaze is not None and len(feet):
-        keep &= in_picture(room.gaze, feet, radius=40.0).any(axis=1)
-        eyes = np.asarray(cKDTree(room.gaze.positions[:, :2]).query(feet[:, :2])[0])
+    if room.camera_path is not None and len(feet):
+        keep &= in_picture(room.camera_path, feet, radius=40.0).any(axis=1)
+        eyes = np.asarray(cKDTree(room.camera_path.positions[:, :2]).query(feet[:, :2])[0])
         keep &= eyes > _NEAREST
         rank = np.argsort(eyes, kind="stable")
     index = rank[keep[rank]][:most]

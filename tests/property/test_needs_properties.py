@@ -6,9 +6,11 @@ from builders import view_at
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sumo3dviz_pt.model.camera_path import AROUND, CameraPath, in_view
 from sumo3dviz_pt.scene import crowd, needs
-from sumo3dviz_pt.scene.crowd import Drawn, heroic, plan_crowd
-from sumo3dviz_pt.scene.needs import Gaze, choose, chunks, in_view
+from sumo3dviz_pt.scene.crowd import heroic, plan_crowd
+from sumo3dviz_pt.scene.drawing import Drawn
+from sumo3dviz_pt.scene.needs import choose, chunks
 
 ASPECT = 9 / 16
 SEEDS = st.integers(0, 2**32 - 1)
@@ -47,7 +49,7 @@ def test_whatever_projects_into_the_picture_is_in_view(seed):
     rng = np.random.default_rng(seed)
     views = views_of(rng, 4)
     points = rng.normal(0, 600, (200, 3)) * [1, 1, 0.1]
-    found = in_view(Gaze.of(views, aspect=ASPECT), points, radius=0.0)
+    found = in_view(CameraPath.of(views, aspect=ASPECT), points, radius=0.0)
     for column, view in enumerate(views):
         assert found[in_picture(view, points), column].all()
 
@@ -57,7 +59,7 @@ def test_every_point_of_a_seen_ball_counts(seed, radius):
     rng = np.random.default_rng(seed)
     views = views_of(rng, 3)
     centres = rng.normal(0, 600, (100, 3)) * [1, 1, 0.1]
-    found = in_view(Gaze.of(views, aspect=ASPECT), centres, radius=radius)
+    found = in_view(CameraPath.of(views, aspect=ASPECT), centres, radius=radius)
     offsets = rng.normal(size=(20, 3))
     offsets *= radius / np.linalg.norm(offsets, axis=1, keepdims=True)
     for column, view in enumerate(views):
@@ -69,29 +71,29 @@ def test_most_of_what_lies_behind_is_not_in_view():
     rng = np.random.default_rng(0)
     view = view_at([0, 0, 10], heading=90)
     points = np.column_stack([-rng.uniform(300, 2000, 500), rng.normal(0, 300, 500), np.zeros(500)])
-    assert not in_view(Gaze.of([view], aspect=ASPECT), points, radius=40).any()
+    assert not in_view(CameraPath.of([view], aspect=ASPECT), points, radius=40).any()
 
 
 def test_near_things_count_even_behind():
     view = view_at([0, 0, 2], heading=90)
-    points = np.array([[-needs.AROUND + 1, 0, 2], [-needs.AROUND - 5, 0, 2]])
-    found = in_view(Gaze.of([view], aspect=ASPECT), points, radius=0)
+    points = np.array([[-AROUND + 1, 0, 2], [-AROUND - 5, 0, 2]])
+    found = in_view(CameraPath.of([view], aspect=ASPECT), points, radius=0)
     np.testing.assert_array_equal(found[:, 0], [True, False])
 
 
 def test_points_may_move():
-    gaze = Gaze.of([view_at([0, 0, 2], heading=90)] * 2, aspect=ASPECT)
+    camera_path = CameraPath.of([view_at([0, 0, 2], heading=90)] * 2, aspect=ASPECT)
     moving = np.array([[[500.0, 0, 0], [-500.0, 0, 0]]])
-    np.testing.assert_array_equal(in_view(gaze, moving, radius=1), [[True, False]])
+    np.testing.assert_array_equal(in_view(camera_path, moving, radius=1), [[True, False]])
 
 
 @given(SEEDS, st.integers(1, 40))
 def test_nobody_visible_is_dropped_and_the_limit_holds(seed, limit):
     rng = np.random.default_rng(seed)
     views = views_of(rng, 5)
-    gaze = Gaze.of(views, aspect=ASPECT)
+    camera_path = CameraPath.of(views, aspect=ASPECT)
     alive, positions = crowd_of(rng, 150, 5, spread=500.0)
-    choice = choose(gaze, alive, positions, limit=limit)
+    choice = choose(camera_path, alive, positions, limit=limit)
     assert not (choice.near & choice.far).any()
     shown = choice.near | choice.far
     assert not (shown & ~alive).any()
@@ -101,7 +103,7 @@ def test_nobody_visible_is_dropped_and_the_limit_holds(seed, limit):
         distance = np.linalg.norm(points - view.position, axis=1)
         must = alive[:, column] & (distance < needs.FAR_END) & in_picture(view, points)
         assert shown[must, column].all()
-        end = needs.near_end(gaze)[column]
+        end = needs.near_end(camera_path)[column]
         assert (distance[choice.near[:, column]] < end).all()
         apart = choice.far[:, column] & (distance < end)
         if apart.any():
@@ -115,10 +117,10 @@ def test_frames_do_not_know_of_each_other(seed):
     rng = np.random.default_rng(seed)
     views = views_of(rng, 6)
     alive, positions = crowd_of(rng, 60, 6, spread=300.0)
-    whole = choose(Gaze.of(views, aspect=ASPECT), alive, positions, limit=7)
+    whole = choose(CameraPath.of(views, aspect=ASPECT), alive, positions, limit=7)
     for n in rng.permutation(6):
-        gaze = Gaze.of([views[n]], aspect=ASPECT)
-        alone = choose(gaze, alive[:, [n]], positions[:, [n]], limit=7)
+        camera_path = CameraPath.of([views[n]], aspect=ASPECT)
+        alone = choose(camera_path, alive[:, [n]], positions[:, [n]], limit=7)
         np.testing.assert_array_equal(alone.near[:, 0], whole.near[:, n])
         np.testing.assert_array_equal(alone.far[:, 0], whole.far[:, n])
 
@@ -135,16 +137,18 @@ def test_slots_suffice_for_every_frame(people):
     frames = []
     for _ in range(2):
         views = views_of(rng, 7)
-        frames.append((Gaze.of(views, aspect=ASPECT), *crowd_of(rng, people, 7, spread=250.0)))
+        frames.append(
+            (CameraPath.of(views, aspect=ASPECT), *crowd_of(rng, people, 7, spread=250.0))
+        )
     plan = plan_crowd(bodies, frames)
     assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
     assert 0 < plan.limit <= needs.MOST_NEAR
-    for gaze, alive, positions in frames:
-        for n in range(len(gaze.positions)):
+    for camera_path, alive, positions in frames:
+        for n in range(len(camera_path.positions)):
             part = slice(n, n + 1)
             able = heroic(bodies, plan.heroes)
             choice = choose(
-                gaze.slice(part),
+                camera_path.slice(part),
                 alive[:, part],
                 positions[:, part],
                 limit=plan.limit,
@@ -165,12 +169,12 @@ def test_the_limit_gives_way_where_bodies_are_many():
     """Different bodies in different frames add up to slots; then fewer are detailed."""
     kinds = [f"body{k}" for k in range(12)]
     bodies = [Drawn(kind, (kind,), (kind,)) for kind in kinds for _ in range(100)]
-    gaze = Gaze.of([view_at([0, 0, 5], heading=90)] * 12, aspect=ASPECT)
+    camera_path = CameraPath.of([view_at([0, 0, 5], heading=90)] * 12, aspect=ASPECT)
     positions = np.broadcast_to([20.0, 0.0, 0.0], (1200, 12, 3))
     alive = np.zeros((1200, 12), dtype=bool)
     for k in range(12):
         alive[100 * k : 100 * (k + 1), k] = True
-    plan = plan_crowd(bodies, [(gaze, alive, positions)])
+    plan = plan_crowd(bodies, [(camera_path, alive, positions)])
     assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
     assert plan.limit < needs.MOST_NEAR
     assert all(plan.slots.near[kind] + plan.slots.far[kind] == 100 for kind in kinds)

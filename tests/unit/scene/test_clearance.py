@@ -7,8 +7,9 @@ import pytest
 
 from sumo3dviz_pt.job import CinematicCamera, EulerianCamera
 from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.scene.clearance import Clearance, clearance_of
-from sumo3dviz_pt.scene.needs import Gaze
+from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.scene.clearance import Clearance
+from sumo3dviz_pt.scene.clearances import clearance_of
 
 CROSSING = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
 
@@ -63,5 +64,5 @@ def test_only_cameras_that_stay_have_outlooks():
 def test_distances_are_level_and_infinite_without_cameras():
     assert np.isinf(Clearance().distances(np.zeros((3, 2)))).all()
     assert Clearance().places.shape == (0, 3)
-    one = Clearance().beside(Gaze.all_round(np.array([[3.0, 4.0, 50.0]])))
+    one = Clearance().beside(CameraPath.all_round(np.array([[3.0, 4.0, 50.0]])))
     assert one.distances(np.zeros((1, 2))) == pytest.approx([5.0])

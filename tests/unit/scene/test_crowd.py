@@ -3,17 +3,18 @@
 import numpy as np
 from builders import view_at
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.scene.crowd import (
     MOST_HERO_MODELS,
     MOST_SLOTS,
     CrowdPlan,
-    Drawn,
     fitting,
     heroic,
     plan_crowd,
 )
-from sumo3dviz_pt.scene.needs import Choice, Gaze
+from sumo3dviz_pt.scene.drawing import Drawn
+from sumo3dviz_pt.scene.needs import Choice
 
 CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/hero", *(["sedan/wheel"] * 4)))
 TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))
@@ -27,8 +28,8 @@ def frames_of(positions, *, alive=None, times=1):
         places = np.repeat(places[:, None], times, axis=1)
     times = places.shape[1]
     here = np.ones(places.shape[:2], dtype=bool) if alive is None else np.asarray(alive, dtype=bool)
-    gaze = Gaze.of([view_at((0.0, 0.0, 1.5), heading=90.0)] * times, aspect=9 / 16)
-    return [(gaze, here, places)]
+    camera_path = CameraPath.of([view_at((0.0, 0.0, 1.5), heading=90.0)] * times, aspect=9 / 16)
+    return [(camera_path, here, places)]
 
 
 def in_a_row(count, *, first, step=0.0):

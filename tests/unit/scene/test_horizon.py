@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.scene.horizon import TEXTURED, far_tints, land_around, land_mesh, split_far
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.woods import MOST, Room, woods
 
 GRASS = np.array([0.086, 0.118, 0.036])
@@ -88,8 +88,8 @@ def test_woods_stand_outside_away_from_what_is_there():
 
 def test_no_far_tree_stands_close_to_a_camera_or_out_of_sight():
     eye = np.array([[750.0, 640.0, 1.5]])
-    gaze = Gaze(eye, np.array([[0.0, 1.0, 0.0]]), np.array([0.6]))
-    points, _ = grown(Room(eye[:, :2], gaze))
+    camera_path = CameraPath(eye, np.array([[0.0, 1.0, 0.0]]), np.array([0.6]))
+    points, _ = grown(Room(eye[:, :2], camera_path))
     away = points[:, :2] - eye[0, :2]
     assert len(points) and np.hypot(*away.T).min() > 200.0
     assert away[:, 1].min() > -60.0

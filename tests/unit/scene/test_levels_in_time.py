@@ -10,10 +10,11 @@ from PIL import ImageDraw
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job import VehicleSettings
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
 from sumo3dviz_pt.scene.fitted_models import read_vehicle
-from sumo3dviz_pt.scene.needs import HERO_END, MOST_NEAR, NEAR_END, Gaze, choose
+from sumo3dviz_pt.scene.needs import HERO_END, MOST_NEAR, NEAR_END, choose
 from sumo3dviz_pt.scene.traffic import build_fleet
 from sumo3dviz_pt.shapes.clustering import clustered_body
 
@@ -32,9 +33,11 @@ TYPES = {
 def levels_of(places, *, fov=50.0):
     """The level at each of the places, (n, 3), of one car before a camera that looks east."""
     places = np.asarray(places, dtype=float)[None]
-    gaze = Gaze.of([view_at(EYE, heading=90.0, fov=fov)] * places.shape[1], aspect=9 / 16)
+    camera_path = CameraPath.of(
+        [view_at(EYE, heading=90.0, fov=fov)] * places.shape[1], aspect=9 / 16
+    )
     alive = np.ones(places.shape[:2], dtype=bool)
-    choice = choose(gaze, alive, places, limit=MOST_NEAR, heroic=ALL)
+    choice = choose(camera_path, alive, places, limit=MOST_NEAR, heroic=ALL)
     codes = choice.near[0] + 2 * choice.far[0] + 3 * choice.hero[0]
     return ["-nfh"[code] for code in codes]
 

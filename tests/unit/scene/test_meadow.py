@@ -7,18 +7,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.scene.meadow import BUDGET, HIGHEST, KEEP_OFF, REACH, Lawn, build_meadow
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.surroundings import surroundings
 
 MEAN = np.array([0.09, 0.12, 0.04])
 ROAD = shapely.box(-100.0, -4.0, 100.0, 4.0)
 
 
-def around(*eyes, seed=1, gaze=None):
+def around(*eyes, seed=1, camera_path=None):
     empty = Network({}, {}, (), Location())
-    return surroundings(empty, seed=seed, viewpoints=np.array(eyes, dtype=float), gaze=gaze)
+    return surroundings(
+        empty, seed=seed, viewpoints=np.array(eyes, dtype=float), camera_path=camera_path
+    )
 
 
 def meadow(*eyes, paved=(ROAD,), stems=(), seed=1, surface="ground_grass", **kw):
@@ -88,9 +90,11 @@ def test_grass_is_taller_along_edges_and_around_stems():
 
 
 def test_what_no_camera_looks_at_grows_no_blades():
-    gaze = Gaze(np.array([[0.0, 10.0, 1.2]]), np.array([[1.0, 0.0, 0.0]]), np.array([0.5]))
+    camera_path = CameraPath(
+        np.array([[0.0, 10.0, 1.2]]), np.array([[1.0, 0.0, 0.0]]), np.array([0.5])
+    )
     lawn = Lawn("ground_grass", MEAN, (), np.zeros((0, 2)))
-    found = build_meadow(lawn, around=around((0, 10, 1.2), gaze=gaze))
+    found = build_meadow(lawn, around=around((0, 10, 1.2), camera_path=camera_path))
     assert feet(found)[:, 0].min() > -5.0
 
 

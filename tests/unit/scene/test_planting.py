@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.scene.kinds import kind_of
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.planting import (
     CLEAR,
     MARGIN,
@@ -32,12 +32,14 @@ ROAD = shapely.box(-900.0, -6.0, 900.0, 6.0)
 HOUSE = shapely.box(60.0, 60.0, 90.0, 80.0)
 
 
-def gaze(eye=(0.0, 0.0, 10.0), way=(1.0, 0.0, 0.0), half=0.6):
-    return Gaze(np.array([eye]), np.array([way]), np.array([half]))
+def camera_path(eye=(0.0, 0.0, 10.0), way=(1.0, 0.0, 0.0), half=0.6):
+    return CameraPath(np.array([eye]), np.array([way]), np.array([half]))
 
 
 def around(seed=1, **kw):
-    return surroundings(EMPTY, seed=seed, gaze=gaze(**kw), height_at=lambda at: np.zeros(len(at)))
+    return surroundings(
+        EMPTY, seed=seed, camera_path=camera_path(**kw), height_at=lambda at: np.zeros(len(at))
+    )
 
 
 def spots(pois, kind):

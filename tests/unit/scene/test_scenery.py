@@ -8,12 +8,12 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.houses import height_of, street_walls
 from sumo3dviz_pt.scene.kinds import KINDS, kind_of
 from sumo3dviz_pt.scene.lane_index import build_lane_index
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.outlined import guarded_sides
 from sumo3dviz_pt.scene.scenery import build_scenery, facing_roads
 from sumo3dviz_pt.scene.surroundings import surroundings
@@ -235,8 +235,10 @@ def test_a_camera_below_a_crown_keeps_the_tree():
 
 
 def test_what_no_camera_sees_is_left_out():
-    gaze = Gaze(np.array([(0.0, 0.0, 2.0)]), np.array([(1.0, 0.0, 0.0)]), np.array([0.5]))
-    scenery = build([poi("tree", 300, 20), poi("tree", -300, 20)], gaze=gaze)
+    camera_path = CameraPath(
+        np.array([(0.0, 0.0, 2.0)]), np.array([(1.0, 0.0, 0.0)]), np.array([0.5])
+    )
+    scenery = build([poi("tree", 300, 20), poi("tree", -300, 20)], camera_path=camera_path)
     assert bounds(scenery, "trees")[0][0] > 0
     assert any("no camera" in item.why for item in scenery.left_out)
 

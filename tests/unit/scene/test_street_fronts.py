@@ -7,10 +7,10 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.clearance import Clearance
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.roads_layout import layout_roads
 from sumo3dviz_pt.scene.street_fronts import REACH, SOURCE, grow_rows, why_none
 from sumo3dviz_pt.scene.street_houses import BUDGET, build_fronts
@@ -219,7 +219,7 @@ EYE = np.array([[-20.0, 16.0, 3.0]])
 
 
 def test_a_house_that_any_camera_stands_in_is_missing_for_all_of_them():
-    stands = Clearance((Gaze.all_round(EYE), Gaze.all_round(EYES)))
+    stands = Clearance((CameraPath.all_round(EYE), CameraPath.all_round(EYES)))
     seen = {}
     for name, eyes in (("in", EYE), ("street", EYES), ("both", np.concatenate([EYE, EYES]))):
         rows, _, _ = grown(TOWN, eyes=eyes, clearance=stands)
@@ -236,7 +236,7 @@ def test_a_house_that_any_camera_stands_in_is_missing_for_all_of_them():
 
 def test_no_house_stands_in_the_way_of_a_flight_that_another_camera_does_not_see():
     flight = np.column_stack([np.linspace(-120.0, 120.0, 40), np.full(40, 16.0), np.full(40, 3.0)])
-    rows, _, _ = grown(TOWN, clearance=Clearance((Gaze.all_round(flight),)))
+    rows, _, _ = grown(TOWN, clearance=Clearance((CameraPath.all_round(flight),)))
     way = shapely.LineString(flight[:, :2])
     assert min(plan.distance(way) for plan in plans_of(rows)) > 2.9
     sides = [plan.centroid.y for plan in plans_of(rows) if abs(plan.centroid.x) < 100.0]
@@ -244,8 +244,10 @@ def test_no_house_stands_in_the_way_of_a_flight_that_another_camera_does_not_see
 
 
 def test_no_house_hides_what_a_camera_looks_at_though_another_one_films():
-    ahead = Gaze(np.array([[-20.0, 30.0, 3.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([0.5]))
-    behind = Gaze(ahead.positions, -ahead.forwards, ahead.half_angles)
+    ahead = CameraPath(
+        np.array([[-20.0, 30.0, 3.0]]), np.array([[0.0, -1.0, 0.0]]), np.array([0.5])
+    )
+    behind = CameraPath(ahead.positions, -ahead.forwards, ahead.half_angles)
     row = [shapely.LineString([(-20.0, 24.0), (-20.0, 5.0)])]
     for outlook, hidden in ((ahead, False), (behind, True)):
         rows, _, _ = grown(TOWN, clearance=Clearance((outlook,)))

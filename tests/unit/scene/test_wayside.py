@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import shapely
 
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.scene.guard_rails import OFF, guard_rails
 from sumo3dviz_pt.scene.near_leaves import near_leaves
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.planting import Plot
 from sumo3dviz_pt.scene.surroundings import surroundings
 from sumo3dviz_pt.scene.tree_pits import tree_pits
@@ -41,8 +41,10 @@ def road(speed=36.0, lanes=3):
 
 
 def around(network, seed=1, eye=EYE):
-    gaze = Gaze(np.array([eye]), np.array([[1.0, 0.0, 0.0]]), np.array([0.6]))
-    return surroundings(network, seed=seed, gaze=gaze, height_at=lambda at: np.zeros(len(at)))
+    camera_path = CameraPath(np.array([eye]), np.array([[1.0, 0.0, 0.0]]), np.array([0.6]))
+    return surroundings(
+        network, seed=seed, camera_path=camera_path, height_at=lambda at: np.zeros(len(at))
+    )
 
 
 def belts(seed=1, pois=(), **kw):

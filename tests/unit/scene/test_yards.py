@@ -7,11 +7,11 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.pipeline import read
-from sumo3dviz_pt.scene.clearance import clearance_of
+from sumo3dviz_pt.scene.clearances import clearance_of
 from sumo3dviz_pt.scene.kinds import kind_of
-from sumo3dviz_pt.scene.needs import Gaze
 from sumo3dviz_pt.scene.place import build_place
 from sumo3dviz_pt.scene.street_fronts import House, Rows, Yard
 from sumo3dviz_pt.scene.surroundings import surroundings
@@ -23,8 +23,10 @@ EMPTY = Network({}, {}, (), Location())
 
 
 def around(*eyes, seed=1):
-    gaze = Gaze.all_round(np.array(eyes, dtype=float).reshape(-1, 3)) if eyes else None
-    return surroundings(EMPTY, seed=seed, gaze=gaze, height_at=lambda at: np.zeros(len(at)))
+    camera_path = CameraPath.all_round(np.array(eyes, dtype=float).reshape(-1, 3)) if eyes else None
+    return surroundings(
+        EMPTY, seed=seed, camera_path=camera_path, height_at=lambda at: np.zeros(len(at))
+    )
 
 
 def places(pois):
@@ -80,13 +82,13 @@ def test_no_garden_overlaps_a_house_or_another_garden():
 @pytest.mark.slow
 def test_where_nothing_is_planted_no_garden_grows():
     crossing = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
-    gaze = Gaze.all_round(np.array([[300.0, 300.0, 8.0]]))
+    camera_path = CameraPath.all_round(np.array([[300.0, 300.0, 8.0]]))
     grown = {}
     for planting in ("auto", "none"):
         job = load_job(crossing, {"ground.planting": planting})
         _, scenario, _ = read(job, begin=450.0, end=451.0)
         clear = clearance_of(job.cameras.values(), aspect=0.5)
-        place = build_place(scenario, job, gaze, clearance=clear, dark=False)
+        place = build_place(scenario, job, camera_path, clearance=clear, dark=False)
         grown[planting] = {part.id.split("/")[0] for part in place.static}
     assert "hedges" in grown["auto"] and "hedges" not in grown["none"]
 
