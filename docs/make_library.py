@@ -6,7 +6,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
+from sumo3dviz_pt.pipeline.sheets import SheetOrder, draw_sheet, sheet_names
 
 HERE = Path(__file__).resolve().parent
 SIZE = (360, 240)

@@ -21,7 +21,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from sumo3dviz_pt import catalog, cli, job
+from sumo3dviz_pt import catalog, cli
+from sumo3dviz_pt.job import settings
 
 HERE = Path(__file__).resolve().parent
 MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
@@ -45,8 +46,8 @@ UNIT = re.compile(r" *\[(m|s|deg|px)\]")
 
 def scene_file() -> str:
     """The page about the scene file."""
-    models = list(dict.fromkeys(_models(job.Job)))
-    sections = [_section(model) for model in models if model is not job.Job]
+    models = list(dict.fromkeys(_models(settings.Job)))
+    sections = [_section(model) for model in models if model is not settings.Job]
     return "\n".join(
         [
             MADE,
@@ -65,14 +66,14 @@ def scene_file() -> str:
             "",
             "## The keys",
             "",
-            *_table(job.Job),
+            *_table(settings.Job),
             "",
             *sections,
             "## Quality presets",
             "",
             "Files in `scene_templates/quality`, with these keys:",
             "",
-            *_table(job.Quality),
+            *_table(settings.Quality),
             "",
         ]
     )

@@ -73,7 +73,7 @@ def visit(page: Page) -> None:
 
 def main() -> None:
     """Open, visit, photograph."""
-    from sumo3dviz_pt.pipeline import example
+    from sumo3dviz_pt.pipeline.production import example
 
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(shutil.copytree(example("crossing").parent, Path(folder, "crossing")))

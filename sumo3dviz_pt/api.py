@@ -10,19 +10,19 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.films import Films
+from sumo3dviz_pt.pipeline.films.shown import Films
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.camera_list import Cameras
-    from sumo3dviz_pt.film import FilmOrder, FrameDone
-    from sumo3dviz_pt.job import Job
+    from sumo3dviz_pt.job.settings import Job
     from sumo3dviz_pt.model.ratios import Ratio
-    from sumo3dviz_pt.open_shot import OpenShot
-    from sumo3dviz_pt.pipeline import Request
-    from sumo3dviz_pt.progress import Step
-    from sumo3dviz_pt.roster import Roster
-    from sumo3dviz_pt.still import Still
-    from sumo3dviz_pt.sun_report import SunReport
+    from sumo3dviz_pt.pipeline.camera_list import Cameras
+    from sumo3dviz_pt.pipeline.films.build import FilmOrder, FrameDone
+    from sumo3dviz_pt.pipeline.production import Request
+    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.roster import Roster
+    from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+    from sumo3dviz_pt.pipeline.stills.still import Still
+    from sumo3dviz_pt.pipeline.sun_report import SunReport
     from sumo3dviz_pt.viewer.notebook import Viewer
 
 _SCENARIO_KEYS = frozenset(
@@ -44,7 +44,7 @@ class _Source:
 
     def job(self, choices: Mapping[str, str]) -> Job:
         """Read it with further choices, by dotted key."""
-        from sumo3dviz_pt.jobfile import load_job, make_job
+        from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 
         together = {**self.settings, **choices}
         return make_job(together) if self.file is None else load_job(self.file, together)
@@ -66,7 +66,7 @@ class Scene:
     """
 
     def __init__(self, **settings: Any) -> None:
-        from sumo3dviz_pt.plain import plain
+        from sumo3dviz_pt.job.plain import plain
 
         self._source = _Source(None, _gathered(plain(settings)))
         self.job: Job = self._source.job({})
@@ -104,14 +104,14 @@ class Scene:
     @property
     def cameras(self) -> Cameras:
         """The scene's cameras: settings by name."""
-        from sumo3dviz_pt.camera_list import Cameras
+        from sumo3dviz_pt.pipeline.camera_list import Cameras
 
         return Cameras(self.job.cameras)
 
     @property
     def sun(self) -> SunReport | None:
         """Where the sun stands, and when that is; None for a user's radiance map."""
-        from sumo3dviz_pt.sun_report import sun_report
+        from sumo3dviz_pt.pipeline.sun_report import sun_report
 
         return sun_report(self.job)
 
@@ -147,7 +147,7 @@ class Scene:
             ConfigError: If a choice is wrong.
             InputError: If a file is missing or damaged.
         """
-        from sumo3dviz_pt.roster import Wanted, point_near, roster
+        from sumo3dviz_pt.pipeline.roster import Wanted, point_near, roster
 
         point = None if near is None else point_near(self.job, near, radius=radius)
         return roster(self.job, Wanted(type, at, point, sort))
@@ -181,11 +181,11 @@ class Scene:
             An image with `.radiance` (h, w, 3), `.save(path)`, which overwrites a picture that
             exists, as everywhere in Python, and `.develop()`.
         """
-        from sumo3dviz_pt.asked import asked
-        from sumo3dviz_pt.expectations import still_steps
-        from sumo3dviz_pt.job_ranges import Seconds
-        from sumo3dviz_pt.open_shot import OpenShot
-        from sumo3dviz_pt.pipeline import Request
+        from sumo3dviz_pt.job.asked import asked
+        from sumo3dviz_pt.job.ranges import Seconds
+        from sumo3dviz_pt.pipeline.production import Request
+        from sumo3dviz_pt.pipeline.progress.expectations import still_steps
+        from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
 
         request = Request(camera, quality, size, spp, seed, variant)
         time = asked(Seconds, time, key="time")
@@ -226,9 +226,9 @@ class Scene:
             ConfigError: Before the first, if a choice is wrong.
             RenderError: If one fails.
         """
-        from sumo3dviz_pt.asked import made
-        from sumo3dviz_pt.film import FilmOrder
-        from sumo3dviz_pt.pipeline import Request
+        from sumo3dviz_pt.job.asked import made
+        from sumo3dviz_pt.pipeline.films.build import FilmOrder
+        from sumo3dviz_pt.pipeline.production import Request
 
         order = FilmOrder(Path("frames.mp4"), start=start, end=end, fps=fps, speed=speed)
         request = made(Request, {"camera": camera, **choices})
@@ -236,9 +236,9 @@ class Scene:
 
     def _frames(self, request: Request, order: FilmOrder, progress: bool | None) -> Iterator[Still]:
         """A film's frames."""
-        from sumo3dviz_pt.expectations import opening_steps
-        from sumo3dviz_pt.film import prepared
-        from sumo3dviz_pt.open_shot import OpenShot
+        from sumo3dviz_pt.pipeline.films.build import prepared
+        from sumo3dviz_pt.pipeline.progress.expectations import opening_steps
+        from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
 
         self.close()
         with _followed("frames", progress, partial(opening_steps, self.job)):
@@ -278,10 +278,10 @@ class Scene:
             InputError: If a file of the simulation is wrong.
             RenderError: If a frame fails; finished frames are kept.
         """
-        from sumo3dviz_pt.asked import split
-        from sumo3dviz_pt.expectations import film_steps
-        from sumo3dviz_pt.film import FilmOrder, render_film
-        from sumo3dviz_pt.pipeline import Request
+        from sumo3dviz_pt.job.asked import split
+        from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
+        from sumo3dviz_pt.pipeline.production import Request
+        from sumo3dviz_pt.pipeline.progress.expectations import film_steps
 
         own = {"camera": camera, "path": path, "start": start, "end": end}
         request, order = split(Request, FilmOrder, {**choices, **own})
@@ -326,7 +326,7 @@ class Scene:
         """
         from sumo3dviz_pt.viewer.choices import Choices, Outlook
         from sumo3dviz_pt.viewer.notebook import Viewer
-        from sumo3dviz_pt.viewer.studio import Studio
+        from sumo3dviz_pt.viewer.render_thread import Studio
 
         looks = Outlook(size, start, end, variant)
         choices = Choices(port, height=height, proxy=proxy)
@@ -353,8 +353,8 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
     Raises:
         ConfigError: If the file or a setting in it is wrong.
     """
-    from sumo3dviz_pt.jobfile import checked_overrides
-    from sumo3dviz_pt.plain import as_path
+    from sumo3dviz_pt.job.plain import as_path
+    from sumo3dviz_pt.pipeline.scene_file import checked_overrides
 
     return Scene._of(_Source(as_path(path, key="path"), dict(checked_overrides(overrides))))
 
@@ -365,9 +365,9 @@ def example(name: str) -> Path:
     Raises:
         ConfigError: If there is no such example.
     """
-    from sumo3dviz_pt import pipeline
+    from sumo3dviz_pt.pipeline import production
 
-    return pipeline.example(name)
+    return production.example(name)
 
 
 def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
@@ -388,7 +388,7 @@ def _followed(
     name: str, wanted: bool | None, steps: Callable[[], tuple[Step, ...]]
 ) -> AbstractContextManager[None]:
     """Show how far work is; None shows it where somebody watches and lines can be redrawn."""
-    from sumo3dviz_pt.progress import can_redraw, followed
+    from sumo3dviz_pt.pipeline.progress.build import can_redraw, followed
 
     if wanted is None:
         wanted = can_redraw(sys.stderr)

@@ -18,7 +18,7 @@ import platformdirs
 import yaml
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.shapes.variant import varied
+from sumo3dviz_pt.library.vehicles.variant import varied
 
 _PACKAGE = Path(__file__).resolve().parent
 _DATA_ROOTS = (_PACKAGE / "_data", _PACKAGE.parent)
@@ -93,7 +93,7 @@ def recipe_files(entry: Entry) -> tuple[Path, ...]:
 
 
 def package_folder(name: str) -> Path:
-    """Folder of one of our own subpackages, such as `shapes`."""
+    """Folder of one of our own subpackages, such as `library`."""
     return _PACKAGE / name
 
 

@@ -12,8 +12,8 @@ import yaml
 from matplotlib.image import imread
 
 from sumo3dviz_pt.image.exr import read_exr
+from sumo3dviz_pt.library.mesh.ply import read_ply
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.shapes.ply import read_ply
 
 NEAR = 1e-3
 """Surfaces nearer than this are the same [m]."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.job import Quality
+from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import (
     FrameState,

@@ -191,8 +191,8 @@ def _prepared(scene: Path, kind: str, seed: int) -> int:
     """Build a shot of any camera as films do."""
     import numpy as np
 
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.pipeline import Request, prepare
+    from sumo3dviz_pt.pipeline.production import Request, prepare
+    from sumo3dviz_pt.pipeline.scene_file import load_job
 
     camera = ("driver", "flight", "post")[seed % 3]
     times = np.array([4.0, 5.0])

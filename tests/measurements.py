@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.report.table import COLUMNS, DEPTH, LADDER, Row
+from sumo3dviz_pt.report.convergence.table import COLUMNS, DEPTH, LADDER, Row
 
 SLOPES = {"independent": -0.5, "multijitter": -0.6}
 RUNGS = (1, 4, 16, 64)

@@ -28,9 +28,9 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """List, draw or rebuild the library."""
-    from sumo3dviz_pt.library import build, listing
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.progress import Step
+    from sumo3dviz_pt.pipeline.baking import build, listing
+    from sumo3dviz_pt.pipeline.progress.build import Step
 
     if options.action == "sheet":
         return _sheets(options)
@@ -45,10 +45,10 @@ def run(options: argparse.Namespace) -> int:
 def _sheets(options: argparse.Namespace) -> int:
     """Draw contact sheets."""
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline import ready_renderer
-    from sumo3dviz_pt.progress import Step
-    from sumo3dviz_pt.sheets import SheetOrder, draw_sheet, sheet_names
-    from sumo3dviz_pt.still import check_free
+    from sumo3dviz_pt.pipeline.production import ready_renderer
+    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.sheets import SheetOrder, draw_sheet, sheet_names
+    from sumo3dviz_pt.pipeline.stills.still import check_free
 
     folder, names = options.output or Path(), options.chosen or sheet_names()
     paths = {name: folder / f"sheet_{name}.png" for name in names}

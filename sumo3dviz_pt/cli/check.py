@@ -46,12 +46,12 @@ def run(options: argparse.Namespace) -> int:
     """Validate a scene."""
     import json
 
-    from sumo3dviz_pt.checks import check_scene, in_words
-    from sumo3dviz_pt.expectations import building_steps
-    from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.motion_checks import motion_report
-    from sumo3dviz_pt.progress import Step
+    from sumo3dviz_pt.pipeline.checks import check_scene, in_words
+    from sumo3dviz_pt.pipeline.motion.checks import motion_report
+    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.scene_file import load_job
 
     if options.stress:
         return _stress(options)
@@ -83,13 +83,18 @@ def _stress(options: argparse.Namespace) -> int:
     """Put a scene under stress; 1 if a case fails."""
     import json
 
-    from sumo3dviz_pt.expectations import building_steps
-    from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline import ready_renderer
-    from sumo3dviz_pt.progress import Step
-    from sumo3dviz_pt.report.stress import StressOrder, chosen, put_under_stress, without_notes
-    from sumo3dviz_pt.report.stress_report import in_words
+    from sumo3dviz_pt.pipeline.production import ready_renderer
+    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.report.stress.build import (
+        StressOrder,
+        chosen,
+        put_under_stress,
+        without_notes,
+    )
+    from sumo3dviz_pt.report.stress.report import in_words
 
     cases = chosen(options.only)
     ready_renderer(options.variant)

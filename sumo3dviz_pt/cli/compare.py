@@ -17,8 +17,8 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Say what differs; 1 if something does, as `diff` does."""
-    from sumo3dviz_pt.differences import differences
-    from sumo3dviz_pt.frames import account_in
+    from sumo3dviz_pt.pipeline.accounts.differences import differences
+    from sumo3dviz_pt.pipeline.films.frames import account_in
 
     one, other = account_in(options.one), account_in(options.other)
     found = differences(one, other)

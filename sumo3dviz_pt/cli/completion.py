@@ -61,7 +61,7 @@ def _commands(parser: argparse.ArgumentParser) -> dict[str, tuple[str, list[_Wor
 
 def _word(action: argparse.Action) -> _Word:
     """What a shell needs to know of an option."""
-    from sumo3dviz_pt.choices import names_for
+    from sumo3dviz_pt.pipeline.choices import names_for
 
     flags, meaning = tuple(action.option_strings), (action.help or "").replace("%%", "%")
     if action.choices is not None:

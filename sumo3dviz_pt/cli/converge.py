@@ -37,12 +37,12 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Measure error against run time."""
-    from sumo3dviz_pt.expectations import opening_steps
-    from sumo3dviz_pt.jobfile import load_job
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline import Request, ready_renderer
-    from sumo3dviz_pt.progress import Step
-    from sumo3dviz_pt.report.converge import Order, converge
+    from sumo3dviz_pt.pipeline.production import Request, ready_renderer
+    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.expectations import opening_steps
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.report.convergence.build import Order, converge
 
     job = load_job(options.scene, overrides_of(options))
     request = Request(options.camera, size=options.size, variant=options.variant)

@@ -44,13 +44,13 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Render the bundled example, less of it where rendering is slow."""
-    from sumo3dviz_pt.costs import spent
-    from sumo3dviz_pt.expectations import still_steps
-    from sumo3dviz_pt.film import FilmOrder
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.open_shot import render_still
-    from sumo3dviz_pt.pipeline import Request, example, ready_renderer
-    from sumo3dviz_pt.still import check_free, check_target
+    from sumo3dviz_pt.pipeline.films.build import FilmOrder
+    from sumo3dviz_pt.pipeline.production import Request, example, ready_renderer
+    from sumo3dviz_pt.pipeline.progress.costs import spent
+    from sumo3dviz_pt.pipeline.progress.expectations import still_steps
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.pipeline.stills.open_shot import render_still
+    from sumo3dviz_pt.pipeline.stills.still import check_free, check_target
 
     folder = options.output
     check_target(folder / "demo.png", suffixes=(".png",), overwrite=options.overwrite)

@@ -29,7 +29,7 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Develop stored frames."""
-    from sumo3dviz_pt.develop import DevelopOrder, develop_frames
+    from sumo3dviz_pt.pipeline.films.develop import DevelopOrder, develop_frames
 
     order = DevelopOrder(
         options.output,

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from sumo3dviz_pt.errors import ConfigError, InstallationError
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.doctor import Diagnosis
     from sumo3dviz_pt.installation.packages import Order
+    from sumo3dviz_pt.pipeline.doctor import Diagnosis
 
 
 def add(commands: Any) -> None:
@@ -26,7 +26,7 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Look at the installation, and mend it if asked to; 0 if rendering works, even slowly."""
-    from sumo3dviz_pt.doctor import examine
+    from sumo3dviz_pt.pipeline.doctor import examine
 
     if options.yes and not options.install:
         raise ConfigError("goes with --install", key="--yes")

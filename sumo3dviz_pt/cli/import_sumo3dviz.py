@@ -23,9 +23,9 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write a scene file."""
-    from sumo3dviz_pt.import_sumo3dviz import translate
-    from sumo3dviz_pt.still import check_free
-    from sumo3dviz_pt.whole import write_whole
+    from sumo3dviz_pt.files.whole import write_whole
+    from sumo3dviz_pt.pipeline.import_sumo3dviz import translate
+    from sumo3dviz_pt.pipeline.stills.still import check_free
 
     if not options.force:
         check_free(options.output, option="--force")

@@ -24,11 +24,11 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write a scene file."""
-    from sumo3dviz_pt.initfile import propose
-    from sumo3dviz_pt.job import ScenarioSettings
-    from sumo3dviz_pt.schema import FILE, write_schema
-    from sumo3dviz_pt.still import check_free
-    from sumo3dviz_pt.whole import write_whole
+    from sumo3dviz_pt.files.whole import write_whole
+    from sumo3dviz_pt.job.settings import ScenarioSettings
+    from sumo3dviz_pt.pipeline.proposal import propose
+    from sumo3dviz_pt.pipeline.schema import FILE, write_schema
+    from sumo3dviz_pt.pipeline.stills.still import check_free
 
     if not options.force:
         check_free(options.output, option="--force")

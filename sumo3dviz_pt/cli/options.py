@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from sumo3dviz_pt.errors import ConfigError
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.pipeline import Request
+    from sumo3dviz_pt.pipeline.production import Request
 
 PROGRAM = "sumo3dviz-pt"
 
@@ -83,7 +83,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 def _names(keys: Iterable[str]) -> str:
     """Names that can be chosen, key by key."""
-    from sumo3dviz_pt.choices import names_for
+    from sumo3dviz_pt.pipeline.choices import names_for
 
     width = min(100, shutil.get_terminal_size().columns)
     lines = [
@@ -177,7 +177,7 @@ def overrides_of(options: argparse.Namespace) -> dict[str, str]:
 
 def request_of(options: argparse.Namespace) -> Request:
     """What still and render ask for."""
-    from sumo3dviz_pt.pipeline import Request
+    from sumo3dviz_pt.pipeline.production import Request
 
     return Request(
         options.camera,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from sumo3dviz_pt.cli.options import PROGRAM
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.progress import Step
+    from sumo3dviz_pt.pipeline.progress.build import Step
 
 
 def complain(error: object, code: int, hint: str = "") -> int:
@@ -22,7 +22,7 @@ def complain(error: object, code: int, hint: str = "") -> int:
 
 def progress(name: str, steps: Sequence[Step]) -> AbstractContextManager[None]:
     """Show how far the work within the `with` statement is, unless the command is quiet."""
-    from sumo3dviz_pt.progress import followed
+    from sumo3dviz_pt.pipeline.progress.build import followed
 
     if not logging.getLogger("sumo3dviz_pt").isEnabledFor(logging.WARNING):
         return nullcontext()

@@ -15,13 +15,13 @@ from sumo3dviz_pt.cli.options import (
     request_of,
 )
 from sumo3dviz_pt.cli.progress import complain, cpu_in_words, progress
-from sumo3dviz_pt.costs import spent
 from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
+from sumo3dviz_pt.pipeline.progress.costs import spent
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.film import FilmOrder, FilmReport
-    from sumo3dviz_pt.job import Job
-    from sumo3dviz_pt.pipeline import Request
+    from sumo3dviz_pt.job.settings import Job
+    from sumo3dviz_pt.pipeline.films.build import FilmOrder, FilmReport
+    from sumo3dviz_pt.pipeline.production import Request
 
 
 def add(commands: Any) -> None:
@@ -54,7 +54,7 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Render films; in a batch one failure does not stop the rest."""
-    from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.pipeline.production import ready_renderer
 
     if len(options.scene) > 1 and "{scene}" not in options.output.name:
         raise ConfigError("several scenes need {scene} in the name of the output", key="output")
@@ -95,9 +95,9 @@ def _work(
 
 def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tuple[Job, FilmOrder]:
     """A scene and what is to be made of it; what is wrong with either is said before any work."""
-    from sumo3dviz_pt.film import FilmOrder, check_order, check_places
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.pipeline import check_choices
+    from sumo3dviz_pt.pipeline.films.build import FilmOrder, check_order, check_places
+    from sumo3dviz_pt.pipeline.production import check_choices
+    from sumo3dviz_pt.pipeline.scene_file import load_job
 
     order = FilmOrder(
         options.output,
@@ -129,9 +129,9 @@ def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> in
 
 def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmReport]:
     """Render films and show how far they are."""
-    from sumo3dviz_pt.expectations import film_steps
-    from sumo3dviz_pt.film import render_film
-    from sumo3dviz_pt.orders import shots_of
+    from sumo3dviz_pt.pipeline.films.build import render_film
+    from sumo3dviz_pt.pipeline.films.orders import shots_of
+    from sumo3dviz_pt.pipeline.progress.expectations import film_steps
 
     films = [path.name for _, path in shots_of(job, request, order)]
     name = films[0] if len(films) == 1 else order.path.name
@@ -141,7 +141,7 @@ def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmRepor
 
 def _print_plans(job: Job, request: Request, order: FilmOrder) -> None:
     """Say what would be done."""
-    from sumo3dviz_pt.dry_run import plans
+    from sumo3dviz_pt.pipeline.films.dry_run import plans
 
     print("\n\n".join(map(str, plans(job, request, order))))
 

@@ -17,7 +17,7 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print or write the schema."""
-    from sumo3dviz_pt.schema import LINE, schema_text, write_schema
+    from sumo3dviz_pt.pipeline.schema import LINE, schema_text, write_schema
 
     if options.output is None:
         print(schema_text(), end="")

@@ -22,11 +22,11 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Render one image."""
-    from sumo3dviz_pt.costs import spent
-    from sumo3dviz_pt.expectations import still_steps
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.open_shot import render_still
-    from sumo3dviz_pt.pipeline import check_target, get_ready
+    from sumo3dviz_pt.pipeline.production import check_target, get_ready
+    from sumo3dviz_pt.pipeline.progress.costs import spent
+    from sumo3dviz_pt.pipeline.progress.expectations import still_steps
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.pipeline.stills.open_shot import render_still
 
     check_target(options.output, suffixes=(".png", ".exr"), overwrite=options.overwrite)
     job, request = load_job(options.scene, overrides_of(options)), request_of(options)

@@ -41,9 +41,9 @@ def run(options: argparse.Namespace) -> int:
     """List road users."""
     import json
 
-    from sumo3dviz_pt.expectations import building_steps
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.roster import Wanted, as_dicts, point_of, roster
+    from sumo3dviz_pt.pipeline.progress.expectations import building_steps
+    from sumo3dviz_pt.pipeline.roster import Wanted, as_dicts, point_of, roster
+    from sumo3dviz_pt.pipeline.scene_file import load_job
 
     job = load_job(options.scene, overrides_of(options))
     near = None if options.near is None else point_of(job, options.near)

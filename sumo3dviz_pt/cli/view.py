@@ -12,7 +12,7 @@ from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
 from sumo3dviz_pt.errors import InstallationError
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.job import Job
+    from sumo3dviz_pt.job.settings import Job
 
 log = logging.getLogger(__name__)
 
@@ -34,10 +34,10 @@ def add(commands: Any) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Show a scene until Ctrl-C."""
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.pipeline import ready_renderer
+    from sumo3dviz_pt.pipeline.production import ready_renderer
+    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.viewer.render_thread import Studio
     from sumo3dviz_pt.viewer.server import serve
-    from sumo3dviz_pt.viewer.studio import Studio
 
     chosen = overrides_of(options)
     if ready_renderer(options.variant).note:

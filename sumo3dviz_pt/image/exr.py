@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.quiet import silenced
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.quiet import silenced
 
 HALF_MAX = 65504.0
 """Largest finite half-precision number (IEEE 754 binary16)."""

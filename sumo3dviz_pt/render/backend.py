@@ -14,9 +14,9 @@ import mitsuba as mi
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.installation import libllvm
+from sumo3dviz_pt.job.variants import VARIANTS as VARIANTS
+from sumo3dviz_pt.job.variants import check_variant
 from sumo3dviz_pt.render.loading import LIBRARY
-from sumo3dviz_pt.variants import VARIANTS as VARIANTS
-from sumo3dviz_pt.variants import check_variant
 
 log = logging.getLogger(__name__)
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, View
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.lattice import PERIOD
-from sumo3dviz_pt.render.paint import paint_texture
-from sumo3dviz_pt.render.stained import stained_texture
-from sumo3dviz_pt.render.untiled import UNTILED, untiled_texture
+from sumo3dviz_pt.render.materials.lattice import PERIOD
+from sumo3dviz_pt.render.materials.paint import paint_texture
+from sumo3dviz_pt.render.materials.stained import stained_texture
+from sumo3dviz_pt.render.materials.untiled import UNTILED, untiled_texture
 
 TINT_ATTRIBUTE = "face_tint"
 RADIANCE_ATTRIBUTE = "face_radiance"

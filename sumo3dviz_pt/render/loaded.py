@@ -12,13 +12,13 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.render import convert
-from sumo3dviz_pt.render.compound import Lump, lumps
-from sumo3dviz_pt.render.crowd import Crowd
 from sumo3dviz_pt.render.kernels import load, settle
-from sumo3dviz_pt.render.lamps import Lamps
-from sumo3dviz_pt.render.movers import InstancePool, Materials, ScalarMovers, lowest
-from sumo3dviz_pt.render.running_lamps import RunningLamps
-from sumo3dviz_pt.render.untiled import is_worn, wear_attributes
+from sumo3dviz_pt.render.lights.running import RunningLamps
+from sumo3dviz_pt.render.lights.standing import Lamps
+from sumo3dviz_pt.render.materials.compound import Lump, lumps
+from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
+from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
+from sumo3dviz_pt.render.movers.crowd import Crowd
 
 
 class LoadedScene:

@@ -14,9 +14,9 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InstallationError
+from sumo3dviz_pt.files.quiet import silenced
 from sumo3dviz_pt.installation import libllvm
 from sumo3dviz_pt.installation.dependencies import explained
-from sumo3dviz_pt.quiet import silenced
 
 _NONE = "no libLLVM can be used"
 """Named where there is none, lest Dr.Jit searches."""

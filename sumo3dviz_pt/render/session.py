@@ -10,29 +10,36 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.job import Quality
+from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.scene import FrameState, SceneData
-from sumo3dviz_pt.render import guides
 from sumo3dviz_pt.render.backend import Backend
-from sumo3dviz_pt.render.capped import (
+from sumo3dviz_pt.render.clock import Clock
+from sumo3dviz_pt.render.kernels import load, tracer
+from sumo3dviz_pt.render.lights.emitter import register_lamps
+from sumo3dviz_pt.render.loaded import LoadedScene
+from sumo3dviz_pt.render.materials.paint import register_paint
+from sumo3dviz_pt.render.materials.stained import register_stained
+from sumo3dviz_pt.render.materials.untiled import PIXEL, register_untiled
+from sumo3dviz_pt.render.passes import guides
+from sumo3dviz_pt.render.passes.build import (
+    Accumulator,
+    Tally,
+    capped,
+    frame_seed,
+    pass_seed,
+    report,
+)
+from sumo3dviz_pt.render.passes.capped import (
     capped_integrator,
     lamps_seen,
     path_integrator,
     register_capped,
 )
-from sumo3dviz_pt.render.clock import Clock
-from sumo3dviz_pt.render.denoise import denoise, mixed
-from sumo3dviz_pt.render.entries import sensor_entry, sky_entry, sky_weight, sun_entry
-from sumo3dviz_pt.render.haze import apply_haze, horizon_behind
-from sumo3dviz_pt.render.kernels import load, tracer
-from sumo3dviz_pt.render.lamp_emitter import register_lamps
-from sumo3dviz_pt.render.loaded import LoadedScene
-from sumo3dviz_pt.render.paint import register_paint
-from sumo3dviz_pt.render.passes import Accumulator, Tally, capped, frame_seed, pass_seed, report
-from sumo3dviz_pt.render.skymap import SkyMap, bake_sky
-from sumo3dviz_pt.render.stained import register_stained
-from sumo3dviz_pt.render.untiled import PIXEL, register_untiled
+from sumo3dviz_pt.render.passes.denoise import denoise, mixed
+from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.sky.entries import sensor_entry, sky_entry, sky_weight, sun_entry
+from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
 
 
 @dataclass(frozen=True, slots=True)

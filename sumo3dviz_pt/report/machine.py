@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from sumo3dviz_pt.provenance import versions
+from sumo3dviz_pt.pipeline.accounts.provenance import versions
 
 
 def machine() -> dict[str, str | int]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.report.table import (
+from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
     LADDER,
     Row,

@@ -8,8 +8,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from sumo3dviz_pt.asked import settle
-from sumo3dviz_pt.job_ranges import WIDEST, Seconds, Size, Whole
+from sumo3dviz_pt.job.asked import settle
+from sumo3dviz_pt.job.ranges import WIDEST, Seconds, Size, Whole
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import CinematicCamera, KeyFrame, LensSettings
-from sumo3dviz_pt.jobfile import make_job
+from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
+from sumo3dviz_pt.job.yaml12 import parse_yaml
+from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.viewer.insertion import inserted
 from sumo3dviz_pt.viewer.walk import Eye, wrapped
-from sumo3dviz_pt.yaml12 import parse_yaml
 
 _NAME = re.compile(r"[^\W\d][\w-]{0,59}")
 """What cameras may be called: words that need no quotes and suit names of films."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.live import Live
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.pipeline.live import Live
 
 _CHANNELS = 5
 

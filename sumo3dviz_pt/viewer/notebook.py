@@ -6,8 +6,8 @@ import atexit
 import html
 
 from sumo3dviz_pt.viewer.choices import Choices as Choices
+from sumo3dviz_pt.viewer.render_thread import Studio
 from sumo3dviz_pt.viewer.server import Server
-from sumo3dviz_pt.viewer.studio import Studio
 
 _BELOW = 120
 """Height of what the page shows above and below the picture [px]."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 from typing import Any
 
-from sumo3dviz_pt.viewer.messages import Frame, Message, Note
+from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
 
 _STANDS = frozenset({"scene", "busy", "keyframes"})
 """Kinds of notes that say how things stand now."""

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.live import Live, Size, encoded, joined
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.pipeline.live import Live, Size, encoded, joined
+from sumo3dviz_pt.viewer.client import Visitor
 from sumo3dviz_pt.viewer.mean import Mean
-from sumo3dviz_pt.viewer.stand import Stand, said_of
-from sumo3dviz_pt.viewer.visitor import Visitor
+from sumo3dviz_pt.viewer.state import Stand, said_of
 from sumo3dviz_pt.viewer.walk import Eye
 
 _ROUNDS = 3

@@ -27,7 +27,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.errors import ConfigError, MissingExtraError
-from sumo3dviz_pt.viewer.messages import Frame, Note
+from sumo3dviz_pt.viewer.messages_out import Frame, Note
 from sumo3dviz_pt.viewer.outbox import Outbox
 
 try:
@@ -36,8 +36,8 @@ except ImportError as error:
     raise MissingExtraError("the viewer needs aiohttp", extra="viewer") from error
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.viewer.studio import Studio
-    from sumo3dviz_pt.viewer.visitor import Visitor
+    from sumo3dviz_pt.viewer.client import Visitor
+    from sumo3dviz_pt.viewer.render_thread import Studio
 
 
 HOST = "127.0.0.1"

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.job import RoadSettings
-from sumo3dviz_pt.scene.roads import build_roads
-from sumo3dviz_pt.scene.roads_cells import overlapping_pairs
-from sumo3dviz_pt.scene.roads_layout import RoadLayout, layout_roads
+from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.sumo import read_network
+from sumo3dviz_pt.world.roads.build import build_roads
+from sumo3dviz_pt.world.roads.cells import overlapping_pairs
+from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 FLAT = ["barcelona", "doerpfeldstr", "bologna_acosta", "badhersfeld"]

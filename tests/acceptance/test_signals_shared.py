@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.job import SignalSettings
-from sumo3dviz_pt.scene.lane_index import build_lane_index
-from sumo3dviz_pt.scene.signals import build_signals
+from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.sumo import read_network, read_signals
+from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.signals.build import build_signals
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 NAMES = ["doerpfeldstr", "bologna_acosta", "badhersfeld", "barcelona"]

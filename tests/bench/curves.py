@@ -16,7 +16,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from sumo3dviz_pt.report.table import Slope, median, numbers, read_rows, slope
+from sumo3dviz_pt.report.convergence.table import Slope, median, numbers, read_rows, slope
 
 WORK = Path("build/curves")
 PRESETS = ("draft", "preview", "standard", "study")

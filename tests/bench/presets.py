@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.provenance import versions
+from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.report.convergence.table import median, read_rows
 from sumo3dviz_pt.report.machine import machine, peak_memory
-from sumo3dviz_pt.report.table import median, read_rows
 
 FRAMES = {"draft": 8, "preview": 8, "standard": 8, "study": 6}
 """Frames of each preset; those after the third count."""
@@ -39,8 +39,8 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
     """Render a few frames with one preset."""
     import drjit as dr
 
-    from sumo3dviz_pt.jobfile import load_job
-    from sumo3dviz_pt.pipeline import Request, example, frame_times, opened, prepare
+    from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
+    from sumo3dviz_pt.pipeline.scene_file import load_job
 
     started = time.process_time()
     request = Request(camera="overview", quality=preset, size=size)

@@ -92,8 +92,8 @@ _OVERVIEWS = {
 
 def job_of(case: Case) -> Any:
     """The scene file of a case."""
-    from sumo3dviz_pt.jobfile import load_job, make_job
-    from sumo3dviz_pt.pipeline import example
+    from sumo3dviz_pt.pipeline.production import example
+    from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 
     if case.scene not in _RIDES:
         return load_job(example(case.scene), {**case.changes, "output.half": False})
@@ -112,8 +112,8 @@ def job_of(case: Case) -> Any:
 
 def take(name: str, folder: Path) -> None:
     """Render a case into a folder, with an account of what was built and what it cost."""
-    from sumo3dviz_pt.open_shot import OpenShot, plan_times
-    from sumo3dviz_pt.pipeline import Request, frame_times, prepare
+    from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
+    from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot, plan_times
     from sumo3dviz_pt.report.machine import peak_memory
 
     case, job = CASES[name], job_of(CASES[name])

@@ -57,24 +57,24 @@ FAULTS = {
         (FRAMES,),
     ),
     "lamps are not recentred": Fault(
-        "render/lamps.py", "key, each.mesh.vertices - origin)",
+        "render/lights/standing.py", "key, each.mesh.vertices - origin)",
         "key, each.mesh.vertices)", (PICTURES,),
     ),
     "the cap ignores exempt pixels": Fault(
-        "render/passes.py", "np.where(self.exempt[..., None], kept + lost, kept)", "kept",
+        "render/passes/build.py", "np.where(self.exempt[..., None], kept + lost, kept)", "kept",
         ("tests/unit/render/test_passes.py", LIGHT),
     ),
     "colour table is off by one": Fault(
-        "render/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
+        "render/materials/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
         "return (int(pointer[0]) + 1) & (TABLE_SIZE - 1)", (PICTURES,),
     ),
     "haze veils the sky": Fault(
-        "render/haze.py", "veil = both * fade",
+        "render/passes/haze.py", "veil = both * fade",
         "veil = fade + 0.5 * (1 - hit[..., None])",
         ("tests/unit/render/test_haze.py",),
     ),
     "bodies stand half a metre ahead": Fault(
-        "scene/articulation.py", "matrices[:, :3, 3] = positions",
+        "cast/articulation.py", "matrices[:, :3, 3] = positions",
         "matrices[:, :3, 3] = positions + [0.5, 0, 0]", (FRAMES,),
     ),
     "teleports are driven across": Fault(
@@ -82,88 +82,88 @@ FAULTS = {
         ("tests/unit/motion/test_pieces.py", STIFF),
     ),
     "dashes begin without half a gap": Fault(
-        "shapes/bands.py", "self.stations[0] + 0.5 * gap", "self.stations[0] + 0.9 * gap",
+        "library/mesh/bands.py", "self.stations[0] + 0.5 * gap", "self.stations[0] + 0.9 * gap",
         ("tests/unit/shapes", "tests/unit/scene/test_roads.py"),
     ),
     "a signal shows its neighbour's letter": Fault(
-        "scene/aspects.py", "letter = state[link] if", "letter = state[link - 1] if",
+        "world/signals/aspects.py", "letter = state[link] if", "letter = state[link - 1] if",
         ("tests/unit/scene/test_aspects.py", "tests/unit/package/test_leave_out.py"),
     ),
     "the seed of a frame forgets its time": Fault(
-        "render/passes.py", "words = [seed, microseconds % 2**32,", "words = [seed, 0,",
+        "render/passes/build.py", "words = [seed, microseconds % 2**32,", "words = [seed, 0,",
         ("tests/unit/render/test_passes.py",),
     ),
     "the sun's azimuth is mirrored": Fault(
-        "render/entries.py", "place = direction * SUN_DISTANCE",
+        "render/sky/entries.py", "place = direction * SUN_DISTANCE",
         "place = direction * [-1, 1, 1] * SUN_DISTANCE", (PICTURES,),
     ),
     "new values do not reach recordings": Fault(
         "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
     ),
     "far road users beyond the detailed ones are dropped": Fault(
-        "scene/needs.py", "return Choice(near & ~hero, shown & ~near, hero)",
+        "shot/visibility.py", "return Choice(near & ~hero, shown & ~near, hero)",
         "return Choice(near & ~hero, shown & ~near & (distance > NEAR_END), hero)",
         ("tests/property/test_needs_properties.py",),
     ),
     # Bodies on their path.
     "trailers follow a tangent, not the path": Fault(
-        "scene/articulation.py", "heading = _unit(ahead - behind)",
+        "cast/articulation.py", "heading = _unit(ahead - behind)",
         "heading = _unit(ahead - _points(path, spacing, place - 0.5 * (second - first)))",
         ("tests/unit/scene/test_articulation.py",),
     ),
     "outer wheels turn no faster than inner ones": Fault(
-        "scene/rolling.py", "places = np.stack([_places(units, hub) for hub in hubs], axis=1)",
+        "cast/rolling.py", "places = np.stack([_places(units, hub) for hub in hubs], axis=1)",
         "places = np.stack([units[:, hub.unit, :3, 3] for hub in hubs], axis=1)",
         ("tests/unit/scene/test_rolling.py",),
     ),
     "wheels roll backwards": Fault(
-        "scene/drawing.py", "[[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]]",
+        "cast/drawing.py", "[[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]]",
         "[[ct, 0.0, -st], [0.0, 1.0, 0.0], [st, 0.0, ct]]", ("tests/unit/scene/test_rolling.py",),
     ),
     "brake lamps have one threshold": Fault(
-        "scene/derived_lamps.py",
+        "cast/derived_lamps.py",
         "leaves = (change > -_RELEASES * lost)", "leaves = (change > -lost)",
         ("tests/unit/scene/test_derived_lamps.py",),
     ),
     "bodies roll into the bend": Fault(
-        "scene/sway.py", "roll = springs.roll *", "roll = -springs.roll *",
+        "cast/sway.py", "roll = springs.roll *", "roll = -springs.roll *",
         ("tests/unit/scene/test_sway.py",),
     ),
     "a block of frames shows its first time": Fault(
-        "scene/presence.py", "column = int(np.searchsorted(block.times, time))", "column = 0",
+        "cast/presence.py", "column = int(np.searchsorted(block.times, time))", "column = 0",
         ("tests/unit/scene/test_presence.py",),
     ),
     # Law 3: what shines by day and by night.
     "lamps count as lit by day": Fault(
-        "scene/darkness.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
+        "world/sky/darkness.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
     ),
     "street lamps burn by day": Fault(
-        "scene/street.py", "lamp_sets(lamps, site) if dark else ()", "lamp_sets(lamps, site)",
+        "world/street/build.py", "lamp_sets(lamps, site) if dark else ()", "lamp_sets(lamps, site)",
         (f"{DARK}::{BY_DAY}",),
     ),
     "light paths aim at signals by day": Fault(
-        "scene/place.py", "replace(some, sampled=dark)", "replace(some, sampled=True)",
+        "world/build.py", "replace(some, sampled=dark)", "replace(some, sampled=True)",
         (f"{DARK}::{BY_DAY}",),
     ),
     "head lamps have beams by day": Fault(
-        "scene/vehicle_lights.py", 'if not (dark and "head" in roles):',
+        "cast/lights.py", 'if not (dark and "head" in roles):',
         'if "head" not in roles:', (f"{DARK}::{BY_DAY}",),
     ),
     "moving vehicles are unlit by night": Fault(
-        "scene/vehicle_lights.py", "_AT_NIGHT if self.dark else frozenset[str]()",
+        "cast/lights.py", "_AT_NIGHT if self.dark else frozenset[str]()",
         "frozenset[str]()",
         (f"{DARK}::test_by_night_whoever_drives_is_lit",),
     ),
     "plain bodies have no lamps": Fault(
-        "scene/bodies.py", "Prototype(name, made.parts, made.far, lamps)",
+        "cast/bodies.py", "Prototype(name, made.parts, made.far, lamps)",
         "Prototype(name, made.parts, made.far)", (f"{DARK}::test_by_night_whoever_drives_is_lit",),
     ),
     "an opened vehicle loses its lamps": Fault(
-        "shapes/cutaway.py", "(*prototype.lamps, *lamps)", "lamps",
+        "library/vehicles/interior/cutaway.py", "(*prototype.lamps, *lamps)", "lamps",
         (f"{DARK}::test_the_lamps_of_a_driver_at_night_light_its_road",),
     ),
     "a night sky leaves a day's lamps off": Fault(
-        "scene/shot.py", "if is_dark(sky, lights) != self.dark:", "if False:",
+        "shot/build.py", "if is_dark(sky, lights) != self.dark:", "if False:",
         (f"{DARK}::test_lamps_go_on_with_another_sky",),
     ),
     # Guards of the stability suite.
@@ -176,7 +176,7 @@ FAULTS = {
         (f"{PLACES}::test_the_contact_shadow_stays_on_a_drive_of_2_km",),
     ),
     "dusk is as bright as a sun of 2 degrees": Fault(
-        "render/daylight.py",
+        "render/sky/daylight.py",
         "coarse = model.sky() * (sky * fade)",
         "coarse = model.sky() * sky", (f"{LIGHT}::test_no_jump_between_neighbours",),
     ),
@@ -185,30 +185,33 @@ FAULTS = {
         (f"{LIGHT}::test_the_cap_scales_with_white",),
     ),
     "there is no cap": Fault(
-        "render/capped.py", "dr.minimum(1.0, self.limit / peak)", "dr.minimum(1.0, 1e30 / peak)",
+        "render/passes/capped.py",
+        "dr.minimum(1.0, self.limit / peak)", "dr.minimum(1.0, 1e30 / peak)",
         (f"{LIGHT}::test_the_cap_spares_the_disc_and_tames_its_mirror_image",),
     ),
     "NaN becomes black in Mitsuba's film": Fault(
-        "render/capped.py", "lost = dr.select(sound, radiance - kept, np.inf)",
+        "render/passes/capped.py", "lost = dr.select(sound, radiance - kept, np.inf)",
         "lost = radiance - kept", (BROKEN,),
     ),
     "slim triangles have no colour": Fault(
-        "render/untiled_shading.py", "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
+        "render/materials/untiled_shading.py",
+        "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
         ("tests/unit/render/test_untiled.py",),
     ),
     "broken pixels are counted but stay": Fault(
-        "render/passes.py", "kept[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
+        "render/passes/build.py",
+        "kept[broken] = gone[broken] = 0.0", "gone[broken] = 0.0", (BROKEN,),
     ),
     "broken pixels are painted over without an error": Fault(
-        "render/passes.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
+        "render/passes/build.py", "BAD_SHARE = 1e-5", "BAD_SHARE = 1.0", (BROKEN,),
     ),
     "paint lies at the height of the asphalt": Fault(
-        "scene/roads_layers.py", "_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.005, 0.01",
+        "world/roads/layers.py", "_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.005, 0.01",
         "_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.0, 0.01",
         ("tests/statistical/test_stability_layers.py",),
     ),
     "what is 5 cm from the eye is cut open": Fault(
-        "render/entries.py", '"near_clip": 0.001', '"near_clip": 0.05',
+        "render/sky/entries.py", '"near_clip": 0.001', '"near_clip": 0.05',
         ("tests/statistical/test_stability_cameras.py",),
     ),
     # Motion.
@@ -260,15 +263,15 @@ FAULTS = {
         ("tests/property/test_motion_laws.py::test_the_asked_window_changes_nothing",),
     ),
     "stretched bodies lose their wheels": Fault(
-        "scene/fitted_models.py", "replace(place, at=stretch.moved_point(place.at))", "place",
+        "cast/fitted_models.py", "replace(place, at=stretch.moved_point(place.at))", "place",
         ("tests/unit/scene/test_heroes.py",),
     ),
     "roaming cameras run out of slots": Fault(
-        "scene/shot.py", "if self.places is not None:", "if False:",
+        "shot/build.py", "if self.places is not None:", "if False:",
         ("tests/unit/scene/test_roaming.py",),
     ),
     "parts of large pictures are mirrored": Fault(
-        "render/quick.py", "part.column - middle", "middle - part.column",
+        "render/passes/quick.py", "part.column - middle", "middle - part.column",
         ("tests/film/test_quick.py",),
     ),
     "the error is that of a single sample": Fault(
@@ -280,11 +283,12 @@ FAULTS = {
         ("tests/unit/viewer/test_walk.py",),
     ),
     "rows of houses ignore other cameras": Fault(
-        "scene/sightlines.py", "around.clearance.tracks, wide", "around.clearance.tracks[:0], wide",
+        "world/placement/sightlines.py",
+        "around.clearance.tracks, wide", "around.clearance.tracks[:0], wide",
         ("tests/unit/scene/test_street_fronts.py",),
     ),
     "a side joins a road's outline and its hole": Fault(
-        "shapes/planar.py", "shapely.get_parts(shapely.boundary(list(areas)))",
+        "library/mesh/planar.py", "shapely.get_parts(shapely.boundary(list(areas)))",
         "shapely.boundary(list(areas))",
         ("tests/unit/scene/test_planting.py",),
     ),

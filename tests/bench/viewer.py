@@ -30,10 +30,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from viewer.browser import Browser, Page
 from viewer.program import Program
 
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import example, read
+from sumo3dviz_pt.pipeline.production import example, read
+from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.report.machine import machine
-from sumo3dviz_pt.scene.aiming import aim_of
+from sumo3dviz_pt.shot.cameras.aiming import aim_of
 
 SCENE, CAMERA, TIME = "ronda", "overview", 490.0
 STRIDE = 1.0

@@ -10,10 +10,10 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import CameraSettings, Job, LagrangianCamera, SkySettings
-from sumo3dviz_pt.jobfile import load_job, make_job, quality_preset
-from sumo3dviz_pt.pipeline import object_files, scenario_files
-from sumo3dviz_pt.scene.materials import MATERIALS
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, SkySettings
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.pipeline.production import object_files, scenario_files
+from sumo3dviz_pt.pipeline.scene_file import load_job, make_job, quality_preset
 
 BRIGHTEST = 0.85  # principled conserves energy up to this base colour
 FAMILIES = sorted(path.name for path in catalog.data_root("assets").iterdir() if path.is_dir())

@@ -13,17 +13,19 @@ from bench.processor_accounts import library
 from bench.processors import accounts_of, compared, differences
 
 from sumo3dviz_pt.catalog import find, names, recipe_files
-from sumo3dviz_pt.shapes.bake import bake_folder
+from sumo3dviz_pt.library.vehicles.bake import bake_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "sumo3dviz_pt"
-GENERATORS = sorted(path for part in ("shapes", "scene") for path in (PACKAGE / part).glob("*.py"))
+GENERATORS = sorted(
+    path for part in ("library", "world", "cast", "shot") for path in (PACKAGE / part).rglob("*.py")
+)
 MODULES = {"uuid", "random", "secrets"}
 CLOCKS = {"time", "time_ns", "monotonic", "perf_counter", "process_time", "now", "today", "utcnow"}
 SEEDED = {"default_rng", "Generator"}
 UNSTABLE = {"argsort", "np.partition", "np.argpartition"}
 # What is kept in the user's cache ages; what is in it does not hang on that.
-MAY_SEE_A_CLOCK = {"scene/heroes.py"}
+MAY_SEE_A_CLOCK = {"cast/full_detail.py"}
 
 
 def problems(tree: ast.Module, *, clock: bool = False) -> Iterator[str]:

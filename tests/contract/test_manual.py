@@ -9,7 +9,7 @@ import pytest
 from manual import DOCS
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job import Job, Quality
+from sumo3dviz_pt.job.settings import Job, Quality
 
 COMMANDS = (
     "demo", "init", "check", "still", "render", "develop", "converge", "report", "compare",

@@ -13,7 +13,7 @@ from manual import DOCS, ROOT, blocks, text_of
 import sumo3dviz_pt
 from sumo3dviz_pt.errors import MissingExtraError
 from sumo3dviz_pt.installation.packages import MANAGERS
-from sumo3dviz_pt.yaml12 import parse_yaml
+from sumo3dviz_pt.job.yaml12 import parse_yaml
 
 FOUNDING = "sumo3Dviz: A three dimensional traffic visualisation"
 ARXIV = "2604.19194"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import sumo3dviz_pt
-from sumo3dviz_pt.job import Job
+from sumo3dviz_pt.job.settings import Job
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAVY = ("mitsuba", "drjit", "trimesh", "colour", "matplotlib", "imageio_ffmpeg", "OpenEXR")
@@ -66,7 +66,7 @@ def test_help_loads_nothing_heavy(arguments: list[str]) -> None:
 def test_reading_a_scene_file_loads_nothing_heavy() -> None:
     code = (
         "import sumo3dviz_pt as sv\n"
-        "from sumo3dviz_pt.pipeline import example\n"
+        "from sumo3dviz_pt.pipeline.production import example\n"
         "sv.load(example('ronda'))"
     )
     assert loaded_by(code) == set()

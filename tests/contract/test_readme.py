@@ -14,7 +14,7 @@ import pytest
 from manual import DOCS, ROOT, blocks, text_of
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.jobfile import quality_preset
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 README = text_of(ROOT / "README.md")
 SMALLER = (("(960, 540)", "(64, 36)"), ("(640, 360)", "(64, 36)"), ("end=462", "end=460.08"))

@@ -9,9 +9,9 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.checks import TRIANGLE_BUDGET, check_scene
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, prepare
+from sumo3dviz_pt.pipeline.checks import TRIANGLE_BUDGET, check_scene
+from sumo3dviz_pt.pipeline.production import Request, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 CROSSING = catalog.data_root("examples") / "crossing" / "scene.yaml"
 WANTED = {

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.scene.body_choice import Model
+from sumo3dviz_pt.cast.choice import Model
 
 CYCLES = frozenset(["bicycle", "scooter"])
 TWO_WHEELED = CYCLES | {"motorcycle", "moped"}

@@ -8,8 +8,8 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.report.plan import groups
-from sumo3dviz_pt.report.table import COLUMNS
+from sumo3dviz_pt.report.convergence.plan import groups
+from sumo3dviz_pt.report.convergence.table import COLUMNS
 
 pytestmark = pytest.mark.slow
 

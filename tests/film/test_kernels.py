@@ -13,9 +13,9 @@ PACKAGE = Path(__file__).parents[2]
 SCRIPT = """
 import json, sys
 import drjit as dr
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.open_shot import OpenShot
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare, ready_renderer
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare, ready_renderer
 
 ready_renderer("llvm")
 dr.set_flag(dr.JitFlag.KernelHistory, True)

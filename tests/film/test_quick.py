@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from builders import view_at, write_scenario
 
-from sumo3dviz_pt.job import CinematicCamera, LagrangianCamera
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.live import Ground, Live, joined
-from sumo3dviz_pt.viewer.messages import Frame
-from sumo3dviz_pt.viewer.orders import GoTo, KeyFrameOrder
+from sumo3dviz_pt.job.settings import CinematicCamera, LagrangianCamera
+from sumo3dviz_pt.pipeline.live import Ground, Live, joined
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.viewer.client import Visitor
+from sumo3dviz_pt.viewer.messages_in import GoTo, KeyFrameOrder
+from sumo3dviz_pt.viewer.messages_out import Frame
 from sumo3dviz_pt.viewer.projector import Projector
-from sumo3dviz_pt.viewer.stand import Stand, obeyed
-from sumo3dviz_pt.viewer.visitor import Visitor
+from sumo3dviz_pt.viewer.state import Stand, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
 SIZE, SMALL = (96, 54), (48, 27)

@@ -8,9 +8,9 @@ from builders import write_scenario
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.frames import NOTE, account_in
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.job import Job
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.pipeline.films.frames import NOTE, account_in
 from sumo3dviz_pt.video import probe
 
 pytestmark = pytest.mark.slow

@@ -6,8 +6,8 @@ from builders import SCENE, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 pytestmark = pytest.mark.slow
 

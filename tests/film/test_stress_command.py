@@ -7,12 +7,12 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.news import Doing, heard_by
-from sumo3dviz_pt.pipeline import Request, frame_times, opened, prepare
-from sumo3dviz_pt.report.stress import StressOrder, put_under_stress
-from sumo3dviz_pt.report.stress_cases import Case
-from sumo3dviz_pt.report.stress_sky import under_sky
+from sumo3dviz_pt.pipeline.production import Request, frame_times, opened, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.report.stress.build import StressOrder, put_under_stress
+from sumo3dviz_pt.report.stress.cases import Case
+from sumo3dviz_pt.report.stress.sky import under_sky
 
 pytestmark = pytest.mark.slow
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, example, opened, prepare
+from sumo3dviz_pt.pipeline.production import Request, example, opened, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 DATA = Path(__file__).parent / "data"
 

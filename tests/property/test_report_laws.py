@@ -10,7 +10,7 @@ from searching import tries
 from sumo3dviz_pt.image.metrics import mean_bias, psnr, ssim
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import Mover, View
-from sumo3dviz_pt.report.flicker import Seen, flicker, flow_between
+from sumo3dviz_pt.report.films.flicker import Seen, flicker, flow_between
 
 SHAPES = st.tuples(st.integers(1, 16), st.integers(1, 16), st.just(3))
 PICTURES = hnp.arrays(np.float32, SHAPES, elements=st.floats(0, 1, width=32))

@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
-from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.mesh.polyline import arc_length, mitres, without_repeats
+from sumo3dviz_pt.library.mesh.triangulate import triangulate
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
-from sumo3dviz_pt.scene.roads_cells import overlapping_pairs
-from sumo3dviz_pt.scene.roads_layout import layout_roads
-from sumo3dviz_pt.shapes.polyline import arc_length, mitres, without_repeats
-from sumo3dviz_pt.shapes.triangulate import triangulate
+from sumo3dviz_pt.world.roads.cells import overlapping_pairs
+from sumo3dviz_pt.world.roads.layout import layout_roads
 
 CARS = frozenset({"passenger"})
 places = st.tuples(st.integers(-60, 60), st.integers(-60, 60))

@@ -5,7 +5,7 @@ import json
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.yaml12 import parse_yaml
+from sumo3dviz_pt.job.yaml12 import parse_yaml
 
 # Line and paragraph separators count as line breaks in YAML 1.1's scanner.
 WORDS = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), max_size=12)

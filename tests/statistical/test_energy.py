@@ -17,8 +17,8 @@ from builders import (
 )
 
 from sumo3dviz_pt.image.metrics import capped_rmse
+from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.scene import Sky
-from sumo3dviz_pt.scene.materials import MATERIALS
 
 NAMES = tuple(sorted(MATERIALS))
 SPACING, RADIUS = 3.0, 1.0

@@ -11,16 +11,16 @@ from builders import RAW, ball, frame_of, plane, scene_of, session_of, static, v
 from significance import sidak_z
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job import SkySettings
+from sumo3dviz_pt.job.settings import SkySettings
+from sumo3dviz_pt.library.materials.named import MATERIALS, surface_bsdf
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import constant_tint, plugin
-from sumo3dviz_pt.render.entries import sky_entry
-from sumo3dviz_pt.render.panorama import directions
-from sumo3dviz_pt.render.skymap import bake_sky
-from sumo3dviz_pt.render.untiled import register_untiled
-from sumo3dviz_pt.scene.materials import MATERIALS, surface_bsdf
-from sumo3dviz_pt.scene.sky import build_sky
+from sumo3dviz_pt.render.materials.untiled import register_untiled
+from sumo3dviz_pt.render.sky.entries import sky_entry
+from sumo3dviz_pt.render.sky.map import bake_sky
+from sumo3dviz_pt.render.sky.panorama import directions
+from sumo3dviz_pt.world.sky.build import build_sky
 
 pytestmark = pytest.mark.slow
 

@@ -16,13 +16,13 @@ from builders import (
     write_scenario,
 )
 
-from sumo3dviz_pt.job import EulerianCamera
-from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.job.settings import EulerianCamera
+from sumo3dviz_pt.library.materials.named import matt
 from sumo3dviz_pt.model.scene import Slots, View
-from sumo3dviz_pt.open_shot import render_still
-from sumo3dviz_pt.pipeline import Request
-from sumo3dviz_pt.scene.aiming import aim_at, aim_of
-from sumo3dviz_pt.scene.materials import matt
+from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.stills.open_shot import render_still
+from sumo3dviz_pt.shot.cameras.aiming import aim_at, aim_of
 
 pytestmark = pytest.mark.slow
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from builders import SCENE, TYPES, fcd_xml, write_scenario
 
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, opened, prepare
+from sumo3dviz_pt.pipeline.production import Request, opened, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 pytestmark = pytest.mark.slow
 

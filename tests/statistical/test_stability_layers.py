@@ -23,10 +23,10 @@ from builders import (
     write_scenario,
 )
 
-from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.scene import ORIGIN_GRID, Part, View
-from sumo3dviz_pt.pipeline import Request, example, frame_times, prepare
-from sumo3dviz_pt.scene.aiming import aim_at
+from sumo3dviz_pt.pipeline.production import Request, example, frame_times, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.shot.cameras.aiming import aim_at
 
 pytestmark = pytest.mark.slow
 

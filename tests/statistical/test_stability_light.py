@@ -9,11 +9,11 @@ import pytest
 from builders import RAW, ball, diffuse, frame_of, plane, scene_of, session_of, static, view_at
 
 from sumo3dviz_pt.image.tonemap import develop, develop_float, tone_names
+from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.scene import Sky
-from sumo3dviz_pt.render.daylight import SUN_RADIUS
-from sumo3dviz_pt.render.skymap import CANDELAS_PER_UNIT, bake_sky
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.scene.sky import NIGHT, base_exposure
+from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
+from sumo3dviz_pt.render.sky.map import CANDELAS_PER_UNIT, bake_sky
+from sumo3dviz_pt.world.sky.build import NIGHT, base_exposure
 
 pytestmark = pytest.mark.slow
 

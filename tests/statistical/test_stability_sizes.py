@@ -18,8 +18,8 @@ from scipy import stats
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
+from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.scene import Sky
-from sumo3dviz_pt.scene.materials import MATERIALS
 
 pytestmark = pytest.mark.slow
 

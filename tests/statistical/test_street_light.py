@@ -14,10 +14,10 @@ from builders import (
     view_at,
 )
 
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOBE, LOW, Lamp, lamp_sets
-from sumo3dviz_pt.scene.street_places import Site
-from sumo3dviz_pt.scene.surroundings import Surroundings
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, Lamp, lamp_sets
+from sumo3dviz_pt.world.street.places import Site
 
 pytestmark = pytest.mark.slow
 

@@ -21,9 +21,9 @@ from builders import write_scenario
 from PIL import Image
 
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
-from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.viewer.render_thread import Studio
 from sumo3dviz_pt.viewer.server import Server, application
-from sumo3dviz_pt.viewer.studio import Studio
 
 TOKEN = "open-sesame"
 SIZE = (64, 36)
@@ -202,8 +202,8 @@ def test_a_viewer_that_never_started_can_be_closed(scene) -> None:
 def test_without_its_extra_it_says_what_to_install() -> None:
     code = (
         "import sys; sys.modules['aiohttp'] = None\n"
-        "import sumo3dviz_pt.api, sumo3dviz_pt.cli, sumo3dviz_pt.pipeline\n"
-        "import sumo3dviz_pt.viewer.studio\n"
+        "import sumo3dviz_pt.api, sumo3dviz_pt.cli, sumo3dviz_pt.pipeline.production\n"
+        "import sumo3dviz_pt.viewer.render_thread\n"
         "from sumo3dviz_pt.errors import ConfigError\n"
         "try: import sumo3dviz_pt.viewer.server\n"
         "except ConfigError as error: sys.stdout.write(str(error))\n"
@@ -476,9 +476,9 @@ def test_a_scene_that_cannot_be_built_is_said_before_anybody_is_invited(scene, t
 SERVE = """
 import sys
 from pathlib import Path
-from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer.server import serve
-from sumo3dviz_pt.viewer.studio import Studio
+from sumo3dviz_pt.viewer.render_thread import Studio
 studio = Studio(load_job(Path(sys.argv[1])), size=(64, 36))
 serve(studio, port=0, token=None, announce=lambda text: print(text, flush=True))
 print("ended", flush=True)

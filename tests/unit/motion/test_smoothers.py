@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import MotionSettings
+from sumo3dviz_pt.job.settings import MotionSettings
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.motion import MARGIN, smooth, smooth_log, smoother_names
 from sumo3dviz_pt.motion.paper_symmetric import HEADING_HALF_WIDTH, POSITION_HALF_WIDTH

@@ -10,7 +10,7 @@ import pytest
 from builders import write_scenario
 
 import sumo3dviz_pt as sv
-from sumo3dviz_pt.still import Still
+from sumo3dviz_pt.pipeline.stills.still import Still
 
 
 @pytest.fixture(scope="module")

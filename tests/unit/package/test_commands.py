@@ -10,8 +10,8 @@ from builders import write_scenario
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.api import _gathered
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, check_target, frame_times, prepare
+from sumo3dviz_pt.pipeline.production import Request, check_target, frame_times, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 
 def test_init_writes_a_scene_that_runs(tmp_path, capsys):

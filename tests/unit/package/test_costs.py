@@ -6,8 +6,14 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.costs import cost_of, memory_forecast, space_in_words, threads, time_in_words
-from sumo3dviz_pt.jobfile import quality_preset
+from sumo3dviz_pt.pipeline.progress.costs import (
+    cost_of,
+    memory_forecast,
+    space_in_words,
+    threads,
+    time_in_words,
+)
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 HD = {"size": (1280, 720), "triangles": 1_400_000, "frames": 250, "cores": 2}
 

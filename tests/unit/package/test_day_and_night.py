@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.jobfile import load_job
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare
-from sumo3dviz_pt.render.running_lamps import Beams, GlowingLenses
-from sumo3dviz_pt.report.stress_sky import under_sky
+from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.render.lights.running import Beams, GlowingLenses
+from sumo3dviz_pt.report.stress.sky import under_sky
 from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 
 pytestmark = pytest.mark.slow

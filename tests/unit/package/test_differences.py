@@ -9,10 +9,10 @@ from builders import box, constant_sky, diffuse, scene_of, static
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.cli.options import command_in
-from sumo3dviz_pt.differences import differences
-from sumo3dviz_pt.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.pipeline import Request
+from sumo3dviz_pt.pipeline.accounts.differences import differences
+from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
+from sumo3dviz_pt.pipeline.production import Request
 
 ACCOUNT = {
     "key": "a",

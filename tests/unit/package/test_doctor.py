@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from sumo3dviz_pt import doctor
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.installation.libllvm import VARIABLE
 from sumo3dviz_pt.installation.packages import ATOMIC, LLVM
+from sumo3dviz_pt.pipeline import doctor
 from sumo3dviz_pt.render.backend import VARIANTS
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -5,10 +5,10 @@ from builders import complaints, write_scenario
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import Job
-from sumo3dviz_pt.jobfile import make_job
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.bounds import MOST_FRAMES
-from sumo3dviz_pt.pipeline import frame_times
+from sumo3dviz_pt.pipeline.production import frame_times
+from sumo3dviz_pt.pipeline.scene_file import make_job
 
 CAMERA = {"mode": "eulerian", "position": [0, 0, 5], "heading": 90}
 RIDE = {"mode": "lagrangian", "vehicle": "a"}

@@ -6,8 +6,8 @@ import pytest
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import CinematicCamera, EulerianCamera, LagrangianCamera
-from sumo3dviz_pt.jobfile import camera_settings, load_job, make_job, quality_preset
+from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, LagrangianCamera
+from sumo3dviz_pt.pipeline.scene_file import camera_settings, load_job, make_job, quality_preset
 
 BASE = """scenario: {network: a.net.xml, trajectories: fcd.xml}
 cameras:

@@ -14,7 +14,7 @@ import pytest
 from builders import write_scenario
 from pydantic import BaseModel
 
-from sumo3dviz_pt.job import (
+from sumo3dviz_pt.job.settings import (
     CinematicCamera,
     EdgeStyle,
     EulerianCamera,
@@ -24,10 +24,10 @@ from sumo3dviz_pt.job import (
     Quality,
     SunSettings,
 )
-from sumo3dviz_pt.job_values import OwnLook
-from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.job.values import OwnLook
 from sumo3dviz_pt.model.scenario import ScenarioFiles
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 KEYS = [KeyFrame(time=4.0, position=(30, -22, 6), look_at=(5, -3, 0))]
 KEYS.append(KeyFrame(time=9.0, position=(60, -30, 9), heading=300.0))

@@ -4,9 +4,9 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt.catalog import names
-from sumo3dviz_pt.checks import check_scene, in_words
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.pipeline import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.checks import check_scene, in_words
+from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 PEOPLE = set(names("people"))
 PLANTS = {"trees", "shrubs", "hedges"}

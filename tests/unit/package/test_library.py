@@ -5,22 +5,23 @@ import shutil
 import pytest
 from alike import assert_assets_alike, assert_files_alike
 
-from sumo3dviz_pt import catalog, library
+from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.news import Doing, News, heard_by
+from sumo3dviz_pt.pipeline import baking
 
 SMALL = "vehicles/e_scooter"
 
 
 def test_families():
-    assert library.families() == ("people", "skies", "surfaces", "vehicles")
+    assert baking.families() == ("people", "skies", "surfaces", "vehicles")
 
 
 def test_table_lists_every_asset_once():
-    head, *rows = library.listing([])
+    head, *rows = baking.listing([])
     assert head.split()[:2] == ["family", "name"]
     named = [tuple(row.split()[:2]) for row in rows]
-    assert named == [(f, name) for f in library.families() for name in catalog.names(f)]
+    assert named == [(f, name) for f in baking.families() for name in catalog.names(f)]
     assert all(row.endswith("BSD-3-Clause") for row in rows)
     # Columns stand under each other.
     at = head.index("licence")
@@ -28,7 +29,7 @@ def test_table_lists_every_asset_once():
 
 
 def test_row_says_size_and_triangles():
-    (row,) = (row for row in library.listing(["vehicles"]) if row.split()[1] == "sedan")
+    (row,) = (row for row in baking.listing(["vehicles"]) if row.split()[1] == "sedan")
     meta = catalog.find("vehicles", "sedan").meta
     near = sum(part["triangles"] for part in meta["parts"])
     far = sum(part["triangles"] for part in meta["far"])
@@ -37,10 +38,10 @@ def test_row_says_size_and_triangles():
 
 
 def test_a_family_can_be_chosen():
-    assert {row.split()[0] for row in library.listing(["skies"])[1:]} == {"skies"}
+    assert {row.split()[0] for row in baking.listing(["skies"])[1:]} == {"skies"}
 
 
-@pytest.mark.parametrize("call", [library.listing, library.build])
+@pytest.mark.parametrize("call", [baking.listing, baking.build])
 def test_unknown_families_are_refused_with_a_suggestion(call):
     with pytest.raises(ConfigError, match="did you mean 'vehicles'"):
         call(["vehicle"])
@@ -48,13 +49,13 @@ def test_unknown_families_are_refused_with_a_suggestion(call):
 
 def test_unknown_assets_are_refused():
     with pytest.raises(ConfigError, match="did you mean 'e_scooter'"):
-        library.build(["vehicles/e_scoter"])
+        baking.build(["vehicles/e_scoter"])
 
 
 def test_built_again_is_the_same(tmp_path):
     news = []
     with heard_by(news.append):
-        library.build([SMALL], into=tmp_path)
+        baking.build([SMALL], into=tmp_path)
     assert news == [News(Doing.BAKE, 0, 1, SMALL)]
     assert_assets_alike(tmp_path / SMALL, catalog.find(*SMALL.split("/")).folder)
 
@@ -70,7 +71,7 @@ def test_what_others_vary_is_there_too(tmp_path, monkeypatch):
     catalog.find.cache_clear()
     try:
         out = tmp_path / "out"
-        library.build(["vehicles/dark"], into=out)
+        baking.build(["vehicles/dark"], into=out)
         assert {path.name for path in (out / "vehicles" / "plain").iterdir()} == {"asset.yaml"}
         assert_files_alike(out / "vehicles" / "dark", assets / "plain")
     finally:
@@ -81,8 +82,8 @@ def test_what_others_vary_is_there_too(tmp_path, monkeypatch):
 def test_in_place_is_the_default(tmp_path, monkeypatch):
     """People have no files: they are built when they are needed."""
     folders = []
-    monkeypatch.setattr(library, "_bakers", lambda: {"surfaces": folders.append})
-    library.build(["surfaces", "people"])
+    monkeypatch.setattr(baking, "_bakers", lambda: {"surfaces": folders.append})
+    baking.build(["surfaces", "people"])
     assert [folder.name for folder in folders] == list(catalog.names("surfaces"))
     assert folders[0] == catalog.find("surfaces", folders[0].name).folder
 
@@ -90,6 +91,6 @@ def test_in_place_is_the_default(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["skies/sky_veil", "surfaces/ground_chess", "vehicles/container"])
 def test_what_is_built_again_is_what_travels(name, tmp_path):
-    library.build([name], into=tmp_path)
+    baking.build([name], into=tmp_path)
     family, _, asset = name.partition("/")
     assert_assets_alike(tmp_path / family / asset, catalog.find(family, asset).folder)

@@ -7,7 +7,7 @@ from builders import complaints, write_scenario
 from matplotlib import image
 
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.pipeline import example
+from sumo3dviz_pt.pipeline.production import example
 from sumo3dviz_pt.report import extra
 
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
-from sumo3dviz_pt.checks import check_scene
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.develop import DevelopOrder, develop_frames
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.film import FilmOrder, frames_folder, render_film, shots_of
 from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-from sumo3dviz_pt.jobfile import load_job, make_job
 from sumo3dviz_pt.model.ratios import in_short, ratio_of
-from sumo3dviz_pt.pace import Pace
-from sumo3dviz_pt.pipeline import Request, frame_times
-from sumo3dviz_pt.sequences import check_sequence, film_name, is_sequence, numbered
+from sumo3dviz_pt.pipeline.checks import check_scene
+from sumo3dviz_pt.pipeline.films.build import FilmOrder, frames_folder, render_film, shots_of
+from sumo3dviz_pt.pipeline.films.develop import DevelopOrder, develop_frames
+from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.films.sequences import check_sequence, film_name, is_sequence, numbered
+from sumo3dviz_pt.pipeline.production import Request, frame_times
+from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 
 NTSC = Fraction(30000, 1001)
 
@@ -69,7 +69,7 @@ def test_scene_files_keep_rates_exactly():
 
 
 def test_the_schema_says_how_rates_are_written():
-    from sumo3dviz_pt.job import Job
+    from sumo3dviz_pt.job.settings import Job
 
     fps = Job.model_json_schema()["$defs"]["OutputSettings"]["properties"]["fps"]
     assert fps["anyOf"][0] == {"type": "number", "minimum": 0.01, "maximum": 240.0}

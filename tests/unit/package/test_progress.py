@@ -8,7 +8,7 @@ import time
 import pytest
 
 from sumo3dviz_pt.model.news import Doing, News, announce, heard_by
-from sumo3dviz_pt.progress import Course, Step, can_redraw, clock, followed
+from sumo3dviz_pt.pipeline.progress.build import Course, Step, can_redraw, clock, followed
 
 FILM = (
     Step(Doing.READ, 2.0),

@@ -10,7 +10,7 @@ from builders import complaints, fcd_xml, network_xml, write_scenario
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 STILL = ["still", "{scene}", "--time", "4.5", "-o", "{out}/a.png"]
 RENDER = ["render", "{scene}", "--from", "4", "--to", "4.2", "-o", "{out}/a.mp4"]

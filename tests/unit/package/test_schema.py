@@ -8,11 +8,11 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.choices import names_for
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.pipeline import example
-from sumo3dviz_pt.schema import FILE, LINE, scene_schema
-from sumo3dviz_pt.yaml12 import parse_yaml
+from sumo3dviz_pt.job.yaml12 import parse_yaml
+from sumo3dviz_pt.pipeline.choices import names_for
+from sumo3dviz_pt.pipeline.production import example
+from sumo3dviz_pt.pipeline.schema import FILE, LINE, scene_schema
 
 
 @pytest.fixture(scope="module")

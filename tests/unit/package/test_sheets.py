@@ -7,15 +7,22 @@ from builders import box, diffuse
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import SkySettings
+from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.news import Doing, News, heard_by
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.scene import showroom
-from sumo3dviz_pt.scene.showroom import Exhibit
-from sumo3dviz_pt.scene.sky import build_sky
-from sumo3dviz_pt.scene.still_life import still_life
-from sumo3dviz_pt.sheets import SKIES, SheetOrder, _exposed, _view_of, draw_sheet, sheet_names
+from sumo3dviz_pt.pipeline.sheets import (
+    SKIES,
+    SheetOrder,
+    _exposed,
+    _view_of,
+    draw_sheet,
+    sheet_names,
+)
+from sumo3dviz_pt.shot import showroom
+from sumo3dviz_pt.shot.showroom import Exhibit
+from sumo3dviz_pt.shot.still_life import still_life
+from sumo3dviz_pt.world.sky.build import build_sky
 
 SIZE = (96, 54)
 

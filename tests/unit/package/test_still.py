@@ -8,7 +8,7 @@ import json
 import numpy as np
 from PIL import Image
 
-from sumo3dviz_pt.still import Still
+from sumo3dviz_pt.pipeline.stills.still import Still
 
 
 def test_notebooks_show_the_developed_picture(tmp_path):

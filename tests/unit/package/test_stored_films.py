@@ -8,7 +8,9 @@ import pytest
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.frames import (
+from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+from sumo3dviz_pt.image.png import read_text, write_png
+from sumo3dviz_pt.pipeline.films.frames import (
     NOTE,
     account_in,
     frame_file,
@@ -17,8 +19,6 @@ from sumo3dviz_pt.frames import (
     stored_film,
     write_json,
 )
-from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-from sumo3dviz_pt.image.png import read_text, write_png
 from sumo3dviz_pt.video import probe
 
 SIZE = (32, 18)

@@ -7,7 +7,7 @@ from builders import write_scenario
 
 import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
-from sumo3dviz_pt.pipeline import example
+from sumo3dviz_pt.pipeline.production import example
 
 
 @pytest.fixture

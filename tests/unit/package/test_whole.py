@@ -2,7 +2,7 @@
 
 import pytest
 
-from sumo3dviz_pt.whole import write_whole
+from sumo3dviz_pt.files.whole import write_whole
 
 
 def test_what_exists_is_replaced_as_a_whole(tmp_path):

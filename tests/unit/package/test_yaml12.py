@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.yaml12 import parse_yaml
+from sumo3dviz_pt.job.yaml12 import parse_yaml
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import tracemalloc
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.yaml12 import MOST_TEXT, MOST_VALUES, parse_yaml
+from sumo3dviz_pt.job.yaml12 import MOST_TEXT, MOST_VALUES, parse_yaml
 
 RAW = (
     *("could not find", "mapping values", "expected <block end>", "token", "scanner", "alias '"),

@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from builders import ball, box, diffuse
 
+from sumo3dviz_pt.library.materials.named import MATERIALS, matt, principled
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, is_tinted
-from sumo3dviz_pt.render.compound import (
+from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, plugin
+from sumo3dviz_pt.render.materials.compound import (
     METALLIC_ATTRIBUTE,
     ROUGHNESS_ATTRIBUTE,
     is_plain,
     lumps,
     tint_mask,
 )
-from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE, plugin
-from sumo3dviz_pt.scene.materials import MATERIALS, matt, principled
 
 RED, GREY = (0.8, 0.1, 0.1), (0.2, 0.2, 0.2)
 TEXTURE = {"type": "bitmap", "filename": "/a.png"}

@@ -10,8 +10,8 @@ import pytest
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lamps import Lobe
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.render.lamp_emitter import axes_of, faces_of, lobe_row
-from sumo3dviz_pt.render.lamp_picks import Glow, cells_for, nearness, picked
+from sumo3dviz_pt.render.lights.emitter import axes_of, faces_of, lobe_row
+from sumo3dviz_pt.render.lights.picks import Glow, cells_for, nearness, picked
 
 EVEN = Lobe()
 

@@ -5,9 +5,9 @@ import pytest
 
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.nightsky import glow, night_dome
-from sumo3dviz_pt.render.panorama import LUMINANCE, angles
-from sumo3dviz_pt.render.skymap import bake_sky, map_size
+from sumo3dviz_pt.render.sky.map import bake_sky, map_size
+from sumo3dviz_pt.render.sky.night import glow, night_dome
+from sumo3dviz_pt.render.sky.panorama import LUMINANCE, angles
 
 SMALL = (128, 512)
 DEEP = np.array([0.0, 0.5, -0.866])

@@ -7,7 +7,7 @@ from builders import cube, diffuse, mover, scene_of
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import Mover, Part, Poses, Prototype, Slots
-from sumo3dviz_pt.render.crowd import Crowd
+from sumo3dviz_pt.render.movers.crowd import Crowd
 
 FLOOR = -50.0
 PHASES = 4

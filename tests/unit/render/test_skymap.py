@@ -5,9 +5,9 @@ import pytest
 
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
 from sumo3dviz_pt.render.backend import choose_backend
-from sumo3dviz_pt.render.daylight import UNITS_PER_SUNSKY, agreement, twilight_factor
-from sumo3dviz_pt.render.panorama import directions
-from sumo3dviz_pt.render.skymap import CANDELAS_PER_UNIT, bake_sky, horizon_towards
+from sumo3dviz_pt.render.sky.daylight import UNITS_PER_SUNSKY, agreement, twilight_factor
+from sumo3dviz_pt.render.sky.map import CANDELAS_PER_UNIT, bake_sky, horizon_towards
+from sumo3dviz_pt.render.sky.panorama import directions
 
 SMALL = (256, 512)
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, cladding
 from sumo3dviz_pt.model.scene import is_tinted
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import plugin
-from sumo3dviz_pt.render.stained import BRIGHTEST, register_stained
-from sumo3dviz_pt.scene.houses import cladding_material
-from sumo3dviz_pt.shapes.building_palettes import CLADDINGS, cladding
+from sumo3dviz_pt.render.materials.stained import BRIGHTEST, register_stained
+from sumo3dviz_pt.world.objects.houses import cladding_material
 
 GREY = {"type": "rgb", "value": [0.2, 0.4, 0.8]}
 

@@ -6,18 +6,18 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.materials.by_key import surface_material
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.convert import make_bsdf, make_mesh, plugin
-from sumo3dviz_pt.render.pyramid import make_pyramid
-from sumo3dviz_pt.render.untiled import (
+from sumo3dviz_pt.render.materials.pyramid import make_pyramid
+from sumo3dviz_pt.render.materials.untiled import (
     WEAR_ATTRIBUTE,
     is_worn,
     register_untiled,
     wear_attributes,
     worn_colours,
 )
-from sumo3dviz_pt.scene.surfaces import surface_material
 
 WORD = {"type": "untiled", "filename": "a.png", "tile": 4.0, "mean": (0.1, 0.2, 0.3), "wear": True}
 BSDF = {"type": "principled", "base_color": WORD, "roughness": {**WORD, "roughness": 0.6}}

@@ -18,10 +18,11 @@ from builders import (
 )
 
 from sumo3dviz_pt.image.tonemap import develop_float
-from sumo3dviz_pt.job import Quality
+from sumo3dviz_pt.job.settings import Quality
+from sumo3dviz_pt.library.materials.named import matt
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Slots
-from sumo3dviz_pt.report.flicker import (
+from sumo3dviz_pt.report.films.flicker import (
     Flow,
     Seen,
     body_bounds,
@@ -29,7 +30,6 @@ from sumo3dviz_pt.report.flicker import (
     flow_between,
     warped,
 )
-from sumo3dviz_pt.scene.materials import matt
 
 SIZE = (64, 36)
 BODIES = body_bounds({"cube": cube()})

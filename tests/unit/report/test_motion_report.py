@@ -8,8 +8,8 @@ import pytest
 from matplotlib import image
 
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.report.motion_plot import Course, Drive, Road, motion_plot
-from sumo3dviz_pt.report.motion_report import (
+from sumo3dviz_pt.report.motion.plot import Course, Drive, Road, motion_plot
+from sumo3dviz_pt.report.motion.report import (
     SPEEDS,
     Extreme,
     Finding,

@@ -3,8 +3,8 @@ import math
 import pytest
 from measurements import depths, ladder, presets
 
-from sumo3dviz_pt.report.page import PLOTS, Notes, verdict, write_page
-from sumo3dviz_pt.report.table import Slope
+from sumo3dviz_pt.report.convergence.page import PLOTS, Notes, verdict, write_page
+from sumo3dviz_pt.report.convergence.table import Slope
 
 NOTES = Notes(
     title="Error against run time: ronda",

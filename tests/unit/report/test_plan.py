@@ -2,7 +2,7 @@
 
 import pytest
 
-from sumo3dviz_pt.report.plan import (
+from sumo3dviz_pt.report.convergence.plan import (
     DEEPEST,
     DEPTHS,
     Group,
@@ -12,7 +12,7 @@ from sumo3dviz_pt.report.plan import (
     presets_up_to,
     rungs,
 )
-from sumo3dviz_pt.report.table import DEPTH, LADDER
+from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER
 
 
 @pytest.mark.parametrize(

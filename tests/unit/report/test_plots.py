@@ -3,9 +3,9 @@ import pytest
 from matplotlib import image
 from measurements import depths, ladder, presets
 
-from sumo3dviz_pt.report.galleries import crops_plot, flip_maps, pair_plot
+from sumo3dviz_pt.report.convergence.table import grouped
+from sumo3dviz_pt.report.films.galleries import crops_plot, flip_maps, pair_plot
 from sumo3dviz_pt.report.plots import depth_changes, depth_plot, error_plot, time_plot
-from sumo3dviz_pt.report.table import grouped
 
 RNG = np.random.default_rng(4)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.report.reference import Reference
-from sumo3dviz_pt.report.scores import CAP, Look, score
+from sumo3dviz_pt.report.convergence.reference import Reference
+from sumo3dviz_pt.report.convergence.scores import CAP, Look, score
 
 SHAPE = (24, 32, 3)
 

@@ -4,7 +4,7 @@ import pytest
 from measurements import SEEDS, SLOPES, depths, ladder, presets, row
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.report.table import (
+from sumo3dviz_pt.report.convergence.table import (
     COLUMNS,
     LADDER,
     append_row,

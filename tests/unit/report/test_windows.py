@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.report.windows import choose_windows
+from sumo3dviz_pt.report.convergence.windows import choose_windows
 
 FLAT = np.full((90, 160, 3), 0.5, dtype=np.float32)
 

@@ -7,13 +7,13 @@ import pytest
 from analytic_motion import PathPiece
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.cast.articulation import unit_frames
+from sumo3dviz_pt.cast.bodies import Body, build_body
+from sumo3dviz_pt.cast.choice import Model, ModelChoice, choose, models_for
+from sumo3dviz_pt.cast.drawing import Stance
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import Mover
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.scene.articulation import unit_frames
-from sumo3dviz_pt.scene.bodies import Body, build_body
-from sumo3dviz_pt.scene.body_choice import Model, ModelChoice, choose, models_for
-from sumo3dviz_pt.scene.drawing import Stance
 
 BENDING = ("articulated_bus", "semitrailer_truck", "tanker_truck", "tram", "passenger_train")
 TIGHT = {"tram": 25.0, "passenger_train": 150.0}

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.cast.bodies import Body
+from sumo3dviz_pt.cast.drawing import Assembly, Unit
+from sumo3dviz_pt.cast.fleet import Fleet, build_fleet
+from sumo3dviz_pt.cast.seats import car_seat, class_seat
 from sumo3dviz_pt.catalog import template_names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import (
+from sumo3dviz_pt.job.settings import (
     CinematicCamera,
     EulerianCamera,
     KeyFrame,
@@ -18,12 +22,8 @@ from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.scene.bodies import Body
-from sumo3dviz_pt.scene.cameras import build_camera
-from sumo3dviz_pt.scene.drawing import Assembly, Unit
-from sumo3dviz_pt.scene.riding import parse_view, read_view
-from sumo3dviz_pt.scene.seats import car_seat, class_seat
-from sumo3dviz_pt.scene.traffic import Fleet, build_fleet
+from sumo3dviz_pt.shot.cameras.build import build_camera
+from sumo3dviz_pt.shot.cameras.riding import parse_view, read_view
 
 NOBODY = build_fleet((), {}, VehicleSettings(), seed=0)
 

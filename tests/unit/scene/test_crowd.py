@@ -3,9 +3,10 @@
 import numpy as np
 from builders import view_at
 
+from sumo3dviz_pt.cast.drawing import Drawn
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.scene import Slots
-from sumo3dviz_pt.scene.crowd import (
+from sumo3dviz_pt.shot.crowd import (
     MOST_HERO_MODELS,
     MOST_SLOTS,
     CrowdPlan,
@@ -13,8 +14,7 @@ from sumo3dviz_pt.scene.crowd import (
     heroic,
     plan_crowd,
 )
-from sumo3dviz_pt.scene.drawing import Drawn
-from sumo3dviz_pt.scene.needs import Choice
+from sumo3dviz_pt.shot.visibility import Choice
 
 CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/hero", *(["sedan/wheel"] * 4)))
 TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
+from sumo3dviz_pt.cast.derived_lamps import derived_lamps
 from sumo3dviz_pt.model.trajectory import Motion, Remark
-from sumo3dviz_pt.scene.derived_lamps import derived_lamps
 
 
 class Speeds(PathPiece):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from builders import cube
 
+from sumo3dviz_pt.cast.drawing import Assembly, Stance, Unit
+from sumo3dviz_pt.library.vehicles.build import WheelPlace
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import Mover, Poses, Prototype
-from sumo3dviz_pt.scene.drawing import Assembly, Stance, Unit
-from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 AXLES = (WheelPlace((-0.8, 0.7, 0.3), 0.3, steered=True), WheelPlace((-3.2, -0.7, 0.3), 0.3))
 """One wheel on the left and one on the right."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sumo3dviz_pt.scene.gait import effort, stride_phase
+from sumo3dviz_pt.cast.gait import effort, stride_phase
 
 
 def test_a_stride_is_two_steps_long():

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.kept import read_whole
-from sumo3dviz_pt.scene import heroes
-from sumo3dviz_pt.scene.bodies import build_body
-from sumo3dviz_pt.scene.body_choice import ModelChoice, models_for
-from sumo3dviz_pt.scene.heroes import hero_prototypes, heroes_of
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.shapes.bake import has_hero
+from sumo3dviz_pt.cast import full_detail
+from sumo3dviz_pt.cast.bodies import build_body
+from sumo3dviz_pt.cast.choice import ModelChoice, models_for
+from sumo3dviz_pt.cast.full_detail import hero_prototypes, heroes_of
+from sumo3dviz_pt.files.kept import read_whole
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.vehicles.bake import has_hero
 
 SMALL = "e_scooter"
 
@@ -47,7 +47,7 @@ def test_body_and_wheel_in_known_materials(cache):
 
 
 def test_built_once_and_read_again(cache, caplog):
-    heroes._built.cache_clear()
+    full_detail._built.cache_clear()
     with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
         first = hero_prototypes([SMALL])
         assert [record.getMessage() for record in caplog.records if "building" in record.msg] == [
@@ -120,7 +120,7 @@ def test_a_damaged_cache_heals(cache, harm, which):
 def test_without_a_place_to_write_bodies_stay_in_memory(cache, caplog, tmp_path, monkeypatch):
     """No writable cache ended in errno 2; one note says so, and nothing is built twice."""
     first = hero_prototypes([SMALL])
-    heroes._built.cache_clear()
+    full_detail._built.cache_clear()
     (tmp_path / "a file").write_text("no folder", encoding="utf-8")
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "a file"))
     with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
@@ -164,7 +164,8 @@ def test_two_processes_build_at_once(cache, broken):
     if broken:
         hero_prototypes([SMALL])
         lose(sorted(cache.glob("*/wheel/*.ply"))[0])
-    code = f"from sumo3dviz_pt.scene.heroes import hero_prototypes as h; print(len(h(['{SMALL}'])))"
+    name = "sumo3dviz_pt.cast.full_detail"
+    code = f"from {name} import hero_prototypes as h; print(len(h(['{SMALL}'])))"
     both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
     assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
     (folder,) = cache.iterdir()

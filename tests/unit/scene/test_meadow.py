@@ -9,8 +9,8 @@ from searching import tries
 
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
-from sumo3dviz_pt.scene.meadow import BUDGET, HIGHEST, KEEP_OFF, REACH, Lawn, build_meadow
-from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.plants.meadow import BUDGET, HIGHEST, KEEP_OFF, REACH, Lawn, build_meadow
 
 MEAN = np.array([0.09, 0.12, 0.04])
 ROAD = shapely.box(-100.0, -4.0, 100.0, 4.0)

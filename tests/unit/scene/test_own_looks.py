@@ -5,14 +5,14 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.checks import check_scene, in_words
+from sumo3dviz_pt.cast.choice import FigureChoice, ModelChoice
+from sumo3dviz_pt.cast.colours import EUROPEAN, paint_of
+from sumo3dviz_pt.cast.own_looks import OwnLooks, idle
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import VehicleSettings
-from sumo3dviz_pt.jobfile import load_job
+from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.scene.body_choice import FigureChoice, ModelChoice
-from sumo3dviz_pt.scene.fleet_colours import EUROPEAN, paint_of
-from sumo3dviz_pt.scene.own_looks import OwnLooks, idle
+from sumo3dviz_pt.pipeline.checks import check_scene, in_words
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 CAR = VehicleType("car", "passenger", 5.0, 1.8, 1.5)
 LINE = VehicleType("line_7", "bus", 13.0, 2.5, 3.2)
@@ -74,7 +74,7 @@ def test_colours_win_over_chance_and_over_sumo(tmp_path):
 
 def test_a_scene_shows_them(tmp_path):
     """Through the whole scene, with bodies built."""
-    from sumo3dviz_pt.pipeline import Request, prepare
+    from sumo3dviz_pt.pipeline.production import Request, prepare
 
     scene = write_scenario(tmp_path, vehicles=3, persons=1)
     text = scene.read_text(encoding="utf-8")

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
-from sumo3dviz_pt.job import VehicleSettings
+from sumo3dviz_pt.cast.fleet import build_fleet
+from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.scene.aiming import aim_at
-from sumo3dviz_pt.scene.picking import pick
-from sumo3dviz_pt.scene.traffic import build_fleet
+from sumo3dviz_pt.shot.cameras.aiming import aim_at
+from sumo3dviz_pt.shot.picking import pick
 
 TYPES = {
     kind.id: kind

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image as Pillow
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.scene.picture_files import check_picture
+from sumo3dviz_pt.library.materials.picture_files import check_picture
 
 KINDS = [".png", ".jpg", ".jpeg", ".bmp", ".tga"]
 PIXELS = np.random.default_rng(5).integers(0, 256, (37, 53, 3), dtype=np.uint8)

@@ -7,11 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from searching import tries
 
+from sumo3dviz_pt.library.plants.build import SHRUBS, SPECIES
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.traffic import Poi
-from sumo3dviz_pt.scene.kinds import kind_of
-from sumo3dviz_pt.scene.planting import (
+from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.plants.build import (
     CLEAR,
     MARGIN,
     MOST_SHRUBS,
@@ -23,9 +25,7 @@ from sumo3dviz_pt.scene.planting import (
     why_bare,
     why_nowhere,
 )
-from sumo3dviz_pt.scene.planting_far import MOST, plant_far
-from sumo3dviz_pt.scene.surroundings import surroundings
-from sumo3dviz_pt.shapes.trees import SHRUBS, SPECIES
+from sumo3dviz_pt.world.plants.far import MOST, plant_far
 
 EMPTY = Network({}, {}, (), Location())
 ROAD = shapely.box(-900.0, -6.0, 900.0, 6.0)

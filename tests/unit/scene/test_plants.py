@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
+from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.scene.scenery import build_scenery
-from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.world.objects.build import build_scenery
+from sumo3dviz_pt.world.placement.surroundings import surroundings
 
 
 def poi(kind, x, y):

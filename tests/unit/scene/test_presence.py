@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
+from sumo3dviz_pt.cast.presence import BLOCK, Presence
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.scene.presence import BLOCK, Presence
 
 FRAMES = 3.0 + np.arange(3 * BLOCK) / 25.0
 NAMES = ("positions", "yaws", "pitches", "speeds", "travelled")

@@ -6,7 +6,7 @@ import pytest
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.image.exr import write_exr
-from sumo3dviz_pt.scene.radiance_maps import read_radiance_map
+from sumo3dviz_pt.library.skies.radiance_maps import read_radiance_map
 
 RNG = np.random.default_rng(6)
 

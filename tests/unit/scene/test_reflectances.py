@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW, paint_of
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import write_exr
+from sumo3dviz_pt.library.buildings.palettes import palette
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
+from sumo3dviz_pt.library.materials.by_key import colour_of, surface_material
+from sumo3dviz_pt.library.materials.named import MATERIALS, surface_bsdf
+from sumo3dviz_pt.library.vehicles.user_mesh import read_user_vehicle
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW, paint_of
-from sumo3dviz_pt.scene.materials import MATERIALS, surface_bsdf
-from sumo3dviz_pt.scene.surfaces import colour_of, surface_material
-from sumo3dviz_pt.shapes.building_palettes import palette
-from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS
-from sumo3dviz_pt.shapes.user_mesh import read_user_vehicle
 
 BRIGHTEST = 0.85
 """Where Mitsuba's `principled` still conserves energy."""

@@ -11,24 +11,24 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import EdgeStyle, GroundSettings, RoadSettings
-from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.scene.ground import build_ground
-from sumo3dviz_pt.scene.markings import road_paint
-from sumo3dviz_pt.scene.markings_across import SETBACK, STOP_WIDTH, zebra_paint
-from sumo3dviz_pt.scene.rails import GAUGE
-from sumo3dviz_pt.scene.roads import RoadParts, build_roads
-from sumo3dviz_pt.scene.roads_cells import overlapping_pairs
-from sumo3dviz_pt.scene.roads_layout import layout_roads
-from sumo3dviz_pt.scene.roads_mesh import SIDEWALK_HEIGHT
-from sumo3dviz_pt.scene.surfaces import (
+from sumo3dviz_pt.job.settings import EdgeStyle, GroundSettings, RoadSettings
+from sumo3dviz_pt.library.materials.by_key import (
     colour_of,
     metres_per_tile,
     planar_uvs,
     surface_material,
 )
-from sumo3dviz_pt.scene.terrain import terrain
+from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import read_network
+from sumo3dviz_pt.world.land.build import build_ground
+from sumo3dviz_pt.world.land.terrain import terrain
+from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
+from sumo3dviz_pt.world.roads.cells import overlapping_pairs
+from sumo3dviz_pt.world.roads.layout import layout_roads
+from sumo3dviz_pt.world.roads.markings.across import SETBACK, STOP_WIDTH, zebra_paint
+from sumo3dviz_pt.world.roads.markings.build import road_paint
+from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT
+from sumo3dviz_pt.world.roads.rails import GAUGE
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 CARS = frozenset({"passenger", "bus", "truck", "bicycle"})

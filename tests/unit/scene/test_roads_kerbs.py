@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.job import RoadSettings
-from sumo3dviz_pt.scene.markings_cycles import cycle_paint
-from sumo3dviz_pt.scene.roads import build_roads
-from sumo3dviz_pt.scene.roads_drops import LOWEST, SIDEWALK_HEIGHT, find_drops, rise_at
-from sumo3dviz_pt.scene.roads_layout import layout_roads
-from sumo3dviz_pt.scene.roads_noise import patchy
-from sumo3dviz_pt.scene.roads_style import BICYCLE
-from sumo3dviz_pt.scene.roads_traffic import way_lines, wheels_at
-from sumo3dviz_pt.scene.street_corners import _doors, place_corners
-from sumo3dviz_pt.scene.street_places import Site, crossing_areas
-from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.sumo import read_network
+from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.roads.build import build_roads
+from sumo3dviz_pt.world.roads.drops import LOWEST, SIDEWALK_HEIGHT, find_drops, rise_at
+from sumo3dviz_pt.world.roads.layout import layout_roads
+from sumo3dviz_pt.world.roads.markings.cycles import cycle_paint
+from sumo3dviz_pt.world.roads.style import BICYCLE
+from sumo3dviz_pt.world.roads.wear.noise import patchy
+from sumo3dviz_pt.world.roads.wear.traffic import way_lines, wheels_at
+from sumo3dviz_pt.world.street.corners import _doors, place_corners
+from sumo3dviz_pt.world.street.places import Site, crossing_areas
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 FOCUS = (320.0, 280.0, 330.0, 290.0)

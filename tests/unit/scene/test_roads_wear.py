@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.job import RoadSettings
-from sumo3dviz_pt.scene.markings_arrows import arrow_paint
-from sumo3dviz_pt.scene.roads import RoadParts, build_roads
-from sumo3dviz_pt.scene.roads_graded import Graded, clipped, graded_on, graded_quads
-from sumo3dviz_pt.scene.roads_layout import layout_roads
-from sumo3dviz_pt.scene.roads_strips import distance_to
-from sumo3dviz_pt.scene.roads_wear import TRACK_PLACE, wear_across
+from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.sumo import read_network
+from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
+from sumo3dviz_pt.world.roads.graded import Graded, clipped, graded_on, graded_quads
+from sumo3dviz_pt.world.roads.layout import layout_roads
+from sumo3dviz_pt.world.roads.markings.arrows import arrow_paint
+from sumo3dviz_pt.world.roads.strips import distance_to
+from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE, wear_across
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 FOCI = {"crossing": (320.0, 290.0, 330.0, 300.0), "ronda": (450.0, 700.0, 720.0, 715.0)}

@@ -7,10 +7,10 @@ import pytest
 from builders import view_at, write_scenario
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import LagrangianCamera
-from sumo3dviz_pt.jobfile import load_job
-from sumo3dviz_pt.live import Ground
-from sumo3dviz_pt.scene.roaming import build_roam, camera_view
+from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.pipeline.live import Ground
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.shot.roaming import build_roam, camera_view
 
 RIDE = LagrangianCamera(mode="lagrangian", vehicle="v1", view="driver")
 

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import ObjectSettings, ObjectsSettings
+from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.scene.houses import height_of, street_walls
-from sumo3dviz_pt.scene.kinds import KINDS, kind_of
-from sumo3dviz_pt.scene.lane_index import build_lane_index
-from sumo3dviz_pt.scene.outlined import guarded_sides
-from sumo3dviz_pt.scene.scenery import build_scenery, facing_roads
-from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.world.objects.build import build_scenery, facing_roads
+from sumo3dviz_pt.world.objects.houses import height_of, street_walls
+from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
+from sumo3dviz_pt.world.objects.outlined import guarded_sides
+from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.surroundings import surroundings
 
 CAR = frozenset({"passenger"})
 OFF = {kind.name: None for kind in KINDS}

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.cast.choice import models_for
+from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.vehicles.build import WheelPlace
 from sumo3dviz_pt.model.scene import is_tinted
-from sumo3dviz_pt.scene import showroom
-from sumo3dviz_pt.scene.body_choice import models_for
-from sumo3dviz_pt.scene.drawing import Unit
-from sumo3dviz_pt.scene.showroom import FAMILIES, exhibits
-from sumo3dviz_pt.shapes.vehicle import WheelPlace
+from sumo3dviz_pt.shot import showroom
+from sumo3dviz_pt.shot.showroom import FAMILIES, exhibits
 
 QUICK = ("vehicles", "people", "trees", "buildings", "street", "surfaces")
 

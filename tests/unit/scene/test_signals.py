@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.job import SignalSettings
+from sumo3dviz_pt.job.settings import SignalSettings
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import SignalPhases
-from sumo3dviz_pt.scene.lane_index import build_lane_index
-from sumo3dviz_pt.scene.signals import RADIANCE, Signals, build_signals
+from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.signals.build import RADIANCE, Signals, build_signals
 
 CAR, FOOT = frozenset({"passenger", "bus"}), frozenset({"pedestrian"})
 
@@ -247,7 +247,7 @@ def test_links_of_internal_lanes_and_empty_values():
 
 def digits(signals, time):
     """What the counters of all heads show, two characters a head."""
-    from sumo3dviz_pt.shapes.street_figures import BARS, SEGMENTS
+    from sumo3dviz_pt.library.street.figures import BARS, SEGMENTS
 
     rows = signals.radiance_at(time)["signals"][sum(head.lamps for head in signals.heads) :]
     bars = rows.any(axis=1).reshape(-1, 7)
@@ -292,7 +292,7 @@ def test_heads_stand_as_high_as_people_do():
 def test_far_heads_are_plainer_and_signals_are_dimmed_by_night():
     from dataclasses import replace
 
-    from sumo3dviz_pt.scene.surroundings import surroundings
+    from sumo3dviz_pt.world.placement.surroundings import surroundings
 
     made = network([edge("in", 0.0), out()], [link(0)])
     counts = []

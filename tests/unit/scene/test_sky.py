@@ -6,9 +6,9 @@ import pytest
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import write_exr
-from sumo3dviz_pt.job import SkySettings
+from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.model.network import Location
-from sumo3dviz_pt.scene.sky import KINDS, SkyPreset, base_exposure, build_sky, read_clouds
+from sumo3dviz_pt.world.sky.build import KINDS, SkyPreset, base_exposure, build_sky, read_clouds
 
 PRESETS = catalog.template_names("sky")
 BARCELONA = Location(geo_boundary=(2.1, 41.3, 2.2, 41.5), projection="+proj=utm +zone=31")

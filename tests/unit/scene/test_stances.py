@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.job import LagrangianCamera, VehicleSettings
+from sumo3dviz_pt.cast.fleet import build_fleet
+from sumo3dviz_pt.cast.sway import SPRINGS, sway_at
+from sumo3dviz_pt.job.settings import LagrangianCamera, VehicleSettings
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.scene.riding import build_ride
-from sumo3dviz_pt.scene.sway import SPRINGS, sway_at
-from sumo3dviz_pt.scene.traffic import build_fleet
+from sumo3dviz_pt.shot.cameras.riding import build_ride
 
 TYPES = {
     kind.id: kind

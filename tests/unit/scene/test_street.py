@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.job import StreetSettings
+from sumo3dviz_pt.job.settings import StreetSettings
+from sumo3dviz_pt.library.street.lamp import LENS
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
-from sumo3dviz_pt.scene.street import build_street
-from sumo3dviz_pt.scene.street_lamps import FLUX, HIGH, LOBE, LOW, place_lamps, radiance
-from sumo3dviz_pt.scene.street_places import (
+from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.street.build import build_street
+from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, place_lamps, radiance
+from sumo3dviz_pt.world.street.places import (
     Site,
     border_of,
     borders_near,
     crossing_areas,
     spread,
 )
-from sumo3dviz_pt.scene.street_signs import limit_of
-from sumo3dviz_pt.scene.surroundings import surroundings
-from sumo3dviz_pt.shapes.street_lamp import LENS
+from sumo3dviz_pt.world.street.signs import limit_of
 
 CAR = frozenset({"passenger", "bus", "truck"})
 FOOT, BIKE = frozenset({"pedestrian"}), frozenset({"bicycle"})

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.job import RoadSettings
+from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.scene.clearance import Clearance
-from sumo3dviz_pt.scene.roads_layout import layout_roads
-from sumo3dviz_pt.scene.street_fronts import REACH, SOURCE, grow_rows, why_none
-from sumo3dviz_pt.scene.street_houses import BUDGET, build_fronts
-from sumo3dviz_pt.scene.surroundings import surroundings
+from sumo3dviz_pt.world.placement.clearance import Clearance
+from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.roads.layout import layout_roads
+from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
+from sumo3dviz_pt.world.rows.fronts import REACH, SOURCE, grow_rows, why_none
 
 EYES = np.array([[0.0, 0.0, 1.5]])
 CARS = frozenset({"passenger", "bus", "bicycle", "truck", "delivery"})

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.model.zones import zone_named
-from sumo3dviz_pt.scene.sun import convergence, direction_of, local_time, sun_position, zone_at
+from sumo3dviz_pt.world.sky.sun import convergence, direction_of, local_time, sun_position, zone_at
 
 PLACES = {
     "Munich": (48.137, 11.575),

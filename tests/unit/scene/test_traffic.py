@@ -6,14 +6,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import VehicleSettings
-from sumo3dviz_pt.model.geometry import Transform
-from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.model.traffic import Trace, VehicleType
-from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.scene.bodies import build_body
-from sumo3dviz_pt.scene.body_choice import (
+from sumo3dviz_pt.cast.bodies import build_body
+from sumo3dviz_pt.cast.choice import (
     Model,
     ModelChoice,
     PlainChoice,
@@ -21,10 +15,16 @@ from sumo3dviz_pt.scene.body_choice import (
     drawn_class,
     models_for,
 )
-from sumo3dviz_pt.scene.chance import pick, share_of
-from sumo3dviz_pt.scene.fitted_models import model_scale
-from sumo3dviz_pt.scene.fleet_colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
-from sumo3dviz_pt.scene.traffic import build_fleet, find_rider
+from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN, SOBER, SUMO_YELLOW
+from sumo3dviz_pt.cast.fitted_models import model_scale
+from sumo3dviz_pt.cast.fleet import build_fleet, find_rider
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import VehicleSettings
+from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.traffic import Trace, VehicleType
+from sumo3dviz_pt.motion import smooth
 
 CAR = VehicleType("car", "passenger", 5.0, 1.8, 1.5)
 BUS = VehicleType("bus", "bus", 12.0, 2.5, 3.4)

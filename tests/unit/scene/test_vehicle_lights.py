@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.cast.derived_lamps import DerivedLamps
+from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, VehicleLamp
 from sumo3dviz_pt.model.scene import Prototype
 from sumo3dviz_pt.model.traffic import Trace
-from sumo3dviz_pt.scene.derived_lamps import DerivedLamps
-from sumo3dviz_pt.scene.vehicle_lights import running_lights, vehicle_lights
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 

@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 import shapely
 
+from sumo3dviz_pt.library.plants.build import tree
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.network import Edge, Lane, Location, Network
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.scene.guard_rails import OFF, guard_rails
-from sumo3dviz_pt.scene.near_leaves import near_leaves
-from sumo3dviz_pt.scene.planting import Plot
-from sumo3dviz_pt.scene.surroundings import surroundings
-from sumo3dviz_pt.scene.tree_pits import tree_pits
-from sumo3dviz_pt.scene.verges import MOST_WEEDS, verges
-from sumo3dviz_pt.scene.wayside import CLEAR_ZONE, MOST_SHRUBS, MOST_TREES, wayside
-from sumo3dviz_pt.shapes.trees import tree
+from sumo3dviz_pt.world.objects.guard_rails import OFF, guard_rails
+from sumo3dviz_pt.world.placement.surroundings import surroundings
+from sumo3dviz_pt.world.plants.build import Plot
+from sumo3dviz_pt.world.plants.near_leaves import near_leaves
+from sumo3dviz_pt.world.plants.tree_pits import tree_pits
+from sumo3dviz_pt.world.plants.verges import MOST_WEEDS, verges
+from sumo3dviz_pt.world.plants.wayside import CLEAR_ZONE, MOST_SHRUBS, MOST_TREES, wayside
 
 PAVED = shapely.box(-900.0, -5.25, 900.0, 5.25)
 EYE = (0.0, 0.0, 1.5)

@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.shapes.building_lights import SHOPS as SHOP_LIGHTS
-from sumo3dviz_pt.shapes.building_lights import WINDOWS, lit_roles
-from sumo3dviz_pt.shapes.building_palettes import SIGNS, palette
-from sumo3dviz_pt.shapes.building_styles import BLOCKS, HOMES, SHOPS
-from sumo3dviz_pt.shapes.buildings import FOUNDATION
-from sumo3dviz_pt.shapes.facade import (
+from sumo3dviz_pt.library.buildings.build import FOUNDATION
+from sumo3dviz_pt.library.buildings.facade import (
     CLASSES,
     FAR,
     MIDDLE,
@@ -20,9 +16,13 @@ from sumo3dviz_pt.shapes.facade import (
     wall,
     windows,
 )
-from sumo3dviz_pt.shapes.footprint import cleaned, extruded, style_for
-from sumo3dviz_pt.shapes.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
-from sumo3dviz_pt.shapes.shell import box, paint, stood_up, upright_uvs
+from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, style_for
+from sumo3dviz_pt.library.buildings.lights import SHOPS as SHOP_LIGHTS
+from sumo3dviz_pt.library.buildings.lights import WINDOWS, lit_roles
+from sumo3dviz_pt.library.buildings.palettes import SIGNS, palette
+from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
+from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
 
 MOST = {"homes": (1900, 360, 130), "shops": (800, 260, 90), "blocks": (8900, 2200, 560)}
 EVERY = [

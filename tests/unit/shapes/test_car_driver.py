@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.catalog import find
-from sumo3dviz_pt.shapes.car_body import car_shape
-from sumo3dviz_pt.shapes.car_conform import Level
-from sumo3dviz_pt.shapes.car_driver import driver
-from sumo3dviz_pt.shapes.car_recipe import read_recipe
+from sumo3dviz_pt.library.vehicles.car.body import car_shape
+from sumo3dviz_pt.library.vehicles.car.conform import Level
+from sumo3dviz_pt.library.vehicles.car.driver import driver
+from sumo3dviz_pt.library.vehicles.car.recipe import read_recipe
 
 LEVEL = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
 

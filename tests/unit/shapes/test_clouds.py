@@ -7,9 +7,9 @@ import yaml
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import read_exr, write_exr
-from sumo3dviz_pt.shapes.cloud_bake import CLOUD_LOSS, bake_clouds, cloud_recipe
-from sumo3dviz_pt.shapes.cloud_maps import cloud_image, cloud_layer
-from sumo3dviz_pt.shapes.clouds import CloudRecipe, make_clouds
+from sumo3dviz_pt.library.skies.bake import CLOUD_LOSS, bake_clouds, cloud_recipe
+from sumo3dviz_pt.library.skies.build import CloudRecipe, make_clouds
+from sumo3dviz_pt.library.skies.maps import cloud_image, cloud_layer
 
 SMALL = CloudRecipe(24, 3, (0.8, 0.9), 0.4, cirrus=0.4, steps=24, texels=32)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from builders import ball
 
+from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.shapes.clustering import clustered_body
 
 
 @pytest.mark.parametrize("cell", [0.1, 0.25, 0.5])

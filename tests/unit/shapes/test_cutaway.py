@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.vehicles.interior.cutaway import clip, cutaway
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
-from sumo3dviz_pt.shapes.cutaway import clip, cutaway
 
 EYE = np.array([-2.1, 0.37, 1.2])
 

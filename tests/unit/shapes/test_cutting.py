@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes import cutting
-from sumo3dviz_pt.shapes.cutting import Surface
-from sumo3dviz_pt.shapes.implicit import dual_contour
-from sumo3dviz_pt.shapes.simplify import simplify
+from sumo3dviz_pt.library.mesh import cutting
+from sumo3dviz_pt.library.mesh.cutting import Surface
+from sumo3dviz_pt.library.mesh.implicit import dual_contour
+from sumo3dviz_pt.library.mesh.simplify import simplify
 
 
 def ball(x, y, z):

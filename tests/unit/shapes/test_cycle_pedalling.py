@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.catalog import find
-from sumo3dviz_pt.shapes.cycle_pedalling import PHASES, pedalling, pedals
+from sumo3dviz_pt.library.vehicles.cycles.pedalling import PHASES, pedalling, pedals
 
 BICYCLES = ("bicycle", "bicycle_sport", "bicycle_step")
 

@@ -10,14 +10,14 @@ from alike import assert_files_alike
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.shapes import cycle
-from sumo3dviz_pt.shapes.bake import bake_folder
-from sumo3dviz_pt.shapes.cycle_rider import CLOTHES, PALM, posture
-from sumo3dviz_pt.shapes.figure_posture import matrices
-from sumo3dviz_pt.shapes.figure_rig import BONES, joints
-from sumo3dviz_pt.shapes.people import measures
-from sumo3dviz_pt.shapes.ply import read_ply
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.mesh.ply import read_ply
+from sumo3dviz_pt.library.people.build import measures
+from sumo3dviz_pt.library.people.posture import matrices
+from sumo3dviz_pt.library.people.rig import BONES, joints
+from sumo3dviz_pt.library.vehicles.bake import bake_folder
+from sumo3dviz_pt.library.vehicles.cycles import build
+from sumo3dviz_pt.library.vehicles.cycles.rider import CLOTHES, PALM, posture
 
 CYCLES = tuple(
     name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "cycle"
@@ -33,7 +33,7 @@ def files(name: str, level: str):
 
 @cache
 def hero(name: str):
-    return cycle.hero(find("vehicles", name).meta)
+    return build.hero(find("vehicles", name).meta)
 
 
 def faces_of(meshes) -> int:
@@ -115,7 +115,7 @@ class TestEveryCycle:
 
     def test_the_rider_sits_and_holds(self, name):
         """Hips, hands and feet are within 4 cm of saddle, grips and pedals."""
-        machine = cycle.machine_of(find("vehicles", name).meta)
+        machine = build.machine_of(find("vehicles", name).meta)
         body = measures(find("vehicles", name).meta["recipe"]["rider"])
         rest, grasp = joints(body), machine.grasp
         posed = dict(zip(BONES, matrices(body, posture(grasp)), strict=True))
@@ -162,4 +162,4 @@ def test_clothes_have_the_colours_that_riders_are_sorted_by():
 
 def test_an_unknown_model_is_an_error():
     with pytest.raises(ConfigError, match="unicycle"):
-        cycle.machine_of({"recipe": {"model": "unicycle"}})
+        build.machine_of({"recipe": {"model": "unicycle"}})

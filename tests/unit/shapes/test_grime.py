@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.vehicles.grime import MOST, grimed
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.shapes.grime import MOST, grimed
 
 AXLES = [(0.9, 0.33), (3.6, 0.33)]
 

@@ -11,13 +11,13 @@ from alike import assert_files_alike
 
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.mesh.ply import read_ply
+from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, hero_vehicle
+from sumo3dviz_pt.library.vehicles.heavy.letters import letter_runs
+from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
+from sumo3dviz_pt.library.vehicles.heavy.recipe import read_box
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.shapes.bake import bake_folder, bake_vehicle, hero_vehicle
-from sumo3dviz_pt.shapes.box_letters import letter_runs
-from sumo3dviz_pt.shapes.box_pieces import bevelled
-from sumo3dviz_pt.shapes.box_recipe import read_box
-from sumo3dviz_pt.shapes.ply import read_ply
 
 HEAVY = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "box"]
 WHOLES = ["articulated_bus", "semitrailer_truck", "tanker_truck"]

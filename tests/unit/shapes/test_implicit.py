@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.mesh import implicit
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.shapes import implicit
 
 
 def ball(x, y, z):

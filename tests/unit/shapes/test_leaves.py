@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes.leaves import LEAF, OUTLINE, cards_of, triangles, wanted, with_leaves
-from sumo3dviz_pt.shapes.trees import tree
+from sumo3dviz_pt.library.plants.build import tree
+from sumo3dviz_pt.library.plants.leaves import (
+    LEAF,
+    OUTLINE,
+    cards_of,
+    triangles,
+    wanted,
+    with_leaves,
+)
 
 
 def area(mesh):

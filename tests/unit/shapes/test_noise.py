@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes.noise import Band, blurred, cells, fractal, smoothstep, soft
+from sumo3dviz_pt.library.mesh.noise import Band, blurred, cells, fractal, smoothstep, soft
 
 
 def test_noise_is_seeded_and_normalised():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes.plain_bodies import plain_body
+from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
 from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 
 SIZES = {name: (c.length, c.width, c.height) for name, c in CLASS_DEFAULTS.items()}

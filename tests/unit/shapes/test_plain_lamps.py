@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes.plain_bodies import plain_body
-from sumo3dviz_pt.shapes.plain_lamps import NARROW, UNLIT, plain_lamps
+from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
+from sumo3dviz_pt.library.vehicles.plain_lamps import NARROW, UNLIT, plain_lamps
 from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
 
 SIZES = [1.0, 1.7]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.library.mesh.ply import read_ply, write_ply
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.shapes.ply import read_ply, write_ply
 
 
 def triangle(*, normals: bool, uvs: bool) -> Mesh:

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 import shapely
 
-from sumo3dviz_pt.shapes.bands import band_along
-from sumo3dviz_pt.shapes.grids import height_field
-from sumo3dviz_pt.shapes.planar import closing, polygon_parts, subtract, union
-from sumo3dviz_pt.shapes.polyline import (
+from sumo3dviz_pt.library.mesh.bands import band_along
+from sumo3dviz_pt.library.mesh.grids import height_field
+from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
+from sumo3dviz_pt.library.mesh.polyline import (
     arc_length,
     mitres,
     offset,
     with_split_bends,
     without_repeats,
 )
-from sumo3dviz_pt.shapes.triangulate import triangulate, triangulate_many
-from sumo3dviz_pt.shapes.walls import between, walls
+from sumo3dviz_pt.library.mesh.triangulate import triangulate, triangulate_many
+from sumo3dviz_pt.library.mesh.walls import between, walls
 
 CORNER = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 1.0], [10.0, 10.0, 2.0]])
 

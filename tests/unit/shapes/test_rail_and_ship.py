@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from alike import assert_files_alike
 
+from sumo3dviz_pt.cast.bodies import build_body
+from sumo3dviz_pt.cast.choice import Model, ModelChoice, choose, models_for
+from sumo3dviz_pt.cast.fitted_models import fitted_model
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, has_hero
+from sumo3dviz_pt.library.vehicles.rail.build import read_hull_vehicle
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import VehicleType
-from sumo3dviz_pt.scene.bodies import build_body
-from sumo3dviz_pt.scene.body_choice import Model, ModelChoice, choose, models_for
-from sumo3dviz_pt.scene.fitted_models import fitted_model
-from sumo3dviz_pt.scene.materials import MATERIALS
-from sumo3dviz_pt.shapes.bake import bake_folder, bake_vehicle, has_hero
-from sumo3dviz_pt.shapes.hulls import read_hull_vehicle
 
 HULLS = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "hull"]
 RAIL = ["cab_car", "carriage", "control_car", "locomotive", "tram_front", "tram_middle"]

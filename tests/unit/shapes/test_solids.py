@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.mesh import solids
+from sumo3dviz_pt.library.mesh.stacks import Level, stack
 from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
-from sumo3dviz_pt.shapes import solids
-from sumo3dviz_pt.shapes.stacks import Level, stack
 
 CLOSED = {
     "lathe": solids.lathe([(0, -1), (1, -1), (1, 1), (0, 1)], segments=24),

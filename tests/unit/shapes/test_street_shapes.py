@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.shapes import street_furniture, street_lamp, street_signs
-from sumo3dviz_pt.shapes.street_strokes import (
+from sumo3dviz_pt.library.street import furniture, lamp, signs
+from sumo3dviz_pt.library.street.strokes import (
     GLYPHS,
     arrow,
     disc,
@@ -16,19 +16,19 @@ from sumo3dviz_pt.shapes.street_strokes import (
 )
 
 BOARDS = [
-    (3.0, street_signs.board(("NORD", "HAFEN"), "down")),
-    (-3.0, street_signs.board(("A",), "exit")),
+    (3.0, signs.board(("NORD", "HAFEN"), "down")),
+    (-3.0, signs.board(("A",), "exit")),
 ]
 THINGS = {
-    **{f"{name}/{level}": make(level) for name, make in street_furniture.FURNITURE.items()
+    **{f"{name}/{level}": make(level) for name, make in furniture.FURNITURE.items()
        for level in (0, 1)},
-    **{name: make() for name, make in street_signs.SIGNS.items()},
-    "limit 30": street_signs.speed_limit(30),
-    "limit 120": street_signs.on_post(street_signs.speed_limit(120)),
-    "far sign": street_signs.on_post(street_signs.stop(), level=1),
-    "exit": street_signs.exit_board(("EXIT",)),
-    "portal": street_signs.gantry(6.0, -6.0, BOARDS, portal=True),
-    "arm": street_signs.gantry(6.0, -6.0, BOARDS, portal=False),
+    **{name: make() for name, make in signs.SIGNS.items()},
+    "limit 30": signs.speed_limit(30),
+    "limit 120": signs.on_post(signs.speed_limit(120)),
+    "far sign": signs.on_post(signs.stop(), level=1),
+    "exit": signs.exit_board(("EXIT",)),
+    "portal": signs.gantry(6.0, -6.0, BOARDS, portal=True),
+    "arm": signs.gantry(6.0, -6.0, BOARDS, portal=False),
 }  # fmt: skip
 
 
@@ -56,10 +56,10 @@ def test_faces_have_an_area_and_agree_with_their_normals(name):
 @pytest.mark.parametrize("level", [0, 1, 2])
 @pytest.mark.parametrize("height", [8.0, 10.0])
 def test_lamps_hang_at_their_height_over_the_road(height, level):
-    pole, head = street_lamp.pole(height, level=level), street_lamp.head(height, level=level)
+    pole, head = lamp.pole(height, level=level), lamp.head(height, level=level)
     for mesh in (pole, head):
         check(mesh)
-    lens = street_lamp.lens(height)
+    lens = lamp.lens(height)
     check(lens)
     assert np.all(lens.vertices[:, 2] == height)
     assert head.bounds[0, 2] > height, "the lens hangs free below its case"
@@ -95,7 +95,7 @@ def test_flat_figures_have_their_area():
 
 
 def test_signs_face_the_traffic_and_do_not_mirror_their_text():
-    (post, *_, face) = street_signs.on_post(street_signs.speed_limit(120))
+    (post, *_, face) = signs.on_post(signs.speed_limit(120))
     assert (face.mesh.normals[:, 0] < 0).all()
     assert face.mesh.vertices[:, 0].max() < post.mesh.bounds[0, 0]
     dark = face.mesh.vertices[face.mesh.faces[face.tint[:, 0] < 0.1]]
@@ -114,7 +114,7 @@ def test_gantries_leave_room_below():
 
 
 def test_furniture_reaches_into_the_ground_and_far_pieces_are_cheaper():
-    for name in street_furniture.FURNITURE:
+    for name in furniture.FURNITURE:
         near, far = THINGS[f"{name}/0"], THINGS[f"{name}/1"]
         low = min(part.mesh.bounds[0, 2] for part in near)
         assert low <= 0.0, name

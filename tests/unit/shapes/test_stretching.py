@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.library.vehicles.build import WheelPlace
+from sumo3dviz_pt.library.vehicles.stretching import Stretch, round_wheels, stretched
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
-from sumo3dviz_pt.shapes.stretching import Stretch, round_wheels, stretched
-from sumo3dviz_pt.shapes.vehicle import WheelPlace
 
 TURN = np.linspace(0, 2 * np.pi, 12, endpoint=False)
 

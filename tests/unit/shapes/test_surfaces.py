@@ -6,9 +6,9 @@ from PIL import Image as Pillow
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.png import write_png
-from sumo3dviz_pt.shapes.surface_bake import bake_surface, srgb_bytes, surface_recipe
-from sumo3dviz_pt.shapes.surface_maps import BRIGHTEST, Recipe
-from sumo3dviz_pt.shapes.surfaces import MAKERS, make_surface
+from sumo3dviz_pt.library.surfaces.bake import bake_surface, srgb_bytes, surface_recipe
+from sumo3dviz_pt.library.surfaces.build import MAKERS, make_surface
+from sumo3dviz_pt.library.surfaces.maps import BRIGHTEST, Recipe
 
 NAMES = catalog.names("surfaces")
 GROUNDS = (

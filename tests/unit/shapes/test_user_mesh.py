@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.shapes.user_mesh import Finish, read_user_vehicle
+from sumo3dviz_pt.library.vehicles.user_mesh import Finish, read_user_vehicle
 
 OBJ = "v 5 1 1\nv 3 2 1\nv 3 0 4\nf 1 2 3\n"
 

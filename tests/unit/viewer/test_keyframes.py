@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job import CinematicCamera, KeyFrame
-from sumo3dviz_pt.jobfile import load_job, make_job
-from sumo3dviz_pt.pipeline import example
-from sumo3dviz_pt.scene.flying import build_flight
+from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
+from sumo3dviz_pt.job.yaml12 import parse_yaml
+from sumo3dviz_pt.pipeline.production import example
+from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
+from sumo3dviz_pt.shot.cameras.flying import build_flight
 from sumo3dviz_pt.viewer.insertion import inserted
 from sumo3dviz_pt.viewer.keyframes import (
     camera_yaml,
@@ -26,7 +27,6 @@ from sumo3dviz_pt.viewer.keyframes import (
     with_frame,
 )
 from sumo3dviz_pt.viewer.walk import Eye
-from sumo3dviz_pt.yaml12 import parse_yaml
 
 EYE = Eye(np.array([328.004, 279.996, 7.126]), 305.4321, -9.996, 0.0, 65.02)
 ENTRY = camera_yaml(EYE, "new")

@@ -1,7 +1,7 @@
 import asyncio
 from collections.abc import Awaitable, Callable
 
-from sumo3dviz_pt.viewer.messages import Frame, Message, Note
+from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
 from sumo3dviz_pt.viewer.outbox import MOST_NOTES, Outbox
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.viewer.orders import KeyFrameOrder
-from sumo3dviz_pt.viewer.stand import MOST_FRAMES, Stand, obeyed
+from sumo3dviz_pt.viewer.messages_in import KeyFrameOrder
+from sumo3dviz_pt.viewer.state import MOST_FRAMES, Stand, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
 HERE = Stand(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from sumo3dviz_pt.job import EulerianCamera, VehicleSettings
+from sumo3dviz_pt.cast.fleet import build_fleet
+from sumo3dviz_pt.job.settings import EulerianCamera, VehicleSettings
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.scene.cameras import build_camera
-from sumo3dviz_pt.scene.traffic import build_fleet
+from sumo3dviz_pt.shot.cameras.build import build_camera
 from sumo3dviz_pt.viewer.walk import CODES, STEEPEST, Eye, moved, turned, wrapped
 
 EAST = Eye(np.array([10.0, 20.0, 5.0]), heading=90.0, pitch=-10.0, roll=3.0, fov=60.0)

@@ -1,0 +1,1 @@
+"""Everyone on the road: bodies, colours, lamps and poses at any time."""

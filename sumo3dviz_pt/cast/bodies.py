@@ -1,0 +1,199 @@
+"""The bodies that road users show, scaled to their vTypes.
+
+Vehicles show the catalogue's models, classes without any plain bodies of their size, and
+users can bring their own files.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.cast.choice import (
+    CAR_CLASSES,
+    RAIL_CLASSES,
+    Choice,
+    FigureChoice,
+    ModelChoice,
+    PlainChoice,
+    Size,
+    UserChoice,
+)
+from sumo3dviz_pt.cast.drawing import Assembly, Unit
+from sumo3dviz_pt.cast.fitted_models import Shelf, fitted_model, shelved, sizes
+from sumo3dviz_pt.cast.seats import Seat, car_seat, class_seat
+from sumo3dviz_pt.library.materials.named import MATERIALS, principled, two_sided
+from sumo3dviz_pt.library.people.build import figure, stride_length
+from sumo3dviz_pt.library.vehicles.cycles.pedalling import DEVELOPMENT, pedals
+from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
+from sumo3dviz_pt.library.vehicles.plain_lamps import plain_lamps
+from sumo3dviz_pt.library.vehicles.user_mesh import UserVehicle, read_user_vehicle
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scene import Bsdf, Part, Prototype
+
+_LARGEST_STRETCH = 1.25
+"""Width and height of a model are scaled by no more than this factor."""
+
+_HEAVY = 7.0
+"""Longer vehicles roll and dive as lorries and buses do [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """What a road user shows.
+
+    Attributes:
+        assembly: Its units, unscaled.
+        scale: Along x, y, z, (3,).
+        size: As drawn: length, width, height [m].
+        seat: As drawn.
+        materials: What the prototypes need beside `MATERIALS`.
+        stride: Length of two steps of somebody who walks, or way of a turn of the cranks of
+            somebody who pedals [m]; or None.
+        ride: What it does when it is accelerated: a name in `cast/sway.py`'s `SPRINGS`,
+            `lean`, or nothing.
+        vclass: What it is drawn as.
+    """
+
+    assembly: Assembly
+    scale: Floats
+    size: Size
+    seat: Seat
+    materials: Mapping[str, Bsdf] = field(default_factory=dict)
+    stride: float | None = None
+    ride: str = ""
+    vclass: str = ""
+
+    @property
+    def prototype(self) -> Prototype:
+        """What the first unit shows."""
+        return self.assembly.units[0].prototype
+
+
+@singledispatch
+def build_body(choice: Choice, shelf: Shelf) -> Body:
+    """Make the body of a choice.
+
+    Args:
+        choice: From `choose`.
+        shelf: Prototypes made so far; new ones are added.
+
+    Raises:
+        ConfigError: If a user's file cannot be read.
+    """
+    raise TypeError(type(choice).__name__)
+
+
+@build_body.register
+def _(choice: ModelChoice, shelf: Shelf) -> Body:
+    """A vehicle of the catalogue, from its baked meshes."""
+    entry = catalog.find("vehicles", choice.model.name)
+    fitted = fitted_model(entry, shelf, choice)
+    seat = _model_seat(entry, choice.vclass, fitted.scale, fitted.size)
+    stride = DEVELOPMENT * float(fitted.scale[0]) if pedals(entry.meta) else None
+    first = fitted.units[0]
+    # Lengths count as models: each has full detail of its own.
+    model = entry.name if first.given is None else first.prototype.name
+    assembly = Assembly(model, fitted.units, fitted.hinged)
+    ride = _ride(entry.meta, choice.vclass)
+    return Body(
+        assembly, fitted.scale, fitted.size, seat, stride=stride, ride=ride, vclass=choice.vclass
+    )
+
+
+def _ride(meta: Mapping[str, Any], vclass: str) -> str:
+    """What a model does when it is accelerated."""
+    build = str(meta.get("build", "car"))
+    if build == "cycle":
+        return "lean"
+    if vclass in RAIL_CLASSES or vclass == "ship" or build == "hull":
+        return ""
+    return "car" if float(meta["length"]) < _HEAVY else "heavy"
+
+
+def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:
+    """Where people sit: as the model says, else as its class does."""
+    meta = entry.meta
+    if vclass not in CAR_CLASSES:
+        seat = class_seat(vclass, np.array(size))
+        return seat if "eye" not in meta else replace(seat, eye=scale * np.array(meta["eye"]))
+    _, dash = meta.get("recipe", {}).get("cowl", (0.0, 0.64 * float(meta["height"])))
+    cowl = scale * np.array([float(meta["cowl"]), 0.0, float(dash)])
+    return car_seat(scale * np.array(meta["eye"]), cowl=cowl)
+
+
+@build_body.register
+def _(choice: PlainChoice, shelf: Shelf) -> Body:
+    """A plain body; near sizes share one, scaled by the little that they differ."""
+    near = [
+        round(2 * side) / 2 if side >= 2.0 else max(round(side, 1), 0.1) for side in choice.size
+    ]
+    length, width, height = near
+    name = f"{choice.vclass} {length:g}x{width:g}x{height:g}"
+
+    def make() -> Prototype:
+        made = plain_body(choice.vclass, length=length, width=width, height=height)
+        lamps = plain_lamps(choice.vclass, [part.mesh for part in made.parts])
+        return Prototype(name, made.parts, made.far, lamps)
+
+    scale = np.array(choice.size) / near
+    seat = class_seat(choice.vclass, np.array(choice.size))
+    unit = Unit(shelved(shelf, name, make))
+    return Body(Assembly(name, (unit,)), scale, choice.size, seat, vclass=choice.vclass)
+
+
+@build_body.register
+def _(choice: FigureChoice, shelf: Shelf) -> Body:
+    """Somebody on foot, in all poses."""
+    meta = catalog.find("people", choice.look).meta
+    prototype = shelved(shelf, choice.look, lambda: _person(choice.look, meta["recipe"]))
+    scale = choice.height / float(meta["height"])
+    bounds = np.stack([part.mesh.bounds for part in prototype.parts])
+    size = sizes(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
+    stride = scale * stride_length(meta["recipe"])
+    seat = class_seat("pedestrian", np.array(size))
+    unit = Unit(prototype)
+    return Body(Assembly(choice.look, (unit,)), np.full(3, scale), size, seat, stride=stride)
+
+
+def _person(look: str, recipe: Mapping[str, Any]) -> Prototype:
+    """Both levels of somebody on foot."""
+    parts, poses = figure(recipe)
+    far, far_poses = figure(recipe, "far")
+    return Prototype(look, parts, far, poses=poses, far_poses=far_poses)
+
+
+@build_body.register
+def _(choice: UserChoice, shelf: Shelf) -> Body:
+    """A user's own model, as large as it is or as long as its vType."""
+    digest = hashlib.blake2b(str(choice.path).encode("utf-8"), digest_size=3).hexdigest()
+    name = f"{choice.path.stem}-{digest}"
+    made = read_user_vehicle(choice.path, materials=MATERIALS)
+    bounds = np.stack([mesh.bounds for mesh, _ in made.pieces])
+    size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
+    factor = choice.length / float(size[0]) if made.fitted else 1.0
+    parts, materials = _user_parts(made, name)
+    unit = Unit(shelved(shelf, name, lambda: Prototype(name, parts, parts, made.lamps)))
+    drawn = sizes(factor * size)
+    seat = class_seat(choice.vclass, np.array(drawn))
+    return Body(
+        Assembly(name, (unit,)), np.full(3, factor), drawn, seat, materials, vclass=choice.vclass
+    )
+
+
+def _user_parts(made: UserVehicle, name: str) -> tuple[tuple[Part, ...], dict[str, Bsdf]]:
+    """Parts and the materials that are not ours; open surfaces are seen from both sides."""
+    parts, materials = [], {}
+    for number, (mesh, finish) in enumerate(made.pieces):
+        material = finish.named or f"{name}/{number}"
+        if not finish.named:
+            look = principled(finish.colour, roughness=finish.roughness, metallic=finish.metallic)
+            materials[material] = two_sided(look)
+        parts.append(Part(mesh, material))
+    return tuple(parts), materials

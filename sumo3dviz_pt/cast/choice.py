@@ -1,0 +1,292 @@
+"""Which body a road user gets: seeded by its id, so that it keeps it for its whole life."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.cast.coupling import Carriages, pitch_of, spare_units
+from sumo3dviz_pt.cast.seats import PLAIN_CLASSES
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.model.traffic import VehicleType
+
+Size = tuple[float, float, float]
+"""Length, width, height [m]."""
+
+CAR_CLASSES = frozenset(
+    [
+        *("passenger", "taxi", "evehicle", "hov", "private", "authority", "army", "vip", "police"),
+        *("custom1", "custom2", "ignoring"),
+    ]
+)
+"""vClasses that cars show, if they have a car's size."""
+
+LIVERIES = frozenset(["taxi", "police"])
+"""Car classes with models of their own."""
+
+_OWN_SHAPES = frozenset(["firebrigade", "police"])
+"""guiShapes that are no vClass but have models."""
+
+_MOST_LENGTH = 1.5
+"""A model is stretched or squeezed to a vType's length by no more than this factor."""
+
+DEFAULT_CAR: Size = (5.0, 1.8, 1.5)
+"""SUMO's size of the class passenger: says nothing about the real car."""
+
+DEFAULT_PERSON = 1.719
+"""SUMO's height of people: says nothing about the real person."""
+
+_HEIGHT_SPREAD = 0.1
+"""Relative difference in height at which a look becomes 1/e as likely."""
+
+_CAR_LENGTHS = (2.2, 6.6)
+_CAR_WIDTHS = (1.2, 2.5)
+TALLEST_CAR = 2.3
+
+RAIL_CLASSES = frozenset(
+    ["tram", "rail_urban", "subway", "cable_car", "rail", "rail_electric", "rail_fast"]
+)
+"""vClasses that run on rails: they bend bogie by bogie and show no way that they choose."""
+
+_COARSE_SHAPES = frozenset(
+    ["coach", "trailer", "emergency", "tram", "rail_urban", "subway", "wheelchair"]
+)
+"""Classes whose default guiShape is that of another class."""
+
+_LENGTH_SPREAD = 0.08
+"""Relative difference in length at which a model becomes 1/e as likely."""
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A vehicle of the catalogue.
+
+    Attributes:
+        name: In `assets/vehicles`.
+        vclasses: What it can be drawn for.
+        size: Of the unscaled model [m].
+        share: How common it is, against 1 for most.
+        gui_shapes: SUMO's guiShapes that mean it, such as `passenger/wagon`.
+        pitch: What one more of its repeated units adds to its length [m]; 0 without any.
+    """
+
+    name: str
+    vclasses: frozenset[str]
+    size: Size
+    share: float = 1.0
+    gui_shapes: tuple[str, ...] = ()
+    pitch: float = 0.0
+
+    def filled(self, wanted: float) -> float:
+        """Its own length for a vType of a length, with as many units as fit best [m]."""
+        more = spare_units(self.size[0], self.pitch, wanted=wanted)
+        return self.size[0] + more * self.pitch
+
+    @classmethod
+    def of(cls, entry: catalog.Entry) -> Model:
+        """Read a model's measures from its catalogue entry."""
+        meta = entry.meta
+        size = (float(meta["length"]), float(meta["width"]), float(meta["height"]))
+        vclass = meta.get("vclass", "passenger")
+        classes = frozenset([vclass] if isinstance(vclass, str) else vclass)
+        shapes = tuple(meta.get("gui_shapes", [f"passenger/{entry.name}"]))
+        share, pitch = float(meta.get("share", 1.0)), pitch_of(meta.get("units", ()))
+        return cls(entry.name, classes, size, share, shapes, pitch)
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How somebody on foot can look.
+
+    Attributes:
+        name: In `assets/people`.
+        height: [m].
+        share: How common it is, against 1 for most.
+    """
+
+    name: str
+    height: float
+    share: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ModelChoice:
+    """A vehicle of the catalogue, for a vType of this size [m], of these carriages."""
+
+    model: Model
+    vclass: str
+    size: Size
+    carriages: Carriages | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlainChoice:
+    """A plain body of a class and size [m]."""
+
+    vclass: str
+    size: Size
+
+
+@dataclass(frozen=True, slots=True)
+class UserChoice:
+    """A user's own file, for a vType of this length [m]."""
+
+    path: Path
+    vclass: str
+    length: float
+
+
+@dataclass(frozen=True, slots=True)
+class FigureChoice:
+    """Somebody on foot, with a look of the catalogue, of this height [m]."""
+
+    look: str
+    height: float
+
+
+Choice = ModelChoice | PlainChoice | UserChoice | FigureChoice
+
+
+def models_for(wanted: Mapping[str, Sequence[str]]) -> tuple[Model, ...]:
+    """Vehicles to draw from.
+
+    Args:
+        wanted: Names by class; all that serve a class where it names none.
+
+    Raises:
+        ConfigError: If a name is unknown or of another class; the message suggests one.
+    """
+    known = [Model.of(catalog.find("vehicles", name)) for name in catalog.names("vehicles")]
+    named = {vclass: frozenset(names) for vclass, names in wanted.items() if names}
+    for vclass, names in named.items():
+        serving = [model.name for model in known if vclass in model.vclasses]
+        for name in sorted(names - set(serving)):
+            word = "car" if vclass == "passenger" else vclass
+            message = f"no {word} is called {name!r}{catalog.did_you_mean(name, serving)}"
+            raise ConfigError(message, key=_key_of(vclass))
+    kept = [replace(model, vclasses=_kept(model, named)) for model in known]
+    return tuple(model for model in kept if model.vclasses)
+
+
+def looks_for(wanted: Sequence[str]) -> tuple[Look, ...]:
+    """Looks of people on foot to draw from.
+
+    Args:
+        wanted: Names; none stands for all.
+
+    Raises:
+        ConfigError: If a name is unknown; the message suggests one.
+    """
+    known = catalog.names("people")
+    for name in wanted:
+        if name not in known:
+            message = f"nobody looks like {name!r}{catalog.did_you_mean(name, known)}"
+            raise ConfigError(message, key="vehicles.models.pedestrian")
+    metas = [(name, catalog.find("people", name).meta) for name in wanted or known]
+    return tuple(Look(n, float(m["height"]), float(m.get("share", 1.0))) for n, m in metas)
+
+
+def _figure(kind: VehicleType, looks: Sequence[Look], chance: float) -> FigureChoice:
+    """A look whose height fits the vType's, if that says more than SUMO's default."""
+    if abs(kind.height - DEFAULT_PERSON) < 1e-3:
+        look = looks[pick([look.share for look in looks], chance)]
+        return FigureChoice(look.name, look.height)
+    off = [(look.height / kind.height - 1.0) / _HEIGHT_SPREAD for look in looks]
+    weights = [
+        look.share * float(np.exp(-(o**2))) + 1e-9 for look, o in zip(looks, off, strict=True)
+    ]
+    return FigureChoice(looks[pick(weights, chance)].name, kind.height)
+
+
+def _key_of(vclass: str) -> str:
+    """The scene file's key that names models of a class."""
+    return "vehicles.passenger" if vclass == "passenger" else f"vehicles.models.{vclass}"
+
+
+def _kept(model: Model, named: Mapping[str, frozenset[str]]) -> frozenset[str]:
+    """The classes that a model may still serve."""
+    return frozenset(
+        vclass for vclass in model.vclasses if vclass not in named or model.name in named[vclass]
+    )
+
+
+def drawn_class(kind: VehicleType) -> str:
+    """What a vType is drawn as: a class of models or of plain bodies.
+
+    The guiShape wins over the vClass, which says first of all which lanes a vehicle may
+    use; but some classes have a guiShape that is too coarse for them.
+    """
+    shape = kind.gui_shape.split("/")[0]
+    known = shape in CAR_CLASSES | PLAIN_CLASSES and kind.vclass not in _COARSE_SHAPES
+    vclass = shape if known or shape in _OWN_SHAPES else kind.vclass
+    if vclass == "delivery" and kind.length < _CAR_LENGTHS[1] and kind.height < TALLEST_CAR:
+        return "passenger"
+    if vclass not in CAR_CLASSES:
+        return vclass
+    if kind.length > _CAR_LENGTHS[1] or kind.width > _CAR_WIDTHS[1]:
+        return "truck"
+    if kind.length < _CAR_LENGTHS[0] or kind.width < _CAR_WIDTHS[0]:
+        return "motorcycle"
+    return vclass if vclass in LIVERIES else "passenger"
+
+
+def choose(
+    kind: VehicleType,
+    *,
+    name: str,
+    models: Sequence[Model],
+    own: Mapping[str, Path],
+    seed: int,
+    looks: Sequence[Look] = (),
+) -> Choice:
+    """Choose a body.
+
+    Args:
+        kind: The vType.
+        name: SUMO's id of the road user.
+        models: To draw from; a class without any gets plain bodies.
+        own: Users' files by pattern of an id or a vType's id; the first that fits wins.
+        seed: The job's.
+        looks: Of people on foot; none gives them plain bodies.
+    """
+    vclass = drawn_class(kind)
+    for pattern, path in own.items():
+        if fnmatchcase(name, pattern) or fnmatchcase(kind.id, pattern):
+            return UserChoice(path, vclass, kind.length)
+    if vclass == "pedestrian" and looks:
+        return _figure(kind, looks, share_of(seed, name, "look"))
+    size = (kind.length, kind.width, kind.height)
+    cars = Carriages.of(kind.params) if vclass in RAIL_CLASSES else None
+    serving = [model for model in models if vclass in model.vclasses]
+    if not serving and vclass in LIVERIES:
+        serving = [model for model in models if "passenger" in model.vclasses]
+    if vclass not in CAR_CLASSES:
+        able = [model for model in serving if can_be(model, kind.length)]
+        trains = [model for model in serving if cars is not None and model.pitch]
+        serving = trains or able
+    if not serving:
+        return PlainChoice("passenger" if vclass in LIVERIES else vclass, size)
+    serving = [model for model in serving if kind.gui_shape in model.gui_shapes] or serving
+    weights = [
+        model.share * _likelihood(model.filled(kind.length), wanted=kind.length)
+        for model in serving
+    ]
+    return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size, cars)
+
+
+def can_be(model: Model, length: float) -> bool:
+    """Whether a model can be stretched to a length [m]; trains gain or lose cars first."""
+    return 1.0 / _MOST_LENGTH < length / model.filled(length) < _MOST_LENGTH
+
+
+def _likelihood(length: float, *, wanted: float) -> float:
+    """How likely a model is drawn for a vType of a length [m]."""
+    if wanted == DEFAULT_CAR[0]:
+        return 1.0
+    return float(np.exp(-(((length / wanted - 1.0) / _LENGTH_SPREAD) ** 2))) + 1e-6

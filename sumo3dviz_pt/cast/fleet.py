@@ -1,0 +1,344 @@
+"""Road users: which bodies and colours they show, and where they are at a time."""
+
+from __future__ import annotations
+
+import difflib
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from sumo3dviz_pt.cast.articulation import rigid_frames
+from sumo3dviz_pt.cast.bodies import Body, build_body
+from sumo3dviz_pt.cast.choice import (
+    Choice,
+    PlainChoice,
+    choose,
+    drawn_class,
+    looks_for,
+    models_for,
+)
+from sumo3dviz_pt.cast.colours import own_palette, paint_of
+from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
+from sumo3dviz_pt.cast.fitted_models import Shelf
+from sumo3dviz_pt.cast.full_detail import heroes_of
+from sumo3dviz_pt.cast.gait import effort, stride_phase
+from sumo3dviz_pt.cast.lights import VehicleLights
+from sumo3dviz_pt.cast.own_looks import OwnLooks
+from sumo3dviz_pt.cast.pose_sampler import Stances
+from sumo3dviz_pt.cast.presence import Presence, Present
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import VehicleSettings
+from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
+from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
+from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.model.trajectory import Trajectory
+
+_LOG = logging.getLogger(__name__)
+
+Level = Literal["near", "far", "hero"]
+"""In detail, by a stand-in, in full detail."""
+
+_UNKNOWN_TYPES: Mapping[str, VehicleType] = {
+    "vehicle": VehicleType("", "passenger", 5.0, 1.8, 1.5),
+    "person": VehicleType("", "pedestrian", 0.215, 0.478, 1.719),
+    "container": VehicleType("", "container", 6.1, 2.4, 2.6),
+}
+"""SUMO's class defaults (1.28), where the type is not known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fleet:
+    """All road users of a shot.
+
+    Attributes:
+        trajectories: One for each road user.
+        bodies: What each shows.
+        colours: Of each.
+        cockpits: Names of opened prototypes by key of who rides in them.
+        prototypes: By name; only those in use.
+        materials: What user models need beside `MATERIALS`.
+        lights: Which lamps they light; None leaves all off.
+        seed: Of all chance.
+        suspension: Whether bodies move on their springs and riders lean.
+        times: Of the shot's frames, increasing, (n,) [s]; None where they are not known.
+        places: Index of each road user by key.
+        lengths: As drawn, (v,) [m].
+        on_foot: Who walks, (v,).
+        presence: Who exists when.
+        stances: How they stand.
+    """
+
+    trajectories: tuple[Trajectory, ...]
+    bodies: tuple[Body, ...]
+    colours: tuple[Colour, ...]
+    prototypes: Mapping[str, Prototype]
+    materials: Mapping[str, Bsdf] = field(default_factory=dict)
+    cockpits: Mapping[str, str] = field(default_factory=dict)
+    lights: VehicleLights | None = None
+    seed: int = 0
+    suspension: bool = True
+    times: Floats | None = None
+    places: Mapping[str, int] = field(init=False)
+    lengths: Floats = field(init=False)
+    on_foot: Bools = field(init=False)
+    presence: Presence = field(init=False)
+    stances: Stances = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Index the pieces of motion, so that a frame asks only those alive."""
+        places = {trajectory.key: k for k, trajectory in enumerate(self.trajectories)}
+        presence = Presence(self.trajectories, self.times)
+        stances = Stances(self.trajectories, self.bodies, presence, suspension=self.suspension)
+        on_foot = [trajectory.kind == "person" for trajectory in self.trajectories]
+        object.__setattr__(self, "places", places)
+        object.__setattr__(self, "lengths", np.array([body.size[0] for body in self.bodies]))
+        object.__setattr__(self, "on_foot", np.array(on_foot, dtype=np.bool_))
+        object.__setattr__(self, "presence", presence)
+        object.__setattr__(self, "stances", stances)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of all road users, such as `vehicle:flow_0.3`."""
+        return tuple(trajectory.key for trajectory in self.trajectories)
+
+    @property
+    def sizes(self) -> Floats:
+        """Length, width and height as drawn, (v, 3) [m]."""
+        return np.array([body.size for body in self.bodies]).reshape(-1, 3)
+
+    def movers_at(self, time: float, *, view: View | None = None) -> tuple[Mover, ...]:
+        """Everyone who exists at a time, in the order of the trajectories.
+
+        Args:
+            time: SUMO's time [s].
+            view: The camera; the vehicle that it rides in is opened where it says so.
+        """
+        present = self.presence.at(time)
+        return tuple(self.wholes(present, np.arange(len(present.users)), view=view))
+
+    def wholes(self, present: Present, rows: Ints, *, view: View | None = None) -> Iterator[Mover]:
+        """Some of those who exist at a time.
+
+        Args:
+            present: Everyone then.
+            rows: Which of them, (n,).
+            view: As in `movers_at`.
+        """
+        positions, yaws, pitches = present.positions[rows], present.yaws[rows], present.pitches
+        matrices = rigid_frames(positions, yaws, pitches[rows])
+        opened = view.rides_in if view is not None and view.cutaway else None
+        for row, matrix in zip(rows.tolist(), matrices, strict=True):
+            yield self._whole(present, row, matrix, opened=opened)
+
+    def parts(
+        self, present: Present, row: int, whole: Mover, *, level: Level, ridden: bool
+    ) -> Iterator[Mover]:
+        """What one of those who exist at a time is drawn with.
+
+        Args:
+            present: Everyone then.
+            row: Which of them.
+            whole: It, from `wholes`.
+            level: Of detail.
+            ridden: Whether the camera rides with it.
+        """
+        body, piece = self.bodies[int(present.users[row])], int(present.pieces[row])
+        hero, stance = level == "hero", AT_REST
+        if hero or ridden or body.assembly.bends:
+            stance = self.stances.stance(piece, present.time, hero=hero, ridden=ridden)
+        if self.suspension and body.ride == "lean" and level != "far":
+            leant = Transform(self.stances.lean(piece, present.time))
+            whole = replace(whole, world_from_body=whole.world_from_body @ leant)
+        yield from body.assembly.movers(whole, hero=hero, stance=stance)
+
+    def positions(self, times: Floats) -> tuple[Bools, Floats, Floats]:
+        """Where everyone is, for culling.
+
+        Args:
+            times: (t,) [s].
+
+        Returns:
+            Whether each exists, (v, t); fronts, (v, t, 3) [m]; yaws, (v, t) [rad]; NaN
+            where it does not exist.
+        """
+        shape = (len(self.trajectories), len(times))
+        alive = np.zeros(shape, dtype=np.bool_)
+        positions, yaws = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
+        for k, trajectory in enumerate(self.trajectories):
+            motion = trajectory.sample(times)
+            alive[k], positions[k], yaws[k] = motion.alive, motion.positions, motion.yaws
+        return alive, positions, yaws
+
+    def body(self, key: str) -> Body:
+        """What a road user shows; it must be one of `keys`."""
+        return self.bodies[self.places[key]]
+
+    def with_cockpit(self, key: str, *, left_hand: bool = False) -> Fleet:
+        """The same fleet, ready to open the vehicle that a camera sits in.
+
+        Args:
+            key: One of `keys`.
+            left_hand: Whether traffic keeps left and drivers sit on the right.
+        """
+        body = self.body(key)
+        cowl, eye = body.seat.cowl / body.scale, body.seat.eye / body.scale
+        eye = eye * [1.0, -1.0 if left_hand else 1.0, 1.0]
+        opened = cutaway(body.prototype, cowl=float(cowl[0]), belt=float(cowl[2]), eye=eye)
+        return replace(
+            self,
+            prototypes={**self.prototypes, opened.name: opened},
+            cockpits={**self.cockpits, key: opened.name},
+        )
+
+    def drawn(self, k: int, *, opened: bool = False) -> Drawn:
+        """What a road user is drawn with.
+
+        Args:
+            k: Its index.
+            opened: Whether a camera sits in it at some time.
+        """
+        drawn = replace(self.bodies[k].assembly.drawn, length=float(self.lengths[k]))
+        cockpit = self.cockpits.get(self.trajectories[k].key)
+        if not (opened and cockpit):
+            return drawn
+        return replace(drawn, near=(cockpit, *drawn.near[1:]), hero=())
+
+    def with_heroes(self, models: frozenset[str]) -> Fleet:
+        """The same fleet with some models in full detail, built if need be."""
+        made = heroes_of(
+            unit
+            for body in self.bodies
+            if body.assembly.model in models
+            for unit in body.assembly.units
+        )
+        return replace(self, prototypes={**self.prototypes, **made})
+
+    def _whole(self, present: Present, row: int, frame: Floats, *, opened: str | None) -> Mover:
+        """One road user at its place, in one piece."""
+        k, piece = int(present.users[row]), int(present.pieces[row])
+        body, key = self.bodies[k], self.trajectories[k].key
+        name = body.prototype.name
+        if key == opened:
+            name = self.cockpits.get(key, name)
+        frame = frame.copy()
+        frame[:3, :3] *= body.scale
+        phase = share = 0.0
+        if body.stride is not None:
+            start = share_of(self.seed, key, "gait")
+            travelled = float(present.travelled[row])
+            phase = stride_phase(travelled, stride=body.stride, start=start)
+            share = effort(float(present.speeds[row]))
+        lit = frozenset[str]()
+        if self.lights is not None and body.prototype.lamps:
+            derived = partial(self.stances.derived, piece)
+            lit = self.lights.lit(key, present.time, derived=derived)
+        return Mover(key, name, Transform(frame), self.colours[k], lit, "", phase, share)
+
+
+def build_fleet(
+    trajectories: Sequence[Trajectory],
+    vehicle_types: Mapping[str, VehicleType],
+    settings: VehicleSettings,
+    *,
+    seed: int,
+    lights: VehicleLights | None = None,
+    suspension: bool = True,
+) -> Fleet:
+    """Give every road user its body and colour.
+
+    Args:
+        trajectories: With unique keys.
+        vehicle_types: By id; unknown types get SUMO's class defaults.
+        settings: Models, colours and user models.
+        seed: The job's; a road user's choice depends on it and on its id only.
+        lights: Which lamps they light; None leaves all off.
+        suspension: Whether bodies move on their springs and riders lean.
+
+    Raises:
+        ConfigError: If a model, colour or user's file is wrong.
+    """
+    wanted = dict(settings.models)
+    looks = looks_for(wanted.pop("pedestrian", ()))
+    models = models_for({**wanted, "passenger": settings.passenger})
+    if not isinstance(settings.colours, str):
+        own_palette(settings.colours)
+    kinds = [vehicle_types.get(t.type_id, _UNKNOWN_TYPES[t.kind]) for t in trajectories]
+    own = OwnLooks(settings.by_id)
+    choices = [
+        own.choice(k, name=t.id, walks=t.kind == "person")
+        or choose(
+            k,
+            name=t.id,
+            models=models,
+            own=settings.user_models if t.kind == "vehicle" else {},
+            seed=seed,
+            looks=looks,
+        )
+        for t, k in zip(trajectories, kinds, strict=True)
+    ]
+    shelf: Shelf = {}
+    made = {choice: build_body(choice, shelf) for choice in dict.fromkeys(choices)}
+    _announce(choices)
+    paints = [
+        own.paint(t.id, k.id)
+        or paint_of(drawn_class(k), k, key=t.id, colours=settings.colours, seed=seed)
+        for t, k in zip(trajectories, kinds, strict=True)
+    ]
+    materials = {name: bsdf for body in made.values() for name, bsdf in body.materials.items()}
+    bodies = tuple(made[choice] for choice in choices)
+    return Fleet(
+        tuple(trajectories),
+        bodies,
+        tuple(paints),
+        shelf,
+        materials,
+        lights=lights,
+        seed=seed,
+        suspension=suspension,
+    )
+
+
+def find_rider(fleet: Fleet, name: str) -> Trajectory:
+    """The trajectory of a vehicle, person or container by SUMO's id, or by its key.
+
+    Raises:
+        ConfigError: If the log has none of that name; the message names some it has.
+    """
+    return find_trajectory(fleet.trajectories, name)
+
+
+def find_trajectory(trajectories: Sequence[Trajectory], name: str) -> Trajectory:
+    """A trajectory by SUMO's id, or by its key.
+
+    Raises:
+        ConfigError: If there is none of that name; the message names some.
+    """
+    known = {trajectory.key: trajectory for trajectory in trajectories}
+    for key in (f"vehicle:{name}", f"person:{name}", f"container:{name}", name):
+        if key in known:
+            return known[key]
+    raise ConfigError(f"no vehicle or person is called {name!r}{_suggested(name, trajectories)}")
+
+
+def _suggested(name: str, trajectories: Sequence[Trajectory]) -> str:
+    """End of a sentence that names near ids and some that exist."""
+    ids = list(dict.fromkeys(trajectory.id for trajectory in trajectories))
+    if not ids:
+        return "; there is nobody in this time window"
+    near = difflib.get_close_matches(name, ids, n=3, cutoff=0.6)
+    some = [each for each in ids if each not in near][:3]
+    meant = f"; did you mean {', '.join(map(repr, near))}?" if near else ""
+    return f"{meant}; for example {', '.join(map(repr, some))} exist" if some else meant
+
+
+def _announce(choices: Sequence[Choice]) -> None:
+    """Say once which classes have no detailed models."""
+    plain = sorted({choice.vclass for choice in choices if isinstance(choice, PlainChoice)})
+    if plain:
+        _LOG.warning("plain bodies stand for %s: there are no models yet", ", ".join(plain))

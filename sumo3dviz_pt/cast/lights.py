@@ -1,0 +1,192 @@
+"""Which lamps of a vehicle are lit, and how bright they are.
+
+What the log says (SUMO's signal bits) counts; where it says nothing, lamps are derived from
+the motion (`cast/derived_lamps.py`). After sunset everyone has head and tail lamps on.
+
+References:
+    Luminous intensities on the axis, between the limits of UN Regulations 7 (tail 4-17
+    cd, brake 60-260 cd), 6 (indicators 175-1000 cd in front, 50-500 behind), 23
+    (reversing 80-300 cd) and 65 (blue, 120-1700 cd). To the sides they fall as far as the
+    standard light distribution of Regulation 7 lets them (annex 4: a tenth at 20 degrees).
+    Head lamps towards oncoming eyes: Regulation 112, point B50L, at most 350 cd; a lens
+    gives 25 cd in all directions, beside the 170 cd of stray light that are in the beam.
+    Bicycles: German type approval (StVZO section 67, technical requirements no. 23) asks
+    for 10 lx at 10 m, which are 1000 cd; lamps on the market give more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from sumo3dviz_pt.cast.derived_lamps import DerivedLamps
+from sumo3dviz_pt.library.vehicles.beam import HALF_ANGLE, PEAK, beam_pattern
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLights
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import Prototype
+from sumo3dviz_pt.model.traffic import Trace, unique_ids
+
+BLINKS_PER_SECOND = 1.5
+"""Of indicators (UN Regulation 6: 60 to 120 a minute)."""
+
+FLASHES_PER_SECOND = 2.0
+"""Of blue lamps, each flash a double one (UN Regulation 65: 2 to 4 Hz)."""
+
+_FLASHES = ((0.0, 0.2), (0.3, 0.5))
+"""Shares of a period in which blue lamps shine."""
+
+_INTENSITIES: Mapping[str, tuple[float, Colour]] = {
+    "head": (25.0, (1.0, 0.96, 0.9)),
+    "tail": (10.0, (1.0, 0.02, 0.01)),
+    "brake": (110.0, (1.0, 0.02, 0.01)),
+    "left": (200.0, (1.0, 0.33, 0.0)),
+    "right": (200.0, (1.0, 0.33, 0.0)),
+    "reverse": (150.0, (1.0, 0.97, 0.92)),
+    "blue": (500.0, (0.02, 0.08, 1.0)),
+    "sign": (8.0, (1.0, 0.9, 0.6)),
+    "dials": (9.0e-5, (1.0, 0.95, 0.88)),
+    "screen": (5.0e-4, (0.35, 0.6, 1.0)),
+}
+"""Candelas on the axis and colour by role."""
+
+_LOBES: Mapping[str, Lobe] = {
+    "tail": Lobe(0.25, 15.0),
+    "brake": Lobe(0.1, 25.0),
+    "left": Lobe(0.15, 25.0),
+    "right": Lobe(0.15, 25.0),
+    "reverse": Lobe(0.3, 10.0),
+    "blue": Lobe(0.5, 10.0),
+}
+
+_BICYCLE = 1500.0
+"""Peak of a bicycle's head lamp [cd]: 15 lx at 10 m."""
+
+_SMALL = 0.06
+"""A single head lamp that is no larger belongs to a bicycle [m]."""
+
+_BITS: Mapping[str, int] = {"right": 1, "left": 2, "brake": 8, "reverse": 128, "blue": 2048}
+"""SUMO's signal bits (VehicleSignals)."""
+
+_AT_NIGHT = frozenset({"head", "tail", "sign", "dials", "screen"})
+"""Roles that everyone lights after sunset; the last two are before a driver's own eyes."""
+
+_WARNING = 4  # both indicators
+_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Log:
+    """The signal bits of one vehicle, (n,) [s] and (n,)."""
+
+    times: Floats
+    bits: Ints
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VehicleLights:
+    """Which lamps are lit.
+
+    Attributes:
+        logs: Signal bits by key of the vehicles whose log has them.
+        dark: Whether everyone has lights on.
+        seed: Of the indicators' phases.
+    """
+
+    logs: Mapping[str, _Log]
+    dark: bool
+    seed: int
+
+    def lit(self, key: str, time: float, *, derived: Callable[[], DerivedLamps]) -> frozenset[str]:
+        """Roles of the lamps of a vehicle that shine.
+
+        Args:
+            key: The vehicle's.
+            time: SUMO's time [s].
+            derived: What its motion says; asked for only where the log says nothing.
+        """
+        roles = _AT_NIGHT if self.dark else frozenset[str]()
+        log = self.logs.get(key)
+        if log is None:
+            shown = derived().roles_at(time)
+        else:
+            # A row tells of the step that led to it: held after it, who sets off would brake.
+            row = min(int(np.searchsorted(log.times, time - 1e-9)), len(log.times) - 1)
+            shown = _roles_of(int(log.bits[row]))
+        return roles | shown - self._dark_now(key, time) if shown else roles
+
+    def _dark_now(self, key: str, time: float) -> frozenset[str]:
+        """Roles that are in the dark part of their period; one vehicle's lamps keep time."""
+        share = share_of(self.seed, key, "blink")
+        blinks = (time * BLINKS_PER_SECOND + share) % 1.0 < 0.5
+        flash = (time * FLASHES_PER_SECOND + share) % 1.0
+        bright = any(begin <= flash < end for begin, end in _FLASHES)
+        return frozenset(() if blinks else ("left", "right")) | frozenset(
+            () if bright else ("blue",)
+        )
+
+
+@cache
+def _roles_of(bits: int) -> frozenset[str]:
+    """Roles that signal bits stand for."""
+    shown = {role for role, bit in _BITS.items() if bits & bit}
+    return frozenset(shown | {"left", "right"} if bits & _WARNING else shown)
+
+
+def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> VehicleLights:
+    """Read which vehicles have a log of their signals.
+
+    Args:
+        traces: Of everyone.
+        dark: Whether lamps are lit.
+        seed: The job's.
+    """
+    logs = {
+        f"{trace.kind}:{name}": _Log(trace.times, np.maximum(trace.signals, 0))
+        for trace, name in zip(traces, unique_ids(traces), strict=True)
+        if trace.kind == "vehicle" and (trace.signals >= 0).any()
+    }
+    return VehicleLights(logs, dark, seed)
+
+
+def running_lights(
+    prototypes: Iterable[Prototype], *, dark: bool, left_hand: bool
+) -> RunningLights | None:
+    """The lamps that vehicles of a shot can light, or None if there are none.
+
+    Args:
+        prototypes: What is in view.
+        dark: Whether head and tail lamps are on.
+        left_hand: Whether traffic keeps left.
+    """
+    bodies = tuple(prototypes)
+    roles = {lamp.role for body in bodies for lamp in body.lamps}
+    heads = {body.name: _head_share(body) for body in bodies}
+    shown = roles if dark else roles - _AT_NIGHT
+    if not shown:
+        return None
+    intensity = {role: _intensity(*_INTENSITIES[role]) for role in sorted(shown)}
+    if not (dark and "head" in roles):
+        return RunningLights(intensity, None, dark, _LOBES)
+    pattern = beam_pattern(left_hand=left_hand)
+    peak = _intensity(2.0 * PEAK, _INTENSITIES["head"][1])
+    beam = Beam(pattern, HALF_ANGLE, peak)
+    return RunningLights(intensity, beam, dark, _LOBES, heads)
+
+
+def _head_share(body: Prototype) -> float:
+    """A body's head lamps against the two of a car."""
+    sizes = [max(lamp.size) for lamp in body.lamps if lamp.role == "head"]
+    if len(sizes) != 1:
+        return 1.0
+    return _BICYCLE / (2.0 * PEAK) if sizes[0] <= _SMALL else 0.5
+
+
+def _intensity(candelas: float, colour: Colour) -> Colour:
+    """Radiant intensity of a lamp in scene units x m^2."""
+    scale = candelas / CANDELAS_PER_UNIT / float(np.array(colour) @ _LUMINANCE)
+    red, green, blue = (scale * channel for channel in colour)
+    return red, green, blue

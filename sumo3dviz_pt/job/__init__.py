@@ -1,0 +1,1 @@
+"""The scene file: its settings and what they may hold."""

@@ -1,0 +1,371 @@
+"""The scene file: every setting with its default, unit, range and meaning, said once.
+
+The command line's help, the check of scene files, the JSON schema and the manual's
+table are made from these models. Angles are degrees here and radians inside.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from sumo3dviz_pt.job.objects import ObjectSettings as ObjectSettings
+from sumo3dviz_pt.job.objects import ObjectsSettings as ObjectsSettings
+from sumo3dviz_pt.job.ranges import (
+    MOST_ENTRIES,
+    Colours,
+    Date,
+    File,
+    Files,
+    Finite,
+    Latitude,
+    Longitude,
+    Names,
+    Point,
+    Positive,
+    Seconds,
+    Seed,
+    Size,
+    Surface,
+    TimeOfDay,
+    Turn,
+    Whole,
+)
+from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone, listed
+from sumo3dviz_pt.job.values import Settings as Settings
+
+Lights = Literal["auto", "on", "off"]
+"""When lamps are lit."""
+
+
+class ScenarioSettings(Settings):
+    """Which simulation to show."""
+
+    sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
+    folder: File | None = Field(None, description="folder that is searched by content")
+    network: File | None = Field(None, description=".net.xml or .net.xml.gz")
+    trajectories: Files = Field((), description="FCD logs (.xml, .xml.gz)")
+    signals: Files = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
+    additional: Files = Field((), description="POIs, polygons and vTypes")
+    vehicle_types: Files = Field((), description="files that hold vTypes")
+    allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, data: Any) -> Any:
+        """A single file may stand without brackets."""
+        many = ("trajectories", "signals", "additional", "vehicle_types")
+        if isinstance(data, dict):
+            return {key: listed(value) if key in many else value for key, value in data.items()}
+        return data
+
+
+class SunSettings(Settings):
+    """Where the sun stands: by date, time and place, or by angles."""
+
+    date: Date | None = Field(None, description="calendar date, such as 2026-06-21")
+    time: TimeOfDay | None = Field(None, description='clock time there, such as "17:30"')
+    zone: Zone | None = Field(
+        None, description="Europe/Berlin, +02:00, or solar for mean solar time; default the place's"
+    )
+    place: tuple[Latitude, Longitude] | None = Field(
+        None, description="latitude, longitude [deg]; default the network's"
+    )
+    azimuth: Turn | None = Field(None, description="clockwise from north [deg]")
+    elevation: Finite | None = Field(None, ge=-90, le=90, description="above the horizon [deg]")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> SunSettings:
+        """Ask for exactly one complete way of placing the sun."""
+        by_angle = self.azimuth is not None and self.elevation is not None
+        by_clock = self.date is not None and self.time is not None
+        if by_angle == by_clock:
+            raise ValueError("give either date and time, or azimuth and elevation")
+        if self.zone is not None and not by_clock:
+            raise ValueError("a zone goes with date and time")
+        return self
+
+
+class SkySettings(Settings):
+    """The sky, and with it the light."""
+
+    preset: str | None = Field(None, description="a name from `scene_templates/sky`")
+    sun: SunSettings | None = Field(None, description="moves the sun; alone it means a clear sky")
+    file: File | None = Field(None, description="equirectangular radiance map (.exr, .hdr)")
+    turbidity: Finite | None = Field(None, ge=1, le=10, description="haziness of the clear sky")
+    rotation: Turn = Field(0.0, description="turns clouds or map clockwise from above [deg]")
+    scale: Finite = Field(1.0, ge=1e-6, le=1e6, description="brightness factor of `file`")
+
+
+class GroundSettings(Settings):
+    """The ground around the roads."""
+
+    texture: Surface = Field("ground_grass", description="a surface's name, or an image file")
+    scale: Finite = Field(1.0, ge=0.01, le=100, description="enlarges the texture")
+    horizon: Literal["auto", "hills", "trees", "flat"] = Field(
+        "auto", description="what closes the view; auto: hills, and woods where grass grows"
+    )
+    planting: Literal["auto", "none"] = Field(
+        "auto",
+        description="auto: belts along fast roads; elsewhere trees and shrubs"
+        " where the scenario has none of its own in view",
+    )
+
+
+class EdgeStyle(Settings):
+    """Overrides for edges whose id matches a pattern."""
+
+    surface: Surface | None = Field(None, description="a surface's name, or an image file")
+    colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
+    lane_width: Positive | None = Field(None, le=100, description="[m]")
+    markings: bool | None = Field(None, description="whether lines are painted")
+
+
+class RoadSettings(Settings):
+    """How roads look."""
+
+    surface: Surface = Field("asphalt", description="a surface's name, or an image file")
+    colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
+    markings: bool = Field(True, description="whether lines are painted")
+    marking_style: Literal["european", "american"] = Field(
+        "european", description="white throughout, or yellow centre lines"
+    )
+    lane_width: Literal["from_network"] | Annotated[Positive, Field(le=100)] = Field(
+        "from_network", description="[m]"
+    )
+    line_width: Positive = Field(0.12, le=1.0, description="[m]")
+    per_edge: dict[str, EdgeStyle] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="overrides by edge id; * and ? are wildcards",
+    )
+
+
+class VehicleSettings(Settings):
+    """Which bodies and colours vehicles show."""
+
+    passenger: Names = Field((), description="models to draw from; default all")
+    models: dict[str, Names] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="models to draw from by other vClasses",
+    )
+    colours: Literal["european", "sumo"] | Colours = Field(
+        "european", description="a fleet's palette, SUMO's colours, or a list of #rrggbb"
+    )
+    user_models: dict[str, File] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="own GLB/OBJ/PLY files by vehicle or vType id pattern",
+    )
+    by_id: dict[str, OwnLook] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="model and colour by id, or by pattern of an id or vType",
+    )
+
+
+class SignalSettings(Settings):
+    """Traffic lights."""
+
+    show: bool = Field(True, description="whether lights are drawn")
+    design: Literal["two_heads", "three_heads", "countdown"] = Field(
+        "three_heads", description="lamps a light; countdown adds seconds to the next change"
+    )
+    yellow: Literal["auto", "log"] = Field(
+        "auto", description="auto: interpolated for links whose log never shows yellow"
+    )
+    yellow_time: Positive = Field(3.0, le=600, description="length of interpolated yellow [s]")
+
+
+class StreetSettings(Settings):
+    """Street furniture that stands by itself; POIs of its types are always drawn."""
+
+    fronts: Literal["auto", "none"] = Field(
+        "auto", description="closed rows of houses along city streets without building polygons"
+    )
+    lamps: Literal["auto", "none"] = Field("auto", description="street lamps along urban roads")
+    signs: Literal["auto", "none"] = Field(
+        "auto", description="speed limits, stop, give way, priority, exits, gantries"
+    )
+    furniture: Literal["auto", "none"] = Field(
+        "auto", description="benches, bins, bollards along sidewalks"
+    )
+
+
+class LensSettings(Settings):
+    """What a camera sees with."""
+
+    projection: Literal["perspective"] = Field("perspective", description="kind of picture")
+    fov: Finite = Field(50.0, ge=2, le=170, description="horizontal opening angle [deg]")
+
+
+_CLEAR_VIEW = Field(
+    True, description="houses, trees and street furniture that are added keep out of the way"
+)
+
+
+class EulerianCamera(Settings):
+    """A camera that stands still."""
+
+    mode: Literal["eulerian"]
+    position: Point = Field(description="x, y, z in network coordinates [m]; z above the ground")
+    heading: Turn | None = Field(None, description="clockwise from north [deg]")
+    pitch: Finite = Field(0.0, ge=-90, le=90, description="upwards [deg]")
+    roll: Turn = Field(0.0, description="clockwise [deg]")
+    look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
+    lens: LensSettings = LensSettings()
+    clear_view: bool = _CLEAR_VIEW
+
+    @model_validator(mode="after")
+    def _one_way(self) -> EulerianCamera:
+        """Ask for exactly one way of aiming."""
+        if (self.heading is None) == (self.look_at is None):
+            raise ValueError("give either heading (with pitch) or look_at")
+        return self
+
+
+class LagrangianCamera(Settings):
+    """A camera that rides with a road user."""
+
+    mode: Literal["lagrangian"]
+    vehicle: str = Field(description="id of a vehicle (or person) of the log")
+    view: str = Field("driver", description="a name from `scene_templates/camera`")
+    eye_height: Positive | None = Field(None, le=1000, description="above the ground [m]")
+    heading: Turn = Field(0.0, description="clockwise from straight ahead [deg]")
+    pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
+    lens: LensSettings | None = Field(None, description="default: the view's own")
+
+
+class KeyFrame(Settings):
+    """A point on a cinematic camera's path."""
+
+    time: Seconds = Field(description="SUMO's time [s]")
+    position: Point = Field(description="x, y, z in network coordinates [m]")
+    heading: Turn | None = Field(None, description="clockwise from north [deg]")
+    pitch: Finite = Field(0.0, ge=-90, le=90, description="upwards [deg]")
+    roll: Turn = Field(0.0, description="clockwise [deg]")
+    look_at: Point | None = Field(None, description="instead of heading and pitch [m]")
+    fov: Finite | None = Field(None, ge=2, le=170, description="[deg]; default the lens's")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> KeyFrame:
+        """Ask for exactly one way of aiming."""
+        if (self.heading is None) == (self.look_at is None):
+            raise ValueError("give either heading (with pitch) or look_at")
+        return self
+
+
+class CinematicCamera(Settings):
+    """A camera that flies through key frames."""
+
+    mode: Literal["cinematic"]
+    keyframes: tuple[KeyFrame, ...] = Field(
+        min_length=1, max_length=MOST_ENTRIES, description="in time order"
+    )
+    lens: LensSettings = LensSettings()
+    clear_view: bool = _CLEAR_VIEW
+
+    @model_validator(mode="after")
+    def _in_order(self) -> CinematicCamera:
+        """Key frames must go forward in time."""
+        times = [key.time for key in self.keyframes]
+        if any(later <= earlier for earlier, later in pairwise(times)):
+            raise ValueError("the times of keyframes must increase")
+        return self
+
+
+CameraSettings = Annotated[
+    EulerianCamera | LagrangianCamera | CinematicCamera, Field(discriminator="mode")
+]
+
+
+class ShotSettings(Settings):
+    """A camera and a stretch of time."""
+
+    camera: str = Field(description="a name from `cameras`")
+    start: Seconds = Field(alias="from", description="SUMO's time of the first frame [s]")
+    end: Seconds = Field(alias="to", description="SUMO's time after the last frame [s]")
+    speed: Speed = Field(Fraction(1), description="SUMO's time per film's; 0.25 is slow motion")
+
+    @model_validator(mode="after")
+    def _forward(self) -> ShotSettings:
+        """A shot must last."""
+        if self.end <= self.start:
+            raise ValueError(f"'to' ({self.end}) must be later than 'from' ({self.start})")
+        return self
+
+
+class OutputSettings(Settings):
+    """What comes out."""
+
+    size: Size = Field((1280, 720), description="width, height [px]")
+    fps: Rate = Field(Fraction(25), description="frames per second; a ratio such as 30000/1001")
+    codec: str = Field(
+        "auto", description="h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending"
+    )
+    exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
+    tone: str = Field("neutral", description="neutral, srgb, agx or filmic")
+    glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
+    half: bool = Field(True, description="EXR frames in half precision")
+
+
+class MotionSettings(Settings):
+    """How logged samples become continuous motion."""
+
+    smoother: str = Field("lane", description="lane, hermite, linear, paper_symmetric or paper")
+    heading: Literal["chord", "tractrix"] = Field(
+        "chord", description="how bodies follow their fronts; tractrix never slips sideways"
+    )
+    suspension: bool = Field(True, description="bodies pitch and roll with acceleration")
+
+
+class Quality(Settings):
+    """A quality preset: what a frame costs and what error it leaves."""
+
+    spp: Whole = Field(ge=1, le=65536, description="samples per pixel")
+    pass_spp: Whole = Field(4, ge=1, le=1024, description="samples per pass, a power of two")
+    max_depth: Whole = Field(8, ge=2, le=64, description="longest light path")
+    rr_depth: Whole = Field(
+        2, ge=1, le=64, description="path length from which roulette may end it"
+    )
+    denoise: Literal["none", "fast", "balanced", "high"] = Field("high", description="OIDN")
+    guides: bool = Field(True, description="albedo and normals guide the denoiser")
+    raw_share: Finite = Field(
+        0.0, ge=0.0, le=1.0, description="share of the raw picture that textures keep"
+    )
+    cap: Finite | None = Field(40.0, description="firefly cap per sample, x white; null is none")
+    sampler: Literal["multijitter", "independent"] = Field(
+        "multijitter", description="how samples spread; independent is for references"
+    )
+    haze: bool = Field(True, description="aerial perspective")
+    purpose: str = Field("", description="what it is for")
+
+
+class Job(Settings):
+    """A whole scene file."""
+
+    scenario: ScenarioSettings
+    template: str = Field("highway_day", description="a name from `scene_templates/scene`")
+    seed: Seed = Field(0, description="everything random comes from it")
+    sky: SkySettings = Field(SkySettings(), description="sky and light")
+    ground: GroundSettings = GroundSettings()
+    roads: RoadSettings = RoadSettings()
+    vehicles: VehicleSettings = VehicleSettings()
+    objects: ObjectsSettings = ObjectsSettings()
+    signals: SignalSettings = SignalSettings()
+    street: StreetSettings = StreetSettings()
+    motion: MotionSettings = MotionSettings()
+    lights: Lights = Field("auto", description="auto lights lamps after sunset")
+    cameras: dict[str, CameraSettings] = Field(
+        default_factory=dict, max_length=MOST_ENTRIES, description="by name"
+    )
+    shots: tuple[ShotSettings, ...] = Field(
+        (), max_length=MOST_ENTRIES, description="what `render` films"
+    )
+    output: OutputSettings = OutputSettings()
+    quality: str = Field("standard", description="a name from `scene_templates/quality`")
+    textured: bool = Field(True, description="false paints everything in matt colours")

@@ -1,0 +1,215 @@
+"""YAML as people expect it: 1.2 core types, no duplicate keys, places for messages.
+
+PyYAML speaks YAML 1.1, in which `12:30` is 750, `on` is true and a repeated key
+silently wins. This module resolves scalars by the YAML 1.2 core schema instead; keys are
+always text, so that the edge `-12` is one. What a document can grow to is bounded: nine
+lists of nine aliases each are 430 bytes, and 4.5 GB when they are written out.
+
+References:
+    YAML 1.2.2, chapter 10.3 (core schema), https://yaml.org/spec/1.2.2/
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, NoReturn
+
+import yaml
+
+from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.job.yaml_words import explained
+
+KeyPath = tuple[str | int, ...]
+Places = dict[KeyPath, tuple[int, int]]
+
+MOST_TEXT = 1_000_000
+"""Characters of a document: 10,000 key frames."""
+
+MOST_VALUES = 100_000
+"""Keys and values of a document, with every alias written out."""
+
+MOST_DEPTH = 40
+"""Levels of a document."""
+
+_LONGEST_NUMBER = 100
+_TAG = "tag:yaml.org,2002:"
+
+
+class _Loader(yaml.SafeLoader):
+    """A safe loader with the core schema's resolvers only."""
+
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012
+
+
+_CORE = (
+    ("bool", r"^(?:true|True|TRUE|false|False|FALSE)$", "tTfF"),
+    ("int", r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$", "-+0123456789"),
+    (
+        "float",
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$",
+        "-+.0123456789",
+    ),
+    ("null", r"^(?:~|null|Null|NULL|)$", "~nN\0"),
+    ("merge", r"^<<$", "<"),
+)
+for _name, _pattern, _first in _CORE:
+    _Loader.add_implicit_resolver(
+        _TAG + _name,
+        re.compile(_pattern),
+        ["" if char == "\0" else char for char in _first],
+    )
+
+_FORMS = {_TAG + name: re.compile(pattern) for name, pattern, _ in _CORE}
+"""What scalars of a tag look like, also where the tag is written out."""
+
+_KINDS: dict[str, type[yaml.Node]] = {
+    **dict.fromkeys([*_FORMS, f"{_TAG}str"], yaml.ScalarNode),
+    f"{_TAG}seq": yaml.SequenceNode,
+    f"{_TAG}map": yaml.MappingNode,
+}
+"""What a tag can stand at; there are no others in the core schema."""
+
+
+def _core_int(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> int:
+    """Read an integer; a leading zero is decimal in YAML 1.2."""
+    text = str(loader.construct_scalar(node))
+    return int(text, 0) if text.startswith(("0o", "0x")) else int(text)
+
+
+def _core_float(loader: yaml.SafeLoader, node: yaml.ScalarNode) -> float:
+    """Read a real number."""
+    return float(
+        re.sub(r"^([-+]?)\.(inf|nan)$", r"\1\2", str(loader.construct_scalar(node)).lower())
+    )
+
+
+_Loader.add_constructor(f"{_TAG}int", _core_int)
+_Loader.add_constructor(f"{_TAG}float", _core_float)
+
+
+def parse_yaml(text: str, *, file: str | Path | None = None) -> tuple[Any, Places]:
+    """Parse a document.
+
+    Returns:
+        The value, in which nothing is shared, and for every key path the line and column,
+        from 1, of its key.
+
+    Raises:
+        ConfigError: If it is no YAML, a key occurs twice, or it is longer, deeper or larger
+            than the bounds of this module.
+    """
+    if len(text) > MOST_TEXT:
+        raise ConfigError(
+            f"this is {len(text):,} characters long, and at most {MOST_TEXT:,} are read", file=file
+        )
+    try:
+        return _parsed(text, file)
+    except yaml.YAMLError as error:
+        raise explained(error, text, file=file) from error
+    except RecursionError as error:
+        raise ConfigError("this YAML is nested too deeply, or in itself", file=file) from error
+
+
+def _parsed(text: str, file: str | Path | None) -> tuple[Any, Places]:
+    """The value and the places of its keys."""
+    loader = _Loader(text)
+    try:
+        node = loader.get_single_node()
+        walk = _Walk(file)
+        if node is not None:
+            walk.visit(node, ())
+        value = None if node is None else loader.construct_document(node)
+        return _apart(value), walk.places
+    finally:
+        loader.dispose()
+
+
+class _Walk:
+    """Looks at all nodes before values are made of them.
+
+    Attributes:
+        places: Of all keys.
+    """
+
+    def __init__(self, file: str | Path | None) -> None:
+        self.places: Places = {}
+        self._file = file
+        self._count = 0
+
+    def visit(self, node: yaml.Node, path: KeyPath) -> None:
+        """Note where every key stands; refuse duplicates, odd tags and too much of anything."""
+        self._count += 1
+        if self._count > MOST_VALUES or len(path) > MOST_DEPTH:
+            self._refuse(
+                f"this YAML holds more than {MOST_VALUES:,} values, with its aliases written out"
+                if self._count > MOST_VALUES
+                else "this YAML is nested too deeply, or in itself",
+                node,
+            )
+        self._check_tag(node)
+        if isinstance(node, yaml.SequenceNode):
+            for index, item in enumerate(node.value):
+                self.places[(*path, index)] = _place(item)
+                self.visit(item, (*path, index))
+        elif isinstance(node, yaml.MappingNode):
+            for key, value in node.value:
+                self._enter(key, value, path)
+
+    def _enter(self, key: yaml.Node, value: yaml.Node, path: KeyPath) -> None:
+        """Look at a key and its value."""
+        if not isinstance(key, yaml.ScalarNode):
+            self._refuse("a key is a word, not a list or a mapping; is a quote missing?", key)
+        self._check_tag(key)
+        if key.tag != f"{_TAG}merge":
+            key.tag = f"{_TAG}str"
+        here = (*path, str(key.value))
+        if here in self.places:
+            self._refuse(
+                f"the key stands twice, first in line {self.places[here][0]}; remove one", key, here
+            )
+        self.places[here] = _place(key)
+        self.visit(value, here)
+
+    def _check_tag(self, node: yaml.Node) -> None:
+        """Refuse what the core schema does not have, or what is not what its tag says."""
+        name = node.tag.removeprefix(_TAG)
+        if not isinstance(node, _KINDS.get(node.tag, ())):
+            self._refuse(
+                f"this is not valid YAML: the tag {cut(name)!r} has no meaning here; remove it",
+                node,
+            )
+        if not isinstance(node, yaml.ScalarNode):
+            return
+        text = str(node.value)
+        if any("\ud800" <= char <= "\udfff" for char in text):
+            self._refuse("half a character stands here (\\uD800 to \\uDFFF); write it whole", node)
+        if node.tag in _FORMS and not _FORMS[node.tag].match(text):
+            self._refuse(
+                f"this is not valid YAML: {cut(text)!r} is not what its tag {name!r} says", node
+            )
+        if name in ("int", "float") and len(text) > _LONGEST_NUMBER:
+            self._refuse(
+                f"a number of {len(text)} characters stands here;"
+                f" at most {_LONGEST_NUMBER} are read",
+                node,
+            )
+
+    def _refuse(self, message: str, node: yaml.Node, path: KeyPath = ()) -> NoReturn:
+        """Say what is wrong, and where."""
+        line, column = _place(node)
+        key = ".".join(map(str, path)) or None
+        raise ConfigError(message, key=key, file=self._file, line=line, column=column)
+
+
+def _place(node: yaml.Node) -> tuple[int, int]:
+    """Line and column, from 1."""
+    return node.start_mark.line + 1, node.start_mark.column + 1
+
+
+def _apart(value: Any) -> Any:
+    """A copy in which aliases share nothing, so that one can be changed without the others."""
+    if isinstance(value, dict):
+        return {key: _apart(item) for key, item in value.items()}
+    return [_apart(item) for item in value] if isinstance(value, list) else value

@@ -1,0 +1,1 @@
+"""Code that makes meshes and maps; it knows no scene."""

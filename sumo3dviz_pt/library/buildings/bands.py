@@ -1,0 +1,40 @@
+"""Bands that run around buildings, and which way walls look."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sumo3dviz_pt.library.buildings.roofs import inset, upright
+from sumo3dviz_pt.library.buildings.shell import Shell
+from sumo3dviz_pt.model.geometry import Floats
+
+
+def band(plan: Floats, heights: tuple[float, float], out: Floats, role: str) -> Shell:
+    """A band around a building: face, top and underside.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        heights: Where it begins and ends [m].
+        out: How far it reaches out of each wall, (n,) [m].
+        role: What it is made of.
+    """
+    outer = inset(plan, -out)
+    if outer is None:
+        return {}
+    low, high = heights
+    after, around = np.roll(plan, -1, axis=0), np.roll(outer, -1, axis=0)
+
+    def level(points: Floats, z: float) -> Floats:
+        return np.column_stack([points, np.full(len(points), z)])
+
+    top = np.stack([level(p, high) for p in (outer, around, after, plan)], axis=1)
+    under = np.stack([level(p, low) for p in (around, outer, plan, after)], axis=1)
+    faces = [upright(outer, low, high), top]
+    return {role: np.concatenate(faces if low < 0 else [*faces, under])}
+
+
+def outward(plan: Floats) -> Floats:
+    """Unit normals of the walls of a plan, outwards, (n, 2)."""
+    along = np.roll(plan, -1, axis=0) - plan
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    return np.column_stack([along[:, 1], -along[:, 0]])

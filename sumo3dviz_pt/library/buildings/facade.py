@@ -1,0 +1,318 @@
+"""Walls with windows, in wall coordinates: (along, inward, up) [m].
+
+Sizes, insets and tilted panes are those of the look study: reflections that break up
+pane by pane are what makes a facade look real. Panes are opaque; what would be seen
+behind them (rooms, blinds, curtains) is their colour, under the same reflection.
+
+Every window belongs to one of `CLASSES` classes, which is the number in the roles
+`room` and `low` (glass before a dark room, and before its lower part) and `drape`
+(glass before a blind or curtain); a palette gives each class its colour, and lights
+some of them at night.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles
+from sumo3dviz_pt.model.geometry import Floats, Ints
+
+NEAR, MIDDLE, FAR = 0, 1, 2
+"""Levels of detail."""
+
+CLASSES = 12
+"""How many sorts of rooms are told apart in a building."""
+
+SLACK = 0.01
+"""How far the corners of panes tilt out of their plane, at most [m]."""
+
+PROUD = 0.02
+"""How far panes lie before walls that have no holes for them [m]."""
+
+_TILT = 0.004  # standard deviation of a pane's corners from its plane [m]
+_FRAME = 0.06  # width of a window frame [m]
+_NARROW = 1.0  # windows narrower than this are not seen from afar [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Facade:
+    """How the windows of a wall look.
+
+    Attributes:
+        bay: Distance between window axes [m]; the wall's length rounds it.
+        width: Of a window [m]; 0 means as wide as the bay.
+        height: Of a window [m].
+        sill: Height above the floor [m].
+        inset: Of the pane behind the wall [m].
+        drapes: Share of windows with a blind or curtains, [0, 1].
+        mullions: Upright bars within a window.
+        transom: Height of a level bar, as a share of the window's; 0 for none.
+        boards: Whether sills reach out.
+        surround: Width of a pale band around each window [m]; 0 for none.
+        hood: Whether a small cornice crowns each window.
+        lintel: Whether a pale beam lies over each window.
+        shutters: Whether open shutters hang beside each window.
+    """
+
+    bay: float = 3.1
+    width: float = 1.3
+    height: float = 1.5
+    sill: float = 0.9
+    inset: float = 0.16
+    drapes: float = 0.6
+    mullions: int = 1
+    transom: float = 0.0
+    boards: bool = True
+    surround: float = 0.0
+    hood: bool = False
+    lintel: bool = False
+    shutters: bool = False
+
+    def openings(self, length: float, floor: float) -> Floats:
+        """Windows of one storey, (k, 4) as u0, u1, z0, z1 [m]; none where there is no room."""
+        count = int(length / self.bay + 0.35)
+        if self.width <= 0.0:
+            return self._ribbon(length, floor)
+        if count < 1 or length < max(self.width + 0.6, 1.5):
+            return np.zeros((0, 4))
+        axes = (np.arange(count) + 0.5) * length / count
+        low = np.full(count, floor + self.sill)
+        half = min(self.width, length / count - 0.3) / 2
+        return np.stack([axes - half, axes + half, low, low + self.height], axis=1)
+
+    def _ribbon(self, length: float, floor: float) -> Floats:
+        """Windows side by side along the whole wall, (k, 4) [m]."""
+        if length < 1.5:
+            return np.zeros((0, 4))
+        end = min(0.3, 0.1 * length)
+        edges = np.linspace(end, length - end, max(round((length - 2 * end) / self.bay), 1) + 1)
+        low = np.full(len(edges) - 1, floor + self.sill)
+        return np.stack([edges[:-1], edges[1:], low, low + self.height], axis=1)
+
+
+def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
+    """The wall around a row of openings, (n, 4, 3) [m].
+
+    Args:
+        length: Of the wall [m].
+        low: Where the storey begins [m].
+        high: Where it ends [m].
+        openings: Within the storey, sorted along the wall, (k, 4) as u0, u1, z0, z1 [m].
+    """
+    u0, u1, z0, z1 = openings.T
+    starts, ends = np.append(0.0, u1), np.append(u0, length)
+    piers = rectangles(starts, ends, low, high)[ends > starts + 1e-6]
+    below = rectangles(u0, u1, low, z0)[z0 > low + 1e-6]
+    above = rectangles(u0, u1, z1, high)[z1 < high - 1e-6]
+    return np.concatenate([piers, below, above])
+
+
+def windows(
+    openings: Floats, facade: Facade, *, level: int, rng: np.random.Generator
+) -> dict[str, Floats]:
+    """What fills the openings of a wall; the same rooms and drapes at all levels.
+
+    Args:
+        openings: (k, 4) as u0, u1, z0, z1 [m].
+        facade: How they look.
+        level: `NEAR` for reveals, frames and sills, else panes on the wall.
+        rng: Tilts the panes, chooses rooms and lowers the blinds.
+    """
+    if not len(openings):
+        return {}
+    if level == FAR and facade.width <= 0.0:
+        # A ribbon of panes has one colour from afar.
+        openings = np.array([[openings[0, 0], openings[-1, 1], *openings[0, 2:]]])
+    inward = facade.inset if level == NEAR else -PROUD
+    panes = rectangles(*openings.T, inward=inward)
+    # A pane stays plane: two of its edges tilt, the fourth corner follows.
+    tilt = rng.normal(0.0, _TILT, (len(panes), 2)).clip(-SLACK, SLACK)
+    panes[:, 1:3, 1] += tilt[:, :1]
+    panes[:, 2:, 1] += tilt[:, 1:]
+    ribbon = level == FAR and facade.width <= 0.0
+    filled = glazed(panes, 0.0 if ribbon else facade.drapes, level=level, rng=rng)
+    if level == FAR:
+        return filled
+    filled["frame"] = _frames(openings, inward - 0.02, facade, edges=level == NEAR)
+    if level == NEAR:
+        filled["reveal"] = _reveals(openings, facade.inset)
+        filled.update(_dressing(openings, facade))
+    return filled
+
+
+def glazed(
+    panes: Floats, drapes: float, *, level: int, rng: np.random.Generator
+) -> dict[str, Floats]:
+    """Panes by what is behind them: `room` and `drape` with the number of a class.
+
+    Args:
+        panes: (k, 4, 3) [m], lower left corner first.
+        drapes: Share of panes with a blind or curtains, [0, 1].
+        level: From afar each pane has one colour.
+        rng: Chooses.
+    """
+    count = len(panes)
+    classes = rng.integers(0, CLASSES, count)
+    kind = np.where(rng.random(count) < drapes, rng.integers(1, 5, count), 0)
+    share = rng.choice([0.3, 0.5, 0.9], count)
+    if level == FAR:
+        closed = (kind == 1) & (share > 0.6)
+        return by_class({"room": (panes[~closed], classes[~closed])}) | by_class(
+            {"drape": (panes[closed], classes[closed])}
+        )
+    # Kind 1 is a blind from above, 2 a pair of curtains, 3 a net before the lower half, 4 a
+    # net with a gap.
+    one, zero = np.ones(count), np.zeros(count)
+    side = np.where(kind == 2, 0.12 + 0.2 * share, np.where(kind == 4, 0.36 + 0.13 * share, 0.0))
+    low = np.where(kind == 3, 0.35 + 0.2 * share, 0.0)
+    high = np.where(kind == 1, 1.0 - share, 1.0)
+    # Ceilings catch the light, the lower part of a room is furniture.
+    split = np.clip(0.42 * one if level == NEAR else low, low, high)
+    rooms = share_of_panes(panes, side, 1 - side, split, high)
+    below = share_of_panes(panes, side, 1 - side, low, split)[split > low]
+    covers = (
+        (kind == 1, (zero, one, high, one)),
+        (side > 0.0, (zero, side, zero, one)),
+        (side > 0.0, (1 - side, one, zero, one)),
+        (kind == 3, (zero, one, zero, low)),
+    )
+    drawn = [(share_of_panes(panes, *edges)[at], classes[at]) for at, edges in covers]
+    cloth = np.concatenate([quads for quads, _ in drawn])
+    return by_class(
+        {
+            "room": (rooms, classes),
+            "low": (below, classes[split > low]),
+            "drape": (cloth, np.concatenate([c for _, c in drawn])),
+        }
+    )
+
+
+def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
+    """Roles with numbers, from quads, (n, 4, 3), and their classes, (n,)."""
+    found: dict[str, Floats] = {}
+    for role, (some, classes) in quads.items():
+        for number in np.unique(classes).tolist():
+            found[f"{role}{number}"] = some[classes == number]
+    return found
+
+
+def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
+    """The part of each pane, (n, 4, 3), between shares of its width (a) and height (b)."""
+    origin = panes[:, 0]
+    along, up = panes[:, 1] - origin, panes[:, 3] - origin
+    corners = ((a0, b0), (a1, b0), (a1, b1), (a0, b1))
+    return np.stack([origin + along * a[:, None] + up * b[:, None] for a, b in corners], axis=1)
+
+
+def wall(
+    length: float,
+    floors: Floats,
+    facade: Facade,
+    *,
+    level: int,
+    rng: np.random.Generator,
+    french: tuple[int, int] | None = None,
+) -> dict[str, Floats]:
+    """A wall of storeys with windows.
+
+    Args:
+        length: Of the wall [m].
+        floors: Where storeys begin, and where the last one ends, (n + 1,) [m].
+        facade: How its windows look.
+        level: Level of detail; the wall has holes for its windows only nearby.
+        rng: Tilts the panes and lowers the blinds.
+        french: Which windows reach the floor, above the lowest storey: the number of
+            the first, and how many from one to the next.
+    """
+    parts: list[Shell] = []
+    if level != NEAR:
+        parts.append({"wall": rectangles(0.0, length, floors[0], floors[-1])})
+    for low, high in pairwise(floors.tolist()):
+        openings = facade.openings(length, low)
+        openings = openings[openings[:, 3] < high - 0.15]
+        if level == FAR and 0.0 < facade.width < _NARROW:
+            continue
+        if french and low > floors[0]:
+            openings[french[0] :: french[1], 2] = low + 0.08
+        if level == NEAR:
+            parts.append({"wall": storey(length, low, high, openings)})
+        parts.append(windows(openings, facade, level=level, rng=rng))
+    return joined(parts)
+
+
+def _reveals(openings: Floats, inset: float) -> Floats:
+    """The four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
+    # They reach behind the tilted panes, so that no slit is left.
+    front, back = rectangles(*openings.T), rectangles(*openings.T, inward=inset + 2 * SLACK)
+    rolled = [
+        np.stack([front[:, i], front[:, j], back[:, j], back[:, i]], axis=1)
+        for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))
+    ]
+    return np.concatenate(rolled)
+
+
+def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> Floats:
+    """Flat bars around each opening if wanted, and those that divide it."""
+    u0, u1, z0, z1 = openings.T
+    bar = _FRAME
+    bars = [rectangles(u0, u0, z0, z0)[:0]]
+    if facade.width <= 0.0 and not edges:
+        bars.append(rectangles(u0 - bar / 2, u0 + bar / 2, z0, z1, inward=inward))
+    if edges:
+        bars += [
+            rectangles(u0, u1, z0, z0 + bar, inward=inward),
+            rectangles(u0, u1, z1 - bar, z1, inward=inward),
+            rectangles(u0, u0 + bar, z0 + bar, z1 - bar, inward=inward),
+            rectangles(u1 - bar, u1, z0 + bar, z1 - bar, inward=inward),
+        ]
+    for k in range(facade.mullions):
+        middle = u0 + (u1 - u0) * (k + 1) / (facade.mullions + 1)
+        bars.append(rectangles(middle - bar / 2, middle + bar / 2, z0, z1, inward=inward - 0.004))
+    if facade.transom and edges:
+        z = z0 + facade.transom * (z1 - z0)
+        bars.append(rectangles(u0, u1, z - bar / 2, z + bar / 2, inward=inward - 0.002))
+    return np.concatenate(bars)
+
+
+def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
+    """What reaches out around windows: sills, surrounds, hoods and lintels."""
+    u0, u1, z0, z1 = openings.T
+    found: list[Shell] = []
+    if facade.boards:
+        found.append({"trim": _ledges(u0 - 0.08, u1 + 0.08, (z0 - 0.06, z0), 0.08)})
+    if facade.surround:
+        wide, out = facade.surround, -0.012
+        bands = [
+            rectangles(u0 - wide, u0, z0, z1 + wide, inward=out),
+            rectangles(u1, u1 + wide, z0, z1 + wide, inward=out),
+            rectangles(u0, u1, z1, z1 + wide, inward=out),
+        ]
+        found.append({"trim": np.concatenate(bands)})
+    if facade.hood:
+        z = z1 + facade.surround + 0.1
+        found.append({"trim": _ledges(u0 - 0.2, u1 + 0.2, (z, z + 0.13), 0.16)})
+    if facade.shutters:
+        wide = 0.5 * (u1 - u0)
+        edges = [(u0 - wide - 0.03, u0 - 0.03), (u1 + 0.03, u1 + wide + 0.03)]
+        for a, b in edges:
+            board = rectangles(a, b, z0 - 0.03, z1 + 0.03, inward=-0.04)
+            rails = [
+                rectangles(a, b, z, z + 0.09, inward=-0.05) for z in (z0, (z0 + z1) / 2, z1 - 0.09)
+            ]
+            found.append({"shutter": np.concatenate([board, *rails])})
+    if facade.lintel:
+        found.append({"trim": rectangles(u0 - 0.12, u1 + 0.12, z1, z1 + 0.2, inward=-0.015)})
+    return joined(found)
+
+
+def _ledges(u0: Floats, u1: Floats, heights: tuple[Floats, Floats], out: float) -> Floats:
+    """Boards that reach out of a wall: front, top and underside, (3 k, 4, 3)."""
+    z0, z1 = heights
+    front = rectangles(u0, u1, z0, z1, inward=-out)
+    top, under = front[:, [3, 2, 2, 3]].copy(), front[:, [1, 0, 0, 1]].copy()
+    top[:, 2:, 1], under[:, 2:, 1] = 0.0, 0.0
+    return np.concatenate([front, top, under])

@@ -1,0 +1,257 @@
+"""What a street sees at the foot of a wall: doors, shops, gates, lobbies.
+
+In wall coordinates: (along, inward, up) [m]. Shop windows show what lies behind them as
+colours of the pane (`shop0` ... `shop5`), which shine at night.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, share_of_panes, storey
+from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
+from sumo3dviz_pt.model.geometry import Floats, Ints
+
+GOODS = 6
+"""How many sorts of things behind shop windows are told apart; 0 is the ceiling."""
+
+_THINGS = 5  # behind each pane
+
+FOOT = -1.0
+"""How deep walls and steps reach [m]."""
+
+How = tuple[int, np.random.Generator]
+"""Level of detail, and chance."""
+
+
+def door(opening: Floats, *, step: float, level: int) -> Shell:
+    """A door leaf set back, a step and a canopy.
+
+    Args:
+        opening: u0, u1, z0, z1 [m].
+        step: Height of its threshold above the ground [m].
+        level: Level of detail.
+    """
+    u0, u1, z0, z1 = (float(value) for value in opening)
+    if level != NEAR:
+        return {"door": rectangles(u0, u1, z0, z1, inward=-PROUD)}
+    depth, light = 0.18, z1 - 0.45 if z1 - z0 > 2.3 else z1
+    leaf = rectangles(u0, u1, z0, light, inward=depth)
+    top = rectangles(u0, u1, light, z1, inward=depth)
+    bars = np.concatenate(
+        [
+            rectangles([u0, u1 - 0.07], [u0 + 0.07, u1], z0, z1, inward=depth - 0.03),
+            rectangles(
+                u0 + 0.07, u1 - 0.07, [light, z1 - 0.05], [light + 0.05, z1], inward=depth - 0.03
+            ),
+        ]
+    )
+    rebate = rectangles(
+        u0 + 0.2,
+        u1 - 0.2,
+        [z0 + 0.2, z0 + 0.95],
+        [z0 + 0.8, min(z0 + 1.8, light - 0.1)],
+        inward=depth - 0.006,
+    )
+    shell: Shell = {
+        "door": leaf,
+        "panel": rebate,
+        "frame": bars,
+        "room1": top[: int(light < z1)],
+        "reveal": recess(u0, u1, (z0, z1), depth),
+        "metal": box((u1 - 0.2, depth - 0.07, z0 + 1.0), (u1 - 0.16, depth, z0 + 1.13), skip="Y"),
+        "trim": box((u0 - 0.3, -0.85, z1 + 0.2), (u1 + 0.3, 0.0, z1 + 0.31), skip="Y"),
+    }
+    return joined([shell, _steps(u0, u1, z0, step)])
+
+
+def shops(length: float, height: float, how: How, *, bay: float = 3.4, sign: str = "each") -> Shell:
+    """Glazing between piers under sign boards, with a door now and then.
+
+    Args:
+        length: Of the wall [m].
+        height: Of the ground floor [m].
+        how: Level of detail, and chance.
+        bay: Between piers, about [m].
+        sign: `each` for a board per shop, `band` for one along the wall.
+    """
+    level, rng = how
+    count = max(int(length / bay), 1)
+    edges = np.linspace(0.25, length - 0.25, count + 1)
+    low = np.where(rng.random(count) < 0.3, 0.04, 0.42)
+    openings = np.column_stack(
+        [edges[:-1] + 0.16, edges[1:] - 0.16, low, np.full(count, height - 1.0)]
+    )
+    parts: list[Shell] = [_glazing(openings, how), _signs(edges, height, how, sign)]
+    if level == NEAR:
+        parts.append({"front": storey(length, 0.0, height, openings)})
+        parts.append(_awnings(openings, rng))
+        parts.append(_footing(length, openings))
+    else:
+        parts.append({"front": rectangles(0.0, length, 0.0, height)})
+    return joined(parts)
+
+
+def gates(length: float, height: float, how: How) -> Shell:
+    """Roller gates and a door in the wall of a hall, the wall around them included."""
+    level, _ = how
+    wide, tall = 3.6, min(4.0, height - 0.8)
+    count = max(int((length - 3.0) / 6.5), 1)
+    axes = (np.arange(count) + 0.5) * length / count
+    if length < wide + 1.2:
+        return {"wall": rectangles(0.0, length, 0.0, height)}
+    openings = np.column_stack([axes - wide / 2, axes + wide / 2, 0 * axes, 0 * axes + tall])
+    if level != NEAR:
+        leaves = rectangles(openings[:, 0], openings[:, 1], 0.0, tall, inward=-PROUD)
+        return {"wall": rectangles(0.0, length, 0.0, height), "door": leaves}
+    parts: list[Shell] = [{"wall": storey(length, 0.0, height, openings)}]
+    for u0, u1, *_ in openings.tolist():
+        z = np.arange(0.0, tall - 0.01, 0.5)
+        slats = rectangles(u0, u1, z + 0.02, np.minimum(z + 0.5, tall), inward=0.22)
+        gaps = rectangles(u0, u1, 0.0, tall, inward=0.24)
+        parts.append({"door": slats, "rail": gaps, "reveal": recess(u0, u1, (0.0, tall), 0.24)})
+        dock = rectangles([u0 - 0.25, u1], [u0, u1 + 0.25], 0.0, tall + 0.25, inward=-0.03)
+        parts.append({"rail": dock})
+    return joined(parts)
+
+
+def letters(u: float, z: float, size: float, rng: np.random.Generator) -> Floats:
+    """Pale bars that read as a name from the road, around a middle, (n, 4, 3)."""
+    count = int(rng.integers(5, 11))
+    pitch = 0.72 * size
+    starts = u + (np.arange(count) - count / 2) * pitch
+    stroke, gap = 0.15 * size, 0.06 * size
+    quads = []
+    for u0 in starts.tolist():
+        u1, z1 = u0 + pitch - gap - stroke, z + size
+        sort = rng.integers(0, 2, 4).astype(bool)
+        # Strokes of block letters: left, right, foot, middle and head.
+        quads.append(rectangles(u0, u0 + stroke, z, z1))
+        if sort[0]:
+            quads.append(rectangles(u1 - stroke, u1, z, z1))
+        for at, drawn in zip((z, z + 0.42 * size, z1 - stroke), sort[1:], strict=True):
+            if drawn:
+                quads.append(rectangles(u0 + stroke, u1 - stroke * sort[0], at, at + stroke))
+    return np.concatenate(quads)
+
+
+def recess(u0: float, u1: float, heights: tuple[float, float], depth: float) -> Floats:
+    """Sides and head of an opening that reaches the floor, (3, 4, 3)."""
+    z0, z1 = heights
+    left = [(u0, 0, z0), (u0, depth, z0), (u0, depth, z1), (u0, 0, z1)]
+    right = [(u1, depth, z0), (u1, 0, z0), (u1, 0, z1), (u1, depth, z1)]
+    head = [(u0, 0, z1), (u0, depth, z1), (u1, depth, z1), (u1, 0, z1)]
+    foot = [(u0, 0, z0), (u1, 0, z0), (u1, depth, z0), (u0, depth, z0)]
+    return np.array([left, right, head, foot], dtype=np.float64)
+
+
+def _steps(u0: float, u1: float, z0: float, rise: float) -> Shell:
+    """Steps up to a door."""
+    count = max(round(rise / 0.17), 1)
+    parts = []
+    for k in range(count):
+        z = z0 - (k + 1) * rise / (count + 1) if k else z0
+        deep = 0.95 + 0.3 * k
+        parts.append(box((u0 - 0.25, -deep, FOOT), (u1 + 0.25, 0.0, z), skip="bY"))
+    return {"plinth": np.concatenate(parts)}
+
+
+def _glazing(openings: Floats, how: How) -> Shell:
+    """Panes with things behind them, bars between them, and their recess."""
+    level, rng = how
+    u0, u1, z0, z1 = openings.T
+    inward = 0.3 if level == NEAR else -PROUD
+    panes = rectangles(u0, u1, z0, z1, inward=inward)
+    panes[:, 1:3, 1] += rng.normal(0.0, 0.004, (len(panes), 1)).clip(-SLACK, SLACK)
+    shown = _goods(panes, level, rng)
+    if level == FAR:
+        return shown
+    bar, middle = 0.05, (u0 + u1) / 2
+    head = z1 - 0.75
+    bars = [
+        rectangles(middle - bar / 2, middle + bar / 2, z0, z1, inward=inward - 0.02),
+        rectangles(u0, u1, head, head + bar, inward=inward - 0.02),
+    ]
+    if level != NEAR:
+        return {**shown, "joint": np.concatenate(bars)}
+    open_ = z0 < 0.2  # a glazed door in the middle of its pane
+    for side in (-0.5, 0.5):
+        jamb = middle[open_] + side
+        leaf = rectangles(jamb - 0.04, jamb + 0.04, z0[open_], head[open_], inward=inward - 0.022)
+        bars.append(leaf)
+    bars += [
+        rectangles(u0, u1, z0, z0 + 0.08, inward=inward - 0.02),
+        rectangles(u0, u0 + bar, z0, z1, inward=inward - 0.02),
+        rectangles(u1 - bar, u1, z0, z1, inward=inward - 0.02),
+    ]
+    walls = [recess(a, b, (c, d), inward + 2 * SLACK) for a, b, c, d in openings.tolist()]
+    return {**shown, "joint": np.concatenate(bars), "reveal": np.concatenate(walls)}
+
+
+def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
+    """Panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
+    count = len(panes)
+    sorts = rng.integers(1, GOODS, (count, _THINGS + 1))
+    tall = rng.uniform(0.16, 0.5, (count, _THINGS))
+    found: dict[str, list[Floats]] = {}
+
+    def show(quads: Floats, sort: Ints) -> None:
+        for number in np.unique(sort).tolist():
+            found.setdefault(f"shop{number}", []).append(quads[sort == number])
+
+    if level == FAR:
+        show(panes, sorts[:, 0])
+    else:
+        zero, one = np.zeros(count), np.ones(count)
+        for column in range(_THINGS):
+            left, right = one * column / _THINGS, one * (column + 1) / _THINGS
+            top = tall[:, column]
+            show(share_of_panes(panes, left, right, zero, top), sorts[:, column])
+            show(share_of_panes(panes, left, right, top, 0.84 * one), sorts[:, _THINGS])
+        # Sort 0 is the ceiling with its lamps.
+        show(share_of_panes(panes, zero, one, 0.84 * one, one), np.zeros(count, np.int64))
+    return {role: np.concatenate(quads) for role, quads in found.items()}
+
+
+def _signs(edges: Floats, height: float, how: How, sort: str) -> Shell:
+    """Boards with letters over the shop windows; their faces shine at night."""
+    level, rng = how
+    z0, z1 = height - 0.86, height - 0.26
+    spans = (
+        [(edges[0], edges[-1])]
+        if sort == "band"
+        else list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+    )
+    parts: list[Shell] = []
+    for number, (a, b) in enumerate(spans):
+        if sort == "each" and rng.random() < 0.3:
+            continue
+        u0, u1, face = a + 0.12, b - 0.12, f"sign{number % 3}"
+        written = letters((u0 + u1) / 2, z0 + 0.13, 0.34, rng)
+        written = written[(written[..., 0].min(1) > u0) & (written[..., 0].max(1) < u1)]
+        parts.append({face: rectangles(u0, u1, z0, z1, inward=-0.14)})
+        if level == NEAR:
+            parts.append({"joint": box((u0, -0.14, z0), (u1, 0.0, z1), skip="yY")})
+            parts.append({f"letter{number % 3}": written - np.array([0.0, 0.15, 0.0])})
+    return joined(parts)
+
+
+def _footing(length: float, openings: Floats) -> Shell:
+    """Dark stone at the foot of piers and under shop windows."""
+    starts, ends = np.append(0.0, openings[:, 1]), np.append(openings[:, 0], length)
+    piers = rectangles(starts, ends, FOOT, 0.55, inward=-0.025)
+    closed = openings[openings[:, 2] > 0.2]
+    below = rectangles(closed[:, 0], closed[:, 1], FOOT, closed[:, 2] - 0.02, inward=-0.025)
+    return {"plinth": np.concatenate([piers, below])}
+
+
+def _awnings(openings: Floats, rng: np.random.Generator) -> Shell:
+    """Sloping cloth over some of the shop windows, seen from above and below."""
+    some = openings[rng.random(len(openings)) < 0.25]
+    if not len(some):
+        return {}
+    u0, u1, _, z1 = some.T
+    cloth = rectangles(u0, u1, z1 - 0.5, z1 + 0.05)
+    cloth[:, :2, 1], cloth[:, 2:, 1] = -1.15, -0.05
+    hem = rectangles(u0, u1, z1 - 0.68, z1 - 0.5, inward=-1.15)
+    return {"awning": np.concatenate([cloth, cloth[:, ::-1] - [0, 0, 0.015], hem])}

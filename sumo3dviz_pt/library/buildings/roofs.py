@@ -1,0 +1,278 @@
+"""Roofs over any plan: flat with a parapet, gabled, hipped and mansard roofs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+import shapely
+from shapely.geometry import Polygon
+
+from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
+from sumo3dviz_pt.library.buildings.shell import Shell, box, joined
+from sumo3dviz_pt.library.mesh.triangulate import triangulate
+from sumo3dviz_pt.model.geometry import Floats, settled
+
+EAVES = 0.4
+"""How far roofs reach over walls [m]."""
+
+_SLAB = np.array([0.0, 0.0, 0.16])  # thickness of a roof [m]
+
+
+def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> Shell:
+    """A deck behind a parapet.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
+        height: Of the deck and the walls below [m].
+        parapet: Height above the deck [m].
+        level: Level of detail; from afar only the parapet's outside is kept.
+    """
+    top = height + parapet
+    inner = inset(plan, 0.3) if level != FAR else None
+    if inner is None:
+        return {"deck": cap(plan, top), "wall": upright(plan, height, top)}
+    return {
+        "deck": cap(inner, height),
+        "wall": upright(plan, height, top),
+        "base": upright(inner, height, top)[:, ::-1],
+        "coping": _ring(plan, inner, top, top),
+    }
+
+
+def mansard_roof(
+    plan: Floats, height: float, *, rise: float, level: int, blind: Collection[int] = ()
+) -> Shell:
+    """Steep slopes all around and a deck on top; a flat roof where there is no room.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        height: Of the walls [m].
+        rise: Of the slopes [m].
+        level: Level of detail.
+        blind: Numbers of walls to neighbours, which go straight up.
+    """
+    steep = np.array([i in blind for i in range(len(plan))])
+    inner = inset(plan, np.where(steep, 0.0, 0.45 * rise))
+    if inner is None:
+        return flat_roof(plan, height, parapet=0.6, level=level)
+    sides = _ring(plan, inner, height, height + rise)
+    found = {"roof": sides[~steep], "wall": sides[steep]}
+    return {**found, "deck": cap(inner, height + rise)}
+
+
+def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, level: int) -> Shell:
+    """Two slopes with overhanging eaves, and the walls up to them.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
+        height: Of the eaves [m].
+        pitch: Of the slopes [rad].
+        along: Direction of the ridge, (2,).
+        level: Level of detail.
+    """
+    along = along / np.linalg.norm(along)
+    across = np.array([-along[1], along[0]])
+    reach = plan @ across
+    middle, half = float(reach.max() + reach.min()) / 2, float(np.ptp(reach)) / 2
+    slope = float(np.tan(pitch))
+
+    def lifted(points: Floats) -> Floats:
+        """Points of the plan, (..., 2), on the roof's underside."""
+        z = height + slope * (half - np.abs(points @ across - middle))
+        return np.concatenate([points, z[..., None]], axis=-1)
+
+    wide = shapely.orient_polygons(Polygon(plan).buffer(EAVES, join_style="mitre", mitre_limit=1.5))
+    wide = shapely.transform(wide, settled)
+    quads = []
+    for side in (1.0, -1.0):
+        for corners in _half(wide, (across * side, middle * side)):
+            quads.append(lifted(corners))
+    under = np.concatenate(quads)
+    ring = split_at(shapely.get_coordinates(wide.exterior)[:-1], across, middle)
+    gables = _walls_up(lifted(split_at(plan, across, middle)), height)
+    return joined([{"wall": gables}, _slab(under, lifted(ring), level)])
+
+
+def hip_roof(plan: Floats, height: float, *, pitch: float, level: int) -> Shell:
+    """One slope per wall of a convex plan, with overhanging eaves.
+
+    Args:
+        plan: Counter-clockwise corners, convex, (n, 2) [m].
+        height: Of the walls [m].
+        pitch: Of the slopes [rad].
+        level: Level of detail.
+    """
+    wide = shapely.orient_polygons(Polygon(plan).buffer(EAVES, join_style="mitre"))
+    ring = shapely.get_coordinates(wide.exterior)[:-1]
+    inward = _inward(ring)
+    slope = float(np.tan(pitch))
+    low = height - EAVES * slope
+    quads = []
+    for i in range(len(ring)):
+        facet = ring
+        for j in range(len(ring)):
+            if j != i and len(facet) > 2:
+                # Keep what lies nearer to wall i than to wall j.
+                normal = inward[j] - inward[i]
+                offset = float((inward[j] * ring[j] - inward[i] * ring[i]).sum())
+                facet = _clipped(facet, normal, offset)
+        if len(facet) > 2:
+            rise = slope * ((facet - ring[i]) @ inward[i])
+            quads.append(_fan(np.column_stack([facet, low + rise])))
+    edge = np.column_stack([ring, np.full(len(ring), low)])
+    return _slab(np.concatenate(quads), edge, level)
+
+
+def is_convex(plan: Floats) -> bool:
+    """Whether no corner of a counter-clockwise plan, (n, 2), turns right."""
+    before, after = plan - np.roll(plan, 1, axis=0), np.roll(plan, -1, axis=0) - plan
+    return bool((before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > -1e-9).all())
+
+
+def inset(plan: Floats, distance: float | Floats) -> Floats | None:
+    """The plan with every wall moved inwards, (n, 2), or None where that cannot be.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        distance: For all walls or each one, (n,) [m].
+    """
+    inward = _inward(plan)
+    before = np.roll(inward, 1, axis=0)
+    turn = 1.0 + (before * inward).sum(axis=1)
+    if (turn < 0.3).any():  # a needle's point would run far
+        return None
+    after_it = np.broadcast_to(np.asarray(distance, dtype=np.float64), (len(plan),))
+    before_it = np.roll(after_it, 1)
+    mean = 0.5 * (before_it + after_it)
+    moved = plan + mean[:, None] * (before + inward) / turn[:, None]
+    # Unequal distances shift a corner along the bisector's normal, but not on straight walls.
+    bent = np.maximum(2.0 - turn, 1e-9)
+    aside = np.where(2.0 - turn > 0.02, 0.5 * (after_it - before_it) / bent, 0.0)
+    moved += aside[:, None] * (inward - before)
+    old, new = (np.roll(ring, -1, axis=0) - ring for ring in (plan, moved))
+    kept = ((old * new).sum(axis=1) > 0.04 * (old * old).sum(axis=1)).all()
+    return moved if kept and Polygon(moved).is_valid else None
+
+
+def upright(plan: Floats, low: float, high: float) -> Floats:
+    """Upright faces along a closed plan, outside out, (n, 4, 3)."""
+    after = np.roll(plan, -1, axis=0)
+    return np.stack([_at(plan, low), _at(after, low), _at(after, high), _at(plan, high)], axis=1)
+
+
+def cap(plan: Floats, height: float) -> Floats:
+    """The plan as triangles (quads whose last corners coincide), (n, 4, 3)."""
+    if len(plan) == 4 and is_convex(plan):
+        return _at(plan, height)[None]
+    flat = _fill(Polygon(plan))
+    return np.concatenate([flat, np.full((*flat.shape[:2], 1), height)], axis=-1)
+
+
+def split_at(ring: Floats, across: Floats, middle: float) -> Floats:
+    """A ring, (n, 2), with corners added where it crosses the line `across @ p = middle`."""
+    found = []
+    for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+        found.append(a)
+        one, other = (float(settled((p * across).sum() - middle)) for p in (a, b))
+        if one * other < -1e-9:
+            found.append(a + (b - a) * one / (one - other))
+    return np.array(found)
+
+
+def gutters(plan: Floats, height: float, level: int) -> Shell:
+    """A gutter under the eaves of each wall and a pipe down each end of the longest."""
+    if level != NEAR:
+        return {}
+    after = np.roll(plan, -1, axis=0)
+    i = int(np.argmax(settled(np.linalg.norm(after - plan, axis=1))))
+    (ax, ay), (bx, by) = plan[i], after[i]
+    pipes = [
+        box((x - 0.05, y - 0.05, 0.0), (x + 0.05, y + 0.05, height))
+        for x, y in ((ax, ay), (bx, by))
+    ]
+    return {"pipe": np.concatenate(pipes)}
+
+
+def _slab(under: Floats, ring: Floats, level: int) -> Shell:
+    """A roof of some thickness from its underside, (n, 4, 3), and its edge, (k, 3)."""
+    if level == FAR:
+        return {"roof": under + _SLAB}
+    after = np.roll(ring, -1, axis=0)
+    edge = np.stack([ring, after, after + _SLAB, ring + _SLAB], axis=1)
+    return {"roof": under + _SLAB, "eaves": np.concatenate([under[:, ::-1], edge])}
+
+
+def _walls_up(ring: Floats, height: float) -> Floats:
+    """Upright faces from a height up to a ring, (k, 3), outside out."""
+    after = np.roll(ring, -1, axis=0)
+    low = [
+        np.column_stack([points[:, :2], np.full(len(points), height)]) for points in (ring, after)
+    ]
+    quads = np.stack([low[0], low[1], after, ring], axis=1)
+    return quads[(ring[:, 2] > height + 1e-6) | (after[:, 2] > height + 1e-6)]
+
+
+def _half(area: Polygon, line: tuple[Floats, float]) -> list[Floats]:
+    """Triangles, each (n, 4, 2), of the part of an area beyond `across @ p = middle`."""
+    across, middle = line
+    along = np.array([across[1], -across[0]])
+    far = 1.0 + float(np.abs(shapely.get_coordinates(area)).max()) * 3
+    start = across * middle
+    half = Polygon(
+        [
+            start - far * along,
+            start + far * along,
+            start + far * along + far * across,
+            start - far * along + far * across,
+        ]
+    )
+    # Where rings begin is the overlay's choice, which hangs on last bits.
+    cut = shapely.transform(shapely.intersection(area, half), settled)
+    pieces = shapely.get_parts(shapely.normalize(cut)).tolist()
+    return [_fill(piece) for piece in pieces if piece.geom_type == "Polygon" and piece.area > 1e-4]
+
+
+def _fill(area: Polygon) -> Floats:
+    """Triangles of an area, counter-clockwise, as quads, (n, 4, 2)."""
+    corners, faces = triangulate(area)
+    return corners[faces[:, [0, 1, 2, 2]]]
+
+
+def _fan(corners: Floats) -> Floats:
+    """A convex facet, (n, 3), as quads, (m, 4, 3)."""
+    quads = [
+        corners[[0, i, i + 1, min(i + 2, len(corners) - 1)]] for i in range(1, len(corners) - 1, 2)
+    ]
+    return np.array(quads)
+
+
+def _clipped(ring: Floats, normal: Floats, offset: float) -> Floats:
+    """The part of a convex ring, (n, 2), where `normal @ p >= offset` (Sutherland-Hodgman)."""
+    side = settled((ring * normal).sum(axis=1) - offset)
+    found = []
+    for k in range(len(ring)):
+        a, b, one, other = ring[k - 1], ring[k], side[k - 1], side[k]
+        if one * other < 0:
+            found.append(a + (b - a) * one / (one - other))
+        if other >= 0:
+            found.append(b)
+    return np.array(found).reshape(-1, 2)
+
+
+def _inward(ring: Floats) -> Floats:
+    """Unit normals of the walls of a counter-clockwise ring, inwards, (n, 2)."""
+    along = np.roll(ring, -1, axis=0) - ring
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    return np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def _ring(outer: Floats, inner: Floats, low: float, high: float) -> Floats:
+    """Faces from an outer ring at one height to an inner one at another, (n, 4, 3)."""
+    (a, b), (c, d) = ((ring, np.roll(ring, -1, axis=0)) for ring in (outer, inner))
+    return np.stack([_at(a, low), _at(b, low), _at(d, high), _at(c, high)], axis=1)
+
+
+def _at(plan: Floats, height: float) -> Floats:
+    """Plan points at a height, (n, 3)."""
+    return np.column_stack([plan, np.full(len(plan), height)])

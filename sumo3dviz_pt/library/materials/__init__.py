@@ -1,0 +1,1 @@
+"""Materials in Mitsuba's words, and surfaces by key."""

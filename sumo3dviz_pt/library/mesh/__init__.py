@@ -1,0 +1,1 @@
+"""Meshes, polygons and fields: what all models are made with."""

@@ -1,0 +1,224 @@
+"""People from recipes: body, face, clothes, and the poses of standing and walking.
+
+A recipe is the content of `recipe` in an asset's `asset.yaml`:
+
+    body: {height: 1.78, woman: 0, build: 1.0, child: 0}
+    face: {skin: [r, g, b], hair: [r, g, b], nose: 1, jaw: 1, brow: 1, lips: 1, beard: 0}
+    head: [{style: short}, {style: cap, colour: [r, g, b]}]
+    top: {cut: jacket, colour: null}       # null takes the wearer's colour
+    bottom: {cut: trousers, colour: [r, g, b]}
+    shoes: {colour: [r, g, b], sole: [r, g, b], shaft: 0.0}
+    hose, gloves, scarf: {colour: [r, g, b]}    # tights under a skirt; scarf with `top.with`
+    shirt, tie: [r, g, b]                       # under a blazer
+    carries: [{what: backpack, colour: [r, g, b]}]
+    seed: 3
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.people import gait
+from sumo3dviz_pt.library.people.extras import backpack, shoulder_bag
+from sumo3dviz_pt.library.people.hair import STYLES, cover_levels, headwear
+from sumo3dviz_pt.library.people.head import Face, Skull, head
+from sumo3dviz_pt.library.people.limbs import BARE, arm, hand, leg, shoe
+from sumo3dviz_pt.library.people.posture import Posture, matrices
+from sumo3dviz_pt.library.people.rig import SIDES, Measures
+from sumo3dviz_pt.library.people.skin import Cloth, Piece, dressed
+from sumo3dviz_pt.library.people.trunk import Garment, seat
+from sumo3dviz_pt.library.people.wardrobe import (
+    BOTTOMS,
+    TOPS,
+    TRUNK_RINGS,
+    Bottom,
+    Recipe,
+    Top,
+    colour_of,
+    trimming,
+)
+from sumo3dviz_pt.model.scene import Part, Poses
+
+
+@dataclass(frozen=True, slots=True)
+class Detail:
+    """How finely a figure is modelled: rings and points of a ring.
+
+    Attributes:
+        trunk: Of what is on the trunk.
+        arm: Of an arm.
+        leg: Of a leg.
+        shoe: Of a shoe.
+        fine: Whether face, fingers and small things are modelled.
+    """
+
+    trunk: tuple[int, int]
+    arm: tuple[int, int]
+    leg: tuple[int, int]
+    shoe: tuple[int, int]
+    fine: bool
+
+
+LEVELS: Mapping[str, Detail] = {
+    "middle": Detail((TRUNK_RINGS, 18), (11, 8), (13, 9), (8, 10), fine=True),
+    "far": Detail((4, 6), (3, 4), (3, 4), (2, 4), fine=False),
+}
+"""Levels of detail by name."""
+
+
+def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Poses]:
+    """A person on foot: origin on the ground below the body's middle, facing +x.
+
+    Args:
+        recipe: Content of `recipe` in an `asset.yaml`.
+        level: One of `LEVELS`.
+
+    Returns:
+        Parts, standing, and their poses: 0 stands, 1 to 8 are the phases of one stride from
+        the right heel's strike on. Parts of `cloth` without a tint take the wearer's colour.
+
+    Raises:
+        ConfigError: If a name in the recipe is unknown.
+    """
+    body = measures(recipe)
+    phases = np.arange(gait.PHASES) / gait.PHASES
+    postures = [gait.standing(body), *(gait.walking(body, p) for p in phases)]
+    pieces = list(clothed(recipe, LEVELS[level]))
+    parts, poses = dressed(pieces, np.stack([matrices(body, posture) for posture in postures]))
+    return _grounded(parts, poses)
+
+
+def stride_length(recipe: Recipe) -> float:
+    """Distance of two steps [m]; the gait's phase is the distance walked divided by it."""
+    return gait.stride_length(measures(recipe))
+
+
+def in_posture(recipe: Recipe, detail: Detail, posture: Posture) -> tuple[Part, ...]:
+    """A person in one posture, such as a rider; arguments as for `figure`."""
+    body = measures(recipe)
+    return dressed(list(clothed(recipe, detail)), matrices(body, posture)[None])[0]
+
+
+def measures(recipe: Recipe) -> Measures:
+    """The body of a recipe."""
+    return Measures(**recipe.get("body", {}))
+
+
+def _grounded(parts: tuple[Part, ...], poses: Poses) -> tuple[tuple[Part, ...], Poses]:
+    """Set every pose down on the ground; it moves by millimetres."""
+    low = poses.vertices[..., 2].min(axis=1)
+    shift = np.array([0.0, 0.0, 1.0]) * low[:, None, None]
+    moved = Poses(poses.vertices - shift, poses.normals)
+    down = [
+        replace(part, mesh=replace(part.mesh, vertices=part.mesh.vertices - shift[0]))
+        for part in parts
+    ]
+    return tuple(down), moved
+
+
+def clothed(recipe: Recipe, detail: Detail) -> Iterator[Piece]:
+    """All pieces of a person at rest.
+
+    Raises:
+        ConfigError: If a name in the recipe is unknown.
+    """
+    body, face = measures(recipe), Face(**_tuples(recipe.get("face", {})))
+    seed = int(recipe.get("seed", 0))
+    top = _named(TOPS, recipe["top"], "top")
+    bottom = _named(BOTTOMS, recipe["bottom"], "bottom")
+    yield from _headed(recipe, body, face, detail)
+    yield from _upper(recipe, body, replace(top, fit=replace(top.fit, seed=seed)), detail)
+    yield from _lower(recipe, body, bottom, detail)
+    for item in recipe.get("carries", ()):
+        make = {"backpack": backpack, "shoulder_bag": shoulder_bag}[item["what"]]
+        yield from make(body, _cloth(item, "leather"), top.fit.ease, fine=detail.fine)
+
+
+def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Iterator[Piece]:
+    """Head, hair and what is worn on it."""
+    skull = Skull.of(body, face)
+    worn = recipe.get("head", ())
+    cover = cover_levels(skull, tuple(item["style"] for item in worn), fine=detail.fine)
+    yield from head(skull, body, cover=cover, fine=detail.fine)
+    for number, item in enumerate(worn if detail.fine else worn[:1]):
+        if item["style"] not in STYLES:
+            raise ConfigError(f"no style is called {item['style']!r}; known: {', '.join(STYLES)}")
+        own = face.hair if STYLES[item["style"]].material == "hair" else None
+        material = str(item.get("material", STYLES[item["style"]].material))
+        colour = colour_of(item["colour"]) if item.get("colour") else own
+        cloth = Cloth(material, colour)
+        yield from headwear(skull, item["style"], cloth, fine=detail.fine, under=number > 0)
+
+
+def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator[Piece]:
+    """The garment on the trunk, sleeves, bare arms and hands."""
+    cloth = _cloth(recipe["top"], top.material)
+    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
+    garment = Garment.of(body, top.fit)
+    yield garment.piece(cloth, detail.trunk)
+    gloves = _cloth(recipe["gloves"], "leather") if "gloves" in recipe else skin
+    for number, side in enumerate(SIDES):
+        cut = replace(top.sleeve, seed=top.fit.seed + 17 * number + 1)
+        rows = detail.arm[0] if cut.end > 0.5 else max(2, detail.arm[0] // 2)
+        yield arm(body, side, cut, cloth, (rows, detail.arm[1]))
+        if cut.end < 0.9:
+            bare = replace(BARE, start=max(cut.end - 0.16, 0.0))
+            yield arm(body, side, bare, skin, (max(2, detail.arm[0] - 3), detail.arm[1]))
+        curl = float(recipe.get("curl", 0.28))
+        yield from hand(body, side, gloves, curl=curl, fine=detail.fine)
+    if detail.fine:
+        for name in (*top.trimmings, *recipe["top"].get("with", ())):
+            yield from trimming(name, recipe, garment, cloth)
+
+
+def _lower(recipe: Recipe, body: Measures, bottom: Bottom, detail: Detail) -> Iterator[Piece]:
+    """Trousers or a skirt, bare legs and shoes."""
+    cloth = _cloth(recipe["bottom"], "cloth")
+    skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
+    hose = _cloth(recipe["hose"], "cloth") if "hose" in recipe else skin
+    seed = int(recipe.get("seed", 0))
+    if bottom.legs is not None:
+        counts = (max(2, detail.trunk[0] // 3), detail.trunk[1])
+        yield seat(body, cloth, counts=counts, ease=0.4 * bottom.legs.ease + 0.002)
+    if bottom.skirt is not None:
+        fit = replace(bottom.skirt, seed=seed + 5)
+        yield Garment.of(body, fit).piece(cloth, (detail.trunk[0] * 2 // 3, detail.trunk[1]))
+    shoes = recipe["shoes"]
+    for number, side in enumerate(SIDES):
+        if bottom.legs is not None:
+            cut = replace(bottom.legs, seed=seed + 31 * number + 2)
+            rows = detail.leg[0] if cut.end > 0.5 else max(2, detail.leg[0] // 2)
+            yield leg(body, side, cut, cloth, (rows, detail.leg[1]))
+        if bottom.legs is None or bottom.legs.end < 0.9:
+            start = 0.37 if bottom.legs is None else bottom.legs.end - 0.12
+            count = max(2, detail.leg[0] - 4)
+            yield leg(body, side, replace(BARE, start=start), hose, (count, detail.leg[1]))
+        sole = Cloth("cloth", colour_of(shoes.get("sole", (0.02, 0.02, 0.02))))
+        shaft = float(shoes.get("shaft", 0.0))
+        upper = _cloth(shoes, "leather")
+        yield from shoe(body, side, upper, sole, counts=detail.shoe, heel=shaft)
+
+
+def _named(known: Mapping[str, Any], item: Mapping[str, Any], key: str) -> Any:
+    """What a recipe's cut stands for."""
+    if item["cut"] not in known:
+        raise ConfigError(f"no {key} is called {item['cut']!r}; known: {', '.join(known)}")
+    return known[item["cut"]]
+
+
+def _cloth(item: Mapping[str, Any], material: str) -> Cloth:
+    """The cloth of a recipe's entry."""
+    colour = item.get("colour")
+    return Cloth(str(item.get("material", material)), None if colour is None else colour_of(colour))
+
+
+def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
+    """YAML's lists as tuples."""
+    return {
+        key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
+    }

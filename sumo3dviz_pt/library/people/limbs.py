@@ -1,0 +1,280 @@
+"""Arms, hands, legs and feet of a figure, bare or clothed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.library.people.rig import SIDES, Measures, joints
+from sumo3dviz_pt.library.people.skin import (
+    Cloth,
+    Folds,
+    Piece,
+    arm_weights,
+    carried,
+    creased,
+    hemmed,
+    leg_weights,
+    tube_piece,
+    weighed,
+)
+from sumo3dviz_pt.library.people.stack import Stack, between, closed, ramp, rope, swollen, turns
+from sumo3dviz_pt.model.geometry import Floats
+
+_ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
+_ARM_BARE = (*_ARM, (0.10, 0.027), (0.16, 0.0245), (0.185, 0.0235), (0.22, 0.0245), (0.328, 0.0150))
+_ARM_CLAD = (*_ARM, (0.10, 0.028), (0.16, 0.0265), (0.185, 0.0265), (0.22, 0.0255), (0.328, 0.0195))
+"""Radius of an arm along its length, both as shares of the stature."""
+
+_LEG_BARE = (
+    *((0.560, 0.030), (0.535, 0.048), (0.50, 0.0515), (0.45, 0.050), (0.40, 0.045)),
+    *((0.34, 0.037), (0.285, 0.0315), (0.25, 0.0300), (0.20, 0.0330), (0.16, 0.0300)),
+    *((0.10, 0.0220), (0.06, 0.0195), (0.03, 0.0205)),
+)
+_LEG_CLAD = (
+    *((0.560, 0.030), (0.535, 0.050), (0.50, 0.0545), (0.45, 0.0525), (0.40, 0.048)),
+    *((0.34, 0.0425), (0.285, 0.039), (0.25, 0.0375), (0.20, 0.0365), (0.16, 0.0355)),
+    *((0.10, 0.0345), (0.06, 0.0345), (0.024, 0.0345)),
+)
+"""Radius of a leg by height."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cut:
+    """How a sleeve or a trouser leg is cut.
+
+    Attributes:
+        end: Where it ends, as a share of the limb: 0 at its root, 1 at wrist or ankle.
+        start: Where it begins, likewise.
+        ease: How far it stands off the skin [m].
+        flare: Further distance at its open end [m].
+        loose: 0 follows the limb, 1 hangs straight.
+        folds: Depth of its creases [m].
+        seed: Of the creases.
+    """
+
+    end: float = 1.0
+    ease: float = 0.0
+    flare: float = 0.0
+    loose: float = 1.0
+    folds: float = 0.015
+    seed: int = 0
+    start: float = 0.0
+
+
+BARE = Cut(loose=0.0, folds=0.0)
+"""Skin."""
+
+
+def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, int]) -> Piece:
+    """A sleeve, or the skin of an arm down to the wrist.
+
+    Args:
+        body: Whose.
+        side: `l` or `r`.
+        cut: How it is cut.
+        cloth: What it is made of.
+        counts: Rings and points of a ring.
+    """
+    h, rest = body.height, joints(body)
+    points = np.stack([rest[f"{name}_{side}"] for name in ("upper_arm", "forearm", "hand")])
+    bones = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    full = float(bones.sum())
+    end = cut.end * full
+    # More rings where the elbow bends.
+    share = np.linspace(0.0, 1.0, counts[0])
+    first = -0.012 * h + cut.start * full
+    along = first + (end - first) * share
+    bend = np.minimum(along, bones[0]), np.clip(along - bones[0], 0.0, None)
+    middle = (
+        points[0]
+        + np.outer(bend[0] / bones[0], points[1] - points[0])
+        + np.outer(bend[1] / bones[1], points[2] - points[1])
+    )
+    radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * ramp(
+        end - 0.25 * full, end, along
+    )
+    rings = _around(middle, radius * 1.06, radius * 0.96, counts[1])
+    depth = cut.folds * (
+        0.45 + 0.9 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2)) + 0.5 * (along > 0.88 * full)
+    )
+    depth = depth * ramp(0.0, 0.06 * h, along)
+    rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
+    # At its root the arm takes up the slope of the shoulder.
+    near = ramp(0.055 * h, -0.012 * h, along)[::-1, None]
+    rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
+    rings[..., 1] -= near * SIDES[side] * 0.012 * h
+    rings = hemmed(rings, depth=0.008) if counts[1] > 4 else rings
+    weights = arm_weights(body, rings.reshape(-1, 3), side)
+    return tube_piece(rings, weights, cloth, lids="top")
+
+
+def _arm_radius(body: Measures, along: Floats, cut: Cut) -> Floats:
+    """Radius of an arm or sleeve at shares of the stature from the shoulder [m]."""
+    bare, clad = between(along, _ARM_BARE), between(along, _ARM_CLAD)
+    girth = body.build**0.6 * (1.0 - 0.14 * body.woman) * (1.0 + 0.10 * body.child)
+    grown = ramp(-0.012, 0.04, along)
+    radius = body.height * girth * (bare + cut.loose * (clad - bare))
+    return np.asarray(radius + cut.ease * grown)
+
+
+def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, int]) -> Piece:
+    """A trouser leg, or the skin of a leg down to the foot; arguments as for `arm`."""
+    h, rest = body.height, joints(body)
+    lowest = 0.535 + cut.end * (0.028 - 0.535)
+    share = np.linspace(0.0, 1.0, counts[0])
+    highest = 0.555 + cut.start * (0.028 - 0.555)
+    level = lowest + (highest - lowest) * share
+    places = np.stack([rest[f"{name}_{side}"] for name in ("foot", "shank", "thigh")])
+    z = np.asarray(body.z(level))
+    middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
+    middle[:, 0] -= 0.006 * h * np.exp(-(((level - 0.20) / 0.07) ** 2)) * (1.0 - 0.5 * cut.loose)
+    # Trousers fall behind the ankle and break over the instep.
+    middle[:, 0] += cut.loose * 0.004 * h * ramp(0.12, 0.03, level)
+    bare, clad = between(level, _LEG_BARE[::-1]), between(level, _LEG_CLAD[::-1])
+    girth = body.build**0.55 * (1.0 + 0.03 * body.woman) * (1.0 + 0.06 * body.child)
+    radius = h * girth * (bare + cut.loose * (clad - bare)) + cut.ease
+    radius += cut.flare * ramp(lowest + 0.18, lowest, level)
+    rings = _around(middle, radius * 1.05, radius * 0.96, counts[1])
+    depth = cut.folds * (
+        0.35
+        + 0.8 * np.exp(-(((level - 0.285) / 0.035) ** 2))
+        + 0.8 * np.exp(-(((level - 0.46) / 0.03) ** 2))
+        + 1.0 * ramp(0.11, 0.04, level)
+    )
+    rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
+    if cut.end > 0.95 and cut.loose > 0.5:
+        rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts[1])), 0.0)
+    rings = hemmed(rings, depth=0.010) if counts[1] > 4 else rings
+    weights = leg_weights(body, rings.reshape(-1, 3), side, foot=0.6 - 0.25 * cut.loose)
+    return tube_piece(rings, weights, cloth, lids="top")
+
+
+def _around(middle: Floats, deep: Floats, wide: Floats, count: int) -> Floats:
+    """Level ellipses around points, (k, count, 3)."""
+    turn = turns(count)
+    offset = np.stack(
+        [deep[:, None] * np.cos(turn), wide[:, None] * np.sin(turn), np.zeros((len(deep), count))],
+        axis=-1,
+    )
+    return swollen(middle[:, None] + offset)
+
+
+_SHOE = (
+    # x, y, front, back, half, front z, back z, power
+    (0.064, 0.0, 0.134, 0.126, 0.040, 0.004, 0.000, 2.5),
+    (0.064, 0.0, 0.139, 0.133, 0.044, 0.010, 0.012, 2.5),
+    (0.064, 0.0, 0.139, 0.133, 0.0445, 0.024, 0.026, 2.5),
+    (0.064, 0.0, 0.136, 0.130, 0.0430, 0.030, 0.030, 2.5),
+    (0.050, 0.0, 0.138, 0.118, 0.0425, 0.046, 0.046, 2.3),
+    (0.036, 0.0, 0.116, 0.104, 0.0390, 0.061, 0.062, 2.1),
+    (0.022, 0.0, 0.086, 0.088, 0.0350, 0.078, 0.078, 2.0),
+    (0.010, 0.0, 0.056, 0.070, 0.0330, 0.098, 0.096, 2.0),
+)
+"""A shoe of 0.27 m around its ankle's foot point [m]."""
+
+
+def shoe(
+    body: Measures, side: str, upper: Cloth, sole: Cloth, *, counts: tuple[int, int], heel: float
+) -> Iterator[Piece]:
+    """A shoe: sole and upper.
+
+    Args:
+        body: Whose.
+        side: `l` or `r`.
+        upper: Its leather or cloth.
+        sole: Its rubber.
+        counts: Rings and points of a ring.
+        heel: Height added to the shaft: 0 for shoes, 0.08 for boots [m].
+    """
+    rest = joints(body)
+    s, place = SIDES[side], rest[f"foot_{side}"] * [1.0, 1.0, 0.0]
+    rows = np.array(_SHOE)
+    if heel > 0.0 and counts[0] > 4:
+        shaft = rows[-1] + [0.0, 0.0, -0.006, -0.014, 0.003, heel, heel, 0.0]
+        rows = np.concatenate([rows, shaft[None]])
+    rings = Stack(rows).grid(min(counts[0], len(rows)), counts[1])
+    # Both feet curve inward in front.
+    rings[..., 1] -= s * 0.012 * ramp(0.05, 0.20, rings[..., 0])
+    slim = 1.0 - 0.07 * body.woman
+    rings = place + rings * body.foot * [1.0, slim, 1.0]
+    split = round(counts[0] * 3 / 8)
+    ball = place[0] + 0.115 * body.foot
+    rings = swollen(rings)
+    halves = ((rings[: split + 1], sole, "bottom"), (rings[split:], upper, "top"))
+    for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom"),):
+        toes = ramp(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
+        weights = weighed(toes.size, {f"foot_{side}": 1.0 - toes, f"toes_{side}": toes})
+        yield tube_piece(part, weights, cloth, lids=lids)
+
+
+def hand(body: Measures, side: str, cloth: Cloth, *, curl: float, fine: bool) -> Iterator[Piece]:
+    """A hand: palm, thumb and fingers.
+
+    Args:
+        body: Whose.
+        side: `l` or `r`.
+        cloth: Skin or glove.
+        curl: 0 straight, 1 a fist.
+        fine: Whether the fingers are apart.
+    """
+    for rings in _hand_rings(curl) if fine else (_mitten(),):
+        placed = _at_wrist(body, side, rings)
+        yield carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
+
+
+def _at_wrist(body: Measures, side: str, rings: Floats) -> Floats:
+    """Carry rings from a right-angled frame (to the thumb, out of the palm, to the fingers)."""
+    rest, s = joints(body), SIDES[side]
+    wrist, finger = rest[f"hand_{side}"], rest[f"finger_{side}"]
+    size = float(np.linalg.norm(finger - wrist)) / 0.184
+    along = (finger - wrist) / np.linalg.norm(finger - wrist)
+    palm = np.array([0.0, -s, 0.0])
+    palm -= (palm @ along) * along
+    palm /= np.linalg.norm(palm)
+    thumb = np.array([1.0, 0.0, 0.0])
+    frame = np.stack([thumb, palm, along])
+    placed = wrist + size * rings @ frame
+    # Bottom to top, counter-clockwise: turn the order where the frame is left-handed.
+    return np.asarray(placed if np.linalg.det(frame) > 0 else placed[:, ::-1])
+
+
+def _mitten() -> Floats:
+    """A hand for far away, rings from the wrist to the finger tips."""
+    rows = [(0.0, 0.0, 0.0, 0.030, 0.020), (0.005, 0.016, 0.15, 0.040, 0.016)]
+    return np.stack([_oval(*row, count=3) for row in rows])
+
+
+def _oval(x: float, y: float, z: float, wide: float, thick: float, *, count: int) -> Floats:
+    """An oval across the hand's length, (count, 3)."""
+    turn = turns(count)
+    return np.stack([x + wide * np.cos(turn), y + thick * np.sin(turn), np.full(count, z)], axis=1)
+
+
+def _hand_rings(curl: float) -> Iterator[Floats]:
+    """Palm, four fingers and thumb of the left hand."""
+    palm = (
+        (0.0, 0.0, -0.012, 0.027, 0.020),
+        (0.0, 0.001, 0.012, 0.030, 0.0175),
+        (0.004, 0.003, 0.050, 0.043, 0.016),
+        (0.002, 0.002, 0.096, 0.042, 0.011),
+    )
+    yield np.stack([_oval(*row, count=6) for row in palm])
+    for x, length, base in (
+        *((0.033, 0.072, 0.090), (0.0115, 0.080, 0.094)),
+        *((-0.0105, 0.075, 0.092), (-0.031, 0.060, 0.085)),
+    ):
+        yield _finger(np.array([x, 0.002, base]), length, curl)
+    thumb = np.array([[0.022, 0.004, 0.022], [0.050, 0.014, 0.056], [0.050, 0.024, 0.094]])
+    yield rope(thumb, np.array([0.015, 0.0125, 0.008]), 4)
+
+
+def _finger(base: Floats, length: float, curl: float) -> Floats:
+    """A finger that bends at three joints towards the palm."""
+    bend = np.cumsum(np.radians([14.0 + 60.0 * curl, 18.0 + 72.0 * curl, 12.0 + 50.0 * curl]))
+    bend, parts = bend[[0, 2]], length * np.array([0.5, 0.5])
+    steps = np.stack([np.zeros(2), parts * np.sin(bend), parts * np.cos(bend)], axis=1)
+    path = np.concatenate([base[None], base + np.cumsum(steps, axis=0)])
+    return rope(path, np.array([0.0112, 0.0104, 0.0070]), 3)

@@ -1,0 +1,211 @@
+"""Postures of a figure: where hands and feet are, and how the bones follow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.library.people.rig import BONES, FORWARD, LEFT, SIDES, Measures, joints
+from sumo3dviz_pt.model.geometry import Floats
+
+
+def about_z(angle: float) -> Floats:
+    """Rotation by a yaw, (3, 3) [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def about_y(angle: float) -> Floats:
+    """Rotation that lowers the front, (3, 3) [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def about_x(angle: float) -> Floats:
+    """Rotation that lifts the left, (3, 3) [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def _frame(along: Floats, axis: Floats) -> Floats:
+    """Orthonormal columns from a direction and an axis about across it."""
+    z = along / np.linalg.norm(along)
+    y = axis - (axis @ z) * z
+    y /= np.linalg.norm(y)
+    return np.stack([np.cross(y, z), y, z], axis=1)
+
+
+def turned(rest: tuple[Floats, Floats], posed: tuple[Floats, Floats]) -> Floats:
+    """Rotation that carries a direction and an axis onto others, (3, 3)."""
+    return np.asarray(_frame(*posed) @ _frame(*rest).T)
+
+
+def bent(root: Floats, target: Floats, lengths: tuple[float, float], pole: Floats) -> Floats:
+    """The middle joint of two bones.
+
+    Args:
+        root: Where the first begins, (3,) [m].
+        target: Where the second should end; nearer if it is out of reach, (3,) [m].
+        lengths: Of the bones [m].
+        pole: Roughly where the middle joint points to, (3,).
+
+    Returns:
+        Middle and end, (2, 3) [m].
+    """
+    first, second = lengths
+    way = target - root
+    reach = float(np.linalg.norm(way))
+    way = way / reach
+    reach = min(reach, 0.9995 * (first + second))
+    along = (first**2 - second**2 + reach**2) / (2.0 * reach)
+    side = pole - (pole @ way) * way
+    side /= np.linalg.norm(side)
+    out = np.sqrt(max(first**2 - along**2, 0.0))
+    return np.stack([root + along * way + out * side, root + reach * way])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hold:
+    """Where a hand is.
+
+    Attributes:
+        wrist: (3,) [m].
+        fingers: Direction of the straight fingers, (3,).
+        palm: Direction that the palm faces, (3,).
+        elbow: Roughly where the elbow points to, (3,).
+    """
+
+    wrist: Floats
+    fingers: Floats
+    palm: Floats
+    elbow: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """How an arm hangs [rad].
+
+    Attributes:
+        forward: Of the upper arm.
+        outward: Of the upper arm, against its rest.
+        elbow: Flexion.
+    """
+
+    forward: float = 0.0
+    outward: float = 0.0
+    elbow: float = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """Where a foot is.
+
+    Attributes:
+        ankle: (3,) [m].
+        pitch: Toes up against the ground [rad].
+        toes: Toes up against the ground, of the toes alone [rad].
+        yaw: Toes to the left [rad].
+        knee: Roughly where the knee points to, (3,).
+    """
+
+    ankle: Floats
+    pitch: float = 0.0
+    toes: float = 0.0
+    yaw: float = 0.0
+    knee: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posture:
+    """A pose of the whole skeleton.
+
+    Attributes:
+        hips: Middle of the hip joints, (3,) [m].
+        pelvis: Its rotation, (3, 3).
+        chest: Its rotation in the world, (3, 3).
+        head: Likewise.
+        feet: By side.
+        arms: By side.
+    """
+
+    hips: Floats
+    pelvis: Floats
+    chest: Floats
+    head: Floats
+    feet: Mapping[str, Step]
+    arms: Mapping[str, Hold | Swing]
+
+
+def matrices(body: Measures, posture: Posture) -> Floats:
+    """Carry points at rest into a posture, (bones, 3, 4)."""
+    rest = joints(body)
+    chest = posture.hips + posture.pelvis @ (rest["chest"] - rest["pelvis"])
+    head = chest + posture.chest @ (rest["head"] - rest["chest"])
+    placed = {
+        "pelvis": _carry(rest["pelvis"], posture.hips, posture.pelvis),
+        "chest": _carry(rest["chest"], chest, posture.chest),
+        "head": _carry(rest["head"], head, posture.head),
+    }
+    for side in SIDES:
+        placed |= _leg(rest, posture, side)
+        placed |= _arm(rest, posture, side, placed["chest"])
+    return np.stack([placed[bone] for bone in BONES])
+
+
+def _carry(rest: Floats, posed: Floats, rotation: Floats) -> Floats:
+    """Matrix, (3, 4), that turns about one joint and moves it."""
+    return np.column_stack([rotation, posed - rotation @ rest])
+
+
+def _leg(rest: Mapping[str, Floats], posture: Posture, side: str) -> dict[str, Floats]:
+    """Thigh, shank, foot and toes towards a foothold."""
+    step = posture.feet[side]
+    hip0, knee0, ankle0, ball0 = (rest[f"{n}_{side}"] for n in ("thigh", "shank", "foot", "toes"))
+    hip = posture.hips + posture.pelvis @ (hip0 - rest["pelvis"])
+    lengths = (float(np.linalg.norm(knee0 - hip0)), float(np.linalg.norm(ankle0 - knee0)))
+    pole = step.knee
+    if pole is None:
+        pole = about_z(0.5 * step.yaw) @ posture.pelvis @ FORWARD
+    knee, ankle = bent(hip, step.ankle, lengths, pole)
+    way = (ankle - hip) / np.linalg.norm(ankle - hip)
+    axis = np.cross(pole - (pole @ way) * way, way)
+    foot = about_z(step.yaw) @ about_y(-step.pitch)
+    ball = ankle + foot @ (ball0 - ankle0)
+    toes = about_z(step.yaw) @ about_y(-step.toes)
+    return {
+        f"thigh_{side}": _carry(hip0, hip, turned((knee0 - hip0, LEFT), (knee - hip, axis))),
+        f"shank_{side}": _carry(knee0, knee, turned((ankle0 - knee0, LEFT), (ankle - knee, axis))),
+        f"foot_{side}": _carry(ankle0, ankle, foot),
+        f"toes_{side}": _carry(ball0, ball, toes),
+    }
+
+
+def _arm(
+    rest: Mapping[str, Floats], posture: Posture, side: str, chest: Floats
+) -> dict[str, Floats]:
+    """Upper arm, forearm and hand, hanging or holding something."""
+    names = ("upper_arm", "forearm", "hand", "finger")
+    shoulder0, elbow0, wrist0, finger0 = (rest[f"{name}_{side}"] for name in names)
+    arm = posture.arms[side]
+    shoulder = chest[:, :3] @ shoulder0 + chest[:, 3]
+    upper0, lower0 = elbow0 - shoulder0, wrist0 - elbow0
+    if isinstance(arm, Swing):
+        turn = chest[:, :3] @ about_y(-arm.forward) @ about_x(SIDES[side] * arm.outward)
+        upper, lower = turn @ upper0, turn @ about_y(-arm.elbow) @ lower0
+        elbow = shoulder + upper
+        wrist, axis = elbow + lower, turn @ LEFT
+        palm = turned((lower0, LEFT), (lower, axis))
+    else:
+        lengths = (float(np.linalg.norm(upper0)), float(np.linalg.norm(lower0)))
+        elbow, wrist = bent(shoulder, arm.wrist, lengths, arm.elbow)
+        upper, lower = elbow - shoulder, wrist - elbow
+        way = wrist - shoulder
+        axis = -np.cross(arm.elbow, way / np.linalg.norm(way))
+        palm = turned((finger0 - wrist0, -SIDES[side] * LEFT), (arm.fingers, arm.palm))
+    return {
+        f"upper_arm_{side}": _carry(shoulder0, shoulder, turned((upper0, LEFT), (upper, axis))),
+        f"forearm_{side}": _carry(elbow0, elbow, turned((lower0, LEFT), (lower, axis))),
+        f"hand_{side}": _carry(wrist0, wrist, palm),
+    }

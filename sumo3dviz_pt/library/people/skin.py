@@ -1,0 +1,291 @@
+"""Pieces of a figure: skin, garments and what is carried, bound to the bones beneath."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from sumo3dviz_pt.library.people.rig import BONES, Measures, joints
+from sumo3dviz_pt.library.people.stack import closed, ramp
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh
+from sumo3dviz_pt.model.scene import Part, Poses
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """A closed or covered surface that follows the bones.
+
+    Attributes:
+        vertices: At rest, (n, 3) [m].
+        faces: Outward, (m, 3).
+        weights: How much each bone carries each vertex, (n, bones); rows sum to 1.
+        material: A name of the scene's materials.
+        tint: Reflectance of each face, (m, 3); None takes the wearer's colour.
+        sway: How much a vertex follows the leg that is further forward (1) or
+            backward (-1), (n,), for skirts; None for all else.
+    """
+
+    vertices: Floats
+    faces: Ints
+    weights: Floats
+    material: str
+    tint: Floats | None = None
+    sway: Floats | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Cloth:
+    """What a piece is made of.
+
+    Attributes:
+        material: A name of the scene's materials.
+        colour: Its reflectance, or None for the wearer's colour.
+    """
+
+    material: str
+    colour: Colour | None = None
+
+    def tint(self, faces: int) -> Floats | None:
+        """Reflectance of some faces, (faces, 3)."""
+        return None if self.colour is None else np.tile(np.array(self.colour), (faces, 1))
+
+
+def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> Piece:
+    """A piece of one cloth."""
+    vertices, faces = shape
+    return Piece(vertices, faces, weights, cloth.material, cloth.tint(len(faces)))
+
+
+def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> Piece:
+    """A stiff piece that one bone carries."""
+    return sewn(shape, weighed(len(shape[0]), {bone: 1.0}), cloth)
+
+
+def weighed(count: int, shares: Mapping[str, Floats | float]) -> Floats:
+    """Weights from shares by bone, (count, bones); rows sum to 1."""
+    weights = np.zeros((count, len(BONES)))
+    for bone, share in shares.items():
+        weights[:, BONES.index(bone)] += share
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def trunk_weights(body: Measures, points: Floats) -> Floats:
+    """Weights of what lies on the trunk, (n, bones)."""
+    h, (_, y, z) = body.height, points.T
+    chest = ramp(float(body.z(0.565)), float(body.z(0.655)), z)
+    neck = 0.8 * ramp(float(body.z(0.845)), float(body.z(0.885)), z)
+    arm = (
+        0.42
+        * ramp(0.068 * h, 0.120 * h, np.abs(y))
+        * ramp(float(body.z(0.74)), float(body.z(0.80)), z)
+    )
+    left = ramp(-0.05 * h, 0.05 * h, y)
+    # The seat only gives way to the thighs at its lower sides.
+    thigh = 0.55 * ramp(float(body.z(0.535)), float(body.z(0.455)), z)
+    pelvis = (1.0 - chest) * (1.0 - thigh)
+    upper = chest * (1.0 - arm) * (1.0 - neck)
+    return weighed(
+        len(points),
+        {
+            "pelvis": pelvis,
+            "thigh_l": (1.0 - chest) * thigh * left,
+            "thigh_r": (1.0 - chest) * thigh * (1.0 - left),
+            "chest": upper,
+            "head": chest * neck,
+            "upper_arm_l": chest * (1.0 - neck) * arm * (y > 0),
+            "upper_arm_r": chest * (1.0 - neck) * arm * (y <= 0),
+        },
+    )
+
+
+def skirt_weights(body: Measures, points: Floats) -> tuple[Floats, Floats]:
+    """Weights of a skirt, (n, bones), and how it sways, (n,)."""
+    weights = trunk_weights(body, points)
+    h, (x, y, z) = body.height, points.T
+    low = ramp(float(body.z(0.53)), float(body.z(0.42)), z)[:, None]
+    left = ramp(-0.075 * h, 0.075 * h, y)
+    knee = 0.35 * ramp(float(body.z(0.33)), float(body.z(0.22)), z)
+    legs = weighed(
+        len(points),
+        {
+            "thigh_l": left * (1.0 - knee),
+            "thigh_r": (1.0 - left) * (1.0 - knee),
+            "shank_l": left * knee,
+            "shank_r": (1.0 - left) * knee,
+        },
+    )
+    sway = low[:, 0] * np.clip(x / (0.05 * h), -1.0, 1.0)
+    return weights * (1.0 - low) + legs * low, sway
+
+
+def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
+    """Weights of what lies on an arm, without the hand, (n, bones)."""
+    h, rest = body.height, joints(body)
+    shoulder, elbow = rest[f"upper_arm_{side}"], rest[f"forearm_{side}"]
+    length = float(np.linalg.norm(elbow - shoulder))
+    along = (points - shoulder) @ (elbow - shoulder) / length
+    chest = 0.75 * ramp(0.055 * h, -0.030 * h, along)
+    lower = ramp(length - 0.030 * h, length + 0.030 * h, along)
+    return weighed(
+        len(points),
+        {
+            "chest": chest,
+            f"upper_arm_{side}": (1.0 - chest) * (1.0 - lower),
+            f"forearm_{side}": (1.0 - chest) * lower,
+        },
+    )
+
+
+def leg_weights(body: Measures, points: Floats, side: str, *, foot: float = 0.5) -> Floats:
+    """Weights of what lies on a leg, (n, bones); `foot` is the foot's share at the ankle."""
+    z = points[:, 2]
+    pelvis = 0.8 * ramp(float(body.z(0.485)), float(body.z(0.55)), z)
+    lower = ramp(float(body.z(0.315)), float(body.z(0.255)), z)
+    ankle = foot * ramp(float(body.z(0.085)), float(body.z(0.03)), z)
+    return weighed(
+        len(points),
+        {
+            "pelvis": pelvis,
+            f"thigh_{side}": (1.0 - pelvis) * (1.0 - lower),
+            f"shank_{side}": lower * (1.0 - ankle),
+            f"foot_{side}": lower * ankle,
+        },
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Folds:
+    """Creases of a cloth as waves in space.
+
+    Attributes:
+        waves: Wave vectors, (w, 3) [rad/m].
+        shifts: Their phases, (w,) [rad].
+    """
+
+    waves: Floats
+    shifts: Floats
+
+    @classmethod
+    def of(cls, seed: int, *, slant: float = 0.5) -> Folds:
+        """Draw creases.
+
+        Args:
+            seed: The same seed gives the same folds.
+            slant: 0 lays them level around the body, 1 lets them hang down.
+        """
+        rng = np.random.default_rng(seed)
+        length = rng.uniform(0.10, 0.30, 5)
+        turn = rng.uniform(0.0, 2.0 * np.pi, 5)
+        rise = np.radians(90.0) * (1.0 - slant) + rng.normal(0.0, 0.45, 5)
+        level = np.cos(rise)
+        waves = np.stack([level * np.cos(turn), level * np.sin(turn), np.sin(rise)], axis=1)
+        return cls(waves * (2.0 * np.pi / length)[:, None], rng.uniform(0.0, 2.0 * np.pi, 5))
+
+    def __call__(self, points: Floats) -> Floats:
+        """Displacement at points, (..., 3), about [-1, 1], (...)."""
+        waves = np.cos(points @ self.waves.T + self.shifts)
+        # Sharp valleys between broad swells, as cloth has them.
+        return np.asarray(2.0 - 3.3 * np.abs(waves).mean(axis=-1) + 0.5 * waves.mean(axis=-1))
+
+
+def creased(rings: Floats, folds: Folds, depth: Floats | float) -> Floats:
+    """Push rings, (k, m, 3), out and in by folds up to a depth, (k,) or one [m]."""
+    away = rings - rings.mean(axis=1, keepdims=True)
+    away /= np.linalg.norm(away, axis=2, keepdims=True) + 1e-9
+    deep = np.broadcast_to(np.asarray(depth, dtype=np.float64), len(rings))
+    return np.asarray(rings + away * (pressed(folds(rings)) * deep[:, None])[..., None])
+
+
+def pressed(waves: Floats) -> Floats:
+    """Folds of cloth over a body: they leave it, and hardly press into it."""
+    return np.asarray(np.maximum(waves, -0.35))
+
+
+def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floats:
+    """Add a ring inside the first (or last), so that an open end shows thickness."""
+    edge, beside = (rings[-1], rings[-2]) if at_top else (rings[0], rings[1])
+    middle = edge.mean(axis=0)
+    out = np.linalg.norm(edge - middle, axis=1, keepdims=True)
+    inner = middle + (edge - middle) * np.maximum(1.0 - depth / out, 0.3)
+    inner = inner + 0.3 * (beside - edge)
+    return np.concatenate([rings, inner[None]] if at_top else [inner[None], rings])
+
+
+def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") -> Piece:
+    """A piece from rings, (k, m, 3).
+
+    Args:
+        rings: From bottom to top, counter-clockwise seen from above.
+        weights: Of the rings' vertices, (k m, bones).
+        cloth: What it is made of.
+        lids: `bottom`, `top`, both or none: which ends are closed.
+    """
+    vertices, faces = closed(rings, bottom="bottom" in lids, top="top" in lids)
+    count = rings.shape[1]
+    rows = [weights]
+    if "bottom" in lids:
+        rows.append(weights[:count].mean(axis=0, keepdims=True))
+    if "top" in lids:
+        rows.append(weights[-count:].mean(axis=0, keepdims=True))
+    return Piece(vertices, faces, np.concatenate(rows), cloth.material, cloth.tint(len(faces)))
+
+
+def dressed(pieces: Sequence[Piece], bones: Floats) -> tuple[tuple[Part, ...], Poses]:
+    """Join pieces by material and pose them.
+
+    Args:
+        pieces: Of a whole figure, at rest.
+        bones: Matrices of each pose, (poses, bones, 3, 4).
+
+    Returns:
+        Parts in their first pose, and all poses.
+    """
+    groups: dict[tuple[str, bool], list[Piece]] = {}
+    for piece in pieces:
+        groups.setdefault((piece.material, piece.tint is None), []).append(piece)
+    parts, points, directions = [], [], []
+    for (material, own), members in groups.items():
+        posed = [_posed(piece, bones) for piece in members]
+        vertices = np.concatenate([p[0] for p in posed], axis=1)
+        normals = np.concatenate([p[1] for p in posed], axis=1)
+        starts = np.cumsum([0, *(len(piece.vertices) for piece in members)])[:-1]
+        faces = np.concatenate(
+            [piece.faces + start for piece, start in zip(members, starts, strict=True)]
+        )
+        tint = None if own else np.concatenate([p.tint for p in members if p.tint is not None])
+        parts.append(Part(Mesh(vertices[0], faces, normals[0]), material, tint))
+        points.append(vertices)
+        directions.append(normals)
+    return tuple(parts), Poses(np.concatenate(points, axis=1), np.concatenate(directions, axis=1))
+
+
+def _posed(piece: Piece, bones: Floats) -> tuple[Floats, Floats]:
+    """Vertices and normals of a piece in each pose, (poses, n, 3)."""
+    mixed = np.einsum("nb,pbij->pnij", piece.weights, bones, optimize=True)
+    points = (mixed[..., :3] @ piece.vertices[None, :, :, None])[..., 0] + mixed[..., 3]
+    if piece.sway is not None:
+        points[..., 0] += _swayed(piece, bones, points[..., 0])
+    return points, smooth_normals(points, piece.faces)
+
+
+def _swayed(piece: Piece, bones: Floats, x: Floats) -> Floats:
+    """How far a skirt's front follows the forward leg and its back the other, (poses, n)."""
+    assert piece.sway is not None
+    thighs = np.stack([bones[:, BONES.index(f"thigh_{side}")] for side in ("l", "r")])
+    reach = np.einsum("spj,nj->spn", thighs[:, :, 0, :3], piece.vertices) + thighs[:, :, 0, 3:]
+    forward = np.maximum(reach.max(axis=0) - x, 0.0) * np.maximum(piece.sway, 0.0)
+    backward = np.maximum(x - reach.min(axis=0), 0.0) * np.maximum(-piece.sway, 0.0)
+    return np.asarray(0.8 * (forward - backward))
+
+
+def smooth_normals(points: Floats, faces: Ints) -> Floats:
+    """Vertex normals weighted by area, (poses, n, 3)."""
+    a, b, c = (points[:, faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a)
+    rows, columns = faces.reshape(-1), np.repeat(np.arange(len(faces)), 3)
+    spread = csr_matrix((np.ones(len(rows)), (rows, columns)), (points.shape[1], len(faces)))
+    normals = np.stack([spread @ area for area in areas])
+    return np.asarray(normals / (np.linalg.norm(normals, axis=2, keepdims=True) + 1e-20))

@@ -1,0 +1,196 @@
+"""Garments by name, and what is sewn to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.library.people.extras import collar, folded_hood, scarf
+from sumo3dviz_pt.library.people.limbs import Cut
+from sumo3dviz_pt.library.people.skin import Cloth, Piece
+from sumo3dviz_pt.library.people.trunk import Fit, Garment
+from sumo3dviz_pt.model.geometry import Colour, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Top:
+    """How a garment for the trunk is cut.
+
+    Attributes:
+        fit: On the trunk.
+        sleeve: On the arms.
+        trimmings: What is sewn on, such as `zip`.
+        material: Of its cloth.
+    """
+
+    fit: Fit
+    sleeve: Cut
+    trimmings: tuple[str, ...] = ()
+    material: str = "cloth"
+
+
+TOPS: Mapping[str, Top] = {
+    "tee": Top(Fit(0.462, 0.842, 0.012, 0.5), Cut(0.36, 0.012, 0.012, 0.7)),
+    "shirt": Top(Fit(0.455, 0.848, 0.014, 0.5), Cut(1.0, 0.008), ("collar", "placket")),
+    "sweater": Top(Fit(0.470, 0.848, 0.018, 0.45), Cut(1.0, 0.010, 0.0)),
+    "jacket": Top(Fit(0.468, 0.848, 0.026, 0.7), Cut(1.0, 0.015), ("stand", "zip")),
+    "hoodie": Top(Fit(0.470, 0.848, 0.026, 0.6), Cut(1.0, 0.016), ("hood",)),
+    "padded": Top(
+        Fit(0.455, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
+        Cut(1.0, 0.026, folds=0.010),
+        ("stand", "zip"),
+    ),
+    "blazer": Top(
+        Fit(0.441, 0.848, 0.020, 0.45, folds=0.007), Cut(1.0, 0.011, folds=0.009), ("lapels",)
+    ),
+    "coat": Top(Fit(0.30, 0.848, 0.026, 0.55, 0.012), Cut(1.0, 0.016), ("stand", "overlap")),
+    "trench": Top(
+        Fit(0.33, 0.848, 0.020, 0.25, 0.035), Cut(1.0, 0.015), ("stand", "overlap", "belt")
+    ),
+    "dress": Top(Fit(0.29, 0.838, 0.006, 0.02, 0.075, 0.010), Cut(0.40, 0.006, 0.004, 0.3)),
+    "blouse": Top(Fit(0.475, 0.840, 0.012, 0.35), Cut(0.95, 0.010, 0.006)),
+    "leather": Top(Fit(0.475, 0.848, 0.016, 0.4, folds=0.006), Cut(1.0, 0.010), ("stand", "zip")),
+}
+"""Garments for the trunk by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bottom:
+    """How a garment for the legs is cut.
+
+    Attributes:
+        legs: Trouser legs, or None for a skirt.
+        skirt: On hips and thighs, or None.
+    """
+
+    legs: Cut | None
+    skirt: Fit | None = None
+
+
+BOTTOMS: Mapping[str, Bottom] = {
+    "trousers": Bottom(Cut(1.0, 0.003)),
+    "wide": Bottom(Cut(1.0, 0.008, 0.012)),
+    "jeans": Bottom(Cut(1.0, 0.002, 0.0, 0.6)),
+    "leggings": Bottom(Cut(0.97, 0.002, 0.0, 0.08, 0.002)),
+    "shorts": Bottom(Cut(0.43, 0.010, 0.014)),
+    "skirt": Bottom(None, Fit(0.295, 0.605, 0.004, 0.1, 0.060, 0.010)),
+    "pencil": Bottom(None, Fit(0.30, 0.605, 0.004, 0.35, 0.006, 0.003)),
+    "none": Bottom(None),
+}
+"""Garments for the legs by name."""
+
+
+Recipe = Mapping[str, Any]
+"""A look's `recipe`."""
+
+TRUNK_RINGS = 14
+"""Rings of a garment on the trunk in the middle level."""
+
+_DARK = Cloth("cloth", (0.02, 0.02, 0.022))
+
+
+def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    """Something sewn to the garment on the trunk.
+
+    Args:
+        name: A key of `TRIMMINGS`.
+        recipe: Of the whole look; holds the colours of scarf, shirt and tie.
+        garment: What it is sewn to.
+        cloth: What the garment is made of.
+    """
+    yield from TRIMMINGS[name](recipe, garment, cloth)
+
+
+def _collar(rise: float, away: float) -> Callable[[Recipe, Garment, Cloth], Iterator[Piece]]:
+    """A band around the neck."""
+
+    def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+        apart = away + 0.2 * garment.fit.ease
+        yield collar(garment.body, cloth, rise=rise, away=apart, count=12)
+
+    return sew
+
+
+def _strip(wide: float, own: Cloth | None) -> Callable[[Recipe, Garment, Cloth], Iterator[Piece]]:
+    """A strip down the front."""
+
+    def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+        shares = _rows(garment)
+        edge = np.full(len(shares), wide)
+        yield garment.patch(shares, -edge, edge, own or cloth, lift=0.005)
+
+    return sew
+
+
+def _rows(garment: Garment) -> Floats:
+    """Levels of the garment's own rings below the neck, so that a strip lies flat on them."""
+    shares = np.linspace(garment.fit.hem, garment.fit.top, TRUNK_RINGS)
+    return np.asarray(shares[shares < 0.838])
+
+
+def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    """A hood on the back and a pouch before the belly."""
+    yield folded_hood(garment.body, cloth)
+    wide = np.array([0.75, 0.75, 0.65, 0.48])
+    yield garment.patch(np.array([0.50, 0.52, 0.55, 0.58]), -wide, wide, cloth, lift=0.012)
+
+
+def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    """The front edge of a coat, over the other side."""
+    shares = _rows(garment)
+    edge = np.ones(len(shares))
+    yield garment.patch(shares, -0.10 * edge, 0.16 * edge, cloth, lift=0.006)
+
+
+def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    """A belt of the same cloth."""
+    for k in range(6):
+        right = np.full(2, -np.pi + k * np.pi / 3)
+        yield garment.patch(np.array([0.605, 0.625]), right, right + np.pi / 3, cloth, lift=0.012)
+
+
+def _scarf(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    """A scarf in its own colour."""
+    own = Cloth("cloth", colour_of(recipe["scarf"]["colour"]))
+    yield from scarf(garment.body, own, count=6)
+
+
+def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    """Shirt front, tie, collars and lapels of a blazer."""
+    yield collar(garment.body, cloth, rise=0.018, away=0.014, count=12, drop=0.035)
+    shares = np.linspace(0.655, 0.838, 7)
+    wide = 0.02 + 0.46 * np.linspace(0.0, 1.0, 7) ** 1.1
+    wide[-1] += 0.20
+    shirt = Cloth("cloth", colour_of(recipe.get("shirt", (0.62, 0.63, 0.64))))
+    yield collar(garment.body, shirt, rise=0.026, away=0.008, count=12)
+    yield garment.patch(shares, -wide, wide, shirt, lift=0.004)
+    flap = np.array([0.05, 0.17, 0.27, 0.34, 0.38, 0.36, 0.20])
+    yield garment.patch(shares, wide, wide + flap, cloth, lift=0.010)
+    yield garment.patch(shares, -wide - flap, -wide, cloth, lift=0.010)
+    if "tie" in recipe:
+        narrow = np.array([0.05, 0.075, 0.075, 0.07, 0.065, 0.06, 0.09])
+        tie = Cloth("cloth", colour_of(recipe["tie"]))
+        yield garment.patch(shares, -narrow, narrow, tie, lift=0.009)
+
+
+def colour_of(values: Any) -> Colour:
+    """Three numbers."""
+    red, green, blue = (float(value) for value in values)
+    return red, green, blue
+
+
+TRIMMINGS: Mapping[str, Callable[[Recipe, Garment, Cloth], Iterator[Piece]]] = {
+    "collar": _collar(0.026, 0.011),
+    "stand": _collar(0.034, 0.016),
+    "zip": _strip(0.03, _DARK),
+    "placket": _strip(0.10, None),
+    "hood": _hood,
+    "overlap": _overlap,
+    "belt": _belt,
+    "scarf": _scarf,
+    "lapels": _suit,
+}
+"""What can be sewn to a garment, by name."""

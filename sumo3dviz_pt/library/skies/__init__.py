@@ -1,0 +1,1 @@
+"""Clouds, and radiance maps that users bring."""

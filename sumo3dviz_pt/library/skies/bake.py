@@ -1,0 +1,56 @@
+"""Bakes a sky asset's cloud layer from the recipe in its `asset.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.skies.build import CloudRecipe, make_clouds
+from sumo3dviz_pt.library.skies.maps import cloud_image
+from sumo3dviz_pt.model.geometry import Image
+
+Encode = Callable[[Path, Image], None]
+"""Writes an image, (h, w, 3), in half precision; the shapes know no file formats."""
+
+CLOUD_LOSS = 300.0
+"""Level of DWAB compression: errors of 0.006 rms, a megabyte a sky."""
+
+
+def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
+    """Recipe of a sky asset.
+
+    Args:
+        meta: Content of `asset.yaml`; angles there are degrees.
+
+    Raises:
+        ConfigError: If a key is missing or unknown.
+    """
+    try:
+        sun = np.radians([float(meta["sun"]["azimuth"]), float(meta["sun"]["elevation"])])
+        return CloudRecipe(sun=(float(sun[0]), float(sun[1])), **meta["recipe"])
+    except (KeyError, TypeError) as error:
+        raise ConfigError(f"a sky's asset.yaml is incomplete or wrong: {error}") from error
+
+
+def bake_clouds(folder: Path, *, encode: Encode) -> Path:
+    """Rebuild a sky's cloud map from its `asset.yaml`, the same pixels every time.
+
+    Args:
+        folder: The asset's folder.
+        encode: Writes the image.
+
+    Returns:
+        The file written.
+
+    Raises:
+        ConfigError: If `asset.yaml` is incomplete.
+    """
+    meta = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
+    path = folder / str(meta["map"])
+    encode(path, cloud_image(make_clouds(cloud_recipe(meta))))
+    return path

@@ -1,0 +1,254 @@
+"""Barriers along lines besides guard rails: concrete, noise, chain link, boards.
+
+All functions take a smooth line at steps of `fence.STEP`, (n, 3) [m], and a level of
+detail from 0 (near) to 2, and give parts in the frame of the line.
+
+References:
+    F-shape of concrete barriers, 0.81 m high on a foot of 0.6 m with breaks at 75 mm and
+    255 mm above that: FHWA Report RD-77-4, 1976.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.library.buildings.shell import box
+from sumo3dviz_pt.library.street.fence import leftward
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import Part
+
+_CONCRETE: Colour = (0.34, 0.335, 0.32)
+_PANELS: Sequence[Colour] = ((0.13, 0.17, 0.125), (0.145, 0.18, 0.135), (0.12, 0.16, 0.12))
+_F_SHAPE = ((0.30, -0.15), (0.30, 0.075), (0.19, 0.33), (0.115, 0.79), (0.095, 0.81))
+_TAPER = 4.0  # length over which a concrete barrier comes down at its ends [m]
+_NOISE = 3.0  # height of a noise barrier [m]
+_LOW = 1.5  # height of the fences [m]
+_WIRE = 0.004
+
+
+def concrete(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
+    """A concrete barrier; at the ends of the whole barrier it comes down.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Whether the piece's begin and end are those of the whole barrier.
+    """
+    half = _F_SHAPE if level == 0 else (_F_SHAPE[0], _F_SHAPE[2], _F_SHAPE[-1])
+    profile = np.array([*half, *((-x, z) for x, z in half[::-1])])
+    rise = _taper(line, ends)
+    thin = _thinned(line, level)
+    mesh = swept(line[thin], profile, rise=rise[thin])
+    count = len(mesh.faces)
+    # Elements of 6 m differ a little, as castings do.
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    nearest = np.argmin(np.linalg.norm(middle[:, None, :2] - line[None, :, :2], axis=2), axis=1)
+    shade = 1.0 + 0.09 * (((nearest // 3) * 7 % 5) / 2.0 - 1.0)
+    return [Part(mesh, "sign", np.array(_CONCRETE) * shade.reshape(count, 1))]
+
+
+def noise(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
+    """A noise barrier: a concrete foot, absorbing panels with ridges, steel posts each 4 m."""
+    del ends  # it ends with a post
+    thin = _thinned(line, level)
+    foot = swept(line[thin], _slab(0.07, -0.3, 0.45))
+    panels = swept(line[thin], _ridges(level))
+    middle = panels.vertices[panels.faces].mean(axis=1)
+    nearest = np.argmin(np.linalg.norm(middle[:, None, :2] - line[None, :, :2], axis=2), axis=1)
+    tint = np.array(_PANELS)[(nearest // 6) * 2 % 3]
+    parts = [
+        Part(foot, "sign", np.tile(_CONCRETE, (len(foot.faces), 1))),
+        Part(panels, "sign", tint),
+    ]
+    if level < 2:
+        every = np.arange(0, len(line), 2)
+        posts = upright_boxes(line[every], (-0.09, -0.11, -0.5), (0.09, 0.11, _NOISE + 0.04))
+        parts.append(Part(posts, "galvanised"))
+    return parts
+
+
+def chain_link(
+    line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)
+) -> list[Part]:
+    """A wire fence 1.5 m high: posts, top and bottom wires and, nearby, the mesh itself."""
+    del ends
+    parts: list[Mesh] = []
+    posts = np.arange(0, len(line), (1, 1, 2)[level])
+    parts.append(upright_boxes(line[posts], (-0.02, -0.02, -0.4), (0.02, 0.02, _LOW + 0.05)))
+    heights = ((0.1, _LOW), (0.1, 0.45, 0.8, 1.15, _LOW), (_LOW,))[level]
+    parts += [swept(line, _slab(0.006, z - 0.006, z + 0.006)) for z in heights]
+    found = [Part(merge_meshes(parts), "galvanised")]
+    if level == 0:
+        found.append(Part(_wires(line), "steel"))
+    return found
+
+
+def boards(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
+    """A wooden fence 1.2 m high: posts, two rails, upright boards."""
+    del ends
+    if level == 2:
+        return [Part(swept(line, _slab(0.02, 0.08, 1.15)), "street_wood")]
+    each = (0.14, 0.5)[level]
+    at, yaw = _along(line, each)
+    wide = 0.36 * each
+    meshes = [swept(line, _slab(0.02, z - 0.05, z + 0.05, shift=-0.03)) for z in (0.35, 0.95)]
+    meshes.append(upright_boxes(at, (-wide, 0.0, 0.08), (wide, 0.022, 1.2), yaws=yaw))
+    meshes.append(upright_boxes(line, (-0.05, -0.13, -0.4), (0.05, -0.05, 1.1)))
+    return [Part(merge_meshes(meshes), "street_wood")]
+
+
+MODELS: Mapping[str, Callable[..., list[Part]]] = {
+    "concrete_barrier": concrete,
+    "noise_barrier": noise,
+    "chain_link": chain_link,
+    "wooden": boards,
+}
+"""Builders of every model that is not a guard rail."""
+
+
+def swept(line: Floats, profile: Floats, *, rise: Floats | None = None) -> Mesh:
+    """A closed profile along a line, with closed ends.
+
+    Args:
+        line: (n, 3) [m].
+        profile: Convex or not, star-shaped about its first edge's side; counter-clockwise
+            or clockwise (to the left, up), (k, 2) [m], without repetition.
+        rise: Factor of heights above the ground at each point, (n,).
+    """
+    across = leftward(line)
+    area = 0.5 * float(
+        (
+            profile[:, 0] * np.roll(profile[:, 1], -1) - np.roll(profile[:, 0], -1) * profile[:, 1]
+        ).sum()
+    )
+    if area < 0:
+        profile = profile[::-1]
+    tall = np.ones(len(line)) if rise is None else rise
+    count, k = len(line), len(profile)
+    up = np.where(profile[:, 1] > 0, profile[:, 1] * tall[:, None], profile[:, 1])
+    rings = line[:, None] + profile[:, :1] * across[:, None]
+    rings[..., 2] += up
+    i, j = np.meshgrid(np.arange(count - 1), np.arange(k), indexing="ij")
+    after = (j + 1) % k
+    # Every side has corners of its own: profiles have edges.
+    quads = np.stack(
+        [rings[i, j], rings[i, after], rings[i + 1, after], rings[i + 1, j]], axis=2
+    ).reshape(-1, 4, 3)
+    caps = [(rings[0], slice(None, None, -1)), (rings[-1], slice(None))]
+    meshes = [quad_mesh(quads)]
+    for ring, order in caps:
+        meshes.append(_cap(ring[order]))
+    return merge_meshes(meshes)
+
+
+def quad_mesh(quads: Floats) -> Mesh:
+    """Flat quads, (n, 4, 3) [m], as triangles with normals; what has no area goes."""
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    corners = quads[:, faces].reshape(-1, 3, 3)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(cross, axis=1)
+    kept = size > 1e-8
+    normals = np.repeat(cross[kept] / size[kept, None], 3, axis=0)
+    vertices = corners[kept].reshape(-1, 3)
+    return Mesh(vertices, np.arange(len(vertices)).reshape(-1, 3), normals)
+
+
+def upright_boxes(
+    line: Floats,
+    low: tuple[float, float, float],
+    high: tuple[float, float, float],
+    *,
+    yaws: Floats | None = None,
+) -> Mesh:
+    """A box at every point of a line; x runs along it and y to its left.
+
+    Args:
+        line: (n, 3) [m].
+        low: Lowest corner in the frame of a point [m].
+        high: Highest corner [m].
+        yaws: Directions at the points [rad], if the points do not tell.
+    """
+    if yaws is None:
+        across = leftward(line)
+    else:
+        across = np.column_stack([-np.sin(yaws), np.cos(yaws), 0.0 * yaws])
+    along = np.column_stack([across[:, 1], -across[:, 0], 0.0 * across[:, 0]])
+    faces = box(low, high, skip="b")
+    quads = (
+        line[:, None, None]
+        + faces[..., :1] * along[:, None, None]
+        + faces[..., 1:2] * across[:, None, None]
+        + faces[..., 2:] * [0.0, 0.0, 1.0]
+    )
+    return quad_mesh(quads.reshape(-1, 4, 3))
+
+
+def _slab(half: float, low: float, high: float, *, shift: float = 0.0) -> Floats:
+    """A rectangular profile, counter-clockwise, (4, 2) [m]."""
+    return np.array(
+        [(shift - half, low), (shift + half, low), (shift + half, high), (shift - half, high)]
+    )
+
+
+def _ridges(level: int) -> Floats:
+    """The profile of noise panels: boards of half a metre with grooves between them."""
+    if level:
+        return _slab(0.06, 0.45, _NOISE)
+    side: list[tuple[float, float]] = []
+    for z in np.arange(0.45, _NOISE - 0.1, 0.51):
+        top = min(z + 0.51, _NOISE)
+        side += [(0.035, z), (0.035, z + 0.03), (0.06, z + 0.05), (0.06, top - 0.02)]
+    side += [(0.075, _NOISE - 0.02), (0.075, _NOISE)]
+    return np.array([*side, *((-x, z) for x, z in side[::-1])])
+
+
+def _cap(ring: Floats) -> Mesh:
+    """The end of a profile: strips between opposite corners."""
+    half = len(ring) // 2
+    quads = [[ring[i], ring[i + 1], ring[-2 - i], ring[-1 - i]] for i in range(half - 1)]
+    return quad_mesh(np.array(quads))
+
+
+def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
+    """Factor of a concrete barrier's height along its line, (n,)."""
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    at = np.append(0.0, np.cumsum(step))
+    rise = np.ones(len(line))
+    if ends[0]:
+        rise = np.minimum(rise, 0.25 + 0.75 * at / _TAPER)
+    if ends[1]:
+        rise = np.minimum(rise, 0.25 + 0.75 * (at[-1] - at) / _TAPER)
+    return rise
+
+
+def _thinned(line: Floats, level: int) -> Floats:
+    """Indices of the points that a level of detail keeps."""
+    kept: Floats = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
+    return kept
+
+
+def _along(line: Floats, each: float) -> tuple[Floats, Floats]:
+    """Points along a line at a spacing [m], (m, 3), and the directions there [rad]."""
+    step = np.diff(line, axis=0)
+    knots = np.append(0.0, np.cumsum(np.linalg.norm(step, axis=1)))
+    at = np.arange(each / 2, knots[-1], each)
+    points = np.column_stack([np.interp(at, knots, column) for column in line.T])
+    which = np.clip(np.searchsorted(knots, at) - 1, 0, len(step) - 1)
+    return points, np.arctan2(step[which, 1], step[which, 0])
+
+
+def _wires(line: Floats) -> Mesh:
+    """The mesh of a wire fence: two families of slanted wires as narrow quads."""
+    at, yaw = _along(line, 0.12)
+    tall = _LOW - 0.1
+    along = np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * yaw])
+    quads = []
+    for side in (1.0, -1.0):
+        foot = at + np.array([0.0, 0.0, 0.1])
+        head = foot + side * 0.5 * tall * along + [0.0, 0.0, tall]
+        # Wires that would leave the fence at its ends stop where it does.
+        wide = _WIRE * along
+        quads.append(np.stack([foot, foot + wide, head + wide, head], axis=1))
+    return quad_mesh(np.concatenate(quads))

@@ -1,0 +1,256 @@
+"""Traffic lights: heads of stacked lamps with hoods and lenses, and what carries them.
+
+Frame of a head: origin below the middle of its housing, the lenses look to -x, that
+is, towards traffic that drives to +x; +y is that traffic's left.
+
+References:
+    Lenses of 200 mm, housings of 300 mm per lamp: EN 12368.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.solids import box, lathe, prism, shaded, tube
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, merge_meshes
+
+HOUSING = 0.30
+"""Height of the housing of one lamp [m]."""
+WIDTH = 0.28
+"""Width of a housing [m]."""
+RADIUS = 0.10
+"""Of a lens [m]."""
+FRONT = -0.10
+"""Where the front of a housing lies, along x [m]."""
+
+_BOARD = (0.25, 0.11, -0.03)  # half width, rim above and below, front of the backing board [m]
+
+
+def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: int = 0) -> Mesh:
+    """The dark body of a head with hoods, and the board behind it.
+
+    Args:
+        lamps: How many lamps are stacked.
+        backing: Whether a black board stands around the head.
+        counter: Whether a box for digits stands on top of it.
+        level: 0 near, 1 beyond 150 m.
+    """
+    boxes = lamps + counter
+    tall = HOUSING * boxes
+    parts = [_case(HOUSING * i, level) for i in range(boxes)]
+    if backing:
+        half, rim, front = _BOARD
+        parts.append(plate(2 * half, tall + 2 * rim, front=front, back=front + 0.015, z=tall / 2))
+    for i in range(lamps):
+        middle = HOUSING * (i + 0.5)
+        parts.append(_visor(middle, 12 if level == 0 else 5))
+        if level == 0:
+            parts.append(_rim(middle))
+    if counter:
+        roof, half_width = tall - 0.012, WIDTH / 2
+        parts.append(box((FRONT - 0.11, -half_width, roof), (FRONT, half_width, roof + 0.008)))
+    return merge_meshes(parts)
+
+
+def border(lamps: int) -> Mesh:
+    """The white edge of the backing board: an open ring that looks to -x."""
+    half, rim, front = _BOARD
+    tall = HOUSING * lamps
+    outer = rounded(2 * half, tall + 2 * rim, radius=0.05)
+    inner = rounded(2 * half - 0.06, tall + 2 * rim - 0.06, radius=0.03)
+    count = len(outer)
+    ring = np.vstack([outer, inner])
+    vertices = np.column_stack([np.full(2 * count, front - 0.004), -ring[:, 0], ring[:, 1]])
+    vertices[:, 2] += tall / 2
+    i, after = np.arange(count), (np.arange(count) + 1) % count
+    faces = np.concatenate(
+        [np.stack([i, after, after + count], 1), np.stack([i, after + count, i + count], 1)]
+    )
+    return Mesh(vertices, faces, np.tile([-1.0, 0.0, 0.0], (2 * count, 1)))
+
+
+def bracket(lamps: int, *, reach: float = 0.17) -> Mesh:
+    """Two short arms from a head's back to the pole behind it, `reach` away [m]."""
+    heights = (0.07, HOUSING * lamps - 0.07)
+    return merge_meshes(
+        [tube([(0.06, 0, z), (reach, 0, z)], radius=0.022, sides=6) for z in heights]
+    )
+
+
+def hanger(lamps: int, top: float, *, reach: float = 0.19) -> Mesh:
+    """A bar behind a head that hangs on an arm `top` above the head's foot [m]."""
+    upright = tube([(reach, 0, 0.12), (reach, 0, top)], radius=0.03, sides=8)
+    return merge_meshes([bracket(lamps, reach=reach), upright])
+
+
+def lens(index: int, *, segments: int = 16) -> Mesh:
+    """A domed disc; index 0 is the lowest lamp."""
+    cap = segments // 2
+    z = HOUSING * (index + 0.5)
+    rings = [(RADIUS, -0.106, segments), (0.58 * RADIUS, -0.122, cap)]
+    vertices = []
+    for radius, x, count in rings:
+        turn = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+        vertices.append(
+            np.column_stack([np.full(count, x), -radius * np.sin(turn), z + radius * np.cos(turn)])
+        )
+    faces = [(segments, segments + k, segments + k + 1) for k in range(1, cap - 1)]
+    for k in range(cap):
+        near, after = segments + k, segments + (k + 1) % cap
+        a, b, c = 2 * k, 2 * k + 1, (2 * k + 2) % segments
+        faces += [(near, a, b), (near, b, after), (after, b, c)]
+    points = np.concatenate(vertices)
+    normals = points - np.array([0.26, 0.0, z])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Mesh(points, np.array(faces)[:, ::-1], normals)
+
+
+def pole(height: float, *, radius: float = 0.055, level: int = 0) -> Mesh:
+    """An upright pole from 0.5 m below the ground, with a collar at its foot."""
+    if level:
+        return tube(np.array([(0, 0, -0.5), (0, 0, height)], float), radius=radius, sides=6)
+    upright = upward(
+        [(0.0, -0.5), (radius, -0.5), (radius, height - 0.02), (0.6 * radius, height), (0, height)]
+    )
+    return merge_meshes([upright, foot(radius)])
+
+
+def foot(radius: float) -> Mesh:
+    """Base plate, bolts and collar of a pole of a radius [m]."""
+    half = 2.6 * radius
+    plate_ = box((-half, -half, -0.1), (half, half, 0.02))
+    bolts = [
+        box((x - 0.015, y - 0.015, 0.0), (x + 0.015, y + 0.015, 0.05))
+        for x in (-0.75 * half, 0.75 * half)
+        for y in (-0.75 * half, 0.75 * half)
+    ]
+    collar = upward(
+        [
+            (0.0, 0.0),
+            (1.7 * radius, 0.0),
+            (1.55 * radius, 0.1),
+            (1.02 * radius, 0.16),
+            (0.0, 0.16),
+        ]
+    )
+    return merge_meshes([plate_, collar, *bolts])
+
+
+def mast(height: float, reach: float, *, radius: float = 0.09, level: int = 0) -> Mesh:
+    """A pole with an arm to its left (+y), `reach` long [m]; negative reaches to the right."""
+    side = float(np.sign(reach))
+    turn = np.linspace(0.0, np.pi / 2, 3 if level else 6)
+    # Laid out along +x, where `tube` has a frame for every point, and turned.
+    bend = np.column_stack(
+        [0.55 * (1.0 - np.cos(turn)), 0.0 * turn, height - 0.55 + 0.55 * np.sin(turn)]
+    )
+    path = np.vstack([bend, [[abs(reach), 0.0, height]]])
+    radii = np.linspace(0.95, 0.78, len(path)) * radius
+    radii[-1] = 0.5 * radius
+    upright = tube(
+        np.array([(0, 0, -0.5), (0, 0, height - 0.55)], float),
+        radius=(1.15 * radius, 0.95 * radius),
+        sides=6 if level else 14,
+    )
+    arm = placed(tube(path, radius=radii, sides=5 if level else 10), (0, 0, 0), side * np.pi / 2)
+    if level:
+        return merge_meshes([upright, arm])
+    door = box((0.7 * radius, -0.05, 0.55), (1.2 * radius, 0.05, 1.0))
+    return merge_meshes([upright, arm, foot(radius * 1.1), door])
+
+
+def crossbar(width: float, height: float) -> Mesh:
+    """A horizontal bar that several heads hang on, `width` between the outer ones [m]."""
+    ends = np.array([(-0.02, -width / 2, height), (-0.02, width / 2, height)], float)
+    return tube(ends, radius=0.03, sides=8)
+
+
+def placed(mesh: Mesh, position: Sequence[float] | Floats, yaw: float) -> Mesh:
+    """A mesh moved to a place [m] and turned [rad]."""
+    return Transform.from_pose(np.asarray(position), yaw=yaw).mesh(mesh)
+
+
+def upward(profile: Sequence[Sequence[float]], *, segments: int = 12) -> Mesh:
+    """A body turned around the z axis from (radius, z) pairs [m], from its foot to its top."""
+    body = lathe(profile, segments=segments)
+    # `lathe` turns around y; z takes its place.
+    swap = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    normals = None if body.normals is None else body.normals @ swap.T
+    return Mesh(body.vertices @ swap.T, body.faces, normals)
+
+
+def rounded(width: float, height: float, *, radius: float, steps: int = 3) -> Floats:
+    """Outline of a rectangle with round corners around the origin, counter-clockwise, (n, 2) [m].
+
+    Args:
+        width: [m].
+        height: [m].
+        radius: Of the corners [m].
+        steps: Pieces of a corner.
+    """
+    turn = np.linspace(0.0, np.pi / 2, steps + 1)
+    corners = []
+    for k, (x, y) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):
+        centre = np.array([x * (width / 2 - radius), y * (height / 2 - radius)])
+        angle = turn + k * np.pi / 2
+        corners.append(centre + radius * np.column_stack([np.cos(angle), np.sin(angle)]))
+    return np.vstack(corners)
+
+
+def plate(width: float, height: float, *, front: float, back: float, z: float) -> Mesh:
+    """An upright board with round corners between two x [m], its middle at a height z [m]."""
+    outline = rounded(width, height, radius=min(0.05, 0.2 * width))
+    board = prism(outline.tolist(), half_width=(back - front) / 2, crease=0.9)
+    turned = Transform.from_pose(((front + back) / 2, 0.0, z), yaw=np.pi / 2)
+    return turned.mesh(board)
+
+
+def _case(z: float, level: int) -> Mesh:
+    """The housing of one lamp, rounded, from a height on [m]."""
+    if level:
+        return box((FRONT, -WIDTH / 2, z), (0.08, WIDTH / 2, z + HOUSING))
+    outline = rounded(WIDTH, HOUSING - 0.006, radius=0.035)
+    case = prism(outline.tolist(), half_width=0.09, crease=0.9)
+    return Transform.from_pose((-0.01, 0.0, z + HOUSING / 2), yaw=np.pi / 2).mesh(case)
+
+
+def _rim(z: float) -> Mesh:
+    """The dark ring around a lens."""
+    ring = lathe(
+        [(RADIUS * 0.97, 0.0), (RADIUS * 0.99, 0.014), (0.119, 0.014), (0.124, 0.0)][::-1],
+        segments=20,
+        crease=0.9,
+    )
+    # `lathe` turns around y; a quarter turn makes that -x.
+    turned = Transform.from_pose((FRONT, 0.0, z), yaw=np.pi / 2)
+    return turned.mesh(ring)
+
+
+def _visor(z: float, pieces: int) -> Mesh:
+    """A hood over a lens: part of a cylinder, deeper on top than at its sides, with an inside."""
+    turn = np.linspace(np.radians(-25), np.radians(205), pieces + 1)
+    depth = 0.05 + 0.19 * np.clip(0.25 + 0.75 * np.sin(turn), 0.0, 1.0)
+    rows = [
+        (0.128, np.full(len(turn), FRONT)),
+        (0.128, FRONT - depth),
+        (0.124, FRONT - depth),
+        (0.124, np.full(len(turn), FRONT)),
+    ]
+    vertices = np.stack(
+        [np.column_stack([x, r * np.cos(turn), z + r * np.sin(turn)]) for r, x in rows]
+    )
+    count = len(turn)
+    i = np.arange(pieces)
+    quads = [(0, 1), (1, 2), (2, 3)]
+    faces = [
+        np.column_stack(
+            [*(k * count + i for k in (a, b)), b * count + i + 1]
+            if first
+            else [a * count + i, b * count + i + 1, a * count + i + 1]
+        )
+        for a, b in quads
+        for first in (True, False)
+    ]
+    return shaded(vertices.reshape(-1, 3), np.concatenate(faces), crease=0.9)

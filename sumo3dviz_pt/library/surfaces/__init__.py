@@ -1,0 +1,1 @@
+"""Maps of road, ground and wall surfaces."""

@@ -1,0 +1,1 @@
+"""Vehicles from recipes, and those that users bring."""

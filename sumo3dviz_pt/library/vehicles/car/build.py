@@ -1,0 +1,128 @@
+"""Builds a passenger car from its recipe: the baked levels and the one for close views."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.solids import by_material, mirrored, moved, solid_faces
+from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, HeroVehicle, WheelPlace
+from sumo3dviz_pt.library.vehicles.car.body import CarShape, car_shape
+from sumo3dviz_pt.library.vehicles.car.conform import Level
+from sumo3dviz_pt.library.vehicles.car.cuts import Finish
+from sumo3dviz_pt.library.vehicles.car.details import attached, details
+from sumo3dviz_pt.library.vehicles.car.equipment import equipment, equipment_lamps
+from sumo3dviz_pt.library.vehicles.car.far import far_details, far_surface, far_wheels
+from sumo3dviz_pt.library.vehicles.car.lamps import car_lamps
+from sumo3dviz_pt.library.vehicles.car.ornaments import ornaments
+from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarRecipe, read_recipe
+from sumo3dviz_pt.library.vehicles.car.shell import Piece, body_pieces, surface_pieces
+from sumo3dviz_pt.library.vehicles.grime import grimed
+from sumo3dviz_pt.library.vehicles.wheel import build_wheel
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.lamps import VehicleLamp
+
+MIDDLE = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
+"""Seen from ten metres on."""
+
+HERO = Level(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.005, bevels=True)
+"""Seen from nearby."""
+
+
+def build_car(recipe: CarRecipe) -> BakedVehicle:
+    """Build the baked levels of a car; the same recipe gives the same meshes."""
+    shape = car_shape(recipe)
+    near, fit = _near(shape, MIDDLE)
+    hull = list(_far_pieces(shape))
+    far_fit = _fit(recipe, np.concatenate([mesh.vertices for _, mesh in hull]))
+    far = [(name, far_fit.mesh(mesh)) for name, mesh in (*hull, *far_details(shape))]
+    track = _track(recipe)
+    lamps = (*car_lamps(shape), *equipment_lamps(shape))
+    return BakedVehicle(
+        by_material(_dirty(recipe, [*near, *_wheels(shape, track)])),
+        by_material(_painted(recipe, [*far, *far_wheels(shape, track=track)])),
+        tuple(_fitted(lamp, fit) for lamp in lamps),
+        tuple(_wheel_places(recipe, track)),
+    )
+
+
+def build_hero(recipe: CarRecipe) -> HeroVehicle:
+    """Build the level of a car for close views."""
+    near, _ = _near(car_shape(recipe), HERO)
+    wheel = build_wheel(recipe.wheel, fine=True).items()
+    return HeroVehicle(by_material(_dirty(recipe, near)), by_material(_painted(recipe, wheel)))
+
+
+def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
+    """A car without wheels, and how it was stretched."""
+    body = [*body_pieces(shape, level), *attached(shape, level)]
+    fit = _fit(shape.recipe, np.concatenate([mesh.vertices for _, mesh in body]))
+    rest = (*ornaments(shape, level), *details(shape, level), *equipment(shape, level))
+    return [(name, fit.mesh(mesh)) for name, mesh in (*body, *rest)], fit
+
+
+def _fit(recipe: CarRecipe, points: Floats) -> Transform:
+    """Stretch a body by the last millimetres to its declared size."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = np.array([high[0] - low[0], 2.0 * high[1], high[2]])
+    scale = np.array([recipe.length, recipe.width, recipe.height]) / size
+    return Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
+
+
+def _fitted(lamp: VehicleLamp, fit: Transform) -> VehicleLamp:
+    """A lamp on a body that was stretched."""
+    x, y, z = fit.points(np.array([lamp.at]))[0]
+    return VehicleLamp(lamp.role, (float(x), float(y), float(z)), lamp.size, lamp.yaw)
+
+
+def _painted(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Pieces as they are stored, with the material that this car is painted with."""
+    for material, mesh in pieces:
+        yield recipe.body if material == "paint" else material, solid_faces(mesh)
+
+
+def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Pieces as `_painted`, the paint with road dirt on it."""
+    axles = [(d, recipe.wheel.radius) for d in recipe.axles]
+    for material, mesh in _painted(recipe, pieces):
+        if material == "paint":
+            mesh = grimed(mesh, length=recipe.length, low=recipe.clearance, axles=axles)
+        yield material, mesh
+
+
+def _far_pieces(shape: CarShape) -> Iterator[Piece]:
+    """The far level's body, both halves."""
+    known = tuple(Finish(name) for name in MATERIALS)
+    for material, mesh in surface_pieces(shape, far_surface(shape), known, crease=0.7):
+        yield material, mesh
+        yield material, mirrored(mesh)
+
+
+def _track(recipe: CarRecipe) -> float:
+    """|y| of the wheels' middles [m]."""
+    return recipe.width / 2.0 - recipe.wheel.width / 2.0 - 0.012
+
+
+def _wheel_places(recipe: CarRecipe, track: float) -> Iterator[WheelPlace]:
+    """Left and right wheels of both axles; the front ones steer."""
+    for number, d in enumerate(recipe.axles):
+        for y in (track, -track):
+            radius = recipe.wheel.radius
+            yield WheelPlace((-d, y, radius), radius, steered=number == 0)
+
+
+def _wheels(shape: CarShape, track: float) -> Iterator[tuple[str, Mesh]]:
+    """Four wheels on the ground."""
+    recipe = shape.recipe
+    for material, mesh in build_wheel(recipe.wheel).items():
+        for d in recipe.axles:
+            placed = moved(mesh, -d, track, recipe.wheel.radius)
+            yield material, placed
+            yield material, mirrored(placed)
+
+
+CAR = Builder(
+    lambda recipe: build_car(read_recipe(recipe)), lambda recipe: build_hero(read_recipe(recipe))
+)
+"""Passenger cars."""

@@ -1,0 +1,130 @@
+"""Lamps, grilles and dark parts of a car, cut into its body."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.cutting import Surface
+from sumo3dviz_pt.library.mesh.implicit import Field, intersect, polygon, rounded_box
+from sumo3dviz_pt.library.vehicles.car.body import WELL_DEPTH, CarShape
+from sumo3dviz_pt.library.vehicles.car.cuts import (
+    FAR,
+    HOLE,
+    Cut,
+    Where,
+    cut_region,
+    finishes,
+    tag_of,
+)
+from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, Panel
+from sumo3dviz_pt.model.geometry import Floats
+
+
+def cut_panels(surface: Surface, shape: CarShape) -> Surface:
+    """Cut the panels of the recipe, in its order."""
+    for number in range(len(shape.recipe.panels)):
+        surface = _cut_panel(surface, shape, number)
+    return surface
+
+
+def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
+    """Wheel wells with their lips, the underside, claddings and a pickup's bed."""
+    recipe = shape.recipe
+
+    def well(d: Floats, y: Floats, z: Floats) -> Floats:
+        away = shape.from_axle(d, z) - recipe.arch_radius
+        return np.where(
+            z < 2.2 * recipe.wheel.radius + 0.2, np.maximum(away, shape.half - WELL_DEPTH - y), FAR
+        )
+
+    surface = cut_region(surface, shape, Cut(well, HOLE))
+    lip = recipe.arch_radius + max(recipe.cladding, 0.012)
+    sill = recipe.clearance + (0.15 if recipe.cladding else 0.055)
+
+    def dark(d: Floats, y: Floats, z: Floats) -> Floats:
+        near = np.where(z < 2.2 * recipe.wheel.radius + 0.2, shape.from_axle(d, z) - lip, FAR)
+        return np.minimum(near, z - sill)
+
+    surface = cut_region(surface, shape, Cut(dark, tag_of("trim")))
+    surface = _handle_cups(surface, shape)
+    if not recipe.bed:
+        return surface
+    first, last, floor = recipe.bed
+    wide = shape.half * 0.93 - 0.09
+
+    def bed(d: Floats, y: Floats, z: Floats) -> Floats:
+        inside = np.maximum(np.maximum(first - d, d - last), y - wide) - 0.012
+        return np.where(z > floor - 0.1, inside, FAR)
+
+    return cut_region(surface, shape, Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > floor - 0.02))
+
+
+def handle_places(shape: CarShape) -> tuple[tuple[float, float], ...]:
+    """(d, z) of the door handles [m]."""
+    behind = [last - 0.17 for _, last in shape.recipe.doors]
+    return tuple((d, float(shape.crease(d)) + shape.recipe.handle) for d in behind)
+
+
+def _handle_cups(surface: Surface, shape: CarShape) -> Surface:
+    """The dark hollows behind door handles."""
+    for d0, z0 in handle_places(shape):
+
+        def cup(d: Floats, y: Floats, z: Floats, d0: float = d0, z0: float = z0) -> Floats:
+            return rounded_box(d - d0 - 0.005, z - z0 + 0.002, (0.062, 0.024), 0.022)
+
+        surface = cut_region(surface, shape, Cut(cup, tag_of("gap"), lambda c, n: n[:, 1] > 0.5))
+    return surface
+
+
+def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
+    """Field of a panel's outline, projected along its view and limited in reach."""
+    outline = np.asarray(panel.outline, dtype=np.float64)
+    foot = float(outline[0, 1])
+    if panel.view != "side":
+        outline = _both_sides(outline)
+    radius = panel.radius if rounded else 0.0
+    length, (reach, growth) = shape.recipe.length, panel.reach
+
+    def field(d: Floats, y: Floats, z: Floats) -> Floats:
+        if panel.view == "side":
+            return np.where(y > 0.25, polygon(d, z, outline, radius=radius), FAR)
+        if panel.view == "top":
+            inside = polygon(d, np.abs(y), outline, radius=radius)
+            return np.where(z > shape.recipe.shoulder - 0.05, inside, FAR)
+        behind = d if panel.view == "front" else length - d
+        inside = polygon(np.abs(y), z, outline, radius=radius)
+        limit = behind - reach - growth * (z - foot)
+        return np.where(behind < reach + 0.5, intersect(inside, limit, min(radius, 0.02)), FAR)
+
+    return field
+
+
+def _both_sides(outline: Floats) -> Floats:
+    """Complete an outline in (|y|, z) that ends in the middle by its mirror image."""
+    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
+    if len(middle) != 2:
+        return outline
+    # Begin where the outline leaves the middle and end where it comes back.
+    begin = middle[1] if middle[1] - middle[0] == 1 else 0
+    half = np.roll(outline, -begin, axis=0)
+    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
+
+
+def facing(panel: Panel) -> Where:
+    """Faces that look towards a panel's view."""
+    axis, sign = {"front": (0, -1.0), "rear": (0, 1.0), "side": (1, 1.0), "top": (2, 1.0)}[
+        panel.view
+    ]
+    least = -0.2 if axis == 0 else 0.3
+    return lambda centroids, normals: sign * normals[:, axis] > least
+
+
+def _cut_panel(surface: Surface, shape: CarShape, number: int) -> Surface:
+    """Cut one panel of the recipe."""
+    panels = shape.recipe.panels
+    panel = panels[number]
+    known = finishes(panels)
+    over = tuple(tag for tag, finish in enumerate(known) if finish.material in panel.over)
+    tag = len(MATERIALS) + number
+    cut = Cut(projected(panel, shape), tag, facing(panel), over)
+    return cut_region(surface, shape, cut)

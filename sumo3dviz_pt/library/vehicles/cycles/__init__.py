@@ -1,0 +1,1 @@
+"""Bicycles, scooters, mopeds and motorcycles with their riders."""

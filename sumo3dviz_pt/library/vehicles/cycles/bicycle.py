@@ -1,0 +1,341 @@
+"""Bicycles and e-scooters, in metres behind the front of the front wheel.
+
+Frame angles and lengths after usual city bicycles: wheels of 28 inches, seat tube at 73
+degrees, head tube at 71, chain stays of 0.43 m, cranks of 0.17 m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, tube
+from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
+from sumo3dviz_pt.library.vehicles.cycles.parts import (
+    Fineness,
+    Piece,
+    Point,
+    Wheel,
+    arc,
+    band,
+    facing,
+    lamp,
+    loft,
+    placed,
+    round_lamp,
+    tubes,
+)
+from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
+
+_R = 0.342
+_FRONT: Point = (-_R, 0.0, _R)
+_REAR: Point = (-1.372, 0.0, _R)
+_CRANK: Point = (-0.948, 0.0, 0.285)
+_SEAT_TOP: Point = (-1.104, 0.0, 0.795)
+_SADDLE: Point = (-1.150, 0.0, 0.930)
+_CROWN: Point = (-0.508, 0.0, 0.705)
+_HEAD: Point = (-0.565, 0.0, 0.875)
+_STEM: Point = (-0.592, 0.0, 0.985)
+_ARM = 0.170
+_PEDAL_Y = 0.155
+
+
+def bicycle(recipe: Mapping[str, Any]) -> Machine:
+    """A bicycle: `step_through`, `sporty`, `basket`, `bag` and `turn`, the cranks' angle."""
+    sporty = bool(recipe.get("sporty", False))
+    turn = float(recipe.get("turn", 0.6))
+    grip: Point = (-0.645, 0.275, 0.985) if sporty else (-0.700, 0.290, 1.075)
+    lean = 0.62 if sporty else 0.24
+    right, left = _pedal(turn), _pedal(turn + np.pi)
+    ball = (0.012 * np.cos(turn), 0.014)
+    feet = (
+        (left[0], _PEDAL_Y, left[2] + ball[1]),
+        (right[0], -_PEDAL_Y, right[2] + ball[1]),
+    )
+    # The heel is low when the pedal is in front, high when it is behind and below.
+    pitch = tuple(float(-0.16 - 0.16 * np.sin(turn + shift - 0.6)) for shift in (np.pi, 0.0))
+    hips = (_SADDLE[0] + (0.06 if sporty else 0.0), 0.0, _SADDLE[2] + 0.105)
+    grasp = Grasp(hips, lean, grip, feet, -0.30, (pitch[0], pitch[1]), roll=0.25)
+    x, _, z = _tail(recipe)
+    lamps = (
+        lamp("head", (-0.425, 0.0, 0.800), (0.05, 0.05)),
+        lamp("tail", (x - 0.003, 0.0, z), (0.05 if sporty else 0.08, 0.04), back=True),
+    )
+    return Machine(
+        wheel=Wheel(_R, 0.016 if sporty else 0.021),
+        axles=(_FRONT[0], _REAR[0]),
+        frame=lambda fine: _bicycle(recipe, fine),
+        grasp=grasp,
+        lamps=lamps,
+    )
+
+
+def _pedal(turn: float) -> Point:
+    """Middle of a pedal whose crank is turned forward from the top [rad]."""
+    return (_CRANK[0] + _ARM * np.sin(turn), 0.0, _CRANK[2] + _ARM * np.cos(turn))
+
+
+def _bicycle(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Everything but wheels and rider."""
+    yield from still_parts(recipe, fine)
+    if fine.small:
+        yield from drive(float(recipe.get("turn", 0.6)), fine)
+
+
+def still_parts(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """What does not move where somebody pedals: all but drive, wheels and rider."""
+    yield from _frame(recipe, fine)
+    yield from _saddle(fine)
+    yield from _bar(recipe, fine)
+    if not fine.small:
+        return
+    yield from _lamps(recipe, fine)
+    if not recipe.get("sporty", False):
+        yield from _town(recipe, fine)
+
+
+def _frame(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Main triangle, stays and fork."""
+    colour = str(recipe.get("frame", "enamel_black"))
+    low: Point = (_CROWN[0] - 0.016, 0.0, _CROWN[2] + 0.045)
+    top: Point = (_HEAD[0] + 0.014, 0.0, _HEAD[2] - 0.045)
+    runs: list[tuple[Sequence[Point], float]] = [
+        ((_CRANK, _SEAT_TOP), 0.0155),
+        ((_CRANK, low), 0.018),
+        ((_CROWN, _HEAD), 0.020),
+    ]
+    if recipe.get("step_through", False):
+        middle: Point = (-0.80, 0.0, 0.430)
+        runs.append(((top, (-0.66, 0.0, 0.62), middle, (-1.0, 0.0, 0.455)), 0.016))
+    else:
+        runs.append((((_SEAT_TOP[0] + 0.01, 0.0, _SEAT_TOP[2] - 0.03), top), 0.015))
+    yield from tubes(runs, colour, fine)
+    post = ((_SEAT_TOP[0] + 0.01, 0.0, _SEAT_TOP[2] - 0.03), (_SADDLE[0], 0.0, _SADDLE[2] - 0.05))
+    yield from tubes([(post, 0.0135)], "rim", fine)
+    sides = (1.0, -1.0) if fine.small else (0.0,)
+    for s in sides:
+        drop = (_REAR[0], 0.062 * s, _REAR[2])
+        stays = [
+            (((_CRANK[0], 0.028 * s, _CRANK[2]), (-1.10, 0.045 * s, 0.305), drop), 0.010),
+            (((_SEAT_TOP[0], 0.018 * s, _SEAT_TOP[2] - 0.04), drop), 0.0085),
+        ]
+        bend = (_CROWN[0] + 0.095, 0.048 * s, 0.46)
+        fork = (
+            (_CROWN[0], 0.030 * s, _CROWN[2]),
+            (_CROWN[0] + 0.01, 0.046 * s, _CROWN[2] - 0.03),
+            bend,
+            (_FRONT[0], 0.052 * s, _FRONT[2]),
+        )
+        yield from tubes([*stays, (fork, 0.0125)], colour, fine)
+    if fine.small:
+        crown = [(_CROWN[0], -0.036, _CROWN[2]), (_CROWN[0], 0.036, _CROWN[2])]
+        yield colour, tube(crown, radius=0.016, sides=fine.sides)
+        for x, y in ((_FRONT, 0.058), (_REAR, 0.070)):
+            ends = [(x[0], -y, x[2]), (x[0], y, x[2])]
+            yield "rim", tube(ends, radius=0.008, sides=fine.sides)
+
+
+def _saddle(fine: Fineness) -> Iterator[Piece]:
+    """A saddle with a narrow nose."""
+    d = -_SADDLE[0]
+    sections = (
+        (d - 0.145, _SADDLE[2] - 0.012, 0.010, 0.012, 0.012, 2.2),
+        (d - 0.13, _SADDLE[2] - 0.010, 0.014, 0.022, 0.022, 2.2),
+        (d - 0.04, _SADDLE[2] - 0.012, 0.014, 0.026, 0.034, 2.3),
+        (d + 0.05, _SADDLE[2] - 0.010, 0.016, 0.034, 0.074, 2.6),
+        (d + 0.11, _SADDLE[2] - 0.004, 0.016, 0.034, 0.080, 2.6),
+        (d + 0.125, _SADDLE[2] - 0.004, 0.008, 0.020, 0.058, 2.4),
+    )
+    counts = (9, 10) if fine.small else (3, 4)
+    yield "trim", loft(sections, rings=counts[0], sides=counts[1])
+
+
+def _bar(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Stem, handlebar, grips, bell and brake levers."""
+    x, _, z = _STEM
+    grip: Point = (-0.645, 0.275, 0.985) if recipe.get("sporty") else (-0.700, 0.290, 1.075)
+    ahead: Point = (x + 0.055, 0.0, max(z + 0.01, grip[2] - 0.025))
+    yield from tubes([((_HEAD, (x, 0.0, ahead[2] - 0.01), ahead), 0.0125)], "rim", fine)
+    for s in (1.0, -1.0):
+        bend = (x + 0.045, 0.18 * s, grip[2] + 0.004)
+        inner = (grip[0] + 0.055, (grip[1] - 0.035) * s, grip[2] + 0.003)
+        outer = (grip[0] - 0.050, (grip[1] + 0.030) * s, grip[2] - 0.004)
+        yield "rim", tube([ahead, bend, inner, outer], radius=0.0112, sides=fine.sides)
+        if fine.small:
+            yield "rubber", tube([inner, outer], radius=0.0165, sides=fine.sides + 1)
+            lever = [
+                (inner[0] + 0.02, inner[1] - 0.01 * s, inner[2] - 0.012),
+                (inner[0] + 0.055, inner[1] + 0.01 * s, inner[2] - 0.022),
+                (outer[0] + 0.06, outer[1], outer[2] - 0.026),
+            ]
+            yield "trim", tube(lever, radius=0.006, sides=4)
+
+
+def drive(turn: float, fine: Fineness) -> Iterator[Piece]:
+    """Chain ring, cranks, pedals, sprocket and chain, on the right."""
+    y = -0.048
+    x, _, z = _CRANK
+    ring = [(0.060, 0.002), (0.060, -0.002), (0.092, -0.002), (0.092, 0.002), (0.060, 0.002)]
+    yield "chrome", moved(lathe(ring, segments=fine.segments, crease=0.5), x, y, z)
+    sprocket = [(0.0, -0.004), (0.040, -0.004), (0.040, 0.004), (0.0, 0.004)]
+    yield "chrome", moved(lathe(sprocket, segments=14, crease=0.5), _REAR[0], y, _REAR[2])
+    for top in (1.0, -1.0):
+        ends = [(x, y, z + 0.090 * top), (_REAR[0], y, _REAR[2] + 0.040 * top)]
+        yield "trim", tube(ends, radius=0.0048, sides=4)
+    axle = [(x, -0.075, z), (x, 0.075, z)]
+    yield "rim", tube(axle, radius=0.018, sides=8)
+    for s, angle in ((-1.0, turn), (1.0, turn + np.pi)):
+        px, _, pz = _pedal(angle)
+        crank = [(x, 0.070 * s, z), (px, 0.090 * s, pz)]
+        yield "rim", tube(crank, radius=(0.013, 0.010), sides=6)
+        pedal = box((px - 0.045, -0.045, pz - 0.012), (px + 0.045, 0.045, pz + 0.012))
+        yield "trim", moved(pedal, 0.0, _PEDAL_Y * s, 0.0)
+        for d in (-0.047, 0.043):
+            light = box((px + d, -0.03, pz - 0.008), (px + d + 0.004, 0.03, pz + 0.008))
+            yield "lamp_amber", moved(light, 0.0, _PEDAL_Y * s, 0.0)
+
+
+def _tail(recipe: Mapping[str, Any]) -> Point:
+    """Where the tail lamp is: on the rack, or below the saddle."""
+    return (-1.655, 0.0, 0.640) if not recipe.get("sporty") else (-1.172, 0.0, 0.790)
+
+
+def _lamps(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Head lamp, tail lamp and the reflector above it."""
+    x, _, z = _tail(recipe)
+    yield from round_lamp((-0.445, 0.0, 0.800), 0.030, fine, shell="trim", lens="lamp_white")
+    yield "trim", tube([(-0.46, 0.0, 0.79), (-0.52, 0.0, 0.75)], radius=0.007, sides=4)
+    half = 0.025 if recipe.get("sporty") else 0.040
+    yield "trim", box((x + 0.005, -half - 0.005, z - 0.025), (x + 0.045, half + 0.005, z + 0.050))
+    yield "lamp_red", box((x, -half, z - 0.020), (x + 0.005, half, z + 0.020))
+    yield "lamp_red", box((x, -half, z + 0.024), (x + 0.005, half, z + 0.046))
+
+
+def _town(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Mudguards, lamps, reflectors, rack, stand, chain guard, basket."""
+    count = 16 if fine.segments > 30 else 10
+    guard = str(recipe.get("guards", "trim"))
+    yield guard, band(arc(_REAR, _R + 0.022, 20.0, 190.0, count), half=0.026, thick=0.003)
+    yield guard, band(arc(_FRONT, _R + 0.022, 25.0, 165.0, count), half=0.026, thick=0.003)
+    deck = _R * 2 + 0.055
+    for s in (1.0, -1.0):
+        rail = [
+            (-1.16, 0.045 * s, deck - 0.005),
+            (-1.25, 0.062 * s, deck),
+            (-1.61, 0.062 * s, deck),
+        ]
+        leg = [(_REAR[0] - 0.01, 0.075 * s, _REAR[2]), (-1.47, 0.066 * s, deck)]
+        yield from tubes([(rail, 0.006), (leg, 0.005)], "trim", fine)
+    for x in (-1.30, -1.42, -1.54, -1.61):
+        yield "trim", tube([(x, -0.062, deck), (x, 0.062, deck)], radius=0.005, sides=4)
+    for x in (_FRONT[0], _REAR[0]):
+        for a in (0.4, 3.5):
+            place = (x + 0.22 * np.cos(a), 0.0, _R + 0.22 * np.sin(a))
+            yield "lamp_amber", moved(box((-0.03, -0.006, -0.012), (0.03, 0.006, 0.012)), *place)
+    side = (_CRANK[0] - 0.01, -0.068, _CRANK[2] - 0.04), (-1.16, -0.068, 0.055)
+    yield "trim", tube(side, radius=0.008, sides=5)
+    if recipe.get("basket", False):
+        yield from _basket(fine)
+    if recipe.get("bag", False):
+        sections = (
+            (1.30, 0.56, 0.15, 0.16, 0.05, 4.0),
+            (1.34, 0.56, 0.17, 0.17, 0.065, 4.0),
+            (1.58, 0.56, 0.17, 0.17, 0.065, 4.0),
+            (1.62, 0.56, 0.15, 0.16, 0.05, 4.0),
+        )
+        yield from placed(iter([("fabric_grey", loft(sections, rings=6, sides=12))]), 0, 0.13, 0)
+
+
+def _basket(fine: Fineness) -> Iterator[Piece]:
+    """A wire basket before the handlebar."""
+    for z, a, b in (
+        (1.04, 0.165, 0.125),
+        (0.96, 0.155, 0.115),
+        (0.88, 0.145, 0.105),
+        (0.82, 0.14, 0.10),
+    ):
+        ring = [(-0.40 + b * x, a * y, z) for x, y in ((1, 1), (1, -1), (-1, -1), (-1, 1), (1, 1))]
+        yield "trim", tube(ring, radius=0.005 if z < 1.0 else 0.008, sides=4)
+    for y in np.linspace(-0.14, 0.14, 6):
+        path = [
+            (-0.28, 1.15 * y, 1.04),
+            (-0.30, y, 0.82),
+            (-0.50, y, 0.82),
+            (-0.52, 1.15 * y, 1.04),
+        ]
+        yield "trim", tube(path, radius=0.004, sides=3)
+    for x in (-0.50, -0.43, -0.37, -0.30):
+        path = [
+            (1.1 * x + 0.04, -0.16, 1.04),
+            (x, -0.14, 0.82),
+            (x, 0.14, 0.82),
+            (1.1 * x + 0.04, 0.16, 1.04),
+        ]
+        yield "trim", tube(path, radius=0.004, sides=3)
+
+
+def e_scooter(recipe: Mapping[str, Any]) -> Machine:
+    """A kick scooter with a motor; the rider stands with the feet one behind the other."""
+    grip: Point = (-0.355, 0.225, 1.115)
+    feet = ((-0.505, 0.035, 0.150), (-0.755, -0.035, 0.150))
+    hips = (-0.660, 0.0, 0.150 + 0.50 * float(recipe["rider"]["body"]["height"]))
+    grasp = Grasp(hips, 0.06, grip, feet, -0.55, (0.0, 0.0), knees=0.25, roll=0.10)
+    lamps = (
+        lamp("head", (-0.175, 0.0, 0.985), (0.05, 0.035)),
+        lamp("tail", (-1.085, 0.0, 0.185), (0.06, 0.025), back=True),
+        lamp("brake", (-1.085, 0.0, 0.185), (0.06, 0.025), back=True),
+    )
+    return Machine(
+        wheel=Wheel(0.112, 0.024, spoked=False),
+        axles=(-0.112, -0.985),
+        frame=lambda fine: _e_scooter(recipe, fine),
+        grasp=grasp,
+        lamps=lamps,
+    )
+
+
+def _e_scooter(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+    """Deck, stem, bar, fork, mudguards."""
+    colour = str(recipe.get("frame", "enamel_black"))
+    deck = (
+        (0.265, 0.118, 0.014, 0.014, 0.045, 3.5),
+        (0.300, 0.112, 0.030, 0.030, 0.078, 4.5),
+        (0.840, 0.112, 0.030, 0.030, 0.078, 4.5),
+        (0.875, 0.118, 0.020, 0.014, 0.045, 3.5),
+    )
+    counts = (7, 12) if fine.small else (3, 4)
+    yield colour, loft(deck, rings=counts[0], sides=counts[1])
+    yield "rubber", box((-0.83, -0.070, 0.141), (-0.31, 0.070, 0.148))
+    foot, top = (-0.185, 0.0, 0.215), (-0.335, 0.0, 1.095)
+    yield from tubes([((foot, top), 0.024)], colour, fine)
+    yield from tubes([((foot, (-0.28, 0.0, 0.125)), 0.026)], colour, fine)
+    yield from tubes([(((-0.335, -0.25, 1.105), top, (-0.335, 0.25, 1.105)), 0.014)], "trim", fine)
+    if not fine.small:
+        return
+    for s in (1.0, -1.0):
+        grip = [(-0.336, 0.155 * s, 1.106), (-0.345, 0.265 * s, 1.107)]
+        yield "rubber", tube(grip, radius=0.019, sides=8)
+        lever = [(-0.30, 0.12 * s, 1.095), (-0.285, 0.20 * s, 1.085)]
+        yield "trim", tube(lever, radius=0.007, sides=4)
+        fork = [(foot[0], 0.040 * s, foot[2] + 0.02), (-0.112, 0.040 * s, 0.112)]
+        yield colour, tube(fork, radius=0.013, sides=6)
+        stay = [(-0.85, 0.048 * s, 0.115), (-0.985, 0.048 * s, 0.112)]
+        yield colour, tube(stay, radius=0.013, sides=6)
+    bridge = [(foot[0], -0.045, foot[2] + 0.015), (foot[0], 0.045, foot[2] + 0.015)]
+    yield colour, tube(bridge, radius=0.018, sides=6)
+    yield "trim", band(arc((-0.985, 0.0, 0.112), 0.125, 60.0, 170.0, 9), half=0.036, thick=0.004)
+    yield "trim", band(arc((-0.112, 0.0, 0.112), 0.125, 40.0, 140.0, 8), half=0.036, thick=0.004)
+    yield (
+        "trim",
+        loft(
+            ((0.20, 0.985, 0.02, 0.02, 0.022, 3.0), (0.29, 0.985, 0.028, 0.028, 0.026, 3.0)),
+            rings=2,
+            sides=10,
+        ),
+    )
+    lens = [(0.0, 0.004), (0.018, 0.002), (0.019, 0.0), (0.0, -0.01)][::-1]
+    yield "lamp_white", facing(lathe(lens, segments=10), (-0.197, 0.0, 0.985))
+    yield "glass", box((-0.365, -0.035, 1.110), (-0.310, 0.035, 1.128))
+    yield "lamp_red", box((-1.105, -0.028, 0.172), (-1.085, 0.028, 0.196))

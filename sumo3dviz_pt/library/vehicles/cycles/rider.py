@@ -1,0 +1,110 @@
+"""Riders of two-wheelers: people who sit on a saddle, hold grips and rest on pedals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.library.people.build import LEVELS, in_posture
+from sumo3dviz_pt.library.people.posture import Hold, Posture, Step, about_y, about_z
+from sumo3dviz_pt.library.people.rig import SIDES
+from sumo3dviz_pt.library.people.wardrobe import Recipe
+from sumo3dviz_pt.library.vehicles.cycles.parts import Piece, Point
+from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
+from sumo3dviz_pt.model.scene import Part
+
+CLOTHES: Mapping[str, Colour] = {
+    "skin": (0.45, 0.28, 0.2),
+    "skin_dark": (0.15, 0.085, 0.055),
+    "lips": (0.32, 0.12, 0.1),
+    "hair_dark": (0.025, 0.018, 0.013),
+    "hair_fair": (0.26, 0.17, 0.09),
+    "denim": (0.035, 0.055, 0.1),
+    "fabric_black": (0.018, 0.018, 0.02),
+    "fabric_grey": (0.11, 0.11, 0.115),
+    "fabric_pale": (0.5, 0.48, 0.45),
+    "fabric_beige": (0.3, 0.235, 0.16),
+    "leather_brown": (0.075, 0.04, 0.022),
+}
+"""Materials of riders, which travel without face tints, and their reflectance."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grasp:
+    """Where a rider touches the machine; y is that of the left, mirrored on the right.
+
+    Attributes:
+        hips: Middle of the hip joints [m].
+        lean: Of the trunk, forward [rad].
+        grip: Middle of the left grip [m].
+        fingers: Pitch of the hands: 0 forward, negative downward [rad].
+        feet: Where the balls of the left and the right foot stand [m].
+        pitch: Of both feet, toes up [rad].
+        knees: How far the knees point outward, y of a unit vector.
+        roll: How far the grips turn inward: 0 straight across, 1 along [rad].
+    """
+
+    hips: Point
+    lean: float
+    grip: Point
+    feet: tuple[Point, Point]
+    fingers: float = -0.35
+    pitch: tuple[float, float] = (0.0, 0.0)
+    knees: float = 0.12
+    roll: float = 0.25
+
+
+PALM = np.array([0.068, 0.024])
+"""From the wrist to the middle of a held grip: along the fingers, out of the palm [m]."""
+
+
+def posture(grasp: Grasp) -> Posture:
+    """The pose of a rider."""
+    hips = np.array(grasp.hips)
+    spine = about_y(grasp.lean)
+    arms, feet = {}, {}
+    for (side, s), foot, pitch in zip(SIDES.items(), grasp.feet, grasp.pitch, strict=True):
+        flip = np.array([1.0, s, 1.0])
+        turn = about_z(-s * grasp.roll) @ about_y(-grasp.fingers)
+        fingers, palm = turn @ [1.0, 0.0, 0.0], turn @ [0.0, 0.0, -1.0]
+        wrist = np.array(grasp.grip) * flip - PALM[0] * fingers - PALM[1] * palm
+        arms[side] = Hold(wrist, fingers, palm, np.array([-0.45, 0.42 * s, -0.8]))
+        toe_out = s * 0.08
+        ankle = np.array(foot) + about_z(toe_out) @ about_y(-pitch) @ [-0.113, 0.0, 0.068]
+        knee = np.array([1.0, s * grasp.knees, 0.4])
+        feet[side] = Step(ankle, pitch, pitch, toe_out, knee)
+    return Posture(hips, about_y(0.55 * grasp.lean), spine, about_y(0.22 * grasp.lean), feet, arms)
+
+
+def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[Piece]:
+    """A person in the saddle, in materials without tints.
+
+    Args:
+        recipe: As in `people`.
+        grasp: Where the person touches the machine.
+        level: One of `people.LEVELS`.
+    """
+    own = {**recipe, "curl": 0.85}
+    for part in in_posture(own, LEVELS[level], posture(grasp)):
+        yield from _untinted(part)
+
+
+def _untinted(part: Part) -> Iterator[Piece]:
+    """Split a part by the clothes that come nearest to its faces' tints."""
+    if part.tint is None:
+        yield part.material, part.mesh
+        return
+    names, known = list(CLOTHES), np.array(list(CLOTHES.values()))
+    apart = np.log(part.tint[:, None] + 0.01) - np.log(known + 0.01)
+    nearest = np.linalg.norm(apart, axis=2).argmin(axis=1)
+    for k in np.unique(nearest):
+        yield names[k], _faces_of(part.mesh, nearest == k)
+
+
+def _faces_of(mesh: Mesh, chosen: Bools) -> Mesh:
+    """Some faces of a mesh."""
+    kept, faces = np.unique(mesh.faces[chosen], return_inverse=True)
+    assert mesh.normals is not None
+    return Mesh(mesh.vertices[kept], faces.reshape(-1, 3), mesh.normals[kept])

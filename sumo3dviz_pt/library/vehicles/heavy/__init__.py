@@ -1,0 +1,1 @@
+"""Buses, vans and lorries."""

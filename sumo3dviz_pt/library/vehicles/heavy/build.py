@@ -1,0 +1,145 @@
+"""Builds heavy vehicles from their recipes: shells with what is cut in, pieces, wheels, lamps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.solids import by_material
+from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, HeroVehicle, WheelPlace
+from sumo3dviz_pt.library.vehicles.grime import grimed
+from sumo3dviz_pt.library.vehicles.heavy.body import far_hull, hull_pieces
+from sumo3dviz_pt.library.vehicles.heavy.hull import shell_of, surface_at
+from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
+from sumo3dviz_pt.library.vehicles.heavy.pieces import build_piece, far_piece
+from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, read_box
+from sumo3dviz_pt.library.vehicles.heavy.wheels import (
+    far_box_wheels,
+    hero_wheel,
+    inner_tyres,
+    is_reversed,
+    wheels_of,
+)
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+
+Piece = tuple[str, Mesh]
+"""Material and mesh."""
+
+_FLIP = np.array([-1.0, 1.0, 1.0])
+_FAR_FACES = 260
+_HERO_FACES = 2
+_LOW = 0.3
+"""Height of the lower edges of bodies [m]."""
+
+
+def build_box(recipe: BoxRecipe) -> BakedVehicle:
+    """Build both levels of a heavy vehicle; the same recipe gives the same meshes.
+
+    Raises:
+        ConfigError: If a lamp lies beside the vehicle.
+    """
+    near = _level(recipe, _near_bodies(recipe), _pieces(recipe, far=False))
+    far = _level(recipe, _far_bodies(recipe), _pieces(recipe, far=True))
+    near += [_forward(*p) for axle in recipe.axles for p in wheels_of(recipe.wheel, axle)]
+    far += [_forward(*p) for p in far_box_wheels(recipe.wheel, recipe.axles)]
+    lamps = tuple(find_lamps(recipe.lamps, [mesh for _, mesh in near]))
+    shown = by_material(_dirty(recipe, near))
+    return BakedVehicle(shown, by_material(far), lamps, _wheel_places(recipe))
+
+
+def hero_box(recipe: BoxRecipe) -> HeroVehicle:
+    """Build the level for close views: finer shells, wheels of their own.
+
+    Twin wheels turn without their inner tyres, which stay with the body.
+    """
+    hulls = tuple(replace(hull, faces=_HERO_FACES * hull.faces) for hull in recipe.hulls)
+    body = _level(recipe, _near_bodies(replace(recipe, hulls=hulls)), _pieces(recipe, far=False))
+    body += [_forward(*p) for axle in recipe.axles for p in inner_tyres(recipe.wheel, axle)]
+    wheel = [_forward(*piece) for piece in hero_wheel(recipe.wheel, recipe.axles)]
+    return HeroVehicle(by_material(_dirty(recipe, body)), by_material(wheel))
+
+
+def _dirty(recipe: BoxRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Pieces, the paint with road dirt on it."""
+    axles = [(axle.at, recipe.wheel.radius) for axle in recipe.axles]
+    for material, mesh in pieces:
+        if material == "paint":
+            mesh = grimed(mesh, length=recipe.length, low=_LOW, axles=axles)
+        yield material, mesh
+
+
+def _near_bodies(recipe: BoxRecipe) -> Iterator[Piece]:
+    """The shells in full."""
+    for hull in recipe.hulls:
+        yield from hull_pieces(recipe, hull)
+
+
+def _far_bodies(recipe: BoxRecipe) -> Iterator[Piece]:
+    """The shells with few faces, which they share by their sizes."""
+    faces = [hull.faces for hull in recipe.hulls]
+    for hull in recipe.hulls:
+        yield from far_hull(hull, recipe, faces=max(60, _FAR_FACES * hull.faces // sum(faces)))
+
+
+def _pieces(recipe: BoxRecipe, *, far: bool) -> Iterator[tuple[str, Mesh, bool]]:
+    """Material, mesh, and whether it may stick out of the declared size."""
+    shells = [shell_of(hull) for hull in recipe.hulls]
+
+    def ground(view: str, point: Floats) -> float:
+        return surface_at(shells, view, point)
+
+    for piece in recipe.pieces:
+        if far and not piece.far:
+            continue
+        for mesh in build_piece(piece, ground):
+            yield piece.material, far_piece(mesh) if far else mesh, piece.outside
+
+
+def _level(
+    recipe: BoxRecipe, bodies: Iterable[Piece], pieces: Iterable[tuple[str, Mesh, bool]]
+) -> list[Piece]:
+    """Everything but wheels in the body's frame, stretched by millimetres to its size."""
+    hulls = [_forward(*piece) for piece in bodies]
+    fixed = [(*_forward(material, mesh), outside) for material, mesh, outside in pieces]
+    inside = [mesh for _, mesh in hulls] + [mesh for _, mesh, outside in fixed if not outside]
+    bounds = np.stack([mesh.bounds for mesh in inside])
+    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    size = np.array([high[0] - low[0], 2.0 * high[1], high[2]])
+    scale = np.array([recipe.length, recipe.width, recipe.height]) / size
+    fit = Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
+    return [(material, fit.mesh(mesh)) for material, mesh in hulls] + [
+        (material, fit.mesh(mesh)) for material, mesh, _ in fixed
+    ]
+
+
+def _forward(material: str, mesh: Mesh) -> Piece:
+    """Turn d backwards into x forwards."""
+    assert mesh.normals is not None
+    turned = replace(
+        mesh,
+        vertices=mesh.vertices * _FLIP,
+        faces=mesh.faces[:, ::-1],
+        normals=mesh.normals * _FLIP,
+    )
+    return material, turned
+
+
+def _wheel_places(recipe: BoxRecipe) -> tuple[WheelPlace, ...]:
+    """Where the wheels turn, left and right of each axle."""
+    radius = recipe.wheel.radius
+    return tuple(
+        WheelPlace(
+            (-axle.at, side * (axle.out - 0.5 * recipe.wheel.width), radius),
+            radius,
+            axle.steered,
+            is_reversed(recipe.wheel, axle),
+        )
+        for axle in recipe.axles
+        for side in (1.0, -1.0)
+    )
+
+
+BOX = Builder(lambda recipe: build_box(read_box(recipe)), lambda recipe: hero_box(read_box(recipe)))
+"""Vans, buses, lorries and their trailers."""

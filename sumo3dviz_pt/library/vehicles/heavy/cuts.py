@@ -1,0 +1,214 @@
+"""Windows, doors, stripes and shut lines cut into the shell of a heavy vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.cutting import Surface, refine, retag, split
+from sumo3dviz_pt.library.mesh.implicit import Field, polygon, values_at
+from sumo3dviz_pt.library.vehicles.heavy.hull import Shell
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Panel
+from sumo3dviz_pt.model.geometry import Bools, Floats
+
+HOLE = -1
+"""Tag of faces that are cut away where the wheels are."""
+
+UNDER = 1
+"""Tag of the underside; 0 is the shell itself, panel k has `2 + k`."""
+
+WELL_DEPTH = 0.42
+"""How far wheel wells reach inwards from the flank [m]."""
+
+_FAR = 1.0
+_TOLERANCE = 0.003
+_AXES = {
+    "front": (0, -1.0),
+    "rear": (0, 1.0),
+    "side": (1, 1.0),
+    "left": (1, 1.0),
+    "right": (1, 1.0),
+    "top": (2, 1.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """What a face's tag means.
+
+    Attributes:
+        material: Its name.
+        shift: How far the face is pushed, along (d, y, z) [m].
+        panel: What it was cut with.
+    """
+
+    material: str
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    panel: Panel | None = None
+
+
+def finishes(shell: Shell) -> dict[int, Finish]:
+    """All finishes of a shell by tag."""
+    hull = shell.hull
+    known = {0: Finish(hull.material), UNDER: Finish(hull.under)}
+    for number, panel in enumerate((*hull.panels, *hull.gaps)):
+        axis, sign = _AXES[panel.view]
+        shift = [0.0, 0.0, 0.0]
+        shift[axis] = -sign * panel.recess
+        known[2 + number] = Finish(panel.material, (shift[0], shift[1], shift[2]), panel)
+    return known
+
+
+def on_side(panel: Panel, side: str) -> bool:
+    """Whether a panel is cut into the half on the `left` or `right`."""
+    return panel.view not in ("left", "right") or panel.view == side
+
+
+def cut_shell(surface: Surface, shell: Shell, wells: Field | None, *, side: str) -> Surface:
+    """Cut everything that a shell has on one side.
+
+    Args:
+        surface: The half with y >= 0.
+        shell: Where it comes from.
+        wells: From `wheel_wells`, or None.
+        side: `left` or `right`; the surface stands for either.
+    """
+    surface = _cut_underside(surface)
+    known = finishes(shell)
+    if wells is not None:
+        surface = _cut(surface, shell, wells, HOLE, (0, UNDER))
+    for tag, finish in known.items():
+        panel = finish.panel
+        if panel is None or not on_side(panel, side):
+            continue
+        over = _over(panel, known)
+        if tag >= 2 + len(shell.hull.panels):
+            surface = _cut_line(surface, shell, panel, tag, over)
+        else:
+            surface = _cut(surface, shell, projected(panel, shell), tag, over, facing(panel))
+    return surface
+
+
+def _over(panel: Panel, known: dict[int, Finish]) -> tuple[int, ...]:
+    """Tags that a panel replaces."""
+    if not panel.over:
+        return (0,)
+    return tuple(tag for tag, finish in known.items() if finish.material in panel.over)
+
+
+def _cut_underside(surface: Surface) -> Surface:
+    """Tag faces that look down."""
+    return retag(surface, surface.face_normals[:, 2] < -0.75, UNDER, (0,))
+
+
+def wheel_wells(shell: Shell, axles: Sequence[Axle], *, radius: float) -> Field | None:
+    """Field of the wheel wells of a shell, or None if it has no arches.
+
+    Args:
+        shell: The shell.
+        axles: Of the vehicle.
+        radius: Of the tyres [m].
+    """
+    hull = shell.hull
+    if not hull.arches:
+        return None
+    arch = radius + hull.arches
+
+    def field(d: Floats, y: Floats, z: Floats) -> Floats:
+        near = np.full(np.shape(d), np.inf)
+        for axle in axles:
+            near = np.minimum(near, np.hypot(d - axle.at, z - radius) - arch)
+        inside = np.maximum(near, hull.half - WELL_DEPTH - y)
+        return np.where(z < radius + 1.5 * arch, inside, _FAR)
+
+    return field
+
+
+def projected(panel: Panel, shell: Shell) -> Field:
+    """Field of a panel's outline with its repetitions, projected along its view."""
+    outline = np.asarray(panel.outline, dtype=np.float64)
+    if panel.view in ("front", "rear"):
+        outline = _both_sides(outline)
+    low, high = shell.bounds[:, 0]
+
+    def field(d: Floats, y: Floats, z: Floats) -> Floats:
+        if panel.view == "top":
+            return polygon(_folded(d, panel), np.abs(y), outline, radius=panel.radius)
+        if panel.view not in ("front", "rear"):
+            return polygon(_folded(d, panel), z, outline, radius=panel.radius)
+        inside = polygon(_folded(np.abs(y), panel), z, outline, radius=panel.radius)
+        depth = (d - low if panel.view == "front" else high - d) - panel.reach
+        return np.where(depth < _FAR, np.maximum(inside, depth), _FAR)
+
+    return field
+
+
+def _folded(u: Floats, panel: Panel) -> Floats:
+    """The coordinate along which a panel is repeated, folded back to the first."""
+    count, step = panel.repeat
+    return u if count <= 1 else np.asarray(u - step * number_of(u, panel))
+
+
+def number_of(u: Floats, panel: Panel) -> Floats:
+    """Which of the repetitions is the nearest, from 0."""
+    count, step = panel.repeat
+    first = np.asarray(panel.outline, dtype=np.float64)[:, 0]
+    middle = 0.5 * (first.min() + first.max())
+    return np.asarray(np.clip(np.round((u - middle) / step), 0, count - 1))
+
+
+def _both_sides(outline: Floats) -> Floats:
+    """Complete an outline in (|y|, z) that touches the middle by its mirror image."""
+    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
+    if len(middle) != 2:
+        return outline
+    begin = middle[1] if middle[1] - middle[0] == 1 else 0
+    half = np.roll(outline, -begin, axis=0)
+    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
+
+
+def facing(panel: Panel) -> tuple[int, float, float]:
+    """Axis, sign and least cosine of the faces that a panel may retag."""
+    axis, sign = _AXES[panel.view]
+    return axis, sign, -0.1 if axis == 0 else 0.45
+
+
+def _chosen(surface: Surface, where: tuple[int, float, float] | None) -> Bools:
+    """Faces that look towards a view."""
+    if where is None:
+        return np.ones(len(surface.faces), dtype=np.bool_)
+    axis, sign, least = where
+    return np.asarray(sign * surface.face_normals[:, axis] > least)
+
+
+def _cut(
+    surface: Surface,
+    shell: Shell,
+    curve: Field,
+    tag: int,
+    over: tuple[int, ...],
+    where: tuple[int, float, float] | None = None,
+) -> Surface:
+    """Split along a curve and retag what lies inside."""
+    surface = split(refine(surface, curve, shell.field, tolerance=_TOLERANCE), curve)
+    inside = (values_at(curve, surface.centroids) < 0.0) & _chosen(surface, where)
+    return retag(surface, inside, tag, over)
+
+
+def _cut_line(
+    surface: Surface, shell: Shell, panel: Panel, tag: int, over: tuple[int, ...]
+) -> Surface:
+    """Cut a thin dark strip along an outline."""
+    line = projected(panel, shell)
+    half = 0.5 * panel.width
+    surface = refine(surface, line, shell.field, tolerance=_TOLERANCE)
+    for shift in (-half, half):
+
+        def beside(d: Floats, y: Floats, z: Floats, by: float = shift) -> Floats:
+            return np.asarray(line(d, y, z) + by)
+
+        surface = split(surface, beside)
+    inside = (np.abs(values_at(line, surface.centroids)) < half) & _chosen(surface, facing(panel))
+    return retag(surface, inside, tag, over)

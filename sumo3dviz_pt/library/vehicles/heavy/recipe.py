@@ -1,0 +1,269 @@
+"""What a heavy vehicle is made from: shells, what is cut into them, and what is fixed to them.
+
+All recipe coordinates are d, the distance behind the front, y to the left and the height
+z, in metres. Outlines of shells are splines: lists of pairs (z, d) for nose and tail,
+(d, z) for roof and floor, (z, share of the half width) for the cross section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.mesh.recipe_values import read_value, read_values
+
+Points = tuple[tuple[float, ...], ...]
+VIEWS = ("front", "rear", "side", "left", "right", "top")
+"""Directions from which an outline is projected; `side` is both flanks."""
+
+PIECES = ("block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard")
+"""Kinds of pieces; see `library/vehicles/heavy/pieces.py`."""
+
+GAP = "gap"
+"""Material of shut lines."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wheel:
+    """A wheel.
+
+    Attributes:
+        radius: Of the tyre [m].
+        width: Of one tyre [m].
+        rim: Radius of the rim as a share of the tyre's, (0, 1).
+        style: `convex` bulges outwards, as on front axles; `concave` is a deep dish, as
+            on driven and trailer axles; `cap` is a plain steel wheel with a cover.
+        material: Of the rim.
+    """
+
+    radius: float
+    width: float
+    rim: float = 0.57
+    style: str = "convex"
+    material: str = "rim"
+
+
+@dataclass(frozen=True, slots=True)
+class Axle:
+    """A pair of wheels, or of twin wheels.
+
+    Attributes:
+        at: d of the axle [m].
+        out: |y| of the outer tyres' outer walls [m].
+        style: As of `Wheel`; empty takes that of the recipe's wheel.
+        twin: Whether there are two tyres on each side.
+        steered: Whether the wheels steer.
+    """
+
+    at: float
+    out: float
+    style: str = ""
+    twin: bool = False
+    steered: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """An outline projected onto a shell: a window, a lamp, a stripe, a shut line.
+
+    Attributes:
+        view: `front` and `rear` take (|y|, z), `side`, `left` and `right` take (d, z),
+            `top` takes (d, |y|).
+        outline: Corners of the outline [m].
+        material: What the inside becomes; of a shut line, the line.
+        radius: Of the corners [m].
+        recess: How far the inside is pushed into the shell [m].
+        over: Materials that it replaces; empty for that of the shell.
+        repeat: How many, and the step from one to the next along the first coordinate [m].
+        reach: How far front and rear panels reach along the shell [m].
+        width: Of a shut line [m].
+    """
+
+    view: str
+    outline: Points
+    material: str = GAP
+    radius: float = 0.02
+    recess: float = 0.0
+    over: tuple[str, ...] = ()
+    repeat: tuple[float, float] = (1, 1.0)
+    reach: float = 0.6
+    width: float = 0.010
+
+    def __post_init__(self) -> None:
+        """Check names, which no type can."""
+        if self.view not in VIEWS:
+            raise ConfigError(f"no view is called {self.view!r}", key="recipe.hulls")
+
+
+@dataclass(frozen=True, slots=True)
+class Hull:
+    """A closed shell with rounded edges, symmetric in y.
+
+    Attributes:
+        nose: Front outline, (z, d).
+        tail: Rear outline, (z, d).
+        half: Largest half width [m].
+        top: Roof along the middle, (d, z).
+        bottom: Floor, (d, z).
+        section: Half width over z as a share of the largest, (z, share).
+        plan: Half width over d as a share of the largest, (d, share).
+        sweep: How far front and rear corners lie behind and ahead of the middle [m].
+        crown: How much lower the roof is at the sides than in the middle [m].
+        bend: Exponent of sweep and crown over |y|.
+        rounding: Radii of the edges: flanks to front, flanks to rear, roof, floor [m].
+        smooth: Blur of the splines [m].
+        material: Where nothing is cut.
+        under: Material of the underside.
+        arches: Radius of wheel arches over the tyre's [m]; 0 for none.
+        spacing: Of the grid on which it is meshed [m].
+        faces: Triangles to aim at, for one half.
+        panels: What is cut, in this order.
+        gaps: Shut lines, cut last.
+    """
+
+    nose: Points
+    tail: Points
+    half: float
+    top: Points
+    bottom: Points
+    section: Points = ((0.0, 1.0), (4.0, 1.0))
+    plan: Points = ((0.0, 1.0), (20.0, 1.0))
+    sweep: tuple[float, float] = (0.0, 0.0)
+    crown: float = 0.02
+    bend: float = 3.0
+    rounding: tuple[float, float, float, float] = (0.06, 0.04, 0.06, 0.02)
+    smooth: float = 0.03
+    material: str = "paint"
+    under: str = "trim"
+    arches: float = 0.0
+    spacing: float = 0.09
+    faces: int = 3000
+    panels: tuple[Panel, ...] = ()
+    gaps: tuple[Panel, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Something fixed to the shells.
+
+    Attributes:
+        kind: One of `PIECES`.
+        material: Of all of it.
+        low: Lowest corner (d, y, z); of a turned body its centre [m].
+        high: Highest corner (d, y, z) [m].
+        outline: Of a plate: corners in its view; of a turned body (radius, along); of a
+            rod the path (d, y, z) [m].
+        view: Of a plate, sheet or text: the direction from which it is seen; of a turned
+            body the axis it is turned around.
+        span: Of a plate: where it begins and ends along its view [m].
+        round: Radius of bevels, rods and mudguards [m].
+        waves: Of a sheet: amplitude [m], pitch along [m], and pitch upwards [m].
+        text: Of a text.
+        mirror: Whether there is another one at -y.
+        repeat: How many.
+        step: From one to the next (d, y, z) [m].
+        outside: Whether it may stick out of the declared size, as mirrors do.
+        far: Whether the far level has it, as a box.
+        cling: A view: coordinates along it then count from the shells' surface, outwards
+            of which they are negative for `front` and positive otherwise.
+    """
+
+    kind: str
+    material: str = "trim"
+    low: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    high: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    outline: Points = ()
+    view: str = "side"
+    span: tuple[float, float] = (0.0, 0.0)
+    round: float = 0.01
+    waves: tuple[float, float, float] = (0.0, 1.0, 1.0)
+    text: str = ""
+    mirror: bool = False
+    repeat: int = 1
+    step: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    outside: bool = False
+    far: bool = False
+    cling: str = ""
+
+    def __post_init__(self) -> None:
+        """Check names, which no type can."""
+        if self.kind not in PIECES:
+            raise ConfigError(f"no piece is called {self.kind!r}", key="recipe.pieces")
+
+
+@dataclass(frozen=True, slots=True)
+class LampSpot:
+    """A lamp's place on the finished vehicle.
+
+    Attributes:
+        role: What lights it; one at y > 0 that is `left` is `right` on the other side.
+        view: `front` or `rear`: where it shines.
+        at: (y, z) of its middle [m]; a lamp away from the middle has a twin.
+        size: Its width and height [m].
+    """
+
+    role: str
+    view: str
+    at: tuple[float, float]
+    size: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class BoxRecipe:
+    """A heavy vehicle.
+
+    Attributes:
+        length: Front to rear [m].
+        width: Without mirrors [m].
+        height: [m].
+        wheel: Its wheels.
+        axles: Where they are.
+        hulls: Its shells.
+        pieces: What is fixed to them.
+        lamps: What shines.
+        stretch: The range of d in which it may be stretched, or empty [m].
+    """
+
+    length: float
+    width: float
+    height: float
+    wheel: Wheel
+    axles: tuple[Axle, ...]
+    hulls: tuple[Hull, ...]
+    pieces: tuple[Piece, ...] = ()
+    lamps: tuple[LampSpot, ...] = ()
+    stretch: tuple[float, ...] = ()
+
+
+def read_box(asset: Mapping[str, Any]) -> BoxRecipe:
+    """Read the recipe of a heavy vehicle.
+
+    Args:
+        asset: Content of `asset.yaml`: sizes, and the rest under `recipe`.
+
+    Raises:
+        ConfigError: If a key is unknown, missing or of the wrong kind.
+    """
+    sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
+    recipe = dict(asset.get("recipe", {}), **sizes)
+    recipe["wheel"] = read_value(Wheel, recipe.get("wheel"), "recipe.wheel")
+    kinds = {"axles": Axle, "pieces": Piece, "lamps": LampSpot}
+    for name, kind in kinds.items():
+        recipe[name] = read_values(kind, recipe.get(name, ()), f"recipe.{name}")
+    recipe["hulls"] = tuple(
+        _read_hull(item, f"recipe.hulls[{k}]") for k, item in enumerate(recipe.get("hulls", ()))
+    )
+    return read_value(BoxRecipe, recipe, "recipe")
+
+
+def _read_hull(content: Any, place: str) -> Hull:
+    """Build a shell with its panels and gaps."""
+    if not isinstance(content, Mapping):
+        raise ConfigError("must be a mapping", key=place)
+    inner = {
+        name: read_values(Panel, content.get(name, ()), f"{place}.{name}")
+        for name in ("panels", "gaps")
+    }
+    return read_value(Hull, {**content, **inner}, place)

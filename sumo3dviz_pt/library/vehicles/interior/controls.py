@@ -1,0 +1,215 @@
+"""Instruments under their hood, the screen in the middle and the steering wheel.
+
+Places are given from the driver's eye, so that they show at the lower edge of a picture
+that looks at the road: instruments some 17 degrees under the horizon.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.solids import box, moved, tube
+from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.lamps import VehicleLamp
+
+Piece = tuple[str, Mesh]
+"""Material and mesh."""
+
+_LEAN = np.radians(24.0)
+"""Of the wheel's rim, from upright."""
+
+_LIP, _FACE = 0.56, 0.625
+"""Of the instruments' hood and of the dials, ahead of the eye [m]."""
+
+_HOOD = (0.185, -0.139)
+"""Half width of the hood at its foot and height of its lip over the eye [m]."""
+
+_DIALS = ((0.078, 0.041), (-0.078, 0.041))
+"""Left of the eye and radius [m]."""
+
+_DIAL_HEIGHT = -0.204
+_TICKS = np.radians(np.linspace(-130.0, 130.0, 14))
+"""From upright, growing to the right."""
+
+_NEEDLES = np.radians([-28.0, -52.0])
+
+_SCREEN = (0.69, 0.345, -0.214, 0.115, 0.041)
+"""Ahead of the eye, towards the middle, over the eye, half width, half height [m]."""
+
+_STREETS = (
+    (-0.02, 0.004, 0.007, 0.064),
+    (0.045, 0.004, 0.004, 0.064),
+    (-0.01, 0.016, 0.17, 0.005),
+    (-0.06, -0.012, 0.09, 0.004),
+    (0.085, 0.02, 0.004, 0.03),
+)
+"""What the screen shows: left and up from its middle, width and height [m]."""
+
+
+def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
+    """The steering wheel before the driver: rim, hub and three spokes.
+
+    Args:
+        eye: The driver's, (3,) [m].
+        belt: Height of the dashboard [m].
+        large: Whether it is that of a truck or bus.
+    """
+    radius = 0.23 if large else 0.187
+    low = eye[2] - 0.30 if large else eye[2] - 0.338
+    centre = np.array([eye[0] + 0.40, eye[1], min(belt - 0.04, low)])
+    across = np.array([0.0, 1.0, 0.0])
+    up = np.array([np.sin(_LEAN), 0.0, np.cos(_LEAN)])
+    yield "leather_rim", _rim(centre, across=radius * across, up=radius * up, thick=0.0155)
+    for angle in (np.pi / 2, np.pi, 3 * np.pi / 2):
+        out = np.sin(angle) * across + np.cos(angle) * up
+        yield "trim", tube(np.stack([centre, centre + radius * out]), radius=0.013, sides=7)
+    hub = np.stack([centre - 0.035 * np.cross(across, up), centre])
+    yield "interior", tube(hub, radius=0.06, sides=16)
+
+
+def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[Piece]:
+    """The hood over the instruments, and two dials under it.
+
+    Args:
+        eye: The driver's, (3,) [m].
+        belt: Height of the dashboard [m].
+        front: x of the windscreen's foot [m].
+    """
+    yield from _hood(eye, foot=belt - eye[2] - 0.02, end=max(front - eye[0] - 0.12, 0.72))
+    for (left, radius), needle in zip(_DIALS, _NEEDLES, strict=True):
+        middle = eye + np.array([_FACE, left, _DIAL_HEIGHT])
+        yield "chrome", _ring(middle, radius, 0.0022)
+        for number, angle in enumerate(_TICKS):
+            long = 0.010 if number % 2 == 0 else 0.005
+            yield "plate", _stroke(middle, angle, (0.93 * radius - long, 0.93 * radius), 0.0011)
+        yield "lamp_amber", _stroke(middle, needle, (0.1 * radius, 0.86 * radius), 0.0014)
+    letters = lettering("D 4", height=0.014, weight=0.16, gap=0.3).reshape(-1, 2)
+    yield "plate", _flat(letters, eye + np.array([_FACE - 0.002, 0.0, _DIAL_HEIGHT + 0.012]))
+
+
+def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
+    """Ticks and needles that glow at night."""
+    found = []
+    for (left, radius), needle in zip(_DIALS, _NEEDLES, strict=True):
+        turns = [*_TICKS[::2].tolist(), *([float(needle)] * 4)]
+        reach = [0.86] * len(_TICKS[::2]) + [0.3, 0.45, 0.6, 0.75]
+        for angle, share in zip(turns, reach, strict=True):
+            y = left - share * radius * np.sin(angle)
+            z = _DIAL_HEIGHT + share * radius * np.cos(angle)
+            place = eye + np.array([_FACE - 0.004, y, z])
+            found.append(_lamp("dials", place, (0.0045, 0.0045)))
+    return tuple(found)
+
+
+def screen(eye: Floats, *, belt: float) -> Iterator[Piece]:
+    """A flat screen that stands in the middle, with a map on it; arguments as of `binnacle`."""
+    middle, wide, high = _screen_at(eye)
+    yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
+    rim = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
+    yield "trim", moved(rim, *middle)
+    foot = box((0.011, -0.04, belt - middle[2] - 0.03), (0.03, 0.04, 0.0))
+    yield "trim", moved(foot, *middle)
+    for y, z, width, height in _STREETS:
+        low, high_ = (-0.001, y - width / 2, z - height / 2), (0.001, y + width / 2, z + height / 2)
+        yield "screen_map", moved(box(low, high_), *middle)
+
+
+def screen_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
+    """The screen's map, which glows at night."""
+    middle, _, _ = _screen_at(eye)
+    return tuple(
+        _lamp("screen", middle + np.array([-0.003, y, z]), (width, height))
+        for y, z, width, height in _STREETS
+    )
+
+
+def _screen_at(eye: Floats) -> tuple[Floats, float, float]:
+    """Middle of the screen, (3,), half its width and height [m]."""
+    ahead, inwards, up, wide, high = _SCREEN
+    side = float(np.sign(eye[1]) or 1.0)
+    return eye + np.array([ahead, -side * inwards, up]), wide, high
+
+
+def _lamp(role: str, at: Floats, size: tuple[float, float]) -> VehicleLamp:
+    """A lamp that shines at the driver."""
+    x, y, z = (float(value) for value in at)
+    return VehicleLamp(role, (x, y, z), size, float(np.pi))
+
+
+def _hood(eye: Floats, *, foot: float, end: float) -> Iterator[Piece]:
+    """The hood's skin from the dashboard to the lip, the lip and the dark under it."""
+    wide, top = _HOOD
+    along = np.linspace(0.0, 1.0, 14)
+    turn = np.linspace(np.pi, 0.0, 41)
+    # A flat arch: |cos| and |sin| to 2/3.4 are a superellipse of exponent 3.4.
+    y = -wide * np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** (2 / 3.4)
+    arch = np.abs(np.sin(turn)) ** (2 / 3.4)
+    height = (top - foot) * np.sin(0.5 * np.pi * along) ** 1.3
+    x = end + (_LIP - end) * along
+
+    def ring(x: Floats, height: Floats, shrink: float = 0.0) -> Floats:
+        z = foot + np.maximum(height[:, None] * arch - shrink, 0.0)
+        across = np.broadcast_to(y * (1.0 - shrink / wide), z.shape)
+        return eye + np.stack([np.broadcast_to(x[:, None], z.shape), across, z], axis=-1)
+
+    yield "dash_pad", sheet(ring(x, height))
+    ends = np.array([_LIP, _LIP - 0.006, _LIP - 0.006, _LIP])
+    steps = [(0.0, ends[:1]), (0.003, ends[1:2]), (0.009, ends[2:3]), (0.012, ends[3:])]
+    lip = np.concatenate([ring(at, height[-1:], shrink) for shrink, at in steps])
+    yield "dash_pad", sheet(lip)
+    inner = [ring(np.array([at]), height[-1:], 0.012) for at in (_LIP, _FACE + 0.004)]
+    yield "gap", sheet(np.concatenate(inner))
+    back = inner[1] * [1.0, 1.0, 0.0] + [0.0, 0.0, eye[2] + foot - 0.06]
+    yield "gloss_black", sheet(np.concatenate([inner[1], back]))
+
+
+def _ring(middle: Floats, radius: float, thick: float) -> Mesh:
+    """A ring of round section that faces the driver."""
+    across, up = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    return _rim(middle, across=radius * across, up=radius * up, thick=thick)
+
+
+def _stroke(middle: Floats, angle: float, span: tuple[float, float], half: float) -> Mesh:
+    """A flat bar on a dial, away from its middle at an angle from upright."""
+    out = np.array([-np.sin(angle), np.cos(angle)])
+    side = half * np.array([out[1], -out[0]])
+    a, b = span[0] * out, span[1] * out
+    corners = np.array([a - side, a + side, b + side, a - side, b + side, b - side])
+    return _flat(corners * [-1.0, 1.0], middle - np.array([0.003, 0.0, 0.0]))
+
+
+def _flat(corners: Floats, place: Floats) -> Mesh:
+    """Triangles in an upright plane that faces the driver; corners (3m, 2) to the right, up."""
+    points = np.column_stack([np.zeros(len(corners)), -corners[:, 0], corners[:, 1]]) + place
+    faces = np.arange(len(points)).reshape(-1, 3)
+    a, b, c = points[faces].transpose(1, 0, 2)
+    backwards = np.cross(b - a, c - a)[:, 0] > 0.0
+    faces[backwards] = faces[backwards][:, ::-1]
+    return Mesh(points, faces, np.broadcast_to([-1.0, 0.0, 0.0], points.shape).copy())
+
+
+def _rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
+    """A ring of round section; `across` and `up` reach from its centre to its middle line."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 65)[:, None, None]
+    section = np.linspace(0.0, 2.0 * np.pi, 12)[None, :, None]
+    radius = float(np.linalg.norm(up))
+    out = (np.sin(turn) * across + np.cos(turn) * up) / radius
+    axis = np.cross(across, up) / radius**2
+    normals = np.cos(section) * out - np.sin(section) * axis
+    return sheet(centre + radius * out + thick * normals, normals=normals)
+
+
+def sheet(points: Floats, *, normals: Floats | None = None) -> Mesh:
+    """A smooth surface through a grid of points, (n, m, 3), facing rows x columns."""
+    rows, columns = points.shape[:2]
+    index = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
+    faces = np.concatenate([np.stack(t, -1).reshape(-1, 3) for t in ((a, d, c), (a, c, b))])
+    if normals is None:
+        down, right = np.gradient(points, axis=0), np.gradient(points, axis=1)
+        normals = np.cross(down, right)
+        normals /= np.linalg.norm(normals, axis=-1, keepdims=True) + 1e-20
+    return Mesh(points.reshape(-1, 3), faces, normals.reshape(-1, 3))

@@ -1,0 +1,199 @@
+"""Opens a vehicle for a camera inside it: no glass, no roof, no cabin.
+
+What remains is the bonnet, the low body (so that its shadow stays plausible) and a
+dashboard with the wheel, which hides the road under the cabin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamps
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.lamps import VehicleLamp
+from sumo3dviz_pt.model.scene import Part, Prototype
+
+LOW_SHARE = 0.55
+"""The body is kept below this share of its height."""
+
+_BONNET_ABOVE_BELT = 0.06
+"""What is ahead of the windscreen and higher is a mirror or a wiper [m]."""
+
+_TRIM_ABOVE_BELT = 0.012
+"""Likewise what is not painted, such as the wipers, which the cockpit has of its own [m]."""
+
+_FLATTEST = 0.1
+"""Least cosine between a shown face's normals and the way to the eye."""
+
+_TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome"})
+
+_NARROWEST_DASHBOARD = 1.2
+"""Two-wheelers and people have none [m]."""
+
+
+def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> Prototype:
+    """Keep what a driver sees of the own vehicle.
+
+    Args:
+        prototype: The whole body.
+        cowl: x where bonnet and windscreen meet, at most 0 [m].
+        belt: Height of the dashboard, about where the side windows begin [m].
+        eye: The driver's, (3,) [m].
+
+    Returns:
+        A body called `<name>~cockpit`, with its lamps and those of the instruments.
+    """
+    bounds = np.stack([part.mesh.bounds for part in prototype.parts if len(part.mesh.vertices)])
+    width = float(np.ptp(bounds[:, :, 1]))
+    low = min(LOW_SHARE * float(bounds[:, 1, 2].max()), belt - 0.05)
+    high = _Limit(belt + _BONNET_ABOVE_BELT, 0.5 * width)
+    parts = tuple(_opened(prototype.parts, cowl=cowl, low=low, high=high))
+    parts = tuple(replace(part, mesh=_seen_from(part.mesh, eye)) for part in parts)
+    lamps: tuple[VehicleLamp, ...] = ()
+    if width > _NARROWEST_DASHBOARD:
+        edge = max([belt, *(_edge(part.mesh, cowl=cowl) for part in parts)])
+        front = min(cowl, -0.08)
+        inside = cockpit(width, front=front, belt=belt, edge=edge, eye=eye)
+        parts = (*parts, *(Part(mesh, material) for material, mesh in inside))
+        lamps = cockpit_lamps(belt=belt, eye=eye)
+    far = tuple(_opened(prototype.far, cowl=cowl, low=low, high=high))
+    return Prototype(f"{prototype.name}~cockpit", parts, far, (*prototype.lamps, *lamps))
+
+
+def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
+    """Cut a mesh where a field is zero and keep where it is at most zero.
+
+    Args:
+        mesh: Any triangles.
+        heights: The field at the vertices, (n,); linear within a face.
+
+    Returns:
+        The rest, and for each of its faces the face it came from, (m,).
+    """
+    outside = heights[mesh.faces] > 0.0
+    count = outside.sum(axis=1)
+    whole = np.flatnonzero(count == 0)
+    tips, stumps = np.flatnonzero(count == 2), np.flatnonzero(count == 1)
+    # The corner that is alone on its side comes first; the turn keeps the orientation.
+    tip_faces = _turned(mesh.faces[tips], np.argmin(outside[tips], axis=1))
+    stump_faces = _turned(mesh.faces[stumps], np.argmax(outside[stumps], axis=1))
+    lone = np.concatenate([tip_faces[:, 0], stump_faces[:, 0]])
+    starts, total = len(mesh.vertices), len(lone)
+    others = np.concatenate([tip_faces[:, 1:], stump_faces[:, 1:]])
+    share = heights[lone][:, None] / (heights[lone][:, None] - heights[others])
+    first, second = starts + np.arange(total), starts + total + np.arange(total)
+    a, b = len(tips), slice(len(tips), None)
+    faces = np.concatenate(
+        [
+            mesh.faces[whole],
+            np.column_stack([tip_faces[:, 0], first[:a], second[:a]]),
+            np.column_stack([first[b], stump_faces[:, 1], stump_faces[:, 2]]),
+            np.column_stack([first[b], stump_faces[:, 2], second[b]]),
+        ]
+    )
+    source = np.concatenate([whole, tips, stumps, stumps])
+    cut = _with_cuts(mesh, lone, others, share)
+    # A cut through a corner leaves triangles without area.
+    solid = _areas(cut.vertices, faces) > 1e-12
+    return _compact(cut, faces[solid]), source[solid]
+
+
+@dataclass(frozen=True, slots=True)
+class _Limit:
+    """How high the bonnet reaches: less at the flanks, where mirrors stand on their feet.
+
+    Attributes:
+        middle: On the axis [m].
+        half: Half the body's width [m].
+    """
+
+    middle: float
+    half: float
+
+    def over(self, points: Floats) -> Floats:
+        """How far points, (n, 3), lie above it, (n,) [m]."""
+        flank = np.maximum(np.abs(points[:, 1]) / self.half - 0.68, 0.0)
+        return np.asarray(points[:, 2] - (self.middle - 0.4 * flank))
+
+
+def _opened(parts: tuple[Part, ...], *, cowl: float, low: float, high: _Limit) -> list[Part]:
+    """The parts below `low`, or below `high` ahead of the cowl; empty ones are left out."""
+    opened = []
+    for part in parts:
+        z = part.mesh.vertices[:, 2]
+        below, above = _clipped(part, z - low), _clipped(part, low - z)
+        above = _clipped(above, high.over(above.mesh.vertices))
+        if part.material in _TRIMMINGS:
+            limit = high.middle - _BONNET_ABOVE_BELT + _TRIM_ABOVE_BELT
+            above = _clipped(above, above.mesh.vertices[:, 2] - limit)
+        ahead = _clipped(above, cowl - above.mesh.vertices[:, 0])
+        opened += [rest for rest in (below, ahead) if len(rest.mesh.faces)]
+    return opened
+
+
+def _clipped(part: Part, heights: Floats) -> Part:
+    """A part where the field is at most zero, with the tints of its faces."""
+    mesh, source = clip(part.mesh, heights)
+    return replace(part, mesh=mesh, tint=None if part.tint is None else part.tint[source])
+
+
+def _turned(faces: Ints, first: Ints) -> Ints:
+    """The same faces, beginning with the given corner, (m, 3)."""
+    order = (first[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(faces, order, axis=1)
+
+
+def _with_cuts(mesh: Mesh, lone: Ints, others: Ints, share: Floats) -> Mesh:
+    """The mesh's vertices and those on the cut: first all to one side, then to the other."""
+
+    def extended(values: Floats | None) -> Floats | None:
+        if values is None:
+            return None
+        cuts = [
+            values[lone] + share[:, [k]] * (values[others[:, k]] - values[lone]) for k in (0, 1)
+        ]
+        return np.concatenate([values, *cuts])
+
+    vertices = extended(mesh.vertices)
+    assert vertices is not None
+    none = np.zeros((0, 3), np.int64)
+    return Mesh(vertices, none, extended(mesh.normals), extended(mesh.uvs))
+
+
+def _seen_from(mesh: Mesh, eye: Floats) -> Mesh:
+    """The same mesh, its normals bent to the eye where its faces look at it but they do not.
+
+    Along a bonnet one looks so flatly that smooth normals of few faces would turn it black.
+    """
+    if mesh.normals is None or not len(mesh.faces):
+        return mesh
+    away = eye - mesh.vertices
+    away /= np.linalg.norm(away, axis=1, keepdims=True)
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    ahead = (np.cross(b - a, c - a) * away[mesh.faces[:, 0]]).sum(axis=1) > 0.0
+    shown = np.zeros(len(mesh.vertices), dtype=np.bool_)
+    shown[mesh.faces[ahead]] = True
+    lacking = np.maximum(_FLATTEST - (mesh.normals * away).sum(axis=1), 0.0) * shown
+    bent = mesh.normals + lacking[:, None] * away
+    return replace(mesh, normals=bent / np.linalg.norm(bent, axis=1, keepdims=True))
+
+
+def _areas(vertices: Floats, faces: Ints) -> Floats:
+    """Areas of faces, (m,) [m2]."""
+    first, second, third = (vertices[faces[:, k]] for k in range(3))
+    return np.asarray(np.linalg.norm(np.cross(second - first, third - first), axis=1) / 2.0)
+
+
+def _compact(mesh: Mesh, faces: Ints) -> Mesh:
+    """The faces with only the vertices that they use."""
+    used, places = np.unique(faces, return_inverse=True)
+    chosen = [None if v is None else v[used] for v in (mesh.normals, mesh.uvs)]
+    return Mesh(mesh.vertices[used], places.reshape(-1, 3), *chosen)
+
+
+def _edge(mesh: Mesh, *, cowl: float) -> float:
+    """Height of the bonnet's rear edge about its middle [m]; 0 where the mesh has none."""
+    near = (np.abs(mesh.vertices[:, 0] - cowl) < 0.05) & (np.abs(mesh.vertices[:, 1]) < 0.35)
+    return float(mesh.vertices[near, 2].max(initial=0.0))

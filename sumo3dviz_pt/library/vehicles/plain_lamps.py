@@ -1,0 +1,49 @@
+"""Lamps of plain bodies: whatever moves by night is lit, also what has no model yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
+from sumo3dviz_pt.library.vehicles.heavy.recipe import LampSpot
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.lamps import VehicleLamp
+
+NARROW = frozenset(["bicycle", "scooter", "motorcycle", "moped"])
+"""Classes with one lamp at each end."""
+
+UNLIT = frozenset(["pedestrian", "wheelchair", "container", "aircraft", "drone"])
+"""Classes without lamps; what is no class at all has them."""
+
+_NARROW_SIZE = (0.12, 0.12)
+
+
+def plain_lamps(vclass: str, meshes: Sequence[Mesh]) -> tuple[VehicleLamp, ...]:
+    """Head, tail and brake lamps on the surface of a plain body.
+
+    Args:
+        vclass: SUMO's vClass.
+        meshes: The body in its own frame, at least one.
+    """
+    if vclass in UNLIT:
+        return ()
+    bounds = np.stack([mesh.bounds for mesh in meshes])
+    low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    width, height = float(high[1] - low[1]), float(high[2])
+    return tuple(find_lamps(_spots(vclass, width, height), meshes))
+
+
+def _spots(vclass: str, width: float, height: float) -> Iterator[LampSpot]:
+    """Where lamps sit on a body of a width and height [m]."""
+    narrow = vclass in NARROW
+    size = _NARROW_SIZE if narrow else (0.12 * width, 0.05 * width)
+    across = 0.0 if narrow else 0.36 * width
+    # Wheels and riders are narrow: at half their height all of them have something.
+    up = 0.5 * height if narrow else min(0.42 * height, 0.85)
+    for role, view in (("head", "front"), ("tail", "rear"), ("brake", "rear")):
+        above = 1.6 * size[1] if role == "brake" else 0.0
+        # Ships have lights, but none that throws a beam.
+        shown = "sign" if (vclass, role) == ("ship", "head") else role
+        yield LampSpot(shown, view, (across, up + above), size)

@@ -1,0 +1,1 @@
+"""Trains, trams, ships and containers: shells without road wheels."""

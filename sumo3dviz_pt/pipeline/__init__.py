@@ -1,0 +1,1 @@
+"""From a scene file to pictures: the only place that knows all stages."""

@@ -1,0 +1,167 @@
+"""What a picture was made from, in full: its key, and the account that travels with it.
+
+Two frames with the same key and time are the same picture. Nothing of what pixels hang on may
+be missing from it, and files count by content: a name says nothing.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
+from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.model.scene import FrameState
+    from sumo3dviz_pt.pipeline.production import Production
+    from sumo3dviz_pt.shot.build import Shot
+
+_APART = frozenset({"scenario", "template", "cameras", "shots", "output", "quality"})
+"""Keys of a scene file that count in another way: by content, or as far as they act."""
+
+
+def key_of(production: Production) -> str:
+    """A hash of everything that a frame's pixels depend on, beside its time.
+
+    The shot's window counts: wheels and strides are turned by the way since its begin, and
+    who has room in it hangs on all of its frames. What acts on the developed picture alone
+    (tone curve, glare, codec) does not, nor do names of files and presets.
+    """
+    job, inputs, times = production.job, production.inputs, production.times
+    settings = {name: value for name, value in job.model_dump().items() if name not in _APART}
+    files = by_role(production.files)
+    content = {
+        "settings": with_files(settings, inputs.content),
+        "cameras": with_files(_cameras(job, production.camera), inputs.content),
+        "files": {role: [inputs.content(path) for path in some] for role, some in files.items()},
+        "truncated": job.scenario.allow_truncated,
+        "window": [float(times[0]), float(times[-1]), len(times)],
+        "plan": _plan(production.shot),
+        "size": list(job.output.size),
+        "half": job.output.half,
+        "exposure": job.output.exposure,
+        "quality": production.quality.model_dump(exclude={"purpose"}),
+        "variant": production.variant,
+        "versions": versions(),
+        "package": package_hashes(),
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
+
+
+def _cameras(job: Job, name: str) -> list[Any]:
+    """The camera, and others that keep the world clear."""
+    clearing = [
+        camera
+        for other, camera in job.cameras.items()
+        if other != name and getattr(camera, "clear_view", False)
+    ]
+    return [camera.model_dump() for camera in (job.cameras[name], *clearing)]
+
+
+def _plan(shot: Shot) -> dict[str, Any]:
+    """What was built for a shot, counted: whole numbers are the same on every processor."""
+    data, slots = shot.data, shot.data.slots
+    return {
+        "static": [[part.id, *_counts(part.part.mesh)] for part in data.static],
+        "lamps": [[lamps.id, len(lamps.lamps)] for lamps in data.lamps],
+        "bodies": {
+            name: [_counts(part.mesh) for part in (*body.parts, *body.far)]
+            for name, body in data.prototypes.items()
+        },
+        "slots": [dict(level) for level in (slots.near, slots.far, slots.posed)],
+        "limit": shot.limit,
+        "heroes": sorted(shot.heroes),
+    }
+
+
+def _counts(mesh: Any) -> tuple[int, int]:
+    """Vertices and triangles of a mesh."""
+    return len(mesh.vertices), len(mesh.faces)
+
+
+def account_of(production: Production) -> dict[str, Any]:
+    """What all pictures of a production were made from, as plain values.
+
+    There is no clock in it, so that the same command gives the same bytes; and no path of this
+    machine but in the command: a file stands by the name under which `inputs` has its hash.
+    """
+    job, inputs, data = production.job, production.inputs, production.shot.data
+    return {
+        "key": production.key,
+        "command": production.command,
+        "camera": production.camera,
+        "exposure": production.exposure,
+        "tone": job.output.tone,
+        "glare": job.output.glare,
+        "seed": job.seed,
+        "spp": production.quality.spp,
+        "quality": job.quality,
+        "preset": production.quality.model_dump(exclude={"purpose"}),
+        "variant": production.variant,
+        "scene": with_files(job.model_dump(by_alias=True), inputs.name),
+        "inputs": dict(sorted(inputs.hashes.items())),
+        "world": world_digest(data),
+        "light": light_digest(data),
+        "plan": plan_digest(data, production.shot.heroes),
+        "versions": versions(),
+        "package": package_hashes(),
+    }
+
+
+def film_account(
+    production: Production, name: str, *, shared: Mapping[str, Any], pace: Mapping[str, Any]
+) -> dict[str, Any]:
+    """The JSON beside a film: what all of it is made from, and what every frame shows.
+
+    Args:
+        production: The film's.
+        name: The film's.
+        shared: What its frames say of it.
+        pace: Frame rate and speed.
+    """
+    frames = []
+    states: dict[str, str] = {}
+    changes = []
+    for number, at in enumerate(production.times.tolist()):
+        frames.append(_frame_account(number, production.shot.frame_at(at)))
+        now = production.shot.states_at(at)
+        changes += [
+            {"frame": number, "time": at, "tls": tls, "state": state}
+            for tls, state in sorted(now.items())
+            if states.get(tls) != state
+        ]
+        states = now
+    return {
+        "film": name,
+        **pace,
+        "size": list(production.job.output.size),
+        **shared,
+        "left_out": [
+            {"what": item.what, "why": item.why} for item in production.shot.data.left_out
+        ],
+        "signal_changes": changes,
+        "frames": frames,
+    }
+
+
+def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
+    """What one frame shows."""
+    view = frame.view
+    matrix = view.world_from_camera.matrix
+    return {
+        "frame": number,
+        "time": frame.time,
+        "camera": {
+            "position": [round(float(value), 6) for value in view.position],
+            "forward": [round(float(value), 9) for value in matrix[:3, 0]],
+            "up": [round(float(value), 9) for value in matrix[:3, 2]],
+            "fov": round(float(np.degrees(view.fov)), 6),
+        },
+        "drawn": sorted(frame.users),
+    }

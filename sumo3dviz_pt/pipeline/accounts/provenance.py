@@ -1,0 +1,158 @@
+"""What pixels depend on: input files by content, our own code and library, versions."""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.catalog import data_root, template_file
+from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.library.vehicles.companions import companions
+from sumo3dviz_pt.model.scenario import ScenarioFiles
+
+ROLES = ("network", "trajectories", "signals", "additional", "vehicle_types")
+"""What a simulation's files are, as in `ScenarioFiles`."""
+
+_PACKAGES = (
+    *("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy", "scipy", "shapely"),
+    *("trimesh", "mapbox-earcut", "colour-science", "OpenEXR"),
+)
+_NO_PIXELS = frozenset({"_data", "cli", "report", "video", "viewer"})
+"""Parts of the package that no stored frame depends on."""
+
+_TEXT = frozenset({".py", ".yaml"})
+_PICTURES = frozenset({".png", ".jpg", ".jpeg", ".exr", ".hdr", ".tga", ".bmp"})
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """The files that a scene is made from.
+
+    Attributes:
+        names: The shortest end of each path that tells the files apart, by path.
+        hashes: SHA-256 of the content by that name; empty for a file that does not exist.
+    """
+
+    names: Mapping[Path, str]
+    hashes: Mapping[str, str]
+
+    def name(self, path: Path) -> str:
+        """What a file, or a folder, is called."""
+        return self.names.get(path, path.name)
+
+    def content(self, path: Path) -> list[str]:
+        """Hashes of a file and of all that it refers to."""
+        return [self.hashes.get(self.name(each), "") for each in (path, *companions(path))]
+
+
+def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
+    """Hash all files that a scene is made from, those behind other files and presets too.
+
+    Args:
+        job: The scene file.
+        files: The simulation's.
+        camera: The camera's name.
+    """
+    found: dict[Path, None] = dict.fromkeys(path for role in ROLES for path in by_role(files)[role])
+    with_files(job.model_dump(), found.setdefault)
+    for path in tuple(found):
+        found |= dict.fromkeys(companions(path))
+    names = _short_names(path for path in found if not path.is_dir())
+    presets = _presets(job, camera)
+    hashes = {name: _hash(path) for path, name in names.items()}
+    return Inputs(names, hashes | {name: _hash(path) for name, path in presets.items()})
+
+
+def by_role(files: ScenarioFiles) -> dict[str, tuple[Path, ...]]:
+    """A simulation's files by what they are, in the order in which they are read."""
+    return {role: (files.network,) if role == "network" else getattr(files, role) for role in ROLES}
+
+
+def with_files(value: Any, change: Callable[[Path], Any]) -> Any:
+    """Settings as plain values for JSON, with something else in the place of every file.
+
+    Args:
+        value: As `model_dump` gives it. Words that end like a picture's name are files, too.
+        change: What to put there.
+    """
+    if isinstance(value, Mapping):
+        return {str(key): with_files(item, change) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [with_files(item, change) for item in value]
+    if isinstance(value, str) and Path(value).suffix.lower() in _PICTURES:
+        return change(Path(value))
+    if isinstance(value, dt.date | dt.time):
+        return value.isoformat()
+    return change(value) if isinstance(value, Path) else value
+
+
+def versions() -> dict[str, str]:
+    """Versions of what pixels depend on."""
+    known = {}
+    for name in _PACKAGES:
+        try:
+            known[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            known[name] = "source"
+    return known
+
+
+@cache
+def package_hashes() -> dict[str, str]:
+    """Hashes of our own code and of the library's files: a checkout changes within a version."""
+    own = Path(__file__).resolve().parents[2]
+    code = (path for path in own.rglob("*.py") if path.relative_to(own).parts[0] not in _NO_PIXELS)
+    assets, templates = data_root("assets"), data_root("scene_templates")
+    library = (path for root in (assets, templates) for path in root.rglob("*") if path.is_file())
+    return {"code": _hash_all(code, own), "library": _hash_all(library, assets.parent)}
+
+
+def _hash_all(paths: Iterable[Path], root: Path) -> str:
+    """One hash of many files; ends of lines do not count in text."""
+    whole = hashlib.blake2b(digest_size=16)
+    for name, path in sorted((path.relative_to(root).as_posix(), path) for path in paths):
+        content = path.read_bytes()
+        if path.suffix in _TEXT:
+            content = content.replace(b"\r\n", b"\n")
+        whole.update(f"{name}\0{len(content)}\0".encode() + content)
+    return whole.hexdigest()
+
+
+def _hash(path: Path) -> str:
+    """SHA-256 of a file; empty if it does not exist."""
+    if not path.is_file():
+        return ""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _short_names(paths: Iterable[Path]) -> dict[Path, str]:
+    """The shortest end of each path that no other path has."""
+    parts = {path: path.absolute().parts for path in paths}
+
+    def alone(own: tuple[str, ...], count: int) -> bool:
+        return not any(o[-count:] == own[-count:] for o in parts.values() if o != own)
+
+    return {
+        path: "/".join(own[-next(n for n in range(1, len(own) + 1) if alone(own, n)) :])
+        for path, own in parts.items()
+    }
+
+
+def _presets(job: Job, camera: str) -> dict[str, Path]:
+    """Files of the presets that a scene names, by name."""
+    view = job.cameras[camera]
+    named = {"scene": job.template, "quality": job.quality, "sky": job.sky.preset}
+    if isinstance(view, LagrangianCamera):
+        named["camera"] = view.view
+    return {
+        f"scene_templates/{kind}/{name}.yaml": template_file(kind, name)
+        for kind, name in named.items()
+        if name is not None
+    }

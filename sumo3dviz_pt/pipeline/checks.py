@@ -1,0 +1,184 @@
+"""Validates a whole scene and says what it holds, what it leaves out and what it costs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.ratios import in_short
+from sumo3dviz_pt.model.scene import SceneData
+from sumo3dviz_pt.pipeline.production import (
+    Production,
+    Request,
+    check_choices,
+    frame_times,
+    life_of,
+    prepare,
+    read,
+)
+from sumo3dviz_pt.pipeline.progress.costs import cost_of, space_in_words, time_in_words
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.sun_report import sun_report
+
+TRIANGLE_BUDGET = 1_500_000
+"""Unique triangles per shot that keep the update of a frame below half a CPU-second."""
+
+
+def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, Any]:
+    """Build every shot without rendering and report on it.
+
+    Args:
+        job: The scene file.
+        presets: Whose cost is forecast; default all.
+
+    Raises:
+        ConfigError: If a setting is wrong.
+        InputError: If a file is wrong.
+    """
+    import numpy as np
+
+    from sumo3dviz_pt.cast.own_looks import idle
+
+    check_choices(job, Request())
+    shots = [(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
+    files, scenario, trajectories = read(job)
+    if not shots:
+        lives = {name: life_of(camera, trajectories) for name, camera in job.cameras.items()}
+        shots = [(name, *life, Fraction(1)) for name, life in lives.items()]
+    traffic = scenario.traffic
+    sun = sun_report(job, location=scenario.network.location)
+    report: dict[str, Any] = {
+        "network": {
+            "file": str(files.network),
+            "lanes": len(scenario.network.lanes),
+            "signals": len({c.tls for c in scenario.network.connections if c.tls}),
+        },
+        "log": {
+            "begin": traffic.begin,
+            "end": traffic.end,
+            "step": traffic.step,
+            "road_users": dict(Counter(trace.kind for trace in traffic.traces)),
+        },
+        "sun": None if sun is None else sun.as_dict(),
+        "missing_files": [str(path) for path in files.missing],
+        "nobody": idle(job.vehicles.by_id, {t.id: t.type_id for t in trajectories}),
+        "shots": [],
+    }
+    for camera, start, end, speed in shots:
+        times = frame_times(start, end, job.output.fps, speed)
+        # A film's plan does not need every frame to say what it holds.
+        sparse = times[:: max(1, len(times) // 50)] if len(times) else np.array([start])
+        production = prepare(job, Request(camera=camera), sparse)
+        shot = _shot(production, presets or catalog.template_names("quality"), len(times))
+        report["shots"].append({"camera": camera, "from": start, "to": end, **shot})
+    return report
+
+
+def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[str, Any]:
+    """What one shot holds and costs."""
+    output = production.job.output
+    data = production.shot.data
+    families = Counter[str]()
+    for part in data.static:
+        families[part.family] += len(part.part.mesh.faces)
+    bodies = sum(data.prototypes[name].triangles for name in data.slots.near)
+    far = sum(
+        count * sum(len(part.mesh.faces) for part in data.prototypes[name].far)
+        for name, count in data.slots.far.items()
+    )
+    far += sum(count * data.prototypes[name].triangles for name, count in data.slots.posed.items())
+    total = sum(families.values()) + bodies + far
+    return {
+        "frames": frames,
+        "fps": in_short(output.fps),
+        "size": list(output.size),
+        "triangles": {**families, "road users": bodies + far, "total": total},
+        "over_budget": total > TRIANGLE_BUDGET,
+        "parts": _parts(data),
+        "left_out": [{"what": item.what, "why": item.why} for item in data.left_out],
+        "forecast": {
+            name: cost_of(
+                quality_preset(name),
+                size=output.size,
+                triangles=total,
+                frames=frames,
+                half=output.half,
+            ).as_dict()
+            for name in presets
+        },
+    }
+
+
+def _parts(data: SceneData) -> dict[str, int]:
+    """Objects that the renderer holds."""
+    return {
+        "static meshes": len(data.static),
+        "materials": len(data.materials),
+        "near slots": sum(data.slots.near.values()),
+        "far slots": sum(data.slots.far.values()),
+        "posed slots": sum(data.slots.posed.values()),
+        "lamps": sum(len(lamps.lamps) for lamps in data.lamps),
+    }
+
+
+def in_words(report: dict[str, Any]) -> str:
+    """The report as people read it."""
+    log, network = report["log"], report["network"]
+    users = ", ".join(f"{count} {kind}s" for kind, count in sorted(log["road_users"].items()))
+    lines = [
+        f"network  {network['file']}: {network['lanes']} lanes,"
+        f" {network['signals']} traffic lights",
+        f"log      {log['begin']:g} to {log['end']:g} s every {log['step']:g} s:"
+        f" {users or 'empty'}",
+    ]
+    lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
+    lines += [f"missing  {path}" for path in report["missing_files"]]
+    lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
+    for shot in report["shots"]:
+        lines += _shot_lines(shot)
+    return "\n".join(lines)
+
+
+def _shot_lines(shot: dict[str, Any]) -> list[str]:
+    """One shot as people read it."""
+    triangles = dict(shot["triangles"])
+    total = triangles.pop("total")
+    parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
+    lines = [
+        "",
+        f"shot     {shot['camera']}, {shot['from']:g} to {shot['to']:g} s, {shot['frames']} frames"
+        f" of {shot['size'][0]}x{shot['size'][1]}, {shot['fps']} a second",
+        f"  triangles {total:,}: " + ", ".join(f"{k} {v:,}" for k, v in triangles.items() if v),
+        f"  parts     {parts}",
+    ]
+    if shot["over_budget"]:
+        lines.append(f"  note      more than {TRIANGLE_BUDGET:,} triangles make every frame slower")
+    lines += [f"  left out  {item['what']}: {item['why']}" for item in shot["left_out"]]
+    return lines + _cost_lines(shot)
+
+
+_COST_HEAD = ("", "CPU-s a frame", "CPU-hours", "time here", "memory", "frames", "film")
+
+
+def _cost_lines(shot: dict[str, Any]) -> list[str]:
+    """What each preset costs, as a table; the cheapest first."""
+    rows = [
+        (
+            name,
+            f"{cost['cpu_seconds_per_frame']:g}",
+            f"{cost['cpu_hours']:g}",
+            time_in_words(cost["wall_seconds"]),
+            space_in_words(cost["memory_mb"]),
+            space_in_words(cost["frames_mb"]),
+            space_in_words(cost["film_mb"]),
+        )
+        for name, cost in sorted(shot["forecast"].items(), key=lambda item: item[1]["cpu_hours"])
+    ]
+    return [
+        f"  {name:<9} " + "".join(f"{cell:>15}" for cell in rest)
+        for name, *rest in (_COST_HEAD, *rows)
+    ]

@@ -1,0 +1,1 @@
+"""Films: frames, their order, their files."""

@@ -1,0 +1,259 @@
+"""Films: frames are the state that is kept, the film is made from them."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.job.settings import Job, ShotSettings
+from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.pipeline.accounts.build import film_account
+from sumo3dviz_pt.pipeline.films.encoding import encode_frames
+from sumo3dviz_pt.pipeline.films.frames import (
+    NOTE,
+    account_file,
+    frame_file,
+    frames_folder,
+    write_json,
+)
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
+from sumo3dviz_pt.pipeline.films.orders import shots_of, wanted_frames
+from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
+from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
+from sumo3dviz_pt.pipeline.production import (
+    Production,
+    Request,
+    check_target,
+    check_tone,
+    get_ready,
+    opened,
+    prepare,
+    scenario_files,
+)
+from sumo3dviz_pt.pipeline.progress.costs import spent
+from sumo3dviz_pt.pipeline.riders import check_companions
+from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
+
+
+@dataclass(frozen=True, slots=True)
+class FrameDone:
+    """News about a film being rendered.
+
+    Attributes:
+        done: Frames that exist now.
+        total: Frames that were asked for.
+        seconds_left: Estimate of the wall time left [s].
+        kept: True if the frame was there already.
+        cpu: CPU-seconds by phase; empty if kept.
+    """
+
+    done: int
+    total: int
+    seconds_left: float
+    kept: bool
+    cpu: dict[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class FilmReport:
+    """What came out.
+
+    Attributes:
+        film: The film, or None if only frames were asked for.
+        folder: Where the frames are (were).
+        frames: How many frames it has.
+        cpu: CPU-seconds by phase; together all that it took.
+    """
+
+    film: Path | None
+    folder: Path
+    frames: int
+    cpu: dict[str, float]
+
+
+def render_film(
+    job: Job,
+    request: Request,
+    order: FilmOrder,
+    *,
+    on_frame: Callable[[FrameDone], None] | None = None,
+) -> list[FilmReport]:
+    """Render all shots that were asked for.
+
+    Raises:
+        ConfigError: Before any work, if something that was asked for is wrong.
+        InstallationError: Before any work, if the renderer cannot be loaded.
+        RenderError: If a frame fails; finished frames are kept.
+    """
+    shots = check_order(job, request, order)
+    check_places(job, order, shots)
+    get_ready(job, request)
+    if len(shots) > 1:  # of a single one it is said as soon as it is read
+        check_rides(job, order, shots)
+    return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
+
+
+def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
+    """Refuse an order that cannot be carried out, before any work is done.
+
+    Returns:
+        Shots to render and where each film goes.
+
+    Raises:
+        ConfigError: If something that was asked for is wrong.
+    """
+    shots = shots_of(job, request, order)
+    for shot, path in shots:
+        check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
+        check_output(request.applied(job), path, fps=order.pace(job, shot).fps)
+    return shots
+
+
+def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
+    """Refuse rides with somebody who is not there; the log is looked through once for each.
+
+    Raises:
+        ConfigError: Says when the log has them.
+        InputError: If there is no log.
+    """
+    films = [(shot, order.pace(job, shot).times(shot)) for shot, _ in shots]
+    check_companions(job, films, scenario_files(job).trajectories)
+
+
+def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
+    """Refuse to overwrite, unasked, what exists.
+
+    Raises:
+        ConfigError: If a film is being rendered there, or anything would be overwritten.
+    """
+    for shot, path in shots:
+        check_unused(path, order, count=len(order.pace(job, shot).times(shot)))
+
+
+def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
+    """Refuse what cannot be developed or encoded, before any work is done.
+
+    Raises:
+        ConfigError: If tone curve, codec, size or frame rate are wrong.
+    """
+    from sumo3dviz_pt.video import check_film
+
+    check_tone(job.output.tone)
+    check_sequence(path)
+    if is_sequence(path):
+        return
+    check_film(path, size=job.output.size, fps=fps, codec=job.output.codec)
+
+
+def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
+    """The first shot that was asked for, ready to be rendered.
+
+    Raises:
+        ConfigError: If something that was asked for is wrong.
+        InputError: If a file is wrong.
+    """
+    shot, _ = shots_of(job, request, order)[0]
+    get_ready(job, request)
+    return _production(job, request, order, shot)
+
+
+def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
+    """A shot, ready to be rendered."""
+    times = order.pace(job, shot).times(shot)
+    return prepare(job, replace(request, camera=shot.camera), times, film=True)
+
+
+def _render_shot(
+    job: Job,
+    request: Request,
+    order: FilmOrder,
+    shot: ShotSettings,
+    path: Path,
+    on_frame: Callable[[FrameDone], None] | None,
+) -> FilmReport:
+    """Render one shot's frames and make its film."""
+    started, pace = spent(), order.pace(job, shot)
+    wanted_frames(order.frames, len(pace.times(shot)))
+    with nullcontext() if order.frames else alone(path):
+        production = _production(job, request, order, shot)
+        wanted = wanted_frames(order.frames, len(production.times))
+        folder = frames_folder(path)
+        folder.mkdir(exist_ok=True)
+        shared = {**production.account, "shot": _shot(production, pace)}
+        missing = missing_frames(production, folder, wanted, order, shared)
+        write_json(folder / NOTE, shared, indent=1)
+        cpu = _render_frames(production, folder, wanted, missing, shared, on_frame)
+        if order.frames is not None:
+            return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
+        files = [frame_file(folder, number) for number in wanted]
+        announce(Doing.ENCODE)
+        encode_frames(files, path, job=production.job, fps=pace.fps, key=production.key)
+        whole = film_account(production, path.name, shared=shared, pace=pace.account())
+        write_json(account_file(path), whole, indent=1)
+        if order.discard_frames:
+            discard(folder, wanted)
+    return FilmReport(path, folder, len(wanted), _with_rest(cpu, started))
+
+
+def _with_rest(cpu: Mapping[str, float], started: float) -> dict[str, float]:
+    """CPU-seconds by phase, and what no phase counts: files, the encoder's program."""
+    return {**cpu, "rest": max(spent() - started - sum(cpu.values()), 0.0)}
+
+
+def _shot(production: Production, pace: Pace) -> dict[str, Any]:
+    """A film's window as its frames tell it."""
+    times = production.times
+    return {"from": float(times[0]), **pace.account(), "frames": len(times)}
+
+
+def _render_frames(
+    production: Production,
+    folder: Path,
+    wanted: Sequence[int],
+    missing: Sequence[int],
+    shared: Mapping[str, Any],
+    on_frame: Callable[[FrameDone], None] | None,
+) -> dict[str, float]:
+    """Render the frames that are missing; CPU-seconds by phase."""
+    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+
+    total: dict[str, float] = {"read": production.reading}
+    kept = len(wanted) - len(missing)
+    if kept and on_frame is not None:
+        on_frame(FrameDone(kept, len(wanted), 0.0, kept=True, cpu={}))
+    if not missing:
+        return total
+    with opened(production, film=len(production.times) > 2) as session:
+        started = time.monotonic()
+        announce(Doing.RENDER, kept, len(wanted))
+        for count, number in enumerate(missing, start=1):
+            at = float(production.times[number])
+            rendered = session.render(production.shot.frame_at(at))
+            account = {
+                **shared,
+                "frame": number,
+                "time": at,
+                "capped_share": round(rendered.tally.capped_share, 6),
+                "nonfinite": rendered.tally.nonfinite,
+            }
+            write_exr(
+                frame_file(folder, number),
+                rendered.radiance,
+                half=production.job.output.half,
+                attributes={PROVENANCE: json.dumps(account, sort_keys=True)},
+            )
+            for phase, seconds in rendered.cpu.items():
+                total[phase] = total.get(phase, 0.0) + seconds
+            announce(Doing.RENDER, kept + count, len(wanted))
+            if on_frame is not None:
+                pace = (time.monotonic() - started) / count
+                left = pace * (len(missing) - count)
+                on_frame(FrameDone(kept + count, len(wanted), left, kept=False, cpu=rendered.cpu))
+    return total

@@ -1,0 +1,108 @@
+"""What `render` would do, without reading the simulation or rendering anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from sumo3dviz_pt.job.settings import Job, ShotSettings
+from sumo3dviz_pt.model.ratios import in_short
+from sumo3dviz_pt.pipeline.films.build import FilmOrder, check_order, check_rides
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
+from sumo3dviz_pt.pipeline.films.orders import wanted_frames
+from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.films.sequences import is_sequence, numbered
+from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.progress.costs import (
+    TYPICAL_TRIANGLES,
+    Cost,
+    cost_of,
+    space_in_words,
+    time_in_words,
+)
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What would be done for one shot.
+
+    Attributes:
+        path: The film.
+        shot: Camera and times.
+        pace: Frame rate and speed.
+        size: Width, height [px].
+        quality: The preset's name.
+        wanted: Numbers of the frames that are asked for.
+        stored: How many of these lie there already, whatever they show.
+        film_exists: Whether the film does.
+        cost: Forecast of all frames, as if none were there.
+    """
+
+    path: Path
+    shot: ShotSettings
+    pace: Pace
+    size: tuple[int, int]
+    quality: str
+    wanted: range
+    stored: int
+    film_exists: bool
+    cost: Cost
+
+    def __str__(self) -> str:
+        width, height = self.size
+        speed = "" if self.pace.speed == 1 else f", speed {in_short(self.pace.speed)}"
+        part = "" if self.wanted.start == 0 else f" from number {self.wanted.start}"
+        cost = self.cost
+        lines = [
+            f"{self.path}",
+            f"  shot    {self.shot.camera}, {self.shot.start:g} to {self.shot.end:g} s{speed}",
+            f"  frames  {len(self.wanted)}{part}, {width}x{height},"
+            f" {in_short(self.pace.fps)} a second, {self.quality}",
+            f"  there   {self.stored} of these frames in {frames_folder(self.path)};"
+            f" the film {'exists' if self.film_exists else 'does not exist'}",
+            f"  cost    about {cost.cpu_hours:.2g} CPU-hours, {time_in_words(cost.wall_seconds)}"
+            f" here, {space_in_words(cost.memory_mb)} of memory,"
+            f" {space_in_words(cost.frames_mb)} of frames, {space_in_words(cost.film_mb)} of film",
+        ]
+        return "\n".join(lines)
+
+
+def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
+    """What would be done, shot by shot.
+
+    Raises:
+        ConfigError: If something that was asked for is wrong, as `render_film` would.
+        InputError: If the simulation's files are not there.
+    """
+    applied = request.applied(job)
+    preset = quality_preset(applied.quality, spp=request.spp)
+    found = []
+    shots = check_order(job, request, order)
+    check_rides(job, order, shots)
+    for shot, path in shots:
+        pace = order.pace(job, shot)
+        wanted = wanted_frames(order.frames, len(pace.times(shot)))
+        folder = frames_folder(path)
+        film = numbered(path, wanted.start) if is_sequence(path) else path
+        cost = cost_of(
+            preset,
+            size=applied.output.size,
+            triangles=TYPICAL_TRIANGLES,
+            frames=len(wanted),
+            half=applied.output.half,
+        )
+        found.append(
+            Plan(
+                path,
+                shot,
+                pace,
+                applied.output.size,
+                applied.quality,
+                wanted,
+                sum(frame_file(folder, number).exists() for number in wanted),
+                film.exists(),
+                cost,
+            )
+        )
+    return found

@@ -1,0 +1,224 @@
+"""A folder of stored frames: whose they are, which fit, which are missing.
+
+Beside the frames lies `film.json`, the account of the film that they belong to. Frames of
+other films, and frames beyond its end, never get into it.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+from typing import Any, Literal
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.model.ratios import Ratio
+from sumo3dviz_pt.pipeline.accounts.differences import differences
+from sumo3dviz_pt.pipeline.films.sequences import film_name
+
+log = logging.getLogger(__name__)
+
+NOTE = "film.json"
+"""The film's account, beside its frames."""
+
+SAME_TIME = 1e-9
+"""Times of frames that differ by less are one [s]."""
+
+Account = Mapping[str, Any]
+State = Literal["absent", "damaged", "other", "done"]
+
+
+@dataclass(frozen=True, slots=True)
+class StoredFilm:
+    """The frames of one film.
+
+    Attributes:
+        account: What they are made from.
+        files: In order, at least one.
+    """
+
+    account: Account
+    files: tuple[Path, ...]
+
+    @property
+    def fps(self) -> Ratio | None:
+        """Frames per second; None where nothing is known of it."""
+        shot = self.account.get("shot", {})
+        rate: Ratio | None = shot.get("frame_rate", shot.get("fps"))
+        return rate
+
+
+def frames_folder(path: Path) -> Path:
+    """Where a film's frames go."""
+    return film_name(path).with_suffix(".frames")
+
+
+def account_file(path: Path) -> Path:
+    """Where a film's account goes."""
+    return film_name(path).with_suffix(".json")
+
+
+def frame_file(folder: Path, number: int) -> Path:
+    """A frame's file."""
+    return folder / f"{number:06d}.exr"
+
+
+def frame_numbers(folder: Path) -> list[int]:
+    """Numbers of the frames in a folder, which need not exist."""
+    return sorted(int(path.stem) for path in folder.glob("*.exr") if path.stem.isdecimal())
+
+
+def read_account(path: Path) -> Account:
+    """What a frame says of itself; nothing if it says nothing.
+
+    Raises:
+        InputError: If it, or what it says, is damaged.
+    """
+    from sumo3dviz_pt.image.exr import PROVENANCE, read_attributes
+
+    return _parsed(read_attributes(path).get(PROVENANCE, "{}").encode(), path)
+
+
+def account_in(path: Path) -> Account:
+    """What a picture, a film or a folder of frames says that it was made from.
+
+    Args:
+        path: A .png, an .exr, a film's .json, a film beside which that lies, or a folder.
+
+    Raises:
+        InputError: If it is missing or damaged, or says nothing.
+    """
+    from sumo3dviz_pt.image.png import read_text
+
+    if not path.exists():
+        raise InputError("there is no such file or folder", file=path)
+    if path.is_dir():
+        account = film_of(path)
+    elif path.suffix.lower() == ".exr":
+        account = read_account(path)
+    elif path.suffix.lower() == ".png":
+        account = _parsed(read_text(path).get("provenance", "{}").encode(), path)
+    else:
+        beside = path.with_suffix(".json")
+        account = _parsed(beside.read_bytes() if beside.is_file() else b"{}", beside)
+    if not account or "scene" not in account:
+        raise InputError("does not say what it was made from", file=path)
+    return account
+
+
+def _parsed(text: bytes, path: Path) -> Account:
+    """An account from its JSON."""
+    try:
+        account = json.loads(text)
+    except ValueError as error:
+        raise InputError(f"its account is damaged ({error})", file=path) from error
+    return account if isinstance(account, dict) else {}
+
+
+def write_json(path: Path, content: Account, *, indent: int | None = None) -> None:
+    """Write a file that is whole or not there."""
+    write_whole(path, json.dumps(content, indent=indent))
+
+
+def film_of(folder: Path) -> Account | None:
+    """The film that a folder's frames belong to, by its note or by the first one; or None."""
+    try:
+        return dict(json.loads((folder / NOTE).read_bytes()))
+    except (OSError, ValueError, TypeError):
+        first = next(iter(sorted(folder.glob("*.exr"))), None)
+    try:
+        return None if first is None else read_account(first)
+    except InputError:
+        return {}
+
+
+def state_of(path: Path, *, key: str, time: float) -> State:
+    """Whether a frame is there, whole, and just what would be rendered.
+
+    Args:
+        path: Its file.
+        key: Of the production.
+        time: SUMO's [s].
+    """
+    from sumo3dviz_pt.image.exr import read_exr
+
+    if not path.exists():
+        return "absent"
+    try:
+        account = read_account(path)
+        if account.get("key") != key or abs(float(account.get("time", "nan")) - time) > SAME_TIME:
+            return "other"
+        read_exr(path)
+    except (InputError, TypeError, ValueError):
+        return "damaged"
+    return "done"
+
+
+def stored_film(folder: Path) -> StoredFilm:
+    """The frames that make a film, without those beyond its end; says what is missing.
+
+    Args:
+        folder: Of frames.
+
+    Raises:
+        InputError: If there are none, they belong to more than one film, or one is damaged.
+    """
+    files, film = sorted(folder.glob("*.exr")), film_of(folder) or {}
+    count = film.get("shot", {}).get("frames")
+    within = [path for path in files if count is None or _number(path) < count]
+    if not within:
+        raise InputError("holds no .exr frames", file=folder)
+    if len(within) < len(files):
+        beyond = listed(_number(path) for path in files if path not in within)
+        log.warning("%s: beyond the film's end, and left out: %s", folder, beyond)
+    _check_one_film(folder, film, within)
+    missing = sorted(set(range(count or 0)) - {_number(path) for path in within})
+    if missing:
+        log.warning("%s: missing of %d frames: %s", folder, count, listed(missing))
+    return StoredFilm(film, tuple(within))
+
+
+def _check_one_film(folder: Path, film: Account, files: Sequence[Path]) -> None:
+    """Refuse a folder that mixes films."""
+    accounts = {path: read_account(path) for path in files}
+    strays = [path for path in files if accounts[path].get("key") != film.get("key")]
+    if strays:
+        which = ", ".join(path.name for path in strays[:3]) + (", ..." if len(strays) > 3 else "")
+        raise InputError(
+            f"holds {counted(len(strays))} of another film ({which}; what differs:"
+            f" {why_other(accounts[strays[0]], film)}); render them anew with --resume,"
+            " or take them away",
+            file=folder,
+        )
+
+
+def why_other(stored: Account, wanted: Account) -> str:
+    """What tells a stored frame from the one that is wanted, in a few words."""
+    if "scene" not in stored or "scene" not in wanted:
+        return "an older version made them"
+    found = differences(stored, wanted, stored=True)
+    more = f" and {len(found) - 2} more" if len(found) > 2 else ""
+    return "; ".join(found[:2]) + more if found else "something that they do not tell"
+
+
+def listed(numbers: Iterable[int]) -> str:
+    """Numbers in words, such as `3, 7 to 9`."""
+    runs = []
+    for _, run in groupby(enumerate(sorted(numbers)), key=lambda pair: pair[1] - pair[0]):
+        own = [number for _, number in run]
+        runs.append(f"{own[0]}" if len(own) == 1 else f"{own[0]} to {own[-1]}")
+    return ", ".join(runs)
+
+
+def counted(frames: int) -> str:
+    """So many frames, in words."""
+    return "1 frame" if frames == 1 else f"{frames} frames"
+
+
+def _number(path: Path) -> int:
+    """A frame's number; -1 for another name, which is never beyond an end."""
+    return int(path.stem) if path.stem.isdecimal() else -1

@@ -1,0 +1,112 @@
+"""What `render` is asked for: which shots, when, and where their films go."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.asked import settle
+from sumo3dviz_pt.job.ranges import Seconds, Target, Whole
+from sumo3dviz_pt.job.settings import Job, ShotSettings
+from sumo3dviz_pt.model.ratios import Ratio
+from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.production import Request
+
+_NO_NAME = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
+"""What may not stand in a file's name on some system."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilmOrder:
+    """What `render` was asked for.
+
+    Attributes:
+        path: The film.
+        start: First frame's time [s]; None is the shot's.
+        end: After the last frame [s]; None is the shot's.
+        fps: A number or a ratio such as `30000/1001`; None is the scene file's.
+        frames: First and after-last frame to render; None is all, and makes a film.
+        resume: Whether matching frames are kept, and all others and the film replaced.
+        discard_frames: Whether frames go when the film is done.
+        speed: SUMO's time per film's; None is the shot's.
+        overwrite: Whether a film and frames that exist are replaced.
+    """
+
+    path: Target
+    start: Seconds | None = None
+    end: Seconds | None = None
+    fps: Ratio | None = None
+    frames: tuple[Whole, Whole] | None = None
+    resume: bool = False
+    discard_frames: bool = False
+    speed: Ratio | None = None
+    overwrite: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
+
+    def pace(self, job: Job, shot: ShotSettings) -> Pace:
+        """How a shot's time runs.
+
+        Raises:
+            ConfigError: If frame rate or speed are out of range.
+        """
+        return Pace.of(job, shot, fps=self.fps, speed=self.speed)
+
+
+def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
+    """Shots to render and where each film goes.
+
+    Raises:
+        ConfigError: If times or cameras are missing, or several shots share a name.
+    """
+    if request.camera is not None or order.start is not None:
+        shot = _asked_shot(job, request, order)
+        return [(shot, _film_path(order.path, job, shot))]
+    if not job.shots:
+        raise ConfigError(
+            "the scene has no shots; add one or give --camera, --from and --to", key="shots"
+        )
+    if len(job.shots) > 1 and "{shot}" not in order.path.name:
+        raise ConfigError(
+            f"the scene has {len(job.shots)} shots; put {{shot}} into the name of the output",
+            key="output",
+        )
+    return [(shot, _film_path(order.path, job, shot)) for shot in job.shots]
+
+
+def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:
+    """A shot's film: `{shot}` is its number in the scene file and its camera's name."""
+    cameras = [other.camera for other in job.shots]
+    number = next((n for n, other in enumerate(job.shots, start=1) if other is shot), None)
+    if number is None and shot.camera in cameras:
+        number = cameras.index(shot.camera) + 1
+    name = shot.camera if number is None else f"{number}_{shot.camera}"
+    return path.with_name(path.name.replace("{shot}", _NO_NAME.sub("-", name)))
+
+
+def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
+    """The shot that the command describes."""
+    from sumo3dviz_pt.pipeline.scene_file import camera_settings
+
+    name, _ = camera_settings(job, request.camera)
+    of_file = next((shot for shot in job.shots if shot.camera == name), None)
+    start = order.start if order.start is not None else (of_file.start if of_file else None)
+    end = order.end if order.end is not None else (of_file.end if of_file else None)
+    if start is None or end is None:
+        raise ConfigError(f"the scene has no shot of {name!r}; give --from and --to", key="shots")
+    if end <= start:
+        raise ConfigError(f"--to ({end:g}) must be later than --from ({start:g})", key="to")
+    speed = of_file.speed if of_file else 1
+    return ShotSettings.model_validate({"camera": name, "from": start, "to": end, "speed": speed})
+
+
+def wanted_frames(frames: tuple[int, int] | None, count: int) -> range:
+    """Frame numbers to render."""
+    first, after = frames if frames is not None else (0, count)
+    if not 0 <= first < after <= count:
+        raise ConfigError(f"{first}:{after} does not lie within 0:{count}", key="frames")
+    return range(first, after)

@@ -1,0 +1,147 @@
+"""Which frames that exist may stay: nothing is overwritten or mixed unasked."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.pipeline.films.frames import (
+    NOTE,
+    account_file,
+    counted,
+    film_of,
+    frame_file,
+    frame_numbers,
+    frames_folder,
+    read_account,
+    state_of,
+    why_other,
+)
+from sumo3dviz_pt.pipeline.films.locks import held
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder
+from sumo3dviz_pt.pipeline.films.sequences import is_sequence, numbered
+from sumo3dviz_pt.pipeline.production import Production
+
+log = logging.getLogger(__name__)
+
+
+def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
+    """Refuse to overwrite, unasked, a film or frames that exist.
+
+    Args:
+        path: The film, or its numbered pictures.
+        order: What was asked for.
+        count: Frames of the whole film.
+
+    Raises:
+        ConfigError: If a film is being rendered there, or anything would be overwritten.
+    """
+    folder = frames_folder(path)
+    if order.frames is None and folder.is_dir():
+        with alone(path):
+            pass
+    if order.resume or order.overwrite:
+        return
+    there = frame_numbers(folder)
+    if order.frames is not None:
+        first, after = order.frames
+        there = [number for number in there if first <= number < after]
+    used = None if order.frames else next((p for p in _outputs(path, count) if p.exists()), None)
+    if used is not None or there:
+        what = f"{used} exists" if used else f"{folder} holds {counted(len(there))} of it"
+        raise ConfigError(
+            f"{what} already: --resume keeps frames that fit, --overwrite replaces all",
+            key="output",
+        )
+
+
+def _outputs(path: Path, count: int) -> Iterator[Path]:
+    """All files of a film, beside its frames."""
+    yield account_file(path)
+    if is_sequence(path):
+        yield from (numbered(path, number) for number in range(count))
+    else:
+        yield path
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """Keep other processes from rendering all of a film meanwhile; no empty folder stays."""
+    folder = frames_folder(path)
+    folder.mkdir(exist_ok=True)
+    try:
+        with held(folder, what=f"{path} is being rendered"):
+            yield
+    finally:
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def missing_frames(
+    production: Production,
+    folder: Path,
+    wanted: Sequence[int],
+    order: FilmOrder,
+    shared: Mapping[str, Any],
+) -> list[int]:
+    """Numbers of the frames that are to be rendered; says why others are not kept.
+
+    Raises:
+        ConfigError: If frames would come to lie among those of another film unasked.
+    """
+    if order.frames is not None:
+        _check_neighbours(folder, wanted, order, shared)
+    if order.resume:
+        return _stale(production, folder, wanted, shared)
+    if order.overwrite:
+        for number in frame_numbers(folder) if order.frames is None else wanted:
+            frame_file(folder, number).unlink(missing_ok=True)
+    return list(wanted)
+
+
+def _check_neighbours(
+    folder: Path, wanted: Sequence[int], order: FilmOrder, shared: Mapping[str, Any]
+) -> None:
+    """Refuse, or at least say, that a part comes to lie beside parts of another film."""
+    before = film_of(folder) if set(frame_numbers(folder)) - set(wanted) else None
+    if before is None or before.get("key") == shared["key"]:
+        return
+    what = f"{folder} holds frames of another film (what differs: {why_other(before, shared)})"
+    if not (order.resume or order.overwrite):
+        raise ConfigError(f"{what}; give another output, or --overwrite", key="output")
+    log.warning("%s; they have to be rendered anew", what)
+
+
+def _stale(
+    production: Production, folder: Path, wanted: Sequence[int], shared: Mapping[str, Any]
+) -> list[int]:
+    """Numbers of the frames that are missing, damaged or other than they would be now."""
+    states = {
+        number: state_of(
+            frame_file(folder, number), key=production.key, time=float(production.times[number])
+        )
+        for number in wanted
+    }
+    counts = Counter(states.values())
+    if counts["damaged"]:
+        log.warning("%s: rendered anew as damaged: %s", folder, counted(counts["damaged"]))
+    if counts["other"]:
+        first = next(number for number in wanted if states[number] == "other")
+        log.warning(
+            "%s: rendered anew: %s; what differs: %s",
+            folder,
+            counted(counts["other"]),
+            why_other(read_account(frame_file(folder, first)), shared),
+        )
+    return [number for number in wanted if states[number] != "done"]
+
+
+def discard(folder: Path, wanted: Sequence[int]) -> None:
+    """Remove a film's frames, and nothing else that somebody put beside them."""
+    for file in (*(frame_file(folder, number) for number in wanted), folder / NOTE):
+        file.unlink()

@@ -1,0 +1,1 @@
+"""Looks at a log's motion."""

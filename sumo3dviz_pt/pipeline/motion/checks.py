@@ -1,0 +1,286 @@
+"""Measures the motion of a whole log: what `check --motion` reports."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.traffic import Trace, TrafficLog
+from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
+from sumo3dviz_pt.motion import measures
+from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
+from sumo3dviz_pt.motion.setting import body_length, is_euler
+from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.pipeline.motion.pop_ups import pop_ups
+from sumo3dviz_pt.pipeline.production import read
+from sumo3dviz_pt.report.motion.report import (
+    WORST,
+    Extreme,
+    Finding,
+    Group,
+    MotionReport,
+    in_words,
+)
+
+_JUMP = "jump beyond the logged speed"
+_STRAY = "farther from the lane's centre than logged"
+_STRAY_STEP = 0.2
+"""Between the times at which places in lanes are measured; it takes long [s]."""
+_UNITS: Mapping[str, str] = {
+    "acceleration": "m/s2",
+    "sideways acceleration": "m/s2",
+    "jerk": "m/s3",
+    "heading rate": "deg/s",
+    "sideways speed of the rear axle": "m/s",
+    _JUMP: "m",
+    _STRAY: "m",
+}
+_BINS: Floats = np.geomspace(1e-4, 1e6, 1001)
+
+
+@dataclass(slots=True)
+class _Tally:
+    """Collects one measure over all road users without keeping every frame.
+
+    Attributes:
+        counts: Of sizes in bins 2.3 % wide, (bins + 1,).
+        worst: The largest of each road user.
+    """
+
+    counts: Ints = field(default_factory=lambda: np.zeros(len(_BINS) + 1, dtype=np.int64))
+    worst: list[Finding] = field(default_factory=list)
+
+    def add(self, values: Floats) -> None:
+        """Count sizes, (n,); NaN is passed over."""
+        sizes = np.abs(values[np.isfinite(values)])
+        self.counts += np.bincount(np.searchsorted(_BINS, sizes), minlength=len(_BINS) + 1)
+
+    def p99(self) -> float:
+        """The size that 99 % stay below, to 2 %; NaN of nothing."""
+        total = int(self.counts.sum())
+        if not total:
+            return float("nan")
+        place = int(np.searchsorted(np.cumsum(self.counts), 0.99 * total))
+        return float(_BINS[min(place, len(_BINS) - 1)]) if place else 0.0
+
+    def extreme(self, name: str) -> Extreme:
+        """As a value, the worst road users only."""
+        worst = sorted(self.worst, key=lambda each: -abs(each.value))[:WORST]
+        return Extreme(name, _UNITS[name], self.p99(), tuple(worst))
+
+
+@dataclass(slots=True)
+class _Census:
+    """What is known of one kind of road users."""
+
+    users: int = 0
+    seconds: float = 0.0
+    jumps: int = 0
+    broken: int = 0
+    tallies: dict[str, _Tally] = field(default_factory=lambda: {name: _Tally() for name in _UNITS})
+
+    def group(self, kind: str) -> Group:
+        """As a value."""
+        extremes = tuple(tally.extreme(name) for name, tally in self.tallies.items())
+        return Group(kind, self.users, self.seconds, extremes, self.jumps, self.broken)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class User:
+    """A road user as logged and as shown.
+
+    Attributes:
+        trace: The samples.
+        trajectory: The motion.
+        length: Of the body [m].
+        lane_names: That the samples' lanes index.
+    """
+
+    trace: Trace
+    trajectory: Trajectory
+    length: float
+    lane_names: Sequence[str]
+
+    def found(self, kind: str, time: float, value: float, *, end: float | None = None) -> Finding:
+        """Something that it does, with the place of the sample nearest to it."""
+        trace = self.trace
+        nearest = int(np.argmin(np.abs(trace.times - time)))
+        lane = int(trace.lanes[nearest])
+        return Finding(
+            id=self.trajectory.id,
+            kind=kind,
+            time=float(time),
+            value=float(value),
+            lane=self.lane_names[lane] if lane >= 0 else "",
+            **dict(zip("xyz", trace.positions[nearest].tolist(), strict=True)),
+            end=float(time if end is None else end),
+        )
+
+    def speeds_around(self, times: Floats) -> Floats:
+        """The larger logged speed of the samples around times, (n,) [m/s]; else their way tells."""
+        trace = self.trace
+        if len(trace.times) < 2:
+            return np.zeros(len(times))
+        ways = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
+        logged = np.fmax(trace.speeds[:-1], trace.speeds[1:])
+        logged = np.where(np.isfinite(logged), logged, ways / np.diff(trace.times))
+        place = np.searchsorted(trace.times, times, side="right") - 1
+        return np.asarray(logged[np.clip(place, 0, len(logged) - 1)])
+
+
+def check_motion(job: Job) -> MotionReport:
+    """Smooth a whole log as the scene file says and measure what comes out.
+
+    Raises:
+        ConfigError: If a setting is wrong.
+        InputError: If a file is wrong.
+    """
+    _, scenario, trajectories = read(job)
+    log = scenario.traffic
+    users = users_of(scenario, trajectories)
+    births, deaths = _ends(log, users)
+    return MotionReport(
+        smoother=job.motion.smoother,
+        fps=float(job.output.fps),
+        begin=log.begin,
+        end=log.end,
+        step=log.step,
+        groups=_groups(users, scenario.network, step=1.0 / float(job.output.fps)),
+        births=len(births),
+        deaths=len(deaths),
+        pop_ups=pop_ups(job, scenario, trajectories, births=births, deaths=deaths),
+        speeds=_speeds(log),
+        remarks=tuple(_remarks(users)),
+    )
+
+
+def motion_report(job: Job, *, as_json: bool = False) -> str:
+    """What `check_motion` finds, in words or as JSON."""
+    report = check_motion(job)
+    return json.dumps(report.as_dict(), indent=1) if as_json else in_words(report)
+
+
+def users_of(scenario: Scenario, trajectories: Sequence[Trajectory]) -> list[User]:
+    """Everyone, in the log's order."""
+    names, types = scenario.traffic.lane_names, scenario.vehicle_types
+    return [
+        User(trace, trajectory, body_length(trace, types), names)
+        for trace, trajectory in zip(scenario.traffic.traces, trajectories, strict=True)
+    ]
+
+
+def frame_grid(piece: Piece, *, step: float) -> Floats:
+    """Times of a piece's frames from its begin on, (n,) [s]."""
+    count = int((piece.end - piece.begin) / step + 1e-6) + 1
+    return np.asarray(np.minimum(piece.begin + step * np.arange(count), piece.end))
+
+
+def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[Group, ...]:
+    """Measure everyone."""
+    kinds: dict[str, _Census] = {}
+    keeping = LaneKeeping(Ways(network), users[0].lane_names) if users else None
+    for number, user in enumerate(users):
+        announce(Doing.MEASURE, number, len(users))
+        census = kinds.setdefault(user.trajectory.kind, _Census())
+        # People walk where they like.
+        drives = user.trajectory.kind == "vehicle"
+        _count(census, user, keeping if drives else None, step=step)
+    return tuple(kinds[kind].group(kind) for kind in sorted(kinds, reverse=True))
+
+
+def _count(census: _Census, user: User, keeping: LaneKeeping | None, *, step: float) -> None:
+    """Count one road user in."""
+    peaks: dict[str, measures.Peak] = {}
+    census.users += 1
+    for piece in user.trajectory.pieces:
+        times = frame_grid(piece, step=step)
+        census.seconds += piece.end - piece.begin
+        motion = piece.sample(times)
+        curves = _curves(census, user, motion, times, step=step)
+        if keeping is not None:
+            curves[_STRAY] = _strays(user, keeping, motion, times, step=step)
+        for name, values in curves.items():
+            census.tallies[name].add(values)
+            found = measures.largest(values, times)
+            old = [peaks[name]] if name in peaks else []
+            if found:
+                peaks[name] = max(*old, *found, key=_size) if old else found[0]
+    for name, peak in peaks.items():
+        if name not in (_JUMP, _STRAY) or peak.value > 0.0:
+            census.tallies[name].worst.append(user.found(name, peak.time, peak.value))
+
+
+def _size(peak: measures.Peak) -> float:
+    return abs(peak.value)
+
+
+def _curves(
+    census: _Census, user: User, motion: Motion, times: Floats, *, step: float
+) -> dict[str, Floats]:
+    """A piece's measures by name, (n,) each."""
+    finite = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.yaws)
+    census.broken += int((~finite).sum())
+    known = measures.measure(motion, step=step, length=user.length)
+    # The log itself does not say how a car gets off the road.
+    parking = [remark for remark in user.trajectory.remarks if remark.kind == "parking"]
+    aside = np.zeros(len(times), dtype=np.bool_)
+    for remark in parking:
+        aside |= (times >= remark.begin - step) & (times <= remark.end)
+    beyond = measures.excess(known.jumps, user.speeds_around(times), step=step)
+    beyond = np.where(aside, np.nan, np.maximum(beyond, 0.0))
+    census.jumps += int((beyond > 0.0).sum())
+    return {
+        "acceleration": known.accelerations,
+        "sideways acceleration": known.sideways,
+        "jerk": known.jerks,
+        "heading rate": np.degrees(known.heading_rates),
+        "sideways speed of the rear axle": known.crabs,
+        _JUMP: beyond,
+    }
+
+
+def _strays(
+    user: User, keeping: LaneKeeping, motion: Motion, times: Floats, *, step: float
+) -> Floats:
+    """How much farther from the lane's centre it is than logged, (n,) [m]; at some times only."""
+    every = max(1, round(_STRAY_STEP / step))
+    found = np.full(len(times), np.nan)
+    places = motion.positions[::every, :2]
+    found[::every] = keeping.strays(user.trace, user.trajectory, times[::every], places)
+    return found
+
+
+def _ends(log: TrafficLog, users: Sequence[User]) -> tuple[list[Finding], list[Finding]]:
+    """Who appears and who vanishes within the log, gaps and teleports included."""
+    births, deaths = [], []
+    margin = 0.5 * log.step
+    for user in users:
+        for piece in user.trajectory.pieces:
+            if piece.begin > log.begin + margin:
+                births.append(user.found("birth", piece.begin, 0.0))
+            if piece.end < log.end - margin:
+                deaths.append(user.found("death", piece.end, 0.0))
+    return births, deaths
+
+
+def _speeds(log: TrafficLog) -> str:
+    """What the log's speeds mean."""
+    if not any(np.isfinite(trace.speeds).any() for trace in log.traces):
+        return "none"
+    verdict = is_euler(log.traces)
+    return "unknown" if verdict is None else "last step" if verdict else "instant"
+
+
+def _remarks(users: Sequence[User]) -> Iterator[Finding]:
+    """Everything that was noticed while smoothing."""
+    for user in users:
+        for remark in user.trajectory.remarks:
+            yield user.found(remark.kind, remark.begin, remark.value, end=remark.end)

@@ -1,0 +1,182 @@
+"""Collects what a picture of one road user's motion needs: `sumo3dviz-pt motion`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sumo3dviz_pt.cast.fleet import find_trajectory
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.motion import measures
+from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
+from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.pipeline.motion.checks import User, users_of
+from sumo3dviz_pt.pipeline.production import check_target, read
+from sumo3dviz_pt.report.extra import check_extra
+from sumo3dviz_pt.report.motion.plot import Course, Drive, Road, motion_plot
+
+_STEP = 0.02
+"""Between the times drawn, at first [s]."""
+
+_MOST_TIMES = 20_000
+_NEAR = 60.0
+"""Lanes that come so near to the path are drawn [m]."""
+
+_OFF = 8.0
+"""Farther from its lanes than that, a road user is in none of them [m]."""
+
+_NO_BODY = (1.8, 0.5)
+"""Width of a vehicle, and of a person, whose type is not known [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What to draw.
+
+    Attributes:
+        vehicle: SUMO's id, or the key such as `person:walker_1`.
+        path: The PNG to write.
+        begin: First time [s]; None is the first sample's.
+        end: Last time [s]; None is the last sample's.
+        overwrite: Whether a picture that exists is replaced.
+    """
+
+    vehicle: str
+    path: Path
+    begin: float | None = None
+    end: float | None = None
+    overwrite: bool = False
+
+
+def draw_motion(job: Job, wanted: Wanted) -> None:
+    """Draw one road user's motion.
+
+    Raises:
+        ConfigError: If there is no such road user, it is not there at that time, the
+            picture cannot be written, or matplotlib is missing.
+        InputError: If a file is wrong.
+    """
+    check_extra("matplotlib")
+    check_target(wanted.path, suffixes=(".png",), overwrite=wanted.overwrite)
+    _, scenario, trajectories = read(job)
+    user = find_user(users_of(scenario, trajectories), wanted.vehicle)
+    motion_plot(drive_of(user, scenario, job, wanted), wanted.path)
+
+
+def find_user(users: Sequence[User], name: str) -> User:
+    """A road user by SUMO's id, or by its key.
+
+    Raises:
+        ConfigError: If the log has none of that name; the message suggests some.
+    """
+    found = find_trajectory([user.trajectory for user in users], name)
+    return next(user for user in users if user.trajectory is found)
+
+
+def drive_of(user: User, scenario: Scenario, job: Job, wanted: Wanted) -> Drive:
+    """Everything that is drawn of a road user.
+
+    Raises:
+        ConfigError: If it is not there at the wanted times.
+    """
+    first, last = _window(user, wanted)
+    keeping = LaneKeeping(Ways(scenario.network), user.lane_names)
+    centres = [lane.shape[:, :2] for lane in keeping.lanes_of(user.trace)]
+    logged = _logged(user, first, last, centres)
+    shown = _shown(user, first, last, centres)
+    found = scenario.vehicle_types.get(user.trajectory.type_id)
+    width = found.width if found else _NO_BODY[user.trajectory.kind == "person"]
+    return Drive(
+        title=f"{user.trajectory.kind} {user.trajectory.id}",
+        subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:g} to {last:g} s,"
+        f" smoother {job.motion.smoother}, {len(logged.times)} samples",
+        shown=shown,
+        logged=logged,
+        roads=_roads(scenario.network, shown.places),
+        remarks=[r for r in user.trajectory.remarks if r.begin <= last and r.end >= first],
+        size=(found.length if found else user.length, width),
+    )
+
+
+def _window(user: User, wanted: Wanted) -> tuple[float, float]:
+    """First and last time to draw [s]."""
+    pieces = user.trajectory.pieces
+    begin, end = pieces[0].begin, pieces[-1].end
+    first = begin if wanted.begin is None else max(begin, wanted.begin)
+    last = end if wanted.end is None else min(end, wanted.end)
+    if first > last:
+        raise ConfigError(
+            f"{wanted.vehicle!r} is not there then; it is there from {begin:g} s to {end:g} s",
+            key="--from" if wanted.begin is not None else "--to",
+        )
+    return first, last
+
+
+def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> Course:
+    """The displayed motion; NaN where it does not exist."""
+    count = min(int((last - first) / _STEP) + 2, _MOST_TIMES)
+    times = np.linspace(first, last, count)
+    step = float(times[1] - times[0]) or _STEP
+    motion = user.trajectory.sample(times)
+    known = measures.measure(motion, step=step, length=user.length)
+    places = motion.positions[:, :2]
+    return Course(
+        times,
+        places,
+        motion.yaws,
+        motion.speeds,
+        _in_lane(places, lines),
+        known.accelerations,
+        known.sideways,
+    )
+
+
+def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> Course:
+    """The samples within a window."""
+    trace = user.trace
+    inside: Bools = (trace.times >= first - 1e-6) & (trace.times <= last + 1e-6)
+    if not inside.any():
+        inside[np.argmin(np.abs(trace.times - first))] = True
+    places = trace.positions[inside, :2]
+    nothing = np.empty(0)
+    return Course(
+        trace.times[inside],
+        places,
+        trace.yaws[inside],
+        trace.speeds[inside],
+        _in_lane(places, lines),
+        nothing,
+        nothing,
+    )
+
+
+def _in_lane(places: Floats, lines: Sequence[Floats]) -> Floats:
+    """Signed distances from the lanes' centres, (n,) [m]; NaN where it is in no lane."""
+    found = np.full(len(places), np.nan)
+    known = np.isfinite(places).all(axis=1)
+    found[known] = measures.offsets(places[known], lines)
+    found[np.abs(found) > _OFF] = np.nan
+    return found
+
+
+def _roads(network: Network, places: Floats) -> list[Road]:
+    """Lanes near a path."""
+    known = places[np.isfinite(places).all(axis=1)]
+    reach = max(_NEAR, 0.2 * float(np.ptp(known, axis=0).max()))
+    low, high = known.min(axis=0) - reach, known.max(axis=0) + reach
+    roads = []
+    for lane in network.lanes.values():
+        edge = network.edges.get(lane.edge_id)
+        function = edge.function if edge else "normal"
+        shape = lane.shape[:, :2]
+        near = (shape.max(axis=0) >= low).all() and (shape.min(axis=0) <= high).all()
+        if near and function != "walkingarea":
+            roads.append(Road(shape, lane.width, function in ("internal", "crossing")))
+    return roads

@@ -1,0 +1,99 @@
+"""Finds who appears or vanishes within the picture of a shot, as viewers would notice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sumo3dviz_pt.cast.fleet import build_fleet
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.production import life_of
+from sumo3dviz_pt.report.motion.report import Finding, PopUps
+from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
+
+_BESIDE = 3.0
+"""What stands so far beside the picture's edge may reach into it [m]."""
+
+_FARTHEST = 1000.0
+"""Farther away a car is a few pixels high [m]."""
+
+
+def pop_ups(
+    job: Job,
+    scenario: Scenario,
+    trajectories: Sequence[Trajectory],
+    *,
+    births: Sequence[Finding],
+    deaths: Sequence[Finding],
+) -> tuple[PopUps, ...]:
+    """Who appears or vanishes in the pictures of a job's shots; of all cameras if it has none.
+
+    What stands between the eye and them is not considered.
+
+    Args:
+        job: The scene file.
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        births: Who appears in the log.
+        deaths: Who vanishes from it.
+
+    Raises:
+        ConfigError: If a camera rides with somebody unknown.
+    """
+    shots = [(shot.camera, shot.start, shot.end) for shot in job.shots]
+    if not shots:
+        lives = tuple(trajectories)
+        shots = [(name, *life_of(camera, lives)) for name, camera in job.cameras.items()]
+    aspect = job.output.size[1] / job.output.size[0]
+    found = []
+    for name, start, end in shots:
+        camera = _camera(job.cameras[name], job, scenario, trajectories)
+        seen = [
+            tuple(_seen(camera, [e for e in events if start < e.time < end], aspect=aspect))
+            for events in (births, deaths)
+        ]
+        nearest = [tuple(sorted(some, key=lambda each: each.value)) for some in seen]
+        found.append(PopUps(name, start, end, *nearest))
+    return tuple(found)
+
+
+def _camera(
+    settings: CameraSettings, job: Job, scenario: Scenario, trajectories: Sequence[Trajectory]
+) -> Camera:
+    """A camera, with only the body of who it rides with."""
+    riders: tuple[Trajectory, ...] = ()
+    if isinstance(settings, LagrangianCamera):
+        named = (settings.vehicle,)
+        riders = tuple(t for t in trajectories if t.id in named or t.key in named)
+    fleet = build_fleet(riders, scenario.vehicle_types, job.vehicles, seed=job.seed)
+    return build_camera(settings, fleet=fleet, left_hand=scenario.network.left_hand)
+
+
+def _seen(camera: Camera, events: Sequence[Finding], *, aspect: float) -> Iterator[Finding]:
+    """The events that lie in the picture, with their distance from the eye as value [m]."""
+    for event in events:
+        try:
+            view = camera.view_at(event.time)
+        except ConfigError:
+            # The camera's own vehicle is not there then, so there is no picture.
+            continue
+        distance = _distance(view, event, aspect=aspect)
+        if distance is not None:
+            yield replace(event, value=distance)
+
+
+def _distance(view: View, event: Finding, *, aspect: float) -> float | None:
+    """From the eye to an event [m]; None if it lies outside the picture."""
+    place = np.array([event.x, event.y, event.z]) - view.position
+    forward, left, up = place @ view.world_from_camera.matrix[:3, :3]
+    half = np.tan(view.fov / 2)
+    inside = forward > 0.0
+    inside &= abs(left) < half * forward + _BESIDE and abs(up) < aspect * half * forward + _BESIDE
+    distance = float(np.linalg.norm(place))
+    return distance if inside and distance < _FARTHEST else None

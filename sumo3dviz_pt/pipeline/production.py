@@ -1,0 +1,374 @@
+"""From a job to pictures: the place that knows every stage.
+
+files -sumo-> scenario -motion-> trajectories -scene-> shot -render-> radiance
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from sumo3dviz_pt.catalog import data_root, did_you_mean
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.installation.dependencies import load
+from sumo3dviz_pt.job.asked import settle
+from sumo3dviz_pt.job.ranges import Seed, Size, Whole
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
+from sumo3dviz_pt.model.bounds import MOST_FRAMES
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.ratios import Ratio, ratio_of
+from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
+from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
+from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
+from sumo3dviz_pt.pipeline.riders import check_rider
+from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
+from sumo3dviz_pt.pipeline.stills.still import Still as Still
+from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.render.backend import Backend
+    from sumo3dviz_pt.render.session import Samples as Samples
+    from sumo3dviz_pt.render.session import Session as Session
+    from sumo3dviz_pt.shot.build import Shot
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a command asks for beyond the scene file; None leaves the file's choice.
+
+    Attributes:
+        camera: A name from `cameras`.
+        quality: A preset's name.
+        size: Width, height [px].
+        spp: Samples per pixel instead of the preset's.
+        seed: Instead of the file's.
+        variant: `llvm`, `cuda` or `scalar`.
+        command: The command line; empty from Python.
+    """
+
+    camera: str | None = None
+    quality: str | None = None
+    size: Size | None = None
+    spp: Whole | None = None
+    seed: Seed | None = None
+    variant: str = "llvm"
+    command: Annotated[str, Field(max_length=1_000_000)] = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
+
+    def applied(self, job: Job) -> Job:
+        """The job with this request's choices."""
+        changes: dict[str, Any] = {}
+        if self.seed is not None:
+            changes["seed"] = self.seed
+        if self.quality is not None:
+            changes["quality"] = self.quality
+        if self.size is not None:
+            changes["output"] = job.output.model_copy(update={"size": self.size})
+        return job.model_copy(update=changes)
+
+
+@dataclass(frozen=True, eq=False)
+class Production:
+    """A shot ready to be rendered.
+
+    Attributes:
+        job: With the request's choices applied.
+        camera: The camera's name.
+        shot: What it shows.
+        times: Of all its frames, (n,) [s].
+        quality: Samples, depth, denoiser.
+        variant: As asked for.
+        files: The simulation's files.
+        reading: CPU-seconds of reading, smoothing and building.
+        command: The command line; empty from Python.
+    """
+
+    job: Job
+    camera: str
+    shot: Shot
+    times: Floats
+    quality: Quality
+    variant: str
+    files: ScenarioFiles
+    reading: float
+    command: str = ""
+
+    @property
+    def exposure(self) -> float:
+        """EV between radiance and the picture: the sky's own and the film's."""
+        return self.shot.data.sky.exposure + self.job.output.exposure
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The files that it is made from, by content."""
+        return inputs_of(self.job, self.files, camera=self.camera)
+
+    @cached_property
+    def key(self) -> str:
+        """A hash of everything that a frame's pixels depend on, beside its time."""
+        return key_of(self)
+
+    @cached_property
+    def account(self) -> Mapping[str, Any]:
+        """What its pictures are made from."""
+        return account_of(self)
+
+
+def scenario_files(job: Job) -> ScenarioFiles:
+    """Where a job's simulation lies.
+
+    Raises:
+        InputError: If network or trajectories are missing.
+        ConfigError: If the scene file names none.
+    """
+    from sumo3dviz_pt.sumo import find_scenario
+
+    named = job.scenario
+    place = named.sumocfg or named.folder
+    if place is not None:
+        files = find_scenario(place, network=named.network, trajectories=named.trajectories)
+        return replace(
+            files,
+            signals=named.signals or files.signals,
+            additional=files.additional + named.additional,
+            vehicle_types=files.vehicle_types + named.vehicle_types,
+        )
+    if named.network is None or not named.trajectories:
+        raise ConfigError("give sumocfg or folder, or network and trajectories", key="scenario")
+    return ScenarioFiles(
+        named.network,
+        named.trajectories,
+        named.signals,
+        named.additional,
+        named.vehicle_types + named.additional,
+    )
+
+
+def object_files(job: Job) -> tuple[Path, ...]:
+    """Files of static objects that the scene file names."""
+    kinds = (getattr(job.objects, name) for name in type(job.objects).model_fields)
+    return tuple(kind.file for kind in kinds if kind is not None and kind.file is not None)
+
+
+def read(
+    job: Job, *, begin: float | None = None, end: float | None = None
+) -> tuple[ScenarioFiles, Scenario, tuple[Trajectory, ...]]:
+    """Read a simulation's window and smooth its motion.
+
+    Args:
+        job: The scene file.
+        begin: First time to show [s]; the margin that smoothing needs is added.
+        end: Last time to show [s].
+    """
+    from sumo3dviz_pt.motion import MARGIN, smooth_log
+    from sumo3dviz_pt.sumo import read_scenario
+
+    announce(Doing.READ)
+    files = scenario_files(job)
+    extra = tuple(path for path in object_files(job) if path not in files.additional)
+    files = replace(files, additional=files.additional + extra)
+    truncated = job.scenario.allow_truncated
+    scenario = read_scenario(files, begin=begin, end=end, margin=MARGIN, allow_truncated=truncated)
+    trajectories = smooth_log(
+        scenario.traffic,
+        smoother=job.motion.smoother,
+        network=scenario.network,
+        types=scenario.vehicle_types,
+        heading=job.motion.heading,
+    )
+    return files, scenario, trajectories
+
+
+def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction(1)) -> Floats:
+    """Times of a film's frames: start + n speed / fps for all that lie before `end`, (n,) [s].
+
+    Args:
+        start: SUMO's time of the first frame [s].
+        end: After the last frame [s].
+        fps: Frames per second of film.
+        speed: SUMO's seconds per second of film.
+
+    Raises:
+        ConfigError: If there are more than `MOST_FRAMES`.
+    """
+    step = speed / ratio_of(fps)
+    count = int(np.ceil((end - start) / float(step) - 1e-6))
+    if count > MOST_FRAMES:
+        raise ConfigError(
+            f"{start:g} s to {end:g} s are {count:,} frames, and a film has at most"
+            f" {MOST_FRAMES:,}; make it shorter, or fps smaller",
+            key="to",
+        )
+    return np.array([start + float(number * step) for number in range(count)])
+
+
+def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) -> Production:
+    """Read and build everything for frames at some times.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        times: Of the whole shot, (n,) [s], n >= 1.
+        film: Whether it ends where the log does, with a note, and cannot begin before it.
+
+    Raises:
+        ConfigError: If a choice does not exist or the window holds nothing.
+        InputError: If a file is wrong.
+    """
+    import time
+
+    from sumo3dviz_pt.shot.build import build_shot
+
+    started = time.process_time()
+    check_choices(job, request)
+    job = request.applied(job)
+    quality = quality_preset(job.quality, spp=request.spp)
+    name, camera = camera_settings(job, request.camera)
+    files, scenario, trajectories = read(job, begin=float(times[0]), end=float(times[-1]))
+    _check_window(scenario, times)
+    if film:
+        times = _within_log(scenario, times)
+    check_rider(camera, name=name, times=times, trajectories=trajectories, logs=files.trajectories)
+    announce(Doing.BUILD)
+    shot = build_shot(scenario, trajectories, job, camera=camera, times=times)
+    spent = time.process_time() - started
+    return Production(
+        job, name, shot, times, quality, request.variant, files, spent, request.command
+    )
+
+
+def _check_window(scenario: Scenario, times: Floats) -> None:
+    """The asked time must lie in the log."""
+    log_of = scenario.traffic
+    if times[-1] < log_of.begin - 1e-6 or times[0] > log_of.end + 1e-6:
+        raise ConfigError(
+            f"no time step lies from {times[0]:g} s to {times[-1]:g} s;"
+            f" the log goes from {log_of.begin:g} s to {log_of.end:g} s",
+            key="time",
+        )
+
+
+def ready_renderer(variant: str = "llvm") -> Backend:
+    """Load the renderer before work begins, so that what is missing is said at once.
+
+    Raises:
+        ConfigError: If there is no such variant.
+        InstallationError: If a package cannot be loaded.
+        RenderError: If the variant cannot work here.
+    """
+    from sumo3dviz_pt.render.backend import choose_backend
+
+    load("mitsuba_oidn", "OpenEXR")
+    return choose_backend(variant)
+
+
+def get_ready(job: Job, request: Request) -> None:
+    """Refuse wrong choices, then load the renderer: before anything is read.
+
+    Raises:
+        ConfigError: If a choice does not exist.
+        InstallationError: If a package cannot be loaded.
+        RenderError: If the variant cannot work here.
+    """
+    check_choices(job, request)
+    ready_renderer(request.variant)
+
+
+def _within_log(scenario: Scenario, times: Floats) -> Floats:
+    """A film's times without those after the log's end, (n,) [s]."""
+    begin, end = scenario.traffic.begin, scenario.traffic.end
+    if times[0] < begin - 1e-6:
+        raise ConfigError(f"the log begins at {begin:g} s, after {times[0]:g} s", key="from")
+    within = times[times <= end + 1e-6]
+    if len(within) < len(times):
+        log.warning(
+            "the log ends at %g s, and the film with it: %d frames instead of %d",
+            end,
+            len(within),
+            len(times),
+        )
+    return within
+
+
+@contextmanager
+def opened(production: Production, *, film: bool) -> Iterator[Session]:
+    """A production in the renderer."""
+    from sumo3dviz_pt.render.backend import choose_backend
+    from sumo3dviz_pt.render.session import RenderSettings, Session
+
+    announce(Doing.OPEN)
+    backend = choose_backend(production.variant)
+    size = production.job.output.size
+    first = production.shot.frame_at(float(production.times[0]))
+    settings = RenderSettings(
+        size,
+        production.quality,
+        production.job.seed,
+        white=2.0**-production.exposure,
+        frozen=film,
+        pixel=first.view.fov / size[0],
+    )
+    with Session(production.shot.data, backend, settings) as session:
+        yield session
+
+
+def renderer_names(session: Session) -> dict[str, str]:
+    """Mitsuba's variant and the compiler behind it, by the names of a report's columns."""
+    from sumo3dviz_pt.render.backend import llvm_description
+
+    variant = session.backend.variant
+    return {"variant": variant, "llvm": llvm_description() if "llvm" in variant else ""}
+
+
+def check_tone(name: str) -> None:
+    """Refuse an unknown tone curve before any work is done."""
+    from sumo3dviz_pt.image.tonemap import tone_curve
+
+    tone_curve(name)
+
+
+def example(name: str) -> Path:
+    """Scene file of a bundled example.
+
+    Raises:
+        ConfigError: If there is no such example.
+    """
+    scene = data_root("examples") / name / "scene.yaml"
+    if not scene.is_file():
+        known = sorted(path.parent.name for path in scene.parents[1].glob("*/scene.yaml"))
+        guess = did_you_mean(name, known)
+        raise ConfigError(f"no example is called {name!r}{guess}; there are {', '.join(known)}")
+    return scene
+
+
+def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tuple[float, float]:
+    """First and last time that a camera can show [s].
+
+    Raises:
+        ConfigError: If nobody moves, or whom the camera rides with is unknown.
+    """
+    from sumo3dviz_pt.cast.fleet import find_trajectory
+
+    if isinstance(camera, LagrangianCamera):
+        trajectories = (find_trajectory(trajectories, camera.vehicle),)
+    pieces = [piece for trajectory in trajectories for piece in trajectory.pieces]
+    if not pieces:
+        raise ConfigError("nobody moves in this log", key="scenario")
+    return min(piece.begin for piece in pieces), max(piece.end for piece in pieces)

@@ -1,0 +1,137 @@
+"""What a film will cost: CPU time, wall time, memory and disk.
+
+The constants are from `ronda` and `crossing` at 640x360 and 1280x720 on a shared server, see
+docs/internals.md; machines differ by a factor of two.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import asdict, dataclass
+
+from sumo3dviz_pt.job.settings import Quality
+
+_START = 24.0
+"""Reading, building, loading and compiling, before frames cost what they will [CPU-s]."""
+
+_START_PER_MEGATRIANGLE = 3.5
+_UPDATE = 0.58
+"""Moving everyone, for each million triangles: one thread's work [CPU-s]."""
+
+_PER_MEGASAMPLE = 1.4
+_PER_MEGAPIXEL = 0.2
+"""Of rendering [CPU-s]."""
+
+_GUIDES = 1.3
+_DENOISER = {"none": 0.0, "fast": 1.0, "balanced": 1.6, "high": 1.6}
+"""For each million pixels [CPU-s]."""
+
+_SERIAL_START = 0.7
+"""Share of the start that one thread does."""
+
+_EXR = 3.8
+_FILM = 0.15
+"""Bytes a pixel of a stored frame in half precision, and of a film (H.264)."""
+
+
+TYPICAL_TRIANGLES = 1_400_000
+"""Of a shot of which no more is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a shot costs.
+
+    Attributes:
+        cpu_seconds_per_frame: Of later frames.
+        cpu_hours: Of the whole shot, its start included.
+        wall_seconds: If nothing else runs.
+        memory_mb: At its peak.
+        frames_mb: Of stored frames on disk.
+        film_mb: Of the film.
+    """
+
+    cpu_seconds_per_frame: float
+    cpu_hours: float
+    wall_seconds: float
+    memory_mb: float
+    frames_mb: float
+    film_mb: float
+
+    def as_dict(self) -> dict[str, float]:
+        """For JSON, rounded to what is known."""
+        return {key: _rounded(value) for key, value in asdict(self).items()}
+
+
+def cost_of(
+    quality: Quality,
+    *,
+    size: tuple[int, int],
+    triangles: int,
+    frames: int,
+    half: bool = True,
+    cores: int | None = None,
+) -> Cost:
+    """Forecast what a shot costs.
+
+    Args:
+        quality: Samples and denoiser.
+        size: Width, height [px].
+        triangles: That the shot holds.
+        frames: How many.
+        half: Whether frames are stored in half precision.
+        cores: That work; None is all of this machine's.
+    """
+    cores = cores or threads()
+    megapixels, megatriangles = size[0] * size[1] / 1e6, triangles / 1e6
+    start = _START + _START_PER_MEGATRIANGLE * megatriangles
+    serial = _UPDATE * megatriangles
+    shared = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
+    if quality.denoise != "none":
+        shared += megapixels * (_DENOISER[quality.denoise] + _GUIDES * quality.guides)
+    wall = start * (_SERIAL_START + (1.0 - _SERIAL_START) / cores)
+    wall += frames * (serial + shared / cores)
+    return Cost(
+        cpu_seconds_per_frame=serial + shared,
+        cpu_hours=(start + frames * (serial + shared)) / 3600,
+        wall_seconds=wall,
+        memory_mb=memory_forecast(megapixels, triangles),
+        frames_mb=frames * megapixels * _EXR * (1.0 if half else 2.0),
+        film_mb=frames * megapixels * _FILM,
+    )
+
+
+def memory_forecast(megapixels: float, triangles: int) -> float:
+    """Memory that a picture needs at its peak [MB]."""
+    return 1750 + 1100 * megapixels + 300 * triangles / 1e6
+
+
+def threads() -> int:
+    """Threads that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def spent() -> float:
+    """CPU-seconds of this program and of those that it has run, from its start on."""
+    return sum(os.times()[:4])
+
+
+def _rounded(value: float) -> float:
+    """A number to three digits."""
+    return float(f"{value:.3g}")
+
+
+def time_in_words(seconds: float) -> str:
+    """A length of time as people say it."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 90 * 60:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"
+
+
+def space_in_words(megabytes: float) -> str:
+    """An amount of memory or disk."""
+    return f"{megabytes / 1000:.1f} GB" if megabytes >= 1000 else f"{max(megabytes, 1):.0f} MB"

@@ -1,0 +1,99 @@
+"""How long the steps of long work should take, before any of it is done.
+
+Two cores of a shared server needed so long for `ronda`, `crossing`, Barcelona, Bologna and Bad
+Hersfeld, see docs/internals.md; while work goes on, its own pace corrects what is expected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from sumo3dviz_pt.job.settings import Job, Quality
+from sumo3dviz_pt.model.news import Doing
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
+from sumo3dviz_pt.pipeline.production import Request, scenario_files
+from sumo3dviz_pt.pipeline.progress.build import Step
+from sumo3dviz_pt.pipeline.progress.costs import TYPICAL_TRIANGLES, cost_of
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
+
+_READ, _READ_PER_MB = 0.5, 0.07
+_BUILD, _BUILD_PER_MB = 9.0, 20.0
+"""Of logs and of the network [s], each for a megabyte of it."""
+
+_OPEN = 2.5
+_FIRST = 8.0
+"""A first picture takes so much longer than a later one: all is moved, recorded, compiled [s]."""
+
+_ENCODE = 0.3
+_PACKED = 8.0
+"""A log or network is so many times as long as when it is packed."""
+
+
+def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[Step, ...]:
+    """The steps of `render_film`, shot by shot.
+
+    Raises:
+        ConfigError, InputError: As `render_film`.
+    """
+    applied = request.applied(job)
+    size, quality = applied.output.size, quality_preset(applied.quality, spp=request.spp)
+    found: list[Step] = []
+    for shot, path in shots_of(job, request, order):
+        wanted = wanted_frames(order.frames, len(order.pace(job, shot).times(shot)))
+        folder = frames_folder(path)
+        missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
+        rendering = _rendering(quality, size, frames=len(missing))
+        found += [*opening_steps(job), Step(Doing.RENDER, rendering)]
+        found.append(Step(Doing.ENCODE, _ENCODE + 0.05 * len(wanted) * size[0] * size[1] / 1e6))
+    return tuple(found)
+
+
+def still_steps(job: Job, request: Request) -> tuple[Step, ...]:
+    """The steps of `render_still`.
+
+    Raises:
+        ConfigError, InputError: As `render_still`.
+    """
+    applied = request.applied(job)
+    quality = quality_preset(applied.quality, spp=request.spp)
+    rendering = _rendering(quality, applied.output.size, frames=1)
+    return (*opening_steps(job), Step(Doing.RENDER, rendering))
+
+
+def building_steps(job: Job, *, shots: int = 1) -> tuple[Step, ...]:
+    """The steps until some shots of a scene are built.
+
+    Raises:
+        ConfigError, InputError: If the simulation's files are not there.
+    """
+    files = scenario_files(job)
+    read = _READ + _READ_PER_MB * _megabytes(files.trajectories)
+    build = _BUILD + _BUILD_PER_MB * _megabytes([files.network])
+    return shots * (Step(Doing.READ, read), Step(Doing.BUILD, build))
+
+
+def opening_steps(job: Job) -> tuple[Step, ...]:
+    """The steps until a shot can be rendered; errors as in `building_steps`."""
+    return (*building_steps(job), Step(Doing.OPEN, _OPEN))
+
+
+def _rendering(quality: Quality, size: tuple[int, int], *, frames: int) -> float:
+    """Wall time of a shot's frames [s]."""
+    costs = [
+        cost_of(quality, size=size, triangles=TYPICAL_TRIANGLES, frames=count)
+        for count in (0, frames)
+    ]
+    later = costs[1].wall_seconds - costs[0].wall_seconds
+    return later + (_FIRST if frames else 0.0)
+
+
+def _megabytes(paths: Iterable[Path]) -> float:
+    """How long files are when they are unpacked, about."""
+    lengths = [
+        path.stat().st_size * (_PACKED if path.suffix == ".gz" else 1.0)
+        for path in paths
+        if path.is_file()
+    ]
+    return sum(lengths) / 1e6

@@ -1,0 +1,251 @@
+"""Who is in a scene's log: sorted, chosen by type, time and place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from fnmatch import fnmatchcase
+from operator import attrgetter
+from types import MappingProxyType
+from typing import Any, overload
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.asked import asked, settle
+from sumo3dviz_pt.job.ranges import Finite, Metres, Seconds
+from sumo3dviz_pt.job.settings import EulerianCamera, Job
+from sumo3dviz_pt.model.roster import Point, RoadUser
+from sumo3dviz_pt.pipeline.production import scenario_files
+
+RADIUS = 30.0
+"""How far from a place people look where they do not say it [m]."""
+
+_Order = Callable[[RoadUser], Any]
+
+
+def _most(name: str) -> _Order:
+    """The largest first."""
+    value = attrgetter(name)
+    return lambda user: -value(user)
+
+
+def _distance(user: RoadUser) -> float:
+    """From the asked point [m]; those who never come near last."""
+    return math.inf if user.passage is None else user.passage.distance
+
+
+ORDERS: Mapping[str, _Order] = MappingProxyType(
+    {
+        "begin": attrgetter("begin"),
+        "end": attrgetter("end"),
+        "id": attrgetter("id"),
+        "type": attrgetter("type_id", "id"),
+        "length": _most("length"),
+        "duration": _most("duration"),
+        "mean": _most("mean_speed"),
+        "max": _most("max_speed"),
+        "distance": _distance,
+    }
+)
+"""What lists are sorted by; lengths, durations and speeds begin with the largest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Whom to list.
+
+    Attributes:
+        type: Pattern of a vType's id, a vClass or a kind such as `person`; * and ? are wildcards.
+        at: Only who is there at this time [s].
+        near: Only who passes this point, at that time if one is given.
+        sort: A name in `ORDERS`; default by distance where a point is given, else by begin.
+    """
+
+    type: str = "*"
+    at: Seconds | None = None
+    near: Point | None = None
+    sort: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
+
+
+class Roster(Sequence[RoadUser]):
+    """Road users, as a list that shows itself as a table."""
+
+    def __init__(self, users: Sequence[RoadUser]) -> None:
+        self._users = tuple(users)
+
+    @overload
+    def __getitem__(self, index: int) -> RoadUser: ...
+    @overload
+    def __getitem__(self, index: slice) -> Roster: ...
+    def __getitem__(self, index: int | slice) -> RoadUser | Roster:
+        found = self._users[index]
+        return Roster(found) if isinstance(found, tuple) else found
+
+    def __len__(self) -> int:
+        return len(self._users)
+
+    def __iter__(self) -> Iterator[RoadUser]:
+        return iter(self._users)
+
+    def __repr__(self) -> str:
+        return "\n".join(table_lines(self._users))
+
+
+def roster(job: Job, wanted: Wanted | None = None) -> Roster:
+    """Read who is in a scene's log, in one pass and without keeping samples.
+
+    Raises:
+        ConfigError: If there is no such order.
+        InputError: If a file is missing or damaged.
+    """
+    from sumo3dviz_pt.sumo import read_roster, read_vehicle_types
+
+    wanted = wanted or Wanted()
+    order = _order(wanted)
+    files = scenario_files(job)
+    users = read_roster(
+        files.trajectories,
+        types=read_vehicle_types(files.vehicle_types),
+        near=wanted.near,
+        at=wanted.at,
+        allow_truncated=job.scenario.allow_truncated,
+    )
+    return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
+
+
+def _order(wanted: Wanted) -> _Order:
+    """How to sort."""
+    name = wanted.sort or ("begin" if wanted.near is None else "distance")
+    if name not in ORDERS:
+        hint = catalog.did_you_mean(name, ORDERS)
+        raise ConfigError(f"lists cannot be sorted by {name!r}{hint}", key="sort")
+    if name == "distance" and wanted.near is None:
+        raise ConfigError("give a place to sort by the distance from it", key="sort")
+    return ORDERS[name]
+
+
+def _fits(user: RoadUser, wanted: Wanted) -> bool:
+    """Whether somebody was asked for."""
+    words = (user.type_id, user.vclass, user.kind)
+    if not any(fnmatchcase(word, wanted.type) for word in words):
+        return False
+    if wanted.at is not None and user.place is None:
+        return False
+    if wanted.near is None:
+        return True
+    if wanted.at is None or user.place is None:
+        return user.passage is not None
+    away = math.hypot(user.place.x - wanted.near.x, user.place.y - wanted.near.y)
+    return away <= wanted.near.radius
+
+
+def point_of(job: Job, text: str) -> Point:
+    """A place to look from, as text: `X,Y`, `X,Y,R` [m], `CAMERA` or `CAMERA,R`.
+
+    Raises:
+        ConfigError: If it is none of these.
+    """
+    words = [word.strip() for word in text.split(",")]
+    numbers = [_number(word) for word in words]
+    radius = RADIUS
+    if numbers[0] is None or text in job.cameras:
+        if len(words) == 2 and numbers[1] is not None and text not in job.cameras:
+            text, radius = words[0], numbers[1]
+        return point_near(job, text, radius=radius)
+    if None in numbers or not 2 <= len(numbers) <= 3:
+        raise ConfigError(f"{text!r} is no place; write X,Y or X,Y,R [m]", key="near")
+    x, y, radius = (*(number or 0.0 for number in numbers), RADIUS)[:3]
+    return point_near(job, (x, y), radius=radius)
+
+
+def point_near(job: Job, place: str | tuple[float, float], *, radius: float | None = None) -> Point:
+    """A place to look from.
+
+    Args:
+        job: Of the cameras.
+        place: A standing camera's name, or x, y [m].
+        radius: [m]; default `RADIUS`.
+
+    Raises:
+        ConfigError: If there is no such camera, it moves, or the radius is no length.
+    """
+    radius = RADIUS if radius is None else asked(Finite, radius, key="radius")
+    if radius <= 0.0:
+        raise ConfigError(f"the radius must be above 0 m, not {radius:g}", key="near")
+    if not isinstance(place, str):
+        x, y = asked(tuple[Metres, Metres], place, key="near")
+        return Point(x, y, radius)
+    camera = job.cameras.get(place)
+    if camera is None:
+        hint = catalog.did_you_mean(place, job.cameras)
+        raise ConfigError(f"no camera is called {place!r}{hint}", key="near")
+    if not isinstance(camera, EulerianCamera):
+        raise ConfigError(f"{place!r} is no standing camera; give one, or X,Y [m]", key="near")
+    x, y, _ = camera.position
+    return Point(x, y, radius)
+
+
+def _number(word: str) -> float | None:
+    """A finite number, or None."""
+    try:
+        value = float(word)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def as_dicts(users: Sequence[RoadUser]) -> list[dict[str, Any]]:
+    """Road users for JSON, rounded to millimetres; what was not asked for is left out."""
+    return [_rounded(asdict(user)) for user in users]
+
+
+def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
+    """A mapping without None and without needless digits."""
+    kept: dict[str, Any] = {}
+    for key, value in values.items():
+        if isinstance(value, dict):
+            kept[key] = _rounded(value)
+        elif value is not None:
+            kept[key] = round(value, 3) if isinstance(value, float) else value
+    return kept
+
+
+_HEAD = ("id", "type", "class", "from [s]", "to [s]", "drive [m]", "mean", "max [m/s]", "lanes")
+
+
+def table_lines(users: Sequence[RoadUser]) -> list[str]:
+    """Road users as people read them: a line each, after a head."""
+    passing = any(user.passage is not None for user in users)
+    placed = any(user.place is not None for user in users)
+    head = [*_HEAD, *(["near [s]", "at [m]"] if passing else []), *(["x, y"] if placed else [])]
+    rows = [[*head, "edges"], *(_row(user, passing=passing, placed=placed) for user in users)]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(map(_padded, row, widths)).rstrip() for row in rows]
+    return [*lines, f"{len(users)} road user{'' if len(users) == 1 else 's'}"]
+
+
+def _row(user: RoadUser, *, passing: bool, placed: bool) -> list[str]:
+    """One road user's cells."""
+    cells = [user.id, user.type_id, user.vclass, f"{user.begin:.1f}", f"{user.end:.1f}"]
+    cells += [f"{user.length:.0f}", f"{user.mean_speed:.1f}", f"{user.max_speed:.1f}"]
+    cells.append(str(user.lanes))
+    if passing:
+        way = user.passage
+        cells += ["", ""] if way is None else [f"{way.begin:.1f}-{way.end:.1f}"]
+        cells += [] if way is None else [f"{way.distance:.1f}"]
+    if placed:
+        place = user.place
+        cells.append("" if place is None else f"{place.x:.1f}, {place.y:.1f}")
+    shown = user.edges if len(user.edges) < 4 else (user.edges[0], "...", user.edges[-1])
+    return [*cells, " ".join(shown)]
+
+
+def _padded(cell: str, width: int) -> str:
+    """A cell; numbers stand to the right."""
+    number = cell[:1].isdigit() and _number(cell) is not None
+    return f"{cell:>{width}}" if number else f"{cell:<{width}}"

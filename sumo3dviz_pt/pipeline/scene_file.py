@@ -1,0 +1,234 @@
+"""Reads scene files: YAML, template, overrides -> a validated `Job`."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.job.errors import Source, explained, located, reason
+from sumo3dviz_pt.job.plain import as_path, plain
+from sumo3dviz_pt.job.settings import CameraSettings, Job, Quality
+from sumo3dviz_pt.job.yaml12 import MOST_TEXT, parse_yaml
+from sumo3dviz_pt.pipeline.names import unknown_names
+
+
+def load_job(path: Path, overrides: Mapping[str, Any] | None = None) -> Job:
+    """Read a scene file.
+
+    Args:
+        path: The YAML file.
+        overrides: Values by dotted key; they win over the file. Text is YAML, everything else
+            is taken as it is. A mapping changes the keys that it holds and leaves the others,
+            but for a sky and a camera with its mode, which it replaces.
+
+    Raises:
+        ConfigError: If the file is missing, no YAML, or holds a wrong setting.
+    """
+    path = as_path(path, key="scene")
+    content, places = parse_yaml(_text_of(path), file=path)
+    if not isinstance(content, dict):
+        raise ConfigError("a scene file is a mapping of keys to values; this is not", file=path)
+    for key, value in checked_overrides(overrides).items():
+        _set(content, key, _value_of(key, value))
+    return make_job(content, folder=path.parent, source=Source(path, places))
+
+
+def make_job(
+    settings: Mapping[str, Any], *, folder: Path | None = None, source: Source | None = None
+) -> Job:
+    """Validate settings laid over their template.
+
+    Args:
+        settings: As in a scene file.
+        folder: What relative paths refer to; default the working directory.
+        source: Where the settings stand, for messages.
+
+    Raises:
+        ConfigError: If a setting is wrong; names the key, and the line if known.
+    """
+    source = source or Source(None, {})
+    settings = plain(settings)
+    name = settings.get("template", Job.model_fields["template"].default)
+    try:
+        template = catalog.template("scene", str(name))
+    except ConfigError as error:
+        raise located(str(error), ("template",), source) from error
+    merged = _merged(template, settings)
+    try:
+        job = Job.model_validate(merged, context={"folder": folder or Path()})
+    except ValidationError as error:
+        raise explained(error, Job, source) from error
+    unknown = list(unknown_names(job))
+    if unknown:
+        where, message = unknown[0]
+        more = f" (and {len(unknown) - 1} more)" if len(unknown) > 1 else ""
+        raise located(message + more, where, source)
+    return job
+
+
+def quality_preset(name: str, *, spp: int | None = None) -> Quality:
+    """A quality preset, with another number of samples if asked.
+
+    Raises:
+        ConfigError: If there is no such preset, or the number is out of range.
+    """
+    if name not in catalog.template_names("quality"):
+        hint = catalog.did_you_mean(name, catalog.template_names("quality"))
+        raise ConfigError(f"no quality preset is called {name!r}{hint}", key="quality")
+    values = dict(catalog.template("quality", name))
+    if spp is not None:
+        values["spp"] = spp
+    try:
+        return Quality.model_validate(values)
+    except ValidationError as error:
+        raise ConfigError(reason(error.errors()[0]), key="spp") from error
+
+
+def camera_settings(job: Job, name: str | None) -> tuple[str, CameraSettings]:
+    """A camera by name; the first shot's or the first camera when no name is given.
+
+    Raises:
+        ConfigError: If there is no such camera.
+    """
+    if name is None:
+        name = job.shots[0].camera if job.shots else next(iter(job.cameras), None)
+    if name is None:
+        raise ConfigError("the scene has no cameras; add one", key="cameras")
+    if name not in job.cameras:
+        hint = catalog.did_you_mean(name, job.cameras)
+        raise ConfigError(f"no camera is called {name!r}{hint}", key="camera")
+    return name, job.cameras[name]
+
+
+# The file ----------------------------------------------------------------------------------
+
+_SIMULATION = {
+    "net": "a network of SUMO",
+    "fcd-export": "a vehicle log of SUMO",
+    "tlsStates": "a signal log of SUMO",
+    "configuration": "a configuration of SUMO",
+    "sumoConfiguration": "a configuration of SUMO",
+}
+"""Files of a simulation that are taken for scenes, by their root element."""
+
+
+def _text_of(path: Path) -> str:
+    """What a scene file holds.
+
+    Raises:
+        ConfigError: If it is missing, no text, or something of the simulation.
+    """
+    try:
+        if path.is_dir():
+            raise _no_scene(path, "a folder", path)
+        with path.open("rb") as stream:
+            # A character is four bytes at most; whole vehicle logs are not read.
+            data = stream.read(4 * MOST_TEXT + 1)
+    except FileNotFoundError as error:
+        raise ConfigError("there is no such scene file", file=path) from error
+    except OSError as error:
+        why = error.strerror or error
+        raise ConfigError(f"the scene file cannot be read: {why}", file=path) from error
+    if data[:2] == b"\x1f\x8b" or data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+        from sumo3dviz_pt.sumo.stream import root_of
+
+        what = _SIMULATION.get(root_of(path) or "", "a file of a simulation")
+        own = "configuration" in what
+        raise _no_scene(path, what, path if own else path.parent)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigError(
+            "the scene file cannot be read: it is no text in UTF-8; save it as that", file=path
+        ) from error
+
+
+def _no_scene(path: Path, what: str, place: Path) -> ConfigError:
+    """Say how to get a scene file."""
+    return ConfigError(
+        f"is {what}, not a scene file; write one with: sumo3dviz-pt init {place}", file=path
+    )
+
+
+# Laying one over the other -----------------------------------------------------------------
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Lay one mapping over another, key by key."""
+    result = copy.deepcopy(dict(base))
+    for key, value in over.items():
+        below = result.get(key)
+        if isinstance(below, Mapping) and isinstance(value, Mapping) and _adds(key, value):
+            result[key] = _merged(below, value)
+        else:
+            result[key] = copy.deepcopy(value)
+    return result
+
+
+def _adds(key: str, value: Mapping[str, Any]) -> bool:
+    """Whether a mapping adds to what is there.
+
+    A sky or a camera given in another way replaces the one below, it does not mix with it.
+    """
+    return key != "sky" and "mode" not in value
+
+
+def checked_overrides(given: Any) -> Mapping[str, Any]:
+    """Overrides, if they are some.
+
+    Raises:
+        ConfigError: If they are none.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
+        raise ConfigError(
+            f"overrides are values by dotted key, such as {{'output.fps': 30}},"
+            f" not {cut(repr(given))}"
+        )
+    return given
+
+
+def _value_of(key: str, value: Any) -> Any:
+    """What an override means."""
+    if not isinstance(value, str):
+        return plain(value, key=key)
+    try:
+        return parse_yaml(value)[0]
+    except ConfigError as error:
+        # Line and column of a single value say nothing.
+        raise ConfigError(str(error).lstrip("0123456789: "), key=key) from error
+
+
+def _set(content: dict[str, Any], key: str, value: Any) -> None:
+    """Set a value by its dotted key."""
+    *parents, last = key.split(".")
+    here: Any = content
+    for parent in parents:
+        if isinstance(here, list):
+            here = here[_position(parent, here, key)]
+            continue
+        if here.get(parent) is None:
+            here[parent] = {}
+        here = here[parent]
+        if not isinstance(here, dict | list):
+            raise ConfigError(f"{parent!r} holds a value, not further keys", key=key)
+    if isinstance(here, list):
+        here[_position(last, here, key)] = value
+    elif isinstance(here, dict):
+        here[last] = _merged({last: here.get(last)}, {last: value})[last]
+    else:
+        raise ConfigError(f"{parents[-1]!r} holds a value, not further keys", key=key)
+
+
+def _position(word: str, items: list[Any], key: str) -> int:
+    """An index into a list, by its number."""
+    if not (word.isdecimal() and len(word) < 6 and int(word) < len(items)):
+        raise ConfigError(f"{word!r} is no place in a list of {len(items)}", key=key)
+    return int(word)

@@ -1,0 +1,252 @@
+"""Contact sheets: pictures of everything that users can choose by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.image.tonemap import develop
+from sumo3dviz_pt.job.settings import SkySettings
+from sumo3dviz_pt.library.materials.named import principled
+from sumo3dviz_pt.model.geometry import Floats, Image, Mesh, Transform
+from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.scene import (
+    Bsdf,
+    FrameState,
+    Haze,
+    Part,
+    SceneData,
+    Sky,
+    StaticPart,
+    View,
+)
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.world.sky.build import DARK, build_sky
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.render.session import Session
+    from sumo3dviz_pt.shot.showroom import Exhibit
+
+Pixels = NDArray[np.uint8]
+
+SKIES = "skies"
+"""The sheet that shows skies; the others show exhibits."""
+
+_APART = 170.0  # between exhibits, so that none stands in another's light [m]
+_COLUMNS = {SKIES: 3, "levels": 6}
+_SLABS = 2  # triangles of samples, which are not worth telling
+_FLAT = 0.1  # height of what one looks down on [m]
+_MOSTLY = 4  # columns of the other sheets
+_FOV = math.radians(32.0)
+_SKY_FOV = math.radians(78.0)
+_ASIDE = 1.0  # the sun stands so far right of the middle of a sky's picture [rad]
+_LOW = math.radians(12.0)  # suns that need a curve with a soft shoulder
+_MEAN = 0.05  # of white: what the mean of a night's picture is exposed for
+
+
+def sheet_names() -> tuple[str, ...]:
+    """All contact sheets."""
+    from sumo3dviz_pt.shot.showroom import FAMILIES
+
+    return (*FAMILIES, SKIES)
+
+
+@dataclass(frozen=True, slots=True)
+class SheetOrder:
+    """Which sheet to draw.
+
+    Attributes:
+        name: One of `sheet_names`.
+        path: The PNG to write.
+        size: Of each picture, width and height [px].
+        quality: A preset's name.
+    """
+
+    name: str
+    path: Path
+    size: tuple[int, int] = (480, 270)
+    quality: str = "preview"
+
+
+def draw_sheet(order: SheetOrder) -> None:
+    """Draw a contact sheet.
+
+    Args:
+        order: Which one, and where to.
+
+    Raises:
+        ConfigError: If there is no such sheet or preset, or matplotlib is missing.
+    """
+    made = []
+    size, quality = order.size, order.quality
+    sheet = _skies if order.name == SKIES else partial(_exhibits, order.name)
+    pictures = sheet(size, quality)
+    for title, pixels, total in pictures:
+        made.append((title, pixels))
+        announce(Doing.DRAW, len(made), total, what=order.name)
+    _compose(made, order.path, size, _COLUMNS.get(order.name, _MOSTLY))
+
+
+def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
+    """Every sky beside its sun or moon, over a few things that it lights."""
+    from sumo3dviz_pt.shot.still_life import still_life
+
+    names = catalog.template_names("sky")
+    for name in names:
+        sky = build_sky(SkySettings(preset=name))
+        yaw = _beside(sky)
+        life = still_life(yaw)
+        view = View(_looking((0.0, 0.0, 1.9), yaw=yaw, pitch=math.radians(9)), _SKY_FOV)
+        static = tuple(
+            StaticPart(str(index), "exhibit", part) for index, part in enumerate(life.parts)
+        )
+        data = SceneData(life.materials, static, {}, (), sky, haze=Haze())
+        with _session(data, size, quality) as session:
+            radiance = session.render(FrameState(0.0, view, ())).radiance
+        yield name, _exposed(radiance, sky), len(names)
+
+
+def _beside(sky: Sky) -> float:
+    """Where to look: left of the moon or sun, so that it lights things from the side [rad]."""
+    light = sky.sun_direction if sky.moon_direction is None else sky.moon_direction
+    return math.pi / 2 if light is None else _towards(light) + _ASIDE
+
+
+def _exposed(radiance: Image, sky: Sky) -> Pixels:
+    """A sky's picture: by day at the sky's own exposure, by night at the picture's.
+
+    The exposure of a night is made for streets with lamps, and here are none.
+    """
+    height = 1.0 if sky.sun_direction is None else math.asin(sky.sun_direction[2])
+    if height > DARK:
+        tone = "neutral" if height > _LOW else "filmic"
+        return develop(radiance, exposure=sky.exposure, tone=tone, dither=0)
+    from sumo3dviz_pt.render.sky.panorama import LUMINANCE
+
+    mean = float(np.exp(np.log(radiance @ LUMINANCE + 1e-9).mean()))
+    return develop(radiance, exposure=math.log2(_MEAN / mean), tone="agx", dither=0)
+
+
+def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
+    """Every exhibit from the front; what is long from both ends."""
+    from sumo3dviz_pt.shot.showroom import exhibits
+
+    shown = list(exhibits(name))
+    sky = build_sky(SkySettings(preset="sky_daycloud1"))
+    with _showing(shown, sky, size, quality) as session:
+        for number, exhibit in enumerate(shown):
+            count = f" ({exhibit.triangles:,})" if exhibit.triangles > _SLABS else ""
+            title = f"{exhibit.title}{count}"
+            view = _view_of(exhibit, at=_place(number), aspect=size[1] / size[0])
+            yield title, _picture(session, view, sky), len(shown)
+
+
+def _place(number: int) -> Floats:
+    """Where an exhibit stands [m]."""
+    return np.array([_APART * number, 0.0, 0.0])
+
+
+def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
+    """From the front, the left and a little above, on slabs from further above.
+
+    The whole exhibit fills the picture.
+    """
+    low, high = exhibit.bounds
+    middle = (low + high) / 2
+    points = np.concatenate([part.mesh.vertices for part in exhibit.parts]) - middle
+    direction = np.array([1.0, 0.9, 0.35 if high[2] - low[2] > _FLAT else 1.5])
+    direction /= np.linalg.norm(direction)
+    left = np.array([direction[1], -direction[0], 0.0]) / math.hypot(*direction[:2])
+    up = np.cross(-direction, left)
+    wide = math.tan(_FOV / 2)
+    needed = np.maximum(np.abs(points @ left), np.abs(points @ up) / aspect) / wide
+    away = float((needed + points @ direction).max()) * 1.06 + 0.2
+    eye = middle + direction * away + at
+    return View(_aimed(np.maximum(eye, [-np.inf, -np.inf, 0.4]), middle + at), _FOV)
+
+
+def _aimed(eye: Floats, target: Floats) -> Transform:
+    """A camera's frame at a point, looking at another [m]."""
+    ahead = target - eye
+    yaw = math.atan2(ahead[1], ahead[0])
+    return _looking(eye, yaw=yaw, pitch=math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])))
+
+
+def _looking(eye: Sequence[float] | Floats, *, yaw: float, pitch: float) -> Transform:
+    """A camera's frame at a point [m]; angles in radians, pitch upwards."""
+    return Transform.from_pose(np.asarray(eye, dtype=np.float64), yaw=yaw, pitch=pitch)
+
+
+def _towards(direction: Floats) -> float:
+    """Yaw of a direction [rad]."""
+    return math.atan2(float(direction[1]), float(direction[0]))
+
+
+@contextmanager
+def _showing(
+    shown: Sequence[Exhibit], sky: Sky, size: tuple[int, int], quality: str
+) -> Iterator[Session]:
+    """All exhibits in one scene, far apart, on grey ground."""
+    materials: dict[str, Bsdf] = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9)}
+    static = [StaticPart("ground", "ground", Part(_ground(len(shown)), "ground"))]
+    for number, exhibit in enumerate(shown):
+        materials |= dict(exhibit.materials)
+        for index, part in enumerate(exhibit.parts):
+            mesh = Transform.from_pose(_place(number)).mesh(part.mesh)
+            moved = Part(mesh, part.material, part.tint)
+            static.append(StaticPart(f"{number}/{index}", "exhibit", moved))
+    with _session(SceneData(materials, tuple(static), {}, (), sky), size, quality) as session:
+        yield session
+
+
+@contextmanager
+def _session(data: SceneData, size: tuple[int, int], quality: str) -> Iterator[Session]:
+    """A scene in the renderer."""
+    from sumo3dviz_pt.render.backend import choose_backend
+    from sumo3dviz_pt.render.session import RenderSettings, Session
+
+    settings = RenderSettings(size, quality_preset(quality), 1, white=2.0**-data.sky.exposure)
+    with Session(data, choose_backend(), settings) as session:
+        yield session
+
+
+def _ground(count: int) -> Mesh:
+    """A plane under all exhibits."""
+    x0, x1, y = -3000.0, _APART * count + 3000.0, 3000.0
+    corners = np.array([[x0, -y, 0.0], [x1, -y, 0.0], [x1, y, 0.0], [x0, y, 0.0]])
+    return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+
+
+def _picture(session: Session, view: View, sky: Sky) -> Pixels:
+    """One view, developed."""
+    radiance = session.render(FrameState(0.0, view, ())).radiance
+    return develop(radiance, exposure=sky.exposure)
+
+
+def _compose(
+    pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int], columns: int
+) -> None:
+    """Pictures with their titles, a few in a row."""
+    from sumo3dviz_pt.report.plots import new_figure, save_figure
+
+    columns = min(columns, len(pictures))
+    rows = -(-len(pictures) // columns)
+    width = columns * size[0] / 110 * 1.02
+    figure: Any = new_figure(width, rows * (size[1] + 26) / 110)
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for axis in axes.flat:
+        axis.set_axis_off()
+    for axis, (title, pixels) in zip(axes.flat, pictures, strict=False):
+        axis.imshow(pixels)
+        axis.set_title(title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save_figure(figure, path)

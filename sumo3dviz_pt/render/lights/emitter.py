@@ -1,0 +1,233 @@
+"""An emitter for lamps: each has a radiance, an axis and a chance to be aimed at of its own.
+
+Mitsuba's area emitter picks a point of a mesh by area alone, lit or not, near or far, and
+shines alike to all sides. Ours picks by what a lamp gives to the cell of a grid that the
+lit point lies in, so that a red lamp lights the road behind it without speckles, unlit
+lenses draw no light samples, and real lenses' narrow beams leave the pavement below a
+traffic light dark. What is picked is told apart by u and the lamp by v, which sampled
+points carry, too. Scalar variants, where Python plugins are slow, have area emitters and do
+not aim at them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Lobe
+from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.lights.picks import Glow, cells_for, grid_of, nearness, picked, share_of
+
+_PLUGIN = "sumo3dviz_lamps"
+_TABLES = ("radiance", "axes", "lobes", "density", "chance", "grid")
+
+
+class _Lamps:
+    """What the emitter does; apart from it, because Mitsuba's classes need a variant first.
+
+    What is picked are units: `fan` neighbouring faces of the same area each. Tables:
+    `radiance` and `axes`, three by lamp; `lobes`: floor and sharpness; by cell and unit
+    `density` per area and `chance`, summed up; `grid`: corner and cells per metre.
+    """
+
+    count: int
+    units: int
+    fan: int
+    cells: int
+    radiance: Any
+    axes: Any
+    lobes: Any
+    density: Any
+    chance: Any
+    grid: Any
+    get_shape: Any
+
+    def eval(self, si: Any, active: Any = True) -> Any:
+        """Radiance towards where a ray came from."""
+        front = active & (si.wi.z > 0.0)
+        return self._shining(self._lamp(si.uv), si.to_world(si.wi), front)
+
+    def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+        """Radiance towards where light is looked for."""
+        del it
+        front = active & (dr.dot(ds.d, ds.n) < 0.0)
+        return self._shining(self._lamp(ds.uv), -ds.d, front)
+
+    def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+        """Density of directions to a point on a lamp [1/sr]."""
+        cosine = -dr.dot(ds.d, ds.n)
+        unit = dr.minimum(mi.UInt32(ds.uv.x * self.units), self.units - 1)
+        density = dr.gather(mi.Float, self.density, self._cell(it.p) + unit, active)
+        return dr.select(active & (cosine > 0.0), density * dr.square(ds.dist) / cosine, 0.0)
+
+    def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
+        """A direction to a point on a lamp, and its light over its density."""
+        ds = self._point(it.p, sample, active)
+        ds.time = it.time
+        ds.d = ds.p - it.p
+        ds.dist = dr.norm(ds.d)
+        ds.d /= ds.dist
+        ds.pdf = self.pdf_direction(it, ds, active)
+        lit = active & (ds.pdf > 0.0)
+        light = self._shining(self._lamp(ds.uv), -ds.d, lit)
+        return ds, dr.select(lit, light / ds.pdf, 0.0)
+
+    def bbox(self) -> Any:
+        """Of all lamps."""
+        return self.get_shape().bbox()
+
+    def to_string(self) -> str:
+        """For Mitsuba's messages."""
+        return f"LampEmitter[{self.count}]"
+
+    def _lamp(self, uv: Any) -> Any:
+        """Number of the lamp at texture coordinates."""
+        # Mitsuba's v runs up, ours down.
+        return dr.minimum(mi.UInt32(-uv.y * self.count), self.count - 1)
+
+    def _cell(self, place: Any) -> Any:
+        """Where the numbers of a place's cell begin in the tables by cell and unit."""
+        grid = dr.gather(mi.Vector3f, self.grid, mi.UInt32(0))
+        last = self.cells - 1.0
+        column = mi.UInt32(dr.clip((place.x - grid.x) * grid.z, 0.0, last))
+        row = mi.UInt32(dr.clip((place.y - grid.y) * grid.z, 0.0, last))
+        return (row * self.cells + column) * self.units
+
+    def _shining(self, lamp: Any, out: Any, active: Any) -> Any:
+        """Radiance of a lamp into a direction."""
+        full = dr.gather(mi.Color3f, self.radiance, lamp, active)
+        cosine = dr.dot(out, dr.gather(mi.Vector3f, self.axes, lamp, active))
+        lobe = dr.gather(mi.Vector2f, self.lobes, lamp, active)
+        share = lobe.x + (1.0 - lobe.x) * dr.exp(lobe.y * (cosine - 1.0))
+        return dr.select(active, full * share, 0.0)
+
+    def _point(self, place: Any, sample: Any, active: Any) -> Any:
+        """A point on a lamp, picked by what lamps give to a place."""
+        face, left = self._face(self._cell(place), sample.x, active)
+        part = mi.warp.square_to_uniform_triangle(mi.Point2f(left, sample.y))
+        mesh = self.get_shape()
+        corners = mesh.face_indices(face, active)
+        a, b, c = (mesh.vertex_position(k, active) for k in (corners.x, corners.y, corners.z))
+        ds = dr.zeros(mi.DirectionSample3f)
+        ds.p = a + (b - a) * part.x + (c - a) * part.y
+        ds.n = dr.normalize(dr.cross(b - a, c - a))
+        ds.uv = mesh.vertex_texcoord(corners.x, active)
+        ds.emitter = mi.EmitterPtr(self)
+        return ds
+
+    def _face(self, first: Any, number: Any, active: Any) -> tuple[Any, Any]:
+        """The face that a number in [0, 1) picks, and what is left of the number."""
+
+        def chance(k: Any) -> Any:
+            return dr.gather(mi.Float, self.chance, first + k, active)
+
+        unit = dr.binary_search(0, self.units - 1, lambda k: chance(k) < number)
+        low = dr.select(unit > 0, chance(dr.maximum(unit, 1) - 1), 0.0)
+        left = (number - low) / dr.maximum(chance(unit) - low, 1e-12) * self.fan
+        part = dr.minimum(mi.UInt32(dr.maximum(left, 0.0)), self.fan - 1)
+        return unit * self.fan + part, dr.clip(left - part, 0.0, 1.0)
+
+
+def register_lamps() -> None:
+    """Make the emitter known to the active JIT variant."""
+
+    class LampEmitter(mi.Emitter):  # type: ignore[misc]
+        """Lamps on the faces of one mesh."""
+
+        # Mitsuba's classes take no second base.
+        eval, eval_direction = _Lamps.eval, _Lamps.eval_direction
+        pdf_direction, sample_direction = _Lamps.pdf_direction, _Lamps.sample_direction
+        bbox, to_string = _Lamps.bbox, _Lamps.to_string
+        _lamp, _cell, _shining = _Lamps._lamp, _Lamps._cell, _Lamps._shining
+        _point, _face = _Lamps._point, _Lamps._face
+
+        def __init__(self, props: Any) -> None:
+            mi.Emitter.__init__(self, props)
+            self.m_flags = mi.EmitterFlags.Surface
+            self.count, self.units = int(props["count"]), int(props["units"])
+            self.fan, self.cells = int(props["fan"]), int(props["cells"])
+            self.radiance = dr.opaque(mi.Float, 0.0, 3 * self.count)
+            self.axes = dr.opaque(mi.Float, 0.0, 3 * self.count)
+            self.lobes = dr.opaque(mi.Float, 0.0, 2 * self.count)
+            self.density = dr.opaque(mi.Float, 0.0, self.cells**2 * self.units)
+            self.chance = dr.opaque(mi.Float, 1.0, self.cells**2 * self.units)
+            self.grid = dr.opaque(mi.Float, 0.0, 3)
+
+        def traverse(self, callback: Any) -> None:
+            mi.Emitter.traverse(self, callback)
+            for name in _TABLES:
+                callback.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
+
+    mi.register_emitter(_PLUGIN, lambda props: LampEmitter(props))
+
+
+def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str, Any]:
+    """The emitter of a mesh of lamps as a plugin's dict, dark and not aimed at at first.
+
+    Args:
+        count: Lamps.
+        units: What is picked; their numbers are in u, those of the lamps in v.
+        jit: Whether the variant compiles.
+        fan: Faces of a unit.
+    """
+    if jit:
+        sizes = {"count": count, "units": units, "fan": fan, "cells": cells_for(units)}
+        return {"type": _PLUGIN, **sizes, "sampling_weight": 0.0}
+    radiance = {"type": "mesh_attribute", "name": convert.RADIANCE_ATTRIBUTE}
+    return {"type": "area", "radiance": radiance, "sampling_weight": 0.0}
+
+
+def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: float) -> None:
+    """Make a mesh of lamps shine as it does in one frame.
+
+    Args:
+        parameters: Of the scene.
+        name: Of the mesh.
+        glow: How it shines.
+        frame: Says what is in the picture.
+        weight: How often paths aim at it, against other lamps of the same power; 0 never.
+    """
+    convert.overwrite(parameters, f"{name}.emitter.radiance", glow.radiance)
+    convert.overwrite(parameters, f"{name}.emitter.axes", glow.axes)
+    convert.overwrite(parameters, f"{name}.emitter.lobes", glow.lobes[:, :2])
+    if weight <= 0.0:
+        return
+    corner, step = grid_of(frame.view, cells_for(len(glow.areas)))
+    density, chance = picked(glow, corner, step)
+    start = [*(corner - frame.origin[:2]), 1.0 / step]
+    for table, values in (("density", density), ("chance", chance), ("grid", np.array(start))):
+        convert.overwrite(parameters, f"{name}.emitter.{table}", values)
+    lumens = CANDELAS_PER_UNIT * float(glow.power @ nearness(glow.places, frame.view))
+    parameters[f"{name}.emitter.sampling_weight"] = weight * share_of(lumens)
+
+
+def lobe_row(lobe: Lobe) -> tuple[float, float, float]:
+    """A row of `Glow.lobes`."""
+    return lobe.floor, lobe.sharpness, lobe.flux
+
+
+def axes_of(normals: Floats, areas: Floats, lamp_of_face: Ints, count: int) -> Floats:
+    """Mean direction of each lamp's faces, unit, (count, 3).
+
+    Args:
+        normals: Of the faces, unit, (m, 3).
+        areas: Of the faces, (m,) [m2].
+        lamp_of_face: (m,).
+        count: Lamps.
+    """
+    whole = areas[:, None] * normals
+    total = np.stack([np.bincount(lamp_of_face, axis, minlength=count) for axis in whole.T], axis=1)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
+
+
+def faces_of(mesh_vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
+    """Unit normals, (m, 3), and areas, (m,) [m2], of triangles."""
+    a, b, c = (mesh_vertices[faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    twice = np.linalg.norm(across, axis=1)
+    return across / np.maximum(twice, 1e-30)[:, None], 0.5 * twice

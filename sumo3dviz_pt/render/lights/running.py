@@ -1,0 +1,299 @@
+"""Lamps of vehicles: glowing lenses as two meshes, and beams of the nearest head lamps.
+
+Emitters cannot be instanced, so all lenses are merged into meshes, near and far, whose
+vertices and radiances are updated. Lamps that are off have no area. Beams are a fixed pool
+of spots.
+
+How often paths aim at each was chosen by measuring: noise is least where an emitter's share
+of the picks follows the root of its second moment, relative to the square of the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.lamps import Beam, Lobe, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, View
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.kernels import load
+from sumo3dviz_pt.render.lights.clear_lamps import clear_lamps
+from sumo3dviz_pt.render.lights.emitter import lamp_emitter, light, lobe_row
+from sumo3dviz_pt.render.lights.picks import Glow, share_of
+from sumo3dviz_pt.render.lights.standing import UNTINTED
+
+MOST_BEAMS = 24
+"""Vehicles whose head lamps light the road; farther ones only glow."""
+
+BEAM_END = 130.0
+"""Beams fade out towards this distance of the vehicle from the eye [m]."""
+
+_FADE = 0.25
+"""Share of that distance over which they fade."""
+
+_WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
+"""How often paths aim at lenses by whether their road users are far away."""
+
+_BEAM_FLUX = 640.0
+"""Of a car's low beams [lm]."""
+
+_BEAM_WEIGHT = 1.5
+_UNSEEN_BEAM = 0.02
+"""Share of a beam outside the picture that matters all the same."""
+
+_LIT = np.array(
+    [
+        (ahead, ahead * aside, 0.0)
+        for ahead in (3.0, 6.0, 10.0, 16.0, 25.0, 38.0)
+        for aside in (-0.3, -0.1, 0.1, 0.3)
+    ]
+)
+"""Where a beam's light is looked for, in its frame, (n, 3) [m]."""
+
+_BEAM_NEAR = 30.0
+"""From here on, light on the road matters less the smaller it is in the picture [m]."""
+
+_SIDES = 6
+_TURN = np.arange(_SIDES) * 2.0 * np.pi / _SIDES
+
+# The body's +x, +y and +z are the spot's +z, +x and +y.
+_SPOT = np.array(
+    [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Discs:
+    """The lamps of one prototype that belong to a set, at one level of detail.
+
+    Attributes:
+        roles: Of each, n.
+        corners: In the body's frame, (n, 1 + sides, 3) [m]: the centre, then the rim.
+        radiance: When lit, (n, 3).
+        lobes: As in `Glow`, (n, 3).
+    """
+
+    roles: tuple[str, ...]
+    corners: Floats
+    radiance: Floats
+    lobes: Floats
+
+
+class GlowingLenses:
+    """All lamps of one level as a mesh with a fixed number of places."""
+
+    def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
+        self.name, self._far = f"running_{'far' if far else 'near'}", far
+        self._floor = floor
+        self._weight = _WEIGHTS[far] if lights.sampled else 0.0
+        self._discs: dict[str, _Discs] = {}
+        self.count = 1  # one that never shines, because a mesh without area cannot be sampled
+        for key, places in (scene.slots.far if far else scene.slots.detailed).items():
+            body = scene.prototypes[key]
+            chosen = [lamp for lamp in body.lamps if lamp.role in lights.intensity]
+            if chosen:
+                shown = clear_lamps(chosen, body.far if far else body.parts)
+                self._discs[key] = _discs(shown, lights, share=lights.heads.get(key, 1.0))
+                self.count += places * len(chosen)
+
+    def __bool__(self) -> bool:
+        """Whether any road user of the shot has a lamp."""
+        return bool(self._discs)
+
+    def make(self, bsdf: Any, *, jit: bool) -> Any:
+        """The mesh; all lamps are off."""
+        ring = np.arange(_SIDES)
+        fan = np.column_stack([np.zeros(_SIDES, int), 1 + ring, 1 + (ring + 1) % _SIDES])
+        faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + fan).reshape(-1, 3)
+        u = np.repeat((np.arange(self.count) + 0.5) / self.count, 1 + _SIDES)
+        vertices = self._places((), np.zeros(3))[0].reshape(-1, 3)
+        mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
+        emitter = lamp_emitter(self.count, self.count, jit=jit, fan=_SIDES)
+        tint = np.full((len(faces), 3), UNTINTED)
+        return convert.make_lamps(self.name, mesh, bsdf=bsdf, emitter=emitter, tint=tint)
+
+    def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
+        """Put the lamps of a frame to their places."""
+        movers = frame.distant if self._far else (*frame.movers, *frame.posed)
+        vertices, radiance, lobes = self._places(movers, frame.origin)
+        convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices.reshape(-1, 3))
+        # The triangles of a fan are alike, whatever ellipse it fills.
+        across = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
+        twice = np.linalg.norm(across, axis=1)
+        axes = across / np.maximum(twice, 1e-30)[:, None]
+        if not jit:
+            key = f"{self.name}.{convert.RADIANCE_ATTRIBUTE}"
+            convert.overwrite(parameters, key, np.repeat(radiance, _SIDES, axis=0))
+            return
+        areas, places = 0.5 * _SIDES * twice, vertices[:, 0] + frame.origin
+        glow = Glow(radiance, axes, lobes, areas, np.arange(self.count), places)
+        light(parameters, self.name, glow, frame, weight=self._weight)
+
+    def _places(self, movers: Sequence[Mover], origin: Floats) -> tuple[Floats, Floats, Floats]:
+        """Corners relative to the origin, (lamps, 1 + sides, 3), radiances and lobes."""
+        vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self.count, 1 + _SIDES, 1))
+        radiance, lobes = np.zeros((self.count, 3)), np.tile(lobe_row(Lobe()), (self.count, 1))
+        vertices[0, 1:, :2] += 1e-3 * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
+        used = 1
+        for mover in movers:
+            discs = self._discs.get(mover.prototype)
+            if discs is None:
+                continue
+            lit = [k for k, role in enumerate(discs.roles) if role in mover.lit]
+            matrix = convert.relative(mover.world_from_body, origin)
+            rows = slice(used, used + len(lit))
+            vertices[rows] = discs.corners[lit] @ matrix[:3, :3].T + matrix[:3, 3]
+            radiance[rows], lobes[rows] = discs.radiance[lit], discs.lobes[lit]
+            used += len(lit)
+        return vertices, radiance, lobes
+
+
+def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float) -> _Discs:
+    """The lamps of a body; its head lamps have a share of a car's power."""
+    corners = np.array([_disc(lamp) for lamp in lamps]).reshape(-1, 1 + _SIDES, 3)
+    # A regular polygon of n sides fills n/2 sin(2 pi/n) of its radius squared.
+    filled = 0.5 * _SIDES * np.sin(2.0 * np.pi / _SIDES)
+    area = np.array([filled * lamp.size[0] * lamp.size[1] / 4.0 for lamp in lamps])
+    power = np.array([lights.intensity[lamp.role] for lamp in lamps]).reshape(-1, 3)
+    power[[lamp.role == "head" for lamp in lamps]] *= share
+    lobes = [lobe_row(lights.lobes.get(lamp.role, Lobe())) for lamp in lamps]
+    roles = tuple(lamp.role for lamp in lamps)
+    return _Discs(roles, corners, power / area.reshape(-1, 1), np.array(lobes).reshape(-1, 3))
+
+
+def _disc(lamp: VehicleLamp) -> Floats:
+    """Centre and rim of a lamp, anticlockwise as seen from where it shines, (1 + sides, 3)."""
+    left = np.array([-np.sin(lamp.yaw), np.cos(lamp.yaw), 0.0])
+    across = 0.5 * lamp.size[0] * np.cos(_TURN)[:, None] * left
+    up = 0.5 * lamp.size[1] * np.sin(_TURN)[:, None] * np.array([0.0, 0.0, 1.0])
+    return np.asarray(np.concatenate([np.zeros((1, 3)), across + up]) + np.array(lamp.at))
+
+
+class Beams:
+    """Spots in front of the nearest vehicles with head lamps on."""
+
+    def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
+        self._beam, self._power = beam, heads
+        places = {name: _between(some.lamps) for name, some in scene.prototypes.items()}
+        self._heads = {name: place for name, place in places.items() if place is not None}
+        slots = (scene.slots.detailed, scene.slots.far)
+        room = sum(some.get(name, 0) for some in slots for name in self._heads)
+        self.count = min(room, MOST_BEAMS)
+
+    def entries(self) -> dict[str, Any]:
+        """Spots by name, dark; they share one pattern."""
+        # A spot's u runs to its left and its v upwards.
+        pattern = np.ascontiguousarray(self._beam.pattern[::-1, ::-1, None], np.float32)
+        image = {"type": "bitmap", "bitmap": mi.Bitmap(pattern), "raw": True, "wrap_mode": "clamp"}
+        angle = float(np.degrees(self._beam.half_angle))
+        spot = {
+            "type": "spot",
+            "cutoff_angle": angle,
+            "beam_width": angle,
+            "intensity": {"type": "rgb", "value": [0.0, 0.0, 0.0]},
+            "texture": load(image),
+        }
+        return {f"beam_{k:02d}": load(spot) for k in range(self.count)}
+
+    def update(self, parameters: Any, frame: FrameState) -> None:
+        """Aim the beams of a frame."""
+        shining = self._shining(frame)
+        for k in range(self.count):
+            name = f"beam_{k:02d}"
+            place, share = shining[k] if k < len(shining) else (None, 0.0)
+            intensity = [share * channel for channel in self._beam.intensity]
+            parameters[f"{name}.intensity.value"] = mi.Color3f(intensity)
+            # A spot that is off would still draw light samples.
+            lumens = _BEAM_FLUX * share * beam_weight(place, frame.view)
+            parameters[f"{name}.sampling_weight"] = _BEAM_WEIGHT * share_of(lumens)
+            if place is not None:
+                matrix = convert.relative(place, frame.origin) @ _SPOT
+                parameters[f"{name}.to_world"] = convert.transform(matrix)
+
+    def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
+        """Where lamps are and how strong they are, those that matter most first."""
+        found = []
+        for mover in (*frame.movers, *frame.posed, *frame.distant):
+            if "head" in mover.lit and mover.prototype in self._heads:
+                place = _unscaled(mover.world_from_body, self._heads[mover.prototype])
+                power = self._power.get(mover.prototype, 1.0)
+                # A bicycle's lamp matters as much as a car's at several times its distance.
+                away = float(np.linalg.norm(place.position - frame.view.position)) / power**0.25
+                found.append((away, mover.id, place, power))
+        found.sort(key=lambda row: row[:2])
+        # Where there are more than spots, the last ones fade, so that none appears at once.
+        end = min([BEAM_END, *(row[0] for row in found[self.count : self.count + 1])])
+        return [
+            (place, power * float(np.clip((end - away) / (_FADE * end), 0.0, 1.0)))
+            for away, _, place, power in found[: self.count]
+        ]
+
+
+def beam_weight(place: Transform | None, view: View) -> float:
+    """How much of a beam's light is large in the picture, in [0, 1].
+
+    It changes smoothly while a vehicle drives by: light that is suddenly aimed at much less
+    would go out in the film, because what is left of it are rare bright samples, which the
+    cap cuts.
+    """
+    if place is None:
+        return 0.0
+    seen = (place.points(_LIT) - view.position) @ view.world_from_camera.matrix[:3, :3]
+    across = np.abs(seen[:, 1:]).max(axis=1) / np.maximum(seen[:, 0], 1.0)
+    # All of it in the picture, nothing at twice its width or behind the eye.
+    inside = np.clip(2.0 - across / np.tan(view.fov / 2.0), 0.0, 1.0)
+    inside *= np.clip(0.25 * seen[:, 0] + 0.5, 0.0, 1.0)
+    large = 1.0 / (1.0 + (np.linalg.norm(seen, axis=1) / _BEAM_NEAR) ** 2)
+    return _UNSEEN_BEAM + (1.0 - _UNSEEN_BEAM) * float((inside * large).mean())
+
+
+def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
+    """A frame at a point of a body, turned like it but not stretched."""
+    matrix = body.matrix.copy()
+    matrix[:3, 3] = matrix[:3, :3] @ np.array(at) + matrix[:3, 3]
+    matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
+    return Transform(matrix)
+
+
+def _between(lamps: Sequence[VehicleLamp]) -> tuple[float, float, float] | None:
+    """The place midway between a body's head lamps, just before them, or None [m]."""
+    heads = np.array([lamp.at for lamp in lamps if lamp.role == "head"]).reshape(-1, 3)
+    if not len(heads):
+        return None
+    x, y, z = heads.mean(axis=0)
+    return float(x) + 0.05, float(y), float(z)
+
+
+class RunningLamps:
+    """Everything that vehicles of a scene light."""
+
+    def __init__(self, scene: SceneData, *, floor: float, jit: bool) -> None:
+        lights, self._jit = scene.running, jit
+        self._sets: list[GlowingLenses] = []
+        if lights is not None:
+            sets = [GlowingLenses(scene, lights, far=far, floor=floor) for far in _WEIGHTS]
+            self._sets = [lenses for lenses in sets if lenses]
+        self._beams: Beams | None = None
+        if lights is not None and lights.beam is not None:
+            self._beams = Beams(scene, lights.beam, lights.heads)
+
+    def __bool__(self) -> bool:
+        """Whether there is anything to light."""
+        return bool(self._sets)
+
+    def entries(self, bsdf: Any) -> dict[str, Any]:
+        """Shapes and emitters by name."""
+        shapes = {lenses.name: lenses.make(bsdf, jit=self._jit) for lenses in self._sets}
+        return shapes if self._beams is None else {**shapes, **self._beams.entries()}
+
+    def update(self, parameters: Any, frame: FrameState) -> None:
+        """Light what a frame lights."""
+        for lenses in self._sets:
+            lenses.update(parameters, frame, jit=self._jit)
+        if self._beams is not None:
+            self._beams.update(parameters, frame)

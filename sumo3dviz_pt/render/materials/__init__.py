@@ -1,0 +1,1 @@
+"""Materials and textures of our own."""

@@ -1,0 +1,138 @@
+"""Road users in the renderer.
+
+In JIT variants a fixed pool of `instance` shapes is moved by `to_world`, so that
+nothing compiles during a film; free slots wait under the ground. In scalar variants
+instances are cheap and Python textures are not: the scene is put together anew for
+every frame from kept parts, one shape group per (body, colour).
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData, is_tinted
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.kernels import load
+from sumo3dviz_pt.render.materials.compound import COMPOUND, lumps
+from sumo3dviz_pt.render.materials.paint import colour_table, table_index
+
+
+class Materials:
+    """BSDF objects of a scene, made when first asked for."""
+
+    def __init__(self, materials: Mapping[str, Any]) -> None:
+        self.dicts = materials
+        self._made: dict[tuple[Any, ...], Any] = {}
+
+    def get(self, name: str, tint: Mapping[str, Any], *, worn: bool = False) -> Any:
+        """The material of a name (empty: the compound) with a source of its tint and wear."""
+        bsdf = self.dicts[name] if name else COMPOUND
+        worn = worn and "scalar" in mi.variant()
+        key = (name, repr(sorted(tint.items())) if is_tinted(bsdf) else "", worn)
+        if key not in self._made:
+            self._made[key] = convert.make_bsdf(bsdf, tint=tint, worn=worn)
+        return self._made[key]
+
+
+def shape_group(prototype: Prototype, materials: Materials, tint: Mapping[str, Any]) -> Any:
+    """The detailed body of a prototype, ready to be instanced."""
+    group: dict[str, Any] = {"type": "shapegroup"}
+    for index, lump in enumerate(lumps(prototype.parts, materials.dicts, own_tint=False)):
+        attributes = {
+            name: values
+            for name, values in lump.attributes.items()
+            if name != convert.TINT_ATTRIBUTE or not lump.material
+        }
+        bsdf = materials.get(lump.material, tint)
+        name = f"{prototype.name}_{index}"
+        group[f"part{index}"] = convert.make_mesh(name, lump.mesh, bsdf=bsdf, attributes=attributes)
+    return load(group)
+
+
+class InstancePool:
+    """Near road users as instances in fixed slots (JIT variants)."""
+
+    def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
+        self._floor = floor
+        self._entries: dict[str, Any] = {}
+        self._slots: dict[str, list[str]] = defaultdict(list)
+        self._index: dict[str, int] = {}
+        number = 0
+        for name, count in sorted(scene.slots.near.items()):
+            group = shape_group(scene.prototypes[name], materials, convert.instance_tint())
+            self._entries[f"body_{len(self._slots)}"] = group
+            for _ in range(count):
+                key = f"slot_{number:04d}"
+                self._entries[key] = load({"type": "instance", "body": group})
+                self._slots[name].append(key)
+                self._index[key] = table_index(self._entries[key])
+                number += 1
+
+    @property
+    def entries(self) -> Mapping[str, Any]:
+        """Shapes to put into the scene."""
+        return self._entries
+
+    def update(self, parameters: Any, frame: FrameState) -> None:
+        """Move every slot to its road user of this frame, or out of sight."""
+        if not self._index:
+            return
+        free = {name: iter(keys) for name, keys in self._slots.items()}
+        parked = np.eye(4)
+        parked[2, 3] = self._floor - frame.origin[2]
+        colours: dict[int, Floats] = {}
+        for mover in frame.movers:
+            key = next(free[mover.prototype], None) if mover.prototype in free else None
+            if key is None:
+                raise RenderError(f"no slot is free for {mover.id} ({mover.prototype})")
+            matrix = convert.relative(mover.world_from_body, frame.origin)
+            parameters[f"{key}.to_world"] = convert.transform(matrix)
+            colours[self._index[key]] = np.asarray(mover.colour)
+        for keys in free.values():
+            for key in keys:
+                parameters[f"{key}.to_world"] = convert.transform(parked)
+        for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
+            if name.endswith(".table"):
+                convert.overwrite(parameters, name, colour_table(colours))
+
+
+class ScalarMovers:
+    """Near road users where every frame is a new scene (scalar variants)."""
+
+    def __init__(self, scene: SceneData, materials: Materials) -> None:
+        self._scene, self._materials = scene, materials
+        self._groups: dict[tuple[str, tuple[float, ...]], Any] = {}
+
+    def entries(self, frame: FrameState) -> dict[str, Any]:
+        """Shapes of this frame."""
+        shapes: dict[str, Any] = {}
+        for number, mover in enumerate(frame.movers):
+            group = self._group(mover)
+            shapes[f"body_{id(group)}"] = group
+            matrix = convert.relative(mover.world_from_body, frame.origin)
+            shapes[f"slot_{number:04d}"] = load(
+                {"type": "instance", "to_world": convert.scalar_transform(matrix), "body": group}
+            )
+        return shapes
+
+    def _group(self, mover: Mover) -> Any:
+        """The body in its colour."""
+        key = (mover.prototype, tuple(mover.colour))
+        if key not in self._groups:
+            prototype = self._scene.prototypes[mover.prototype]
+            tint = convert.constant_tint(mover.colour)
+            self._groups[key] = shape_group(prototype, self._materials, tint)
+        return self._groups[key]
+
+
+def lowest(meshes: Sequence[Mesh]) -> float:
+    """Height where free slots wait: below everything [m]."""
+    heights = [float(mesh.vertices[:, 2].min()) for mesh in meshes if len(mesh.vertices)]
+    return min(heights, default=0.0) - 10.0

@@ -1,0 +1,169 @@
+"""Road users as one mesh whose vertices are updated: far ones, and those that take poses.
+
+Every body has a fixed number of slots in the mesh; free ones wait under the ground.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.scene import Mover, Part, Poses, SceneData
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.materials.compound import (
+    METALLIC_ATTRIBUTE,
+    ROUGHNESS_ATTRIBUTE,
+    face_attributes,
+    tint_mask,
+)
+from sumo3dviz_pt.render.movers.build import Materials
+
+_ATTRIBUTES = (convert.TINT_ATTRIBUTE, ROUGHNESS_ATTRIBUTE, METALLIC_ATTRIBUTE)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Body:
+    """One prototype's places in the merged mesh."""
+
+    mesh: Mesh
+    poses: Poses | None
+    attributes: Mapping[str, Floats]
+    mask: Floats
+    first_vertex: int
+    first_face: int
+    capacity: int
+
+    def points(self, mover: Mover) -> tuple[Floats, Floats | None]:
+        """Vertices and normals in the pose of a road user, (v, 3) each."""
+        if self.poses is None:
+            return self.mesh.vertices, self.mesh.normals
+        return _posed(self.poses.vertices, mover), _posed(self.poses.normals, mover)
+
+
+def _posed(poses: Floats, mover: Mover) -> Floats:
+    """Between the two nearest phases, and between rest and movement, (v, 3)."""
+    count = len(poses) - 1
+    place = (mover.phase % 1.0) * count
+    first = int(place) % count
+    share = place - int(place)
+    moving = (1.0 - share) * poses[1 + first] + share * poses[1 + (first + 1) % count]
+    return np.asarray((1.0 - mover.effort) * poses[0] + mover.effort * moving)
+
+
+class Crowd:
+    """Road users merged into one mesh, with a fixed number of slots for each body."""
+
+    def __init__(
+        self, name: str, scene: SceneData, slots: Mapping[str, int], *, far: bool, floor: float
+    ) -> None:
+        """Lay the mesh out.
+
+        Args:
+            name: Of the mesh.
+            scene: Holds prototypes and materials.
+            slots: How many of each prototype.
+            far: Whether stand-ins are drawn, flat, or detailed bodies, smooth.
+            floor: Where free slots wait [m].
+        """
+        self.name, self._floor, self._smooth = name, floor, not far
+        self._bodies: dict[str, _Body] = {}
+        vertex = face = 0
+        for key, count in sorted(slots.items()):
+            prototype = scene.prototypes[key]
+            parts = prototype.far if far else prototype.parts
+            mesh = _merged(parts, smooth=self._smooth)
+            poses = prototype.far_poses if far else prototype.poses
+            attributes = face_attributes(parts, scene.materials, compound=True)
+            mask = tint_mask(parts, scene.materials)
+            self._bodies[key] = _Body(mesh, poses, attributes, mask, vertex, face, count)
+            vertex += count * len(mesh.vertices)
+            face += count * len(mesh.faces)
+        self._vertices, self._faces = vertex, face
+
+    def __bool__(self) -> bool:
+        """Whether the shot ever shows one of them."""
+        return self._faces > 0
+
+    def make(self, materials: Materials) -> Any:
+        """The mesh object; all slots wait out of sight."""
+        bodies = self._bodies.values()
+        faces = [
+            body.mesh.faces + body.first_vertex + slot * len(body.mesh.vertices)
+            for body in bodies
+            for slot in range(body.capacity)
+        ]
+        attributes = {
+            name: np.concatenate(
+                [np.tile(body.attributes[name], (body.capacity, 1)) for body in bodies]
+            )
+            for name in _ATTRIBUTES
+        }
+        normals = np.tile([0.0, 0.0, 1.0], (self._vertices, 1)) if self._smooth else None
+        places = np.full((self._vertices, 3), self._floor)
+        mesh = Mesh(places, np.concatenate(faces), normals)
+        bsdf = materials.get("", convert.face_tint())
+        return convert.make_mesh(self.name, mesh, bsdf=bsdf, attributes=attributes)
+
+    def arrays(
+        self, movers: Sequence[Mover], origin: Floats
+    ) -> tuple[Floats, Floats | None, Floats]:
+        """What the mesh holds in a frame.
+
+        Args:
+            movers: That frame's.
+            origin: The renderer's, (3,) [m].
+
+        Returns:
+            Vertices, (n, 3), relative to the origin; normals, (n, 3), of smooth ones;
+            tints, (m, 3).
+
+        Raises:
+            RenderError: If somebody finds no slot.
+        """
+        vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self._vertices, 1))
+        normals = np.tile([0.0, 0.0, 1.0], (self._vertices, 1)) if self._smooth else None
+        tints = np.zeros((self._faces, 3))
+        used = dict.fromkeys(self._bodies, 0)
+        for mover in movers:
+            body, slot = self._bodies.get(mover.prototype), used.get(mover.prototype, 0)
+            if body is None or slot >= body.capacity:
+                raise RenderError(f"no slot is free for {mover.id} ({mover.prototype})")
+            used[mover.prototype] = slot + 1
+            matrix = convert.relative(mover.world_from_body, origin)
+            points, directions = body.points(mover)
+            first = body.first_vertex + slot * len(points)
+            vertices[first : first + len(points)] = points @ matrix[:3, :3].T + matrix[:3, 3]
+            if normals is not None and directions is not None:
+                normals[first : first + len(points)] = _turned(directions, matrix[:3, :3])
+            first = body.first_face + slot * len(body.mask)
+            mask = body.mask[:, None]
+            own = body.attributes[convert.TINT_ATTRIBUTE] * (1.0 - mask)
+            tints[first : first + len(mask)] = own + np.asarray(mover.colour) * mask
+        return vertices, normals, tints
+
+    def update(self, parameters: Any, movers: Sequence[Mover], origin: Floats) -> None:
+        """Move everyone to their places in a frame; arguments as in `arrays`."""
+        vertices, normals, tints = self.arrays(movers, origin)
+        convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices)
+        if normals is not None:
+            convert.overwrite(parameters, f"{self.name}.vertex_normals", normals)
+        convert.overwrite(parameters, f"{self.name}.{convert.TINT_ATTRIBUTE}", tints)
+
+
+def _merged(parts: Sequence[Part], *, smooth: bool) -> Mesh:
+    """All parts as one mesh, flat or smooth."""
+    meshes = [part.mesh for part in parts]
+    if not smooth or any(mesh.normals is None for mesh in meshes):
+        return merge_meshes([Mesh(mesh.vertices, mesh.faces) for mesh in meshes])
+    return merge_meshes([Mesh(mesh.vertices, mesh.faces, mesh.normals) for mesh in meshes])
+
+
+def _turned(normals: Floats, matrix: Floats) -> Floats:
+    """Normals under a stretching turn: by the inverse transpose, and unit again."""
+    turned = normals @ np.linalg.inv(matrix)
+    return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))

@@ -1,0 +1,188 @@
+"""Quick pictures of a scene that is held open: one sample a pixel.
+
+A film's session renders its own size with all that a preset asks for. A visitor who flies
+through a scene wants a small picture at once and a better one when he stands still: so a
+large picture is made of parts of the small one's size, each seen through a lens that is shifted
+aside. One recording serves both, and no step takes longer than a small picture. What the haze
+needs comes with the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import FrameState, View
+from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.kernels import load, settle, tracer
+from sumo3dviz_pt.render.passes import guides
+from sumo3dviz_pt.render.passes.capped import path_integrator
+from sumo3dviz_pt.render.passes.denoise import denoise
+from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.session import Session
+from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE, sensor_entry
+
+Size = tuple[int, int]
+
+_PLUGIN = "sumo3dviz_quick"
+
+
+DEPTH, HIT = 3, 4
+"""Channels of a quick picture, after its radiance: distance of what is seen times the share
+that is seen [m], and that share."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a picture that is cut into as many rows as columns.
+
+    Attributes:
+        row: From the top, from 0.
+        column: From the left, from 0.
+        of: Rows, and columns.
+    """
+
+    row: int = 0
+    column: int = 0
+    of: int = 1
+
+
+WHOLE = Part()
+
+
+def parts_of(count: int) -> tuple[Part, ...]:
+    """All parts of a picture that is cut into `count` rows and columns, row by row."""
+    return tuple(Part(row, column, count) for row in range(count) for column in range(count))
+
+
+class Quick:
+    """Takes quick pictures of a session's scene."""
+
+    def __init__(self, session: Session, size: Size) -> None:
+        """Make sensors.
+
+        Args:
+            session: That holds the scene; it must show a frame before any picture is taken.
+            size: Width, height of a picture, or of each part of a larger one [px].
+        """
+        self._session, self._size = session, size
+        _register()
+        quality = session.settings.quality
+        path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
+        self._integrator = load({"type": _PLUGIN, "limit": session.limit, "path": path})
+        self._guides = load(guides.guide_plugin(quality, jit=True))
+        self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
+        self._trace, self._trace_guides = tracer(recorded=True), tracer(recorded=True)
+
+    def show(self, frame: FrameState) -> None:
+        """Bring everyone on the road to a frame's state."""
+        self._session.show(frame)
+
+    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Image:
+        """Trace one sample a pixel: radiance, depth and hits, (h, w, 5).
+
+        Args:
+            view: Of the camera; everything else is as it was last shown.
+            seed: Of this sample.
+            part: Of the picture; parts and wholes have the same size in pixels.
+        """
+        sensor = self._aimed(self._sensor, view, part)
+        return self._trace(self._session.loaded.scene, self._integrator, sensor, 1, seed)
+
+    def hazed(self, seen: Image, view: View) -> Image:
+        """The mean of some samples, (h, w, 5), with the scene's haze, if it has any, (h, w, 3)."""
+        session = self._session
+        if session.data.haze is None or not session.settings.quality.haze:
+            return seen[..., :3]
+        behind = horizon_behind(session.sky.horizon, view, (seen.shape[1], seen.shape[0]))
+        depth, hit = seen[..., DEPTH], seen[..., HIT]
+        return apply_haze(seen[..., :3], session.data.haze, depth=depth, hit=hit, behind=behind)
+
+    def smooth(self, seen: Image, view: View, *, seed: int) -> Image:
+        """The same without noise, by albedo and normals that are traced for it."""
+        parts = parts_of(seen.shape[1] // self._size[0])
+        found = guides.as_guides(joined([self._guided(view, part, seed) for part in parts]))
+        clean = denoise(
+            seen[..., :3], quality="high", albedo=found.get("albedo"), normal=found.get("normal")
+        )
+        return np.concatenate([clean, seen[..., 3:]], axis=-1)
+
+    def _guided(self, view: View, part: Part, seed: int) -> Image:
+        """What guides the denoiser, (h, w, channels)."""
+        sensor = self._aimed(self._guiding, view, part)
+        spp = guides.guide_spp(self._session.settings.quality)
+        own = seed + part.row * part.of + part.column
+        return self._trace_guides(self._session.loaded.scene, self._guides, sensor, spp, own)
+
+    def _aimed(self, sensor: Any, view: View, part: Part) -> Any:
+        """A sensor at the camera's place that sees a part of its picture."""
+        parameters = mi.traverse(sensor)
+        origin = self._session.loaded.origin
+        assert origin is not None, "show a frame first"
+        parameters["to_world"] = convert.transform(convert.sensor_matrix(view, origin))
+        half = np.tan(view.fov / 2.0) / part.of
+        parameters["x_fov"] = float(np.degrees(2.0 * np.arctan(half)))
+        # From the picture's middle to the part's, in widths and heights of the part.
+        middle = (part.of - 1) / 2.0
+        parameters["principal_point_offset_x"] = part.column - middle
+        parameters["principal_point_offset_y"] = part.row - middle
+        parameters.update()
+        return sensor
+
+
+def joined(parts: Sequence[Image]) -> Image:
+    """Parts from `parts_of` as one picture, (h, w, channels)."""
+    count = round(len(parts) ** 0.5)
+    rows = [np.concatenate(parts[k : k + count], axis=1) for k in range(0, len(parts), count)]
+    return np.concatenate(rows, axis=0)
+
+
+def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> bytes:
+    """8-bit sRGB pixels, (h, w, 3), as a JPEG file."""
+    stream = mi.MemoryStream()
+    bitmap = mi.Bitmap(np.ascontiguousarray(pixels), mi.Bitmap.PixelFormat.RGB)
+    bitmap.write(stream, mi.Bitmap.FileFormat.JPEG, quality)
+    return bytes(stream.raw_buffer())
+
+
+def _sensor(size: Size, *, pixels: str) -> Any:
+    """A pinhole camera of its own."""
+    sensor = load(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
+    settle(sensor)
+    return sensor
+
+
+def _register() -> None:
+    """Make the integrator known to the active JIT variant."""
+
+    class QuickIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
+        """Capped path tracing, with the distance of what is seen."""
+
+        def __init__(self, props: Any) -> None:
+            mi.SamplingIntegrator.__init__(self, props)
+            self.limit = dr.opaque(mi.Float, props["limit"])
+            self.path = props["path"]
+
+        def sample(
+            self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
+        ) -> tuple[Any, Any, list[Any]]:
+            radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
+            radiance = dr.select(dr.all(dr.isfinite(radiance)), dr.maximum(radiance, 0.0), 0.0)
+            peak = dr.maximum(dr.max(radiance), 1e-30)
+            first = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
+            # The sun is a disc only to the renderer.
+            seen = first.is_valid() & (first.t < 0.1 * SUN_DISTANCE)
+            depth = dr.select(seen, first.t, 0.0)
+            capped = radiance * dr.minimum(1.0, self.limit / peak)
+            return capped, valid, [depth, dr.select(seen, mi.Float(1.0), 0.0)]
+
+        def aov_names(self) -> list[str]:
+            return ["depth", "hit"]
+
+    mi.register_integrator(_PLUGIN, lambda props: QuickIntegrator(props))

@@ -1,0 +1,1 @@
+"""Skies as radiance maps."""

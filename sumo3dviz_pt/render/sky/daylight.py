@@ -1,0 +1,250 @@
+"""The clear sky and the sun above it, from the zenith to deep twilight.
+
+Mitsuba's `sunsky` gives the sky of a sun above 16 degrees (its sun by date is mirrored,
+so we pass a direction), `air` the one below 7 degrees, where `sunsky` knows no glow around
+the sun and turns green, below 2 black; both share what lies between. Low suns are dimmed
+to the mean of two published curves, for `sunsky` is brighter than both by up to two
+thirds; twilight follows the almanac.
+
+References:
+    Wilkie et al., A fitted radiance and attenuation model for realistic atmospheres,
+    ACM TOG 40(4), 2021, behind `sunsky`.
+    IES, Recommended practice for the calculation of daylight availability, J. IES
+    13(4), 1984, doi:10.1080/00994480.1984.10748791.
+    Janiczek and DeYoung, US Naval Observatory Circular 171, 1987.
+    Seidelmann (ed.), Explanatory Supplement to the Astronomical Almanac, 1992, table
+    of horizontal illuminance from the sun and twilight.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.render.kernels import aligned, load
+from sumo3dviz_pt.render.sky.air import clear_dome, sunlight
+from sumo3dviz_pt.render.sky.panorama import LUMINANCE, directions, dome_irradiance, resampled
+
+UNITS_PER_SUNSKY = np.array([2.134, 2.324, 2.446])
+"""Scene units per `sunsky` unit: about 100 klx at 60 degrees, turbidity 3, and of the
+camera's daylight balance: sun and sky together are white there."""
+
+SUN_RADIUS = np.radians(0.2666)
+"""Angular radius of the sun's disc [rad]."""
+
+LOWEST = np.radians(-24.0)
+"""Sun below which nothing of it is left [rad]."""
+
+_MODEL_ENDS = np.radians(2.0)
+_OWN_ENDS, _MODEL_ALONE = np.radians(7.0), np.radians(16.0)
+_COARSE = (128, 256)
+_PALE = np.array([0.98, 0.996, 1.10])
+_CLOUD_HEIGHT = 6_000.0  # from where clouds see the sun for a while after it has set [m]
+
+# Sun elevation [deg] and what to multiply `sunsky`'s sky and sun with, at turbidity 3.
+_AGREEMENT = np.array(
+    [
+        [2.0, 0.505, 0.24],
+        [3.0, 0.573, 0.26],
+        [5.0, 0.595, 0.51],
+        [8.0, 0.595, 0.725],
+        [10.0, 0.600, 0.81],
+        [15.0, 0.650, 0.92],
+        [20.0, 0.760, 0.97],
+        [30.0, 0.930, 1.0],
+        [40.0, 1.0, 1.0],
+        [90.0, 1.0, 1.0],
+    ]
+)
+
+# Sun elevation [deg] and horizontal illuminance [lx] of sky and sun together; the last
+# of twilight, below -18 degrees, is extrapolated.
+_TWILIGHT = np.array(
+    [
+        [-24.0, 1e-6],
+        [-18.0, 6.5e-4],
+        [-12.0, 8.3e-3],
+        [-6.0, 3.4],
+        [-5.0, 10.8],
+        [-4.0, 27.0],
+        [-2.0, 154.0],
+        [-0.8, 453.0],
+        [0.0, 732.0],
+        [2.0, 2270.0],
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Daylight:
+    """What the sun does, in scene units.
+
+    Attributes:
+        dome: Radiance of the clear sky, upper half, (h, w, 3).
+        sun: Irradiance on a plane that faces the sun's disc, as far as it has risen, (3,).
+        on_clouds: The same high above, where the sun sets later, (3,).
+    """
+
+    dome: Image
+    sun: Floats
+    on_clouds: Floats
+
+
+def twilight_factor(elevation: float) -> float:
+    """Light left of that at 2 degrees of elevation, for a sun at `elevation` [rad]."""
+    from scipy.interpolate import PchipInterpolator
+
+    degrees = np.clip(np.degrees(elevation), _TWILIGHT[0, 0], _TWILIGHT[-1, 0])
+    course = PchipInterpolator(_TWILIGHT[:, 0], np.log(_TWILIGHT[:, 1]))
+    return float(np.exp(course(degrees)) / _TWILIGHT[-1, 1])
+
+
+def agreement(elevation: float) -> tuple[float, float]:
+    """Factors that bring `sunsky`'s sky and sun to the published curves."""
+    from scipy.interpolate import PchipInterpolator
+
+    degrees = np.clip(np.degrees(elevation), _AGREEMENT[0, 0], 90.0)
+    sky, sun = PchipInterpolator(_AGREEMENT[:, 0], _AGREEMENT[:, 1:])(degrees)
+    return float(sky), float(sun)
+
+
+def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Daylight:
+    """The clear sky for a sun anywhere.
+
+    Args:
+        direction: Unit vector to the sun, (3,).
+        turbidity: Of the air, [1, 10].
+        size: Rows and columns of the dome.
+    """
+    elevation = float(np.arcsin(np.clip(direction[2], -1.0, 1.0)))
+    if elevation < LOWEST:
+        return Daylight(np.zeros((*size, 3), np.float32), np.zeros(3), np.zeros(3))
+    model = _Model(direction, turbidity)
+    fade = twilight_factor(elevation)
+    share = _smooth((elevation - _OWN_ENDS) / (_MODEL_ALONE - _OWN_ENDS))
+    sky, sun = agreement(elevation)
+    coarse = model.sky() * (sky * fade)
+    direct = model.sun() * sun
+    if share < 1.0:
+        light = float(dome_irradiance(coarse) @ LUMINANCE)
+        own = _own_dome(elevation, direction, turbidity, light)
+        coarse = share * coarse + (1.0 - share) * own
+        direct = _own_sun(elevation, direct, turbidity, share)
+    high = direct if share == 1.0 else _sun_aloft(elevation, direct, turbidity, share)
+    return Daylight(resampled(coarse, size), direct * _risen(elevation), high)
+
+
+def _smooth(t: float) -> float:
+    """0 below 0, 1 above 1, a smooth S between."""
+    t = min(max(t, 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def _risen(elevation: float) -> float:
+    """Share of the sun's disc above the horizon."""
+    x = float(np.clip(elevation / SUN_RADIUS, -1.0, 1.0))
+    return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
+
+
+def _own_dome(elevation: float, direction: Floats, turbidity: float, light: float) -> Floats:
+    """The sky of `air`, coarse, brought to a luminous irradiance in scene units."""
+    rows, columns = _COARSE
+    azimuth = (np.arange(columns) + 0.5) / columns * 2 * np.pi
+    high = np.pi / 2 * (1.0 - (np.arange(rows) + 0.5) / rows)
+    away = azimuth - np.arctan2(direction[0], direction[1])
+    dome = clear_dome(elevation, turbidity).towards(high, away)
+    return dome * (light / max(float(dome_irradiance(dome) @ LUMINANCE), 1e-30))
+
+
+def _own_sun(elevation: float, model: Floats, turbidity: float, share: float) -> Floats:
+    """The low sun in the colour of `air`, and dimmed as there where the model has ended."""
+    suns = np.sin([elevation, max(elevation, float(_MODEL_ENDS))])
+    lit = sunlight(np.full(2, 200.0), suns, turbidity)
+    tint = lit[0] / max(float(lit[0] @ LUMINANCE), 1e-12)
+    fade = float(lit[0] @ LUMINANCE) / float(lit[1] @ LUMINANCE)
+    power = float(model @ LUMINANCE)
+    return np.asarray((share * model / max(power, 1e-12) + (1.0 - share) * tint) * power * fade)
+
+
+def _sun_aloft(elevation: float, direct: Floats, turbidity: float, share: float) -> Floats:
+    """The sun's light on clouds, from the ratio of `air` there to that on the ground."""
+    outside = 4.0  # scene units: 128 klx
+    lit = sunlight(np.array([_CLOUD_HEIGHT]), np.sin([elevation]), turbidity)[0] * outside
+    return np.asarray(share * direct + (1.0 - share) * lit)
+
+
+class _Model:
+    """Mitsuba's `sunsky` for one sun, in scene units."""
+
+    def __init__(self, direction: Floats, turbidity: float) -> None:
+        self._towards, self._turbidity = _lifted(direction), turbidity
+
+    def sky(self) -> Floats:
+        """Coarse dome without the sun."""
+        towards = directions(_COARSE, share=0.5)
+        towards[..., 2] = np.maximum(towards[..., 2], 0.012)
+        towards /= np.linalg.norm(towards, axis=-1, keepdims=True)
+        radiance = _evaluate(self._plugin(sun=0.0, air=1.0), towards)
+        radiance = np.maximum(radiance, 0.0) * UNITS_PER_SUNSKY
+        # At the horizon the model is turquoise; aerosol makes the real one whitish.
+        high = np.arcsin(towards[:, :1, 2:])
+        pale = 0.42 * np.exp(-((high / np.radians(5.0)) ** 2))
+        grey = (radiance @ LUMINANCE)[..., None] * _PALE
+        return np.asarray(radiance * (1.0 - pale) + grey * pale)
+
+    def sun(self) -> Floats:
+        """Irradiance of the whole disc on a plane that faces it, (3,)."""
+        centre = self._towards
+        side = np.cross(centre, [0.0, 0.0, 1.0] if centre[2] < 0.9 else [1.0, 0.0, 0.0])
+        side /= np.linalg.norm(side)
+        grid = (np.arange(24) + 0.5) / 12 - 1
+        across, along = np.meshgrid(grid, grid)
+        tilt = np.tan(SUN_RADIUS) * (
+            across[..., None] * side + along[..., None] * np.cross(centre, side)
+        )
+        rays = centre + tilt
+        rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
+        radiance = np.maximum(_evaluate(self._plugin(sun=1.0, air=0.0), rays), 0.0)
+        square = (2 * np.tan(SUN_RADIUS)) ** 2
+        return np.asarray(radiance.mean(axis=(0, 1)) * square * UNITS_PER_SUNSKY)
+
+    def _plugin(self, *, sun: float, air: float) -> mi.Emitter:
+        """Mitsuba's emitter with its sun and sky scaled."""
+        return load(
+            {
+                "type": "sunsky",
+                "sun_direction": [float(value) for value in self._towards],
+                "turbidity": float(self._turbidity),
+                "sun_scale": sun,
+                "sky_scale": air,
+                "albedo": {"type": "rgb", "value": 0.2},
+            }
+        )
+
+
+def _lifted(direction: Floats) -> Floats:
+    """The same azimuth, but at least as high as the model reaches."""
+    elevation = max(float(np.arcsin(np.clip(direction[2], -1.0, 1.0))), float(_MODEL_ENDS))
+    level = np.hypot(direction[0], direction[1])
+    azimuth = np.array([0.0, 1.0]) if level < 1e-9 else direction[:2] / level
+    return np.array([*(azimuth * np.cos(elevation)), np.sin(elevation)])
+
+
+def _evaluate(plugin: mi.Emitter, towards: Floats) -> Floats:
+    """Radiance of an environment emitter in given directions, (..., 3)."""
+    flat = np.ascontiguousarray(towards.reshape(-1, 3), dtype=np.float32)
+    if "scalar" in mi.variant():
+        result = np.empty(flat.shape)
+        si = mi.SurfaceInteraction3f()
+        for index, direction in enumerate(flat):
+            si.wi = mi.Vector3f(*(-direction).tolist())
+            result[index] = np.array(plugin.eval(si))
+        return result.reshape(towards.shape)
+    si = dr.zeros(mi.SurfaceInteraction3f, len(flat))
+    si.wi = mi.Vector3f(*(mi.Float(aligned(-flat[:, axis], np.float32)) for axis in range(3)))
+    values = np.array(plugin.eval(si), dtype=np.float64)
+    return np.ascontiguousarray(values.T).reshape(towards.shape)

@@ -1,0 +1,227 @@
+"""Bakes a sky recipe into one radiance map and a sun or moon.
+
+Clouds are laid over the clear sky of `daylight` and `nightsky`. The sun is an emitter
+of its own: painted into the map it would draw nine of ten light samples, and what lies
+in the shade would be noisy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.scene import Sky
+from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight
+from sumo3dviz_pt.render.sky.night import glow, night_dome
+from sumo3dviz_pt.render.sky.panorama import LUMINANCE, at, dome_irradiance, resampled
+
+CANDELAS_PER_UNIT = 32_000.0
+"""Luminance of one scene unit [cd/m^2]: a sunlit white wall is about 1."""
+
+_SMOOTH, _SHARP = (1024, 2048), (2048, 4096)
+_HAZY = np.radians(0.7)  # height of the band that distant things fade into
+_FAINT = 1e-6  # irradiance of a sun that is left out, scene units
+_SIDES = 0.2  # how much of a cloud's light does not depend on the sun's height
+_GREY = 0.45  # share of a cloud's ambient light that has no colour
+_FROM_BELOW = 2.0  # light of a city on clouds over it, against its glow in clear air
+_MOST = 1.1  # light that broken clouds add at most, against the mean
+_LEAST = 0.04  # share of a cloud's light that is left wherever the rest goes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sun:
+    """The sun's disc, or the moon's.
+
+    Attributes:
+        direction: Unit vector to its centre, (3,).
+        irradiance: On a plane that faces it, of what stands above the horizon, (3,) in
+            scene units.
+        moon: Whether it is the moon.
+    """
+
+    direction: Floats
+    irradiance: Floats
+    moon: bool = False
+
+    @property
+    def risen(self) -> float:
+        """Share of the disc above the horizon."""
+        x = float(np.clip(np.arcsin(self.direction[2]) / SUN_RADIUS, -1.0, 1.0))
+        return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
+
+    @property
+    def radiance(self) -> Floats:
+        """Of the disc, (3,) in scene units."""
+        disc = np.pi * np.sin(SUN_RADIUS) ** 2 * self.risen
+        return np.asarray(self.irradiance / disc)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkyMap:
+    """A baked sky.
+
+    Attributes:
+        radiance: Rows from zenith to nadir, columns clockwise from north, (h, w, 3);
+            without the sun.
+        horizon: Radiance just above the horizon, columns as above, (w, 3).
+        sun: The sun or moon, or None when both are down or hidden.
+        illuminance: On a horizontal plane, sun included [lx].
+    """
+
+    radiance: Image
+    horizon: Image
+    sun: Sun | None
+    illuminance: float
+
+
+def map_size(sky: Sky) -> tuple[int, int]:
+    """Rows and columns that show a sky: clouds, stars and pictures need more than clear air."""
+    fine = sky.clouds is not None or sky.stars is not None
+    return _SHARP if fine else _SMOOTH
+
+
+def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
+    """Turn a recipe into a map and a sun, in scene units.
+
+    Args:
+        sky: The recipe.
+        size: Rows and columns of the map; default what the sky needs.
+    """
+    size = size or map_size(sky)
+    rows, columns = size
+    if sky.image is not None:
+        whole = np.maximum(resampled(sky.image, size, sky.rotation) * sky.image_scale, 0.0)
+        whole = np.asarray(whole + np.asarray(sky.night, np.float32), np.float32)
+        return SkyMap(whole, _horizon(whole[: rows // 2]), None, _lux(whole[: rows // 2], None))
+    dome, sun = _dome(sky, (rows // 2, columns))
+    horizon = _horizon(dome)
+    whole = np.concatenate([dome, _below(horizon, rows - rows // 2)])
+    return SkyMap(whole, horizon, sun, _lux(dome, sun))
+
+
+def _lux(dome: Image, sun: Sun | None) -> float:
+    """Horizontal illuminance [lx]."""
+    light = dome_irradiance(dome)
+    if sun is not None:
+        light = light + sun.irradiance * max(float(sun.direction[2]), 0.0)
+    return float(light @ LUMINANCE) * CANDELAS_PER_UNIT
+
+
+def _below(horizon: Image, rows: int) -> Image:
+    """The lower half: as the horizon at its edge, so that no dark line shows, then darker."""
+    down = np.sin((np.arange(rows) + 0.5) / rows * np.pi / 2)
+    share = np.clip(1.0 - 10.0 * down, 0.3, 1.0).astype(np.float32)
+    return np.asarray(share[:, None, None] * horizon[None])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Light:
+    """What shines on clouds and ground, (3,) each in scene units.
+
+    Attributes:
+        towards: Unit vector to the sun or moon, (3,).
+        ground: Irradiance facing it, on the ground.
+        aloft: The same, on clouds.
+        moon: Whether it is the moon.
+    """
+
+    towards: Floats
+    ground: Floats
+    aloft: Floats
+    moon: bool
+
+
+def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
+    """The upper half of the sky and what shines in it."""
+    dome, moonlight = night_dome(sky, size)
+    light = None
+    if sky.moon_direction is not None:
+        light = _Light(sky.moon_direction, moonlight, moonlight, True)
+    if sky.sun_direction is not None and sky.sun_direction[2] > np.sin(LOWEST):
+        day = daylight(sky.sun_direction, sky.turbidity, size)
+        tint = np.asarray(sky.tint)
+        dome = dome + day.dome * tint.astype(np.float32)
+        if light is None or day.sun.max() > _FAINT:
+            light = _Light(sky.sun_direction, day.sun * tint, day.on_clouds * tint, False)
+    through = 1.0
+    if sky.clouds is not None:
+        dome, cover = _clouded(sky, dome, light)
+        if light is not None:
+            through = 1.0 - float(at(cover, light.towards, share=0.5))
+    if light is None or light.ground.max() * through <= (0.0 if light.moon else _FAINT):
+        return dome, None
+    return dome, Sun(light.towards, light.ground * through, light.moon)
+
+
+def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]:
+    """Lay clouds over a dome; returns it and the clouds' cover, (h, w)."""
+    assert sky.clouds is not None
+    size = (dome.shape[0], dome.shape[1])
+    layer = np.stack([sky.clouds.cover, sky.clouds.sunlit, sky.clouds.skylit], axis=-1)
+    layer = resampled(layer, size, sky.rotation)
+    cover, air = layer[..., :1], dome_irradiance(dome)
+    # The ground lights clouds, too, and it is not blue.
+    grey = _GREY * (air @ LUMINANCE) + (1.0 - _GREY) * air
+    lit = layer[..., 2:] * (grey / np.pi).astype(np.float32)
+    if light is not None:
+        aslant = _aslant(float(light.towards[2]), float(np.sin(sky.clouds.lit_from)))
+        lit += layer[..., 1:2] * (light.aloft * aslant / np.pi).astype(np.float32)
+    dome, lit = dome * (1 - cover), lit * cover
+    direct = _direct(light)
+    through = 0.0 if light is None else 1.0 - float(at(cover[..., 0], light.towards, share=0.5))
+    most = _most(float(air @ LUMINANCE) + direct, cover) - direct * through
+    lit *= np.float32(_room(most - float(dome_irradiance(dome) @ LUMINANCE), lit))
+    if max(sky.glow) > 0.0:
+        lit += cover * layer[..., 2:] * (_FROM_BELOW * glow(sky.glow, size))
+    return dome + lit, cover[..., 0]
+
+
+def _aslant(sine: float, baked: float) -> float:
+    """Light on a cloud against that it was baked for: tops see the sun's sine, sides do not."""
+    return min(1.0, (max(sine, 0.0) + _SIDES) / (baked + _SIDES))
+
+
+def _direct(light: _Light | None) -> float:
+    """Horizontal luminous irradiance from the disc without clouds, scene units."""
+    if light is None:
+        return 0.0
+    return float(light.ground @ LUMINANCE) * max(float(light.towards[2]), 0.0)
+
+
+def _most(clear: float, cover: Image) -> float:
+    """Luminous irradiance that a cover leaves of a clear sky's at most.
+
+    Kasten and Czeplak 1980, Solar Energy 24(2), doi:10.1016/0038-092X(80)90391-6: N of
+    cloud leave 1 - 0.75 N^3.4 of the clear sky's light, on average.
+    """
+    share = float(dome_irradiance(cover)[0]) / np.pi
+    return float(_MOST * clear * (1.0 - 0.75 * min(share, 1.0) ** 3.4))
+
+
+def _room(left: float, lit: Image) -> float:
+    """Factor that keeps clouds from adding more luminous irradiance than is left for them."""
+    made = float(dome_irradiance(lit) @ LUMINANCE)
+    return min(1.0, max(left, _LEAST * made) / max(made, 1e-30))
+
+
+def _horizon(dome: Image) -> Image:
+    """Radiance in the lowest degrees of sky, without the sun, smooth around, (w, 3)."""
+    rows = len(dome)
+    band = max(2, round(rows * float(_HAZY) / (np.pi / 2)))
+    ring = np.median(dome[-band:], axis=0).astype(np.float64)
+    width = ring.shape[0] // 32
+    wrapped = np.concatenate([ring[-width:], ring, ring[:width]])
+    sums = np.cumsum(np.concatenate([np.zeros((1, 3)), wrapped]), axis=0)
+    mean = (sums[2 * width + 1 :] - sums[: -2 * width - 1]) / (2 * width + 1)
+    return np.asarray(mean, dtype=np.float32)
+
+
+def horizon_towards(horizon: Image, towards: Floats) -> Floats:
+    """Horizon radiance below or above each direction, (..., 3) -> (..., 3)."""
+    columns = len(horizon)
+    place = np.arctan2(towards[..., 0], towards[..., 1]) / (2 * np.pi) * columns - 0.5
+    left = np.floor(place).astype(int)
+    right = (place - left)[..., None]
+    return np.asarray(horizon[left % columns] * (1 - right) + horizon[(left + 1) % columns] * right)

@@ -1,0 +1,228 @@
+"""Renders groups of pictures and turns them into rows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sumo3dviz_pt.image.metrics import flip
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.pipeline.production import Production
+from sumo3dviz_pt.report.convergence.plan import Group
+from sumo3dviz_pt.report.convergence.reference import Reference
+from sumo3dviz_pt.report.convergence.scores import Look, score
+from sumo3dviz_pt.report.convergence.table import DEPTH, Row
+from sumo3dviz_pt.report.films.flicker import Seen, body_bounds, flicker, flow_between
+from sumo3dviz_pt.report.machine import peak_memory
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.pipeline.production import Samples, Session
+
+RECORDING = 3
+"""First pictures of a group, in which the renderer may still record its kernels."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Subject:
+    """What is measured.
+
+    Attributes:
+        name: Of the scene.
+        production: The shot.
+        states: Successive frames; the last is the one whose error is measured.
+        made_with: Machine, versions, variant and compiler, by column.
+    """
+
+    name: str
+    production: Production
+    states: tuple[FrameState, ...]
+    made_with: Mapping[str, str | int]
+
+    @property
+    def state(self) -> FrameState:
+        """The frame whose error is measured."""
+        return self.states[-1]
+
+    @property
+    def look(self) -> Look:
+        """Exposure and tone curve of its pictures."""
+        return Look(self.production.exposure, self.production.job.output.tone)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """One measured picture.
+
+    Attributes:
+        seed: Its seed.
+        denoiser: What it was finished with.
+        radiance: With haze, (h, w, 3).
+        capped: See `score`; None if not plain.
+        costs: By column.
+        counts: By column.
+    """
+
+    seed: int
+    denoiser: str
+    radiance: Image
+    capped: Image | None
+    costs: dict[str, float]
+    counts: dict[str, float | int]
+
+
+def pictures(
+    session: Session, subject: Subject, group: Group, *, on_picture: Callable[[int], None]
+) -> list[Shown]:
+    """Render a group's pictures.
+
+    Costs are those of later frames of a film: what the first pictures cost more
+    than the others is recording, and goes to `t_compile`.
+
+    Args:
+        session: An open session.
+        subject: What to render.
+        group: How.
+        on_picture: Called with the samples per pixel after every picture.
+    """
+    shown: list[Shown] = []
+    for seed in range(1, group.seeds + 1):
+        session.retune(group.quality, seed=seed)
+        started = time.perf_counter()
+        samples = session.samples(subject.state)
+        wall = time.perf_counter() - started
+        phases = dict(session.clock.seconds)
+        costs = {"t_build": phases["load"], "t_render_wall": wall, "t_compile": 0.0}
+        costs["t_render_cpu"] = phases["render"] + (0.0 if group.plain else phases["guides"])
+        shown += _finished(session, subject, group, samples, costs)
+        on_picture(group.quality.spp)
+    return _steady(shown, group)
+
+
+def _finished(
+    session: Session, subject: Subject, group: Group, samples: Samples, costs: dict[str, float]
+) -> Iterator[Shown]:
+    """One picture for each denoiser."""
+    tally = samples.tally
+    counts: dict[str, float | int] = {
+        "passes": tally.passes,
+        "capped_energy_frac": tally.capped_share,
+        "nonfinite_px": tally.nonfinite,
+        "neg_px": tally.negative,
+    }
+    for denoiser in group.denoisers:
+        started = time.process_time()
+        if group.plain:
+            plain = samples.capped + samples.lost
+            radiance = session.hazed(plain, samples.guides, subject.state)
+        else:
+            radiance = session.finish(samples, subject.state, denoiser=denoiser)
+        spent = 0.0 if denoiser == "none" else time.process_time() - started
+        yield Shown(
+            session.settings.seed,
+            denoiser,
+            radiance,
+            samples.capped if group.plain else None,
+            {**costs, "t_denoise_cpu": spent},
+            counts,
+        )
+
+
+def _steady(shown: list[Shown], group: Group) -> list[Shown]:
+    """Take recording out of the first pictures' costs."""
+    later = [item for item in shown if item.seed > RECORDING]
+    if not later:
+        return shown
+    usual = {
+        key: float(np.median([item.costs[key] for item in later]))
+        for key in ("t_render_cpu", "t_render_wall")
+    }
+    for item in shown:
+        if item.seed <= RECORDING:
+            extra = item.costs["t_render_cpu"] - usual["t_render_cpu"]
+            item.costs.update(usual, t_compile=max(0.0, extra))
+    return shown
+
+
+def rows_of(
+    shown: list[Shown], subject: Subject, group: Group, reference: Reference
+) -> Iterator[Row]:
+    """Score pictures against a reference."""
+    halves = halves_flip(reference, subject.look)
+    # The key hashes all input files, which may be large.
+    key = subject.production.key[:8]
+    for item in shown:
+        scores = score(
+            item.radiance,
+            reference,
+            subject.look,
+            capped=item.capped,
+            exposures=item.seed == 1 and group.label != DEPTH,
+        )
+        yield {
+            **_description(subject, group),
+            "ref_id": key,
+            "ref_spp": reference.spp,
+            "ref_halves_flip": halves,
+            "seed": item.seed,
+            "denoise": "none" if item.denoiser == "none" else "oidn",
+            "quality": "" if item.denoiser == "none" else item.denoiser,
+            "aux": _guides(group, item.denoiser),
+            "peak_rss_mb": round(peak_memory()),
+            **{key: round(value, 4) for key, value in item.costs.items()},
+            **item.counts,
+            **scores,
+        }
+
+
+def _guides(group: Group, denoiser: str) -> str:
+    """What the denoiser was given beside the picture."""
+    if denoiser == "none":
+        return ""
+    return "albedo+normal" if group.quality.guides else "none"
+
+
+def _description(subject: Subject, group: Group) -> Row:
+    """What is the same for all pictures of a group."""
+    quality, job = group.quality, subject.production.job
+    return {
+        **subject.made_with,
+        "scene": subject.name,
+        "W": job.output.size[0],
+        "H": job.output.size[1],
+        "preset": group.label,
+        "spp": quality.spp,
+        "sampler": quality.sampler,
+        "max_depth": quality.max_depth,
+        "rr_depth": quality.rr_depth,
+        "rfilter": "box",
+        "frame": 0,
+        "temporal": "none",
+        "cap_x_white": np.inf if quality.cap is None else quality.cap,
+    }
+
+
+def halves_flip(reference: Reference, look: Look) -> float:
+    """FLIP of the reference's halves against each other."""
+    return flip(*(look.develop(half) for half in reference.halves))
+
+
+def film_flicker(session: Session, subject: Subject, group: Group) -> float:
+    """Mean motion-compensated change between successive frames [8-bit codes]."""
+    bodies = body_bounds(subject.production.shot.data.prototypes)
+    before: tuple[Image, Seen] | None = None
+    changes = []
+    session.retune(group.quality, seed=1)
+    for state in subject.states:
+        samples = session.samples(state)
+        picture = subject.look.develop(session.finish(samples, state))
+        seen = Seen(state, samples.distance)
+        if before is not None:
+            flow = flow_between(seen, before[1], bodies)
+            changes.append(flicker(picture, before[0], flow).codes)
+        before = (picture, seen)
+    return float(np.mean(changes))

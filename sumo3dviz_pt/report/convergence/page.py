@@ -1,0 +1,278 @@
+"""The page that says what was measured: tables, slopes and plots in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from sumo3dviz_pt.report.convergence.gains import gains
+from sumo3dviz_pt.report.convergence.table import (
+    DEPTH,
+    LADDER,
+    Row,
+    Slope,
+    Value,
+    grouped,
+    markdown,
+    numbers,
+    plain_title,
+    shown_value,
+    slope,
+    summary,
+)
+
+PAGE = "report.md"
+PLOTS: Mapping[str, str] = MappingProxyType(
+    {
+        "error.png": "Error against run time, both logarithmic: medians over seeds as lines,"
+        " seeds as faint points, presets as stars. Only raw pictures should follow the guide.",
+        "crops.png": "The same windows of several pictures, with what they cost.",
+        "flip.png": "Where the pictures differ from the reference: FLIP, on one scale.",
+        "depth.png": "What shorter paths change: same seeds, raw.",
+    }
+)
+"""Pictures that the page shows if they lie beside it, and what they say."""
+
+SLOPE_RANGE = (-0.55, -0.45)
+"""Where the slope of capped RMSE lies if the independent sampler is sound; theory: -0.5."""
+
+BIAS_LIMIT = 0.01
+"""Largest difference of the mean radiance that a preset may have by day."""
+
+INDEPENDENT = "independent"
+_SLOPES = ("rmse_capped", "relmse_trim", "flip")
+_ABOUT = (
+    ("scene", "scene"), ("variant", "variant"), ("git", "git"), ("mitsuba", "Mitsuba"),
+    ("drjit", "Dr.Jit"), ("llvm", "LLVM"), ("oidn", "OIDN"), ("cpu", "CPU"),
+    ("threads", "threads"), ("rfilter", "pixel filter"), ("ref_id", "reference"),
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Notes:
+    """What the rows do not say.
+
+    Attributes:
+        title: Of the page.
+        command: What made it, and goes on if it is incomplete.
+        facts: Names and values, such as the camera and the time.
+        own: The reference's own error by column, as `error_plot` takes it.
+        done: Measurements that were made.
+        wanted: Measurements that were asked for.
+        stopped: Why some are missing, such as `the budget ended`.
+        remarks: More sentences, such as parts that were left out and why.
+    """
+
+    title: str
+    command: str = ""
+    facts: Mapping[str, Value] = field(default_factory=dict)
+    own: Mapping[str, float] = field(default_factory=dict)
+    done: int = 0
+    wanted: int = 0
+    stopped: str = "stopped"
+    remarks: tuple[str, ...] = ()
+
+
+def write_page(folder: Path, rows: Sequence[Row], notes: Notes) -> Path:
+    """Write report.md; the same rows, notes and plots give the same page.
+
+    Args:
+        folder: Where to; those of `PLOTS` that lie there are shown.
+        rows: Measurements.
+        notes: What they do not say.
+
+    Returns:
+        The page.
+    """
+    parts = [
+        [f"# {notes.title}"],
+        _incomplete(notes),
+        _about(rows, notes),
+        _reference(rows, notes),
+        _presets(rows),
+        _pictures(folder, ("error.png", "crops.png", "flip.png")),
+        _gains(rows),
+        _slopes(rows),
+        _ladder(rows),
+        _depth(rows, _pictures(folder, ("depth.png",))),
+        _legend(),
+    ]
+    return write_text(folder / PAGE, [line for part in parts for line in (*part, "") if part])
+
+
+def write_text(path: Path, lines: Sequence[str]) -> Path:
+    """Write lines; a half-written file never stays."""
+    part = path.with_name(path.name + ".part")
+    part.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8", newline="\n")
+    part.replace(path)
+    return path
+
+
+def _incomplete(notes: Notes) -> list[str]:
+    """What is missing and how to go on."""
+    if notes.done >= notes.wanted:
+        return []
+    text = f"**Incomplete.** {notes.stopped[:1].upper()}{notes.stopped[1:]}: {notes.done} of"
+    return [f"{text} {notes.wanted} measurements; the same command goes on."]
+
+
+def _about(rows: Sequence[Row], notes: Notes) -> list[str]:
+    """What was measured, where and with what."""
+    facts = [(name, shown_value(value)) for name, value in notes.facts.items()]
+    if rows:
+        sizes = sorted({(int(row["W"]), int(row["H"])) for row in rows})
+        facts.append(("size", ", ".join(f"{width}x{height}" for width, height in sizes)))
+    for column, title in _ABOUT:
+        values = sorted({shown_value(row.get(column, "")) for row in rows} - {"-"})
+        if values and title not in notes.facts:
+            facts.append((title, ", ".join(values)))
+    compiled = numbers(rows, "t_compile")
+    if compiled.size:
+        text = f"{compiled.max():.1f} CPU-s at most"
+        facts.append(("compiling and recording, in no table", text))
+    made = ["", "Made by:", "", f"    {notes.command}"] if notes.command else []
+    return ["## What was measured", "", *markdown(["what", "value"], facts), *made]
+
+
+def _reference(rows: Sequence[Row], notes: Notes) -> list[str]:
+    """How good the reference itself is."""
+    spp, halves = numbers(rows, "ref_spp"), numbers(rows, "ref_halves_flip")
+    lines = ["## The reference", ""]
+    if spp.size:
+        lines.append(
+            f"Independent sampler, seeds of its own, no cap, {spp.max():.0f} spp."
+            f" FLIP of one half of its samples against the other: {halves.max():.4f}."
+            if halves.size
+            else f"Independent sampler, seeds of its own, no cap, {spp.max():.0f} spp."
+        )
+    if len(set(spp)) > 1:
+        lines.append(f"It grew: some rows were judged against {spp.min():.0f} spp.")
+    lines += [
+        f"Its own {plain_title(column)}: {value:.3g}."
+        for column, value in notes.own.items()
+        if np.isfinite(value)
+    ]
+    lines += notes.remarks
+    return lines if len(lines) > 2 else []
+
+
+def _presets(rows: Sequence[Row]) -> list[str]:
+    """What each preset costs and leaves."""
+    own = [row for row in rows if row["preset"] not in (LADDER, DEPTH)]
+    if not own:
+        return ["## Presets", "", "Not measured yet."]
+    by = ("preset", "spp", "max_depth", "denoise", "quality")
+    return ["## Presets", "", *summary(own, by=by), "", *_bias_verdicts(own)]
+
+
+def _bias_verdicts(rows: Sequence[Row]) -> list[str]:
+    """Whether the presets' mean radiance is right."""
+    groups = grouped(rows, ["preset", "denoise"])
+    biases = [
+        (str(key[0]), float(np.mean(numbers(some, "mean_bias")))) for key, some in groups.items()
+    ]
+    wrong = [f"{name} ({value:+.2%})" for name, value in biases if abs(value) > BIAS_LIMIT]
+    if wrong:
+        return [f"Mean radiance off by more than {BIAS_LIMIT:.0%}: {', '.join(wrong)}."]
+    if not all(np.isfinite(value) for _, value in biases):
+        return []
+    return [f"The mean radiance of every preset is right within {BIAS_LIMIT:.0%}."]
+
+
+def _gains(rows: Sequence[Row]) -> list[str]:
+    """What denoising is worth."""
+    table = gains(rows)
+    text = "Raw spp that leave the same error, interpolated: what denoising saves at most."
+    return ["## Denoising", "", *table, "", text] if table else []
+
+
+def _slopes(rows: Sequence[Row]) -> list[str]:
+    """How fast errors fall with spp."""
+    lines = [
+        _slope_cells(fit, sampler, column)
+        for column in _SLOPES
+        for sampler, fit in slope(rows, column).items()
+    ]
+    head = ["sampler", "error", "slope", "95 % interval", "spp", "seeds", "verdict"]
+    if not lines:
+        return ["## Slopes", "", "Too few rungs of the ladder are measured for slopes."]
+    low, high = SLOPE_RANGE
+    return [
+        "## Slopes", "", *markdown(head, lines), "",
+        f"Of the logarithm of the error over that of spp, raw. Theory asks for -0.5 of capped RMSE"
+        f" with the {INDEPENDENT} sampler; the test is [{low}, {high}], and at least as steep with"
+        " others. Of mean squares the root is taken. FLIP follows no such law. The reference's own"
+        " error flattens slopes a little.",
+    ]  # fmt: skip
+
+
+def _slope_cells(fit: Slope, sampler: str, column: str) -> list[str]:
+    """A line of the table of slopes."""
+    found = verdict(fit, sampler) if column == "rmse_capped" else "-"
+    rungs = f"{fit.spp[0]} to {fit.spp[1]}"
+    return [sampler, plain_title(column), f"{fit.value:+.3f}", _interval(fit), rungs,
+            str(fit.seeds), found]  # fmt: skip
+
+
+def _interval(fit: Slope) -> str:
+    """A slope's interval in words."""
+    return f"{fit.low:+.3f} to {fit.high:+.3f}" if np.isfinite(fit.low) else "one seed: none"
+
+
+def verdict(fit: Slope, sampler: str) -> str:
+    """Whether the slope of capped RMSE is what theory asks of a sampler.
+
+    Args:
+        fit: The slope.
+        sampler: Its sampler; only `independent` can be too steep.
+    """
+    low, high = SLOPE_RANGE
+    if fit.value > high:
+        return "**too flat**"
+    if sampler != INDEPENDENT:
+        return "at least as steep"
+    if fit.value < low:
+        return "**too steep**"
+    sure = fit.low >= low and fit.high <= high
+    return "inside" if sure or np.isnan(fit.low) else "inside, the interval is not"
+
+
+def _ladder(rows: Sequence[Row]) -> list[str]:
+    """Every rung."""
+    rungs = [row for row in rows if row["preset"] == LADDER]
+    table = summary(rungs, by=("denoise", "quality", "sampler", "spp"))
+    return ["## Ladder", "", *(table or ["Not measured yet."])]
+
+
+def _depth(rows: Sequence[Row], pictures: Sequence[str]) -> list[str]:
+    """What path depth changes."""
+    some = [row for row in rows if row["preset"] == DEPTH]
+    if not some:
+        return ["## Path depth", "", "Not measured yet."]
+    return ["## Path depth", "", *summary(some, by=("max_depth", "spp")), "", *pictures]
+
+
+def _pictures(folder: Path, names: Sequence[str]) -> list[str]:
+    """Those plots that exist, with their captions."""
+    shown = [name for name in names if (folder / name).is_file()]
+    lines = [(f"![{PLOTS[name].partition(':')[0]}]({name})", "", PLOTS[name], "") for name in shown]
+    return [line for group in lines for line in group][:-1]
+
+
+def _legend() -> list[str]:
+    """What the columns mean."""
+    return [
+        "## Columns",
+        "",
+        "CPU-s: CPU-seconds a frame, all threads: rendering with guides, and denoising; loading"
+        " and compiling are not in it. Capped RMSE: of radiance, cut at 4 x white. relMSE: squared"
+        " error over squared reference; trimmed: without its worst 0.1 %. PSNR, SSIM, FLIP and its"
+        " 99th percentile: of developed pictures, at 67 pixels a degree. HDR-FLIP: worst over"
+        " exposures. Bias: of the mean radiance, visible emitters left out. Flicker: mean change"
+        " between frames that motion does not explain, in 8-bit codes. Medians over seeds,"
+        " of bias the mean.",
+    ]

@@ -1,0 +1,128 @@
+"""What a report measures: rungs of a ladder of spp, presets, path depths."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.job.settings import Quality
+from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.report.convergence.scores import CAP
+from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, Row
+
+SEEDS = 5
+"""Repetitions of every rung and preset."""
+
+DEEPEST = 16
+"""Path depth of reference and ladder; the presets' own depths are judged against it."""
+
+DEPTHS = (2, 3, 4, 6, 8, 12, DEEPEST)
+
+DEPTH_SPP = 16
+"""Of the pictures whose depth varies; their seeds are the same, so that noise is shared."""
+
+HIGHEST_RUNG = 64
+"""Most spp that are judged without a budget."""
+
+LONGEST_PASS = 64
+
+DENOISERS = ("fast", "high")
+"""With noisy guides `balanced` is the same network as `high`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Pictures that differ in their seed only.
+
+    Attributes:
+        label: What the column `preset` says.
+        quality: How to render.
+        denoisers: What each picture is finished with; one row each.
+        seeds: How many pictures.
+        plain: Whether what the cap took is given back: an unbiased picture.
+    """
+
+    label: str
+    quality: Quality
+    denoisers: tuple[str, ...]
+    seeds: int = SEEDS
+    plain: bool = False
+
+    @property
+    def rows(self) -> int:
+        """Rows that it makes."""
+        return self.seeds * len(self.denoisers)
+
+    @property
+    def samples(self) -> int:
+        """Samples per pixel of all its pictures."""
+        return self.seeds * self.quality.spp
+
+    def owns(self, row: Row) -> bool:
+        """Whether a row of a file is one of its own."""
+        quality = self.quality
+        return (
+            row["preset"] == self.label
+            and row["sampler"] == quality.sampler
+            and row["spp"] == quality.spp
+            and row["max_depth"] == quality.max_depth
+            and (row["denoise"] == "none") == (self.denoisers == ("none",))
+        )
+
+
+def rungs(top: int) -> tuple[int, ...]:
+    """1, 2, 4, ... up to `top`."""
+    return tuple(2**power for power in range(top.bit_length()) if 2**power <= top)
+
+
+def presets_up_to(top: int) -> dict[str, Quality]:
+    """Presets that a ladder up to `top` spp can judge, cheapest first."""
+    known = {name: quality_preset(name) for name in catalog.template_names("quality")}
+    fitting = {name: quality for name, quality in known.items() if quality.spp <= top}
+    return dict(sorted(fitting.items(), key=lambda item: item[1].spp))
+
+
+def groups(top: int) -> list[Group]:
+    """Everything to measure, what users ask for first."""
+    presets = [
+        Group(name, quality, (quality.denoise,)) for name, quality in presets_up_to(top).items()
+    ]
+    ladder = [group for spp in rungs(top) for group in (*_raw(spp), _denoised(spp))]
+    depths = [_deep(depth, spp=min(DEPTH_SPP, top)) for depth in DEPTHS]
+    return [*presets, *ladder, *depths]
+
+
+def digest(wanted: list[Group]) -> str:
+    """A hash of what is measured: another preset makes another report."""
+    content = [(g.label, g.quality.model_dump(mode="json"), g.denoisers, g.seeds) for g in wanted]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def base_quality(spp: int) -> Quality:
+    """A rung's quality, all else as in reference and presets."""
+    return Quality(
+        spp=spp, pass_spp=min(spp, LONGEST_PASS), max_depth=DEEPEST, denoise="none", cap=CAP
+    )
+
+
+def _raw(spp: int) -> tuple[Group, Group]:
+    """A rung of plain path tracing, by sampler."""
+    independent = base_quality(spp).model_copy(update={"sampler": "independent"})
+    return (
+        Group(LADDER, independent, ("none",), plain=True),
+        Group(LADDER, base_quality(spp), ("none",), plain=True),
+    )
+
+
+def _denoised(spp: int) -> Group:
+    """A rung as users get it with `--spp`: capped and denoised."""
+    quality = base_quality(spp).model_copy(update={"denoise": "high", "cap": 40.0})
+    return Group(LADDER, quality, DENOISERS)
+
+
+def _deep(depth: int, *, spp: int) -> Group:
+    """Pictures of one path depth."""
+    quality = base_quality(spp).model_copy(update={"max_depth": depth})
+    return Group(DEPTH, quality, ("none",), plain=True)

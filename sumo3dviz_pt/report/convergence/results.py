@@ -1,0 +1,127 @@
+"""Draws and describes what `converge` measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from sumo3dviz_pt.image.exr import read_exr
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.report.convergence.measure import Subject, halves_flip
+from sumo3dviz_pt.report.convergence.page import Notes, write_page
+from sumo3dviz_pt.report.convergence.reference import Reference
+from sumo3dviz_pt.report.convergence.scores import Look
+from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, Row, Value, cost, grouped
+from sumo3dviz_pt.report.films.galleries import crops_plot, flip_maps
+from sumo3dviz_pt.report.plots import depth_plot, error_plot
+
+PICTURES = "pictures"
+"""Folder of each group's first picture."""
+
+REFERENCE = "reference"
+
+
+def write_results(
+    folder: Path,
+    subject: Subject,
+    reference: Reference,
+    rows: Sequence[Row],
+    *,
+    wanted: int,
+    command: str,
+) -> Path:
+    """Write plots and page; the page.
+
+    Args:
+        folder: Where rows and pictures lie.
+        subject: What was measured.
+        reference: What it was judged against.
+        rows: Measurements.
+        wanted: How many were asked for.
+        command: What made them.
+    """
+    own = own_errors(reference, subject.look)
+    if rows:
+        error_plot(rows, folder / "error.png", own=own)
+        _galleries(folder, rows, subject.look)
+    if any(row["preset"] == DEPTH for row in rows):
+        depth_plot(rows, folder / "depth.png")
+    production = subject.production
+    facts: dict[str, Value] = {"camera": production.camera, "time [s]": float(production.times[-1])}
+    notes = Notes(
+        title=f"Error against run time: {subject.name}",
+        command=command,
+        facts={**facts, "road users in view": road_users(subject)},
+        own=own,
+        done=len(rows),
+        wanted=wanted,
+        stopped="the budget ended",
+    )
+    return write_page(folder, rows, notes)
+
+
+def road_users(subject: Subject) -> int:
+    """How many the measured frame shows."""
+    return len(subject.state.users)
+
+
+def own_errors(reference: Reference, look: Look) -> dict[str, float]:
+    """The reference's own error by column: of its halves against each other, halved.
+
+    The mean of two independent halves is off by half of what they differ by; for FLIP,
+    which is no root of a square, it is a guess on the safe side.
+    """
+    return {
+        "rmse_capped": reference.halves_rmse / look.white / 2,
+        "flip": halves_flip(reference, look) / 2,
+    }
+
+
+def picture_name(row: Row) -> str:
+    """What a row's picture is called in the folder of pictures."""
+    if row["preset"] not in (LADDER, DEPTH):
+        return str(row["preset"])
+    kind = row["sampler"] if row["denoise"] == "none" else f"oidn-{row['quality']}"
+    return f"{row['preset']}_{kind}_{row['spp']}_depth{row['max_depth']}"
+
+
+def _galleries(folder: Path, rows: Sequence[Row], look: Look) -> None:
+    """Draw crops and maps of the presets, each with the raw picture of equal time."""
+    presets = grouped((r for r in rows if r["preset"] not in (LADDER, DEPTH)), ["preset"])
+    raw = [row for row in rows if _is_plain(row)]
+    shown: dict[str, Image] = {}
+    costs: dict[str, float] = {}
+    # More columns than those of three presets could not be read.
+    for (name,), own in sorted(presets.items(), key=lambda item: _cost(item[1]))[-3:]:
+        for some in (*_nearest(raw, _cost(own)), own):
+            label = f"raw, {some[0]['spp']} spp" if some is not own else str(name)
+            shown[label] = _picture(folder, some[0], look)
+            costs[label] = _cost(some)
+    if not presets:
+        return
+    shown["reference"] = look.develop(read_exr(folder / PICTURES / f"{REFERENCE}.exr")[0])
+    crops_plot(shown, folder / "crops.png", costs=costs)
+    flip_maps(shown, folder / "flip.png", costs=costs)
+
+
+def _is_plain(row: Row) -> bool:
+    """Whether a row is a raw rung of the default sampler."""
+    return row["preset"] == LADDER and row["denoise"] == "none" and row["sampler"] != "independent"
+
+
+def _cost(rows: Sequence[Row]) -> float:
+    """Median CPU-seconds."""
+    return float(np.median([cost(row) for row in rows]))
+
+
+def _nearest(raw: Sequence[Row], seconds: float) -> list[list[Row]]:
+    """The raw rung that costs most nearly the same, if there is any yet."""
+    rungs = grouped(raw, ["spp"]).values()
+    return sorted(rungs, key=lambda rows: abs(np.log(_cost(rows) / seconds)))[:1]
+
+
+def _picture(folder: Path, row: Row, look: Look) -> Image:
+    """A stored picture, developed."""
+    return look.develop(read_exr(folder / PICTURES / f"{picture_name(row)}.exr")[0])

@@ -1,0 +1,1 @@
+"""Motion in figures and drawings."""

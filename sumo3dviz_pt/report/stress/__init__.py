@@ -1,0 +1,1 @@
+"""A scene at its edges."""

@@ -1,0 +1,315 @@
+"""The edges at which `check --stress` looks: cases as values, and where their cameras stand.
+
+A case says how it differs from the user's shot. A new one is a line in `all_cases`; a
+new place for the camera is a function in `SPOTS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import EulerianCamera, LensSettings
+from sumo3dviz_pt.model.geometry import Floats
+
+SIZE = (64, 36)
+"""Width, height of most cases [px]."""
+
+MOMENTS = ("shot", "first", "last", "empty", "crowded")
+"""The shot's own time; the log's first and last; with nobody and with most on the road."""
+
+ELEVATIONS = tuple(range(-18, 91, 3))
+"""Of the sun [deg]: from astronomical night over exactly the horizon to the zenith."""
+
+STOPS = tuple(range(-10, 11, 2))
+"""Exposures [EV]."""
+
+_HIGH = 2000.0  # m
+_OVER_TREES = 60.0  # m
+_NARROW = 5.0  # deg; the sun's disc spans six of 64 pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One edge.
+
+    Attributes:
+        name: What users call it.
+        spot: Where the camera stands: the shot's own camera (`shot`), or a name in `SPOTS`.
+        moment: When, a name in `MOMENTS`.
+        elevation: Of the sun instead of the scene's own [deg].
+        exposure: Added to the film's [EV].
+        size: Width, height [px].
+        spp: Samples per pixel.
+        fov: Instead of the camera's own [deg].
+        film: Rendered as a film of one frame.
+        twice: Rendered a second time from scratch; both must be the same to the bit.
+        stored: Written as EXR and read again.
+        may_be_dark: The camera stands where no light need come.
+        shows_sun: The sun's disc must be in the picture.
+    """
+
+    name: str
+    spot: str = "shot"
+    moment: str = "shot"
+    elevation: float | None = None
+    exposure: float = 0.0
+    size: tuple[int, int] = SIZE
+    spp: int = 2
+    fov: float | None = None
+    film: bool = False
+    twice: bool = False
+    stored: bool = False
+    may_be_dark: bool = False
+    shows_sun: bool = False
+
+    @property
+    def stage(self) -> tuple[object, ...]:
+        """What must be built anew for it; cases of one stage share it."""
+        return (self.spot, self.moment, self.size, self.fov, self.elevation, self.film)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """A road user to stand inside of, or close to.
+
+    Attributes:
+        id: The mover's.
+        middle: Of its box, (3,) [m].
+        paint: A point on its left side, (3,) [m].
+        outward: Unit vector away from that side, (3,).
+    """
+
+    id: str
+    middle: Floats
+    paint: Floats
+    outward: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Facts:
+    """What a scene has to offer to the cases.
+
+    Attributes:
+        eye: The shot's eye, (3,) [m]; above the roof if it rides in a vehicle.
+        forward: The shot's unit viewing direction, (3,).
+        fov: The shot's opening angle [deg].
+        road: The nearest point of a lane, (3,) [m].
+        along: Unit direction of that lane, (3,).
+        box: Lowest and highest corner of the network, (2, 3) [m].
+        sun: Unit vector to the sun, (3,); None where the sky is the user's own picture.
+        body: The nearest road user at the shot's time, or None.
+        times: Of the moments that exist, by name [s].
+        memory: That the machine has [MB]; 0 where it does not say.
+        triangles: Of the shot.
+    """
+
+    eye: Floats
+    forward: Floats
+    fov: float
+    road: Floats
+    along: Floats
+    box: Floats
+    sun: Floats | None
+    body: Body | None
+    times: Mapping[str, float]
+    memory: float
+    triangles: int
+
+
+def all_cases() -> tuple[Case, ...]:
+    """All cases, in the order in which they run."""
+    return (*_lights(), *_exposures(), *_spots(), *_moments(), *_pictures())
+
+
+def _lights() -> tuple[Case, ...]:
+    """The sun's course, and its disc in the picture."""
+    course = tuple(
+        Case(f"sun at {angle} deg", elevation=angle, stored=angle in (-18, 0, 90))
+        for angle in ELEVATIONS
+    )
+    seen = [(f"sun disc in the picture at {angle} deg", angle) for angle in (0, 30)]
+    return course + tuple(
+        Case(name, "at_sun", elevation=angle, fov=_NARROW, shows_sun=True, stored=True)
+        for name, angle in seen
+    )
+
+
+def _exposures() -> tuple[Case, ...]:
+    """Twenty stops."""
+    return tuple(Case(f"exposure {stop:+d} EV", exposure=stop) for stop in STOPS)
+
+
+def _spots() -> tuple[Case, ...]:
+    """Places where no one would put a camera."""
+    return (
+        Case("camera inside a body", "inside_body", may_be_dark=True, twice=True),
+        Case("camera under the road", "under_road", may_be_dark=True),
+        Case("camera 2 km high looking down", "high"),
+        Case("camera 5 cm from paint", "near_paint", may_be_dark=True),
+        Case("camera looks at nothing", "away"),
+        Case("camera looks at the zenith", "zenith"),
+        Case("camera looks straight down", "nadir"),
+        Case("road at a grazing angle from 2 km", "grazing", fov=_NARROW),
+        Case("field of view 5 deg", "eye", fov=5.0),
+        Case("field of view 150 deg", "eye", fov=150.0),
+    )
+
+
+def _moments() -> tuple[Case, ...]:
+    """Times at the edges of the log."""
+    return (
+        Case("first moment of the log", "eye", "first"),
+        Case("last moment of the log", "eye", "last"),
+        Case("nobody on the road", "eye", "empty"),
+        Case("most road users", "eye", "crowded", twice=True),
+    )
+
+
+def _pictures() -> tuple[Case, ...]:
+    """Sizes and numbers of samples."""
+    return (
+        Case("the shot itself", twice=True, stored=True),
+        Case("film of one frame", film=True, stored=True),
+        Case("picture of 1x1 pixel", size=(1, 1)),
+        Case("picture of 8x8 pixels", size=(8, 8)),
+        Case("1 sample per pixel", size=(8, 8), spp=1),
+        Case("4096 samples per pixel", size=(8, 8), spp=4096),
+        Case("picture of 3840x2160 pixels", size=(3840, 2160), spp=1),
+    )
+
+
+# Where cameras stand ----------------------------------------------------------------------
+
+Spot = Callable[[Facts, Case], EulerianCamera]
+
+
+def _stand(facts: Facts, case: Case, position: Floats, forward: Floats) -> EulerianCamera:
+    """A camera at a place that looks along a direction, (3,) each."""
+    heading = np.degrees(np.arctan2(forward[0], forward[1]))
+    pitch = np.degrees(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
+    return EulerianCamera(
+        mode="eulerian",
+        position=(float(position[0]), float(position[1]), float(position[2])),
+        heading=float(heading),
+        pitch=float(pitch),
+        lens=LensSettings(fov=facts.fov if case.fov is None else case.fov),
+    )
+
+
+def _up(metres: float) -> Floats:
+    """A step upwards."""
+    return np.array([0.0, 0.0, metres])
+
+
+def _eye(facts: Facts, case: Case) -> EulerianCamera:
+    """Where the shot begins, but standing."""
+    return _stand(facts, case, facts.eye, facts.forward)
+
+
+def _at_sun(facts: Facts, case: Case) -> EulerianCamera:
+    """High above the shot, turned at the sun."""
+    assert facts.sun is not None and case.elevation is not None
+    elevation, azimuth = np.radians(case.elevation), np.arctan2(facts.sun[0], facts.sun[1])
+    level = np.array([np.sin(azimuth), np.cos(azimuth), 0.0]) * np.cos(elevation)
+    return _stand(facts, case, facts.eye + _up(200.0), level + _up(float(np.sin(elevation))))
+
+
+def _inside_body(facts: Facts, case: Case) -> EulerianCamera:
+    """In the middle of a road user."""
+    assert facts.body is not None
+    return _stand(facts, case, facts.body.middle, facts.forward)
+
+
+def _near_paint(facts: Facts, case: Case) -> EulerianCamera:
+    """Five centimetres from a road user's side, looking at it."""
+    assert facts.body is not None
+    place = facts.body.paint + 0.05 * facts.body.outward
+    return _stand(facts, case, place, -facts.body.outward)
+
+
+def _under_road(facts: Facts, case: Case) -> EulerianCamera:
+    """A metre below a lane, looking up at it a little."""
+    return _stand(facts, case, facts.road - _up(1.0), facts.along + _up(0.3))
+
+
+def _high(facts: Facts, case: Case) -> EulerianCamera:
+    """Two kilometres above a lane."""
+    return _stand(facts, case, facts.road + _up(_HIGH), -_up(1.0))
+
+
+def _away(facts: Facts, case: Case) -> EulerianCamera:
+    """Outside the network and level, with everything behind."""
+    low, high = facts.box
+    place = np.array([high[0] + 200.0, (low[1] + high[1]) / 2, high[2] + 50.0])
+    return _stand(facts, case, place, np.array([1.0, 0.0, 0.0]))
+
+
+def _zenith(facts: Facts, case: Case) -> EulerianCamera:
+    """Straight up."""
+    return _stand(facts, case, facts.eye, _up(1.0))
+
+
+def _nadir(facts: Facts, case: Case) -> EulerianCamera:
+    """Straight down."""
+    return _stand(facts, case, facts.eye, -_up(1.0))
+
+
+def _grazing(facts: Facts, case: Case) -> EulerianCamera:
+    """Along a lane, from 2 km behind, at less than two degrees."""
+    back = _HIGH * facts.along - _up(_OVER_TREES)
+    return _stand(facts, case, facts.road - back, back / np.linalg.norm(back))
+
+
+SPOTS: Mapping[str, Spot] = MappingProxyType(
+    {
+        "eye": _eye,
+        "at_sun": _at_sun,
+        "inside_body": _inside_body,
+        "near_paint": _near_paint,
+        "under_road": _under_road,
+        "high": _high,
+        "away": _away,
+        "zenith": _zenith,
+        "nadir": _nadir,
+        "grazing": _grazing,
+    }
+)
+"""Places for the camera, by name."""
+
+_NEEDS_BODY = frozenset({"inside_body", "near_paint"})
+_NO_MOMENT = MappingProxyType(
+    {
+        "empty": "somebody is on the road at every moment of the log",
+        "crowded": "nobody is on the road at any moment of the log",
+    }
+)
+
+
+def why_not(case: Case, facts: Facts) -> str | None:
+    """Why a scene cannot have a case, or None if it can."""
+    if case.elevation is not None and facts.sun is None:
+        return "the sky is a picture with a light of its own"
+    if case.spot in _NEEDS_BODY and facts.body is None:
+        return "nobody is on the road at the shot's time"
+    if case.moment not in facts.times:
+        return _NO_MOMENT.get(case.moment, "the log has no such moment")
+    return _too_large(case, facts)
+
+
+def _too_large(case: Case, facts: Facts) -> str | None:
+    """Whether a case needs more memory than the machine has."""
+    from sumo3dviz_pt.pipeline.progress.costs import memory_forecast
+
+    megapixels = case.size[0] * case.size[1] / 1e6
+    if megapixels < 1:
+        return None
+    needed = memory_forecast(megapixels, facts.triangles)
+    if facts.memory <= 0:
+        return f"it needs about {needed:.0f} MB and this system does not say what it has"
+    if needed > 0.7 * facts.memory:
+        return f"it needs about {needed:.0f} MB of {facts.memory:.0f} MB"
+    return None

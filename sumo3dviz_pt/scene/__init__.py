@@ -1,1 +1,0 @@
-"""Model and job to scene data: no Mitsuba."""

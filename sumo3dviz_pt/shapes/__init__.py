@@ -1,1 +1,0 @@
-"""Code that makes meshes and maps."""

@@ -1,0 +1,1 @@
+"""What a camera sees of the world and the cast over a stretch of time."""

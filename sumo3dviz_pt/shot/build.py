@@ -1,0 +1,367 @@
+"""A camera and a stretch of time become scene data and the state of every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
+from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
+from sumo3dviz_pt.cast.presence import Present
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Lights, SkySettings
+from sumo3dviz_pt.library.mesh.clustering import clustered_body
+from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import (
+    Bsdf,
+    FrameState,
+    Haze,
+    LeftOut,
+    Mover,
+    Prototype,
+    SceneData,
+    Sky,
+    Slots,
+    View,
+)
+from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
+from sumo3dviz_pt.shot.cameras.clearances import clearance_of
+from sumo3dviz_pt.shot.crowd import (
+    FAR_TRIANGLES,
+    SHOT_TRIANGLES,
+    CrowdPlan,
+    fitting,
+    heroic,
+    plan_crowd,
+)
+from sumo3dviz_pt.world.build import Place, build_place
+from sumo3dviz_pt.world.placement.clearance import Clearance
+from sumo3dviz_pt.world.signals.build import Signals
+from sumo3dviz_pt.world.sky.build import build_sky
+from sumo3dviz_pt.world.sky.darkness import is_dark
+
+_CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
+"""Cells in which vertices of stand-ins are merged, until there are few enough [m]."""
+
+_MOST_VIEWS = 120
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """What a shot shows.
+
+    Attributes:
+        data: What does not change.
+        fleet: Everyone on the road.
+        camera: Where it is seen from.
+        signals: The traffic lights.
+        footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
+        aspect: Height / width of the picture.
+        limit: Road users in detail in one frame, at most.
+        heroes: Models that are drawn in full detail where they are near enough.
+        phases: The signal log.
+        dark: Whether everyone has lights on.
+        places: Around which there is detail for cameras that may go anywhere, (n, 3) [m];
+            None where the shot's own camera is the only one.
+    """
+
+    data: SceneData
+    fleet: Fleet
+    camera: Camera
+    signals: Signals
+    footway: Callable[[Floats], Floats]
+    aspect: float
+    limit: int
+    heroes: frozenset[str]
+    phases: Mapping[str, SignalPhases]
+    dark: bool
+    places: Floats | None = None
+
+    def present_at(self, time: float) -> Present:
+        """Everyone who exists at a time [s], where they are drawn."""
+        return self._on_footways(self.fleet.presence.at(time))
+
+    def states_at(self, time: float) -> dict[str, str]:
+        """State string of every logged traffic light at a time [s], by tls id."""
+        states = {tls: phases.state_at(time) for tls, phases in self.phases.items()}
+        return {tls: state for tls, state in states.items() if state is not None}
+
+    def frame_at(self, time: float) -> FrameState:
+        """The state of the frame at a time [s].
+
+        Raises:
+            ConfigError: If the camera rides with someone who does not exist then.
+        """
+        return self.frame_of(time, self.camera.view_at(time))
+
+    def frame_of(self, time: float, view: View) -> FrameState:
+        """The state of a frame that another camera takes.
+
+        Args:
+            time: SUMO's [s].
+            view: Of that camera; a shot has room for what its own cameras see.
+        """
+        present = self.present_at(time)
+        drawn = [self.fleet.bodies[k].assembly.drawn for k in present.users.tolist()]
+        camera_path = CameraPath.of([view], aspect=self.aspect)
+        opened = self.fleet.places.get(view.rides_in or "", -1) if view.cutaway else -1
+        choice = visibility.choose(
+            camera_path,
+            np.ones((len(drawn), 1), dtype=np.bool_),
+            present.positions[:, None],
+            limit=self.limit,
+            heroic=heroic(drawn, self.heroes) & (present.users != opened),
+            lengths=self.fleet.lengths[present.users],
+        )
+        if self.places is not None:
+            distances = np.linalg.norm(present.positions - view.position, axis=1)
+            choice = fitting(choice, drawn, self.data.slots, distances)
+        near, posed, far = self._parts(present, choice, view)
+        return FrameState(time, view, near, far, self.signals.radiance_at(time), posed)
+
+    def _parts(
+        self, present: Present, choice: visibility.Choice, view: View
+    ) -> tuple[tuple[Mover, ...], tuple[Mover, ...], tuple[Mover, ...]]:
+        """The parts of all that is seen: in detail, in detail with poses, by stand-ins."""
+        near: list[Mover] = []
+        posed: list[Mover] = []
+        far: list[Mover] = []
+        heroes, distant = choice.hero[:, 0], choice.far[:, 0]
+        seen = np.flatnonzero(choice.near[:, 0] | heroes | distant)
+        wholes = self.fleet.wholes(present, seen, view=view)
+        for row, whole in zip(seen.tolist(), wholes, strict=True):
+            level: Level = "far" if distant[row] else "hero" if heroes[row] else "near"
+            ridden = whole.id == view.rides_in
+            for part in self.fleet.parts(present, row, whole, level=level, ridden=ridden):
+                moves = self.fleet.prototypes[part.prototype].poses is not None
+                (far if distant[row] else posed if moves else near).append(part)
+        return tuple(near), tuple(posed), tuple(far)
+
+    def under_sky(self, settings: SkySettings, lights: Lights = "auto") -> Shot | None:
+        """The same shot under another sky; nothing else is built again.
+
+        Args:
+            settings: A preset, a file, or a sun by angles.
+            lights: The scene file's word on lamps.
+
+        Returns:
+            None if lamps are lit or go out with that sky: what shines is built with a shot.
+
+        Raises:
+            ConfigError: If settings contradict each other or name what is unknown.
+        """
+        sky = build_sky(settings)
+        if is_dark(sky, lights) != self.dark:
+            return None
+        return replace(self, data=replace(self.data, sky=sky))
+
+    def _on_footways(self, present: Present) -> Present:
+        """Lift walkers onto raised footways."""
+        walkers = np.flatnonzero(self.fleet.on_foot[present.users])
+        if not len(walkers):
+            return present
+        lifted = present.positions.copy()
+        lifted[walkers, 2] += self.footway(lifted[walkers, :2])
+        return replace(present, positions=lifted)
+
+
+def build_shot(
+    scenario: Scenario,
+    trajectories: Sequence[Trajectory],
+    job: Job,
+    *,
+    camera: CameraSettings,
+    times: Floats,
+) -> Shot:
+    """Build everything that a shot needs, and nothing else.
+
+    Args:
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        job: The scene file.
+        camera: The shot's camera.
+        times: Of all frames of the whole shot, (n,) [s].
+
+    Raises:
+        ConfigError: If a name in the scene file is unknown.
+    """
+    sky = build_sky(job.sky, location=scenario.network.location)
+    dark = is_dark(sky, job.lights)
+    left_hand = scenario.network.left_hand
+    fleet = replace(everyone(scenario, trajectories, job, dark=dark), times=times)
+    fleet = with_seat(fleet, camera, left_hand=left_hand)
+    built = build_camera(camera, fleet=fleet, left_hand=left_hand)
+    aspect = job.output.size[1] / job.output.size[0]
+    camera_path = _camera_path(built, times, aspect)
+    making = Making(scenario, job, sky, dark, aspect)
+    others = [other for other in job.cameras.values() if other != camera]
+    clear = clearance_of([camera, *others], aspect=aspect)
+    if isinstance(camera, LagrangianCamera):
+        clear = clear.beside(camera_path)
+    crowd = partial(_crowd, fleet, built, times, aspect)
+    return making.shot(fleet, built, camera_path, plan=crowd, clearance=clear)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Making:
+    """What a shot is made of, whatever its cameras."""
+
+    scenario: Scenario
+    job: Job
+    sky: Sky
+    dark: bool
+    aspect: float
+
+    def shot(
+        self,
+        fleet: Fleet,
+        camera: Camera,
+        camera_path: CameraPath,
+        *,
+        plan: Callable[..., CrowdPlan],
+        clearance: Clearance,
+    ) -> Shot:
+        """Put a shot together.
+
+        Args:
+            fleet: Everyone on the road.
+            camera: Where it is seen from.
+            camera_path: Where cameras are and look.
+            plan: Makes room for road users in so many triangles, `budget`.
+            clearance: Cameras that nothing grows into or before.
+        """
+        scenario, dark = self.scenario, self.dark
+        left_hand = scenario.network.left_hand
+        place = build_place(scenario, self.job, camera_path, clearance=clearance, dark=dark)
+        standing = sum(len(part.part.mesh.faces) for part in place.static)
+        crowd = plan(budget=SHOT_TRIANGLES - standing)
+        fleet = fleet.with_heroes(crowd.heroes)
+        opened = _shown(fleet.prototypes, crowd.slots)
+        data = SceneData(
+            materials=_materials(place, opened.values(), fleet.materials),
+            static=place.static,
+            prototypes=opened,
+            lamps=place.lamps,
+            sky=self.sky,
+            slots=crowd.slots,
+            haze=Haze(),
+            running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
+            left_out=place.left_out + _nobody(scenario, fleet, crowd),
+        )
+        signals, footway = place.signals, place.roads.surface_height_at
+        phases, limit, heroes = scenario.signals, crowd.limit, crowd.heroes
+        return Shot(data, fleet, camera, signals, footway, self.aspect, limit, heroes, phases, dark)
+
+
+def everyone(
+    scenario: Scenario, trajectories: Sequence[Trajectory], job: Job, *, dark: bool
+) -> Fleet:
+    """Everyone on the road.
+
+    Args:
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        job: The scene file.
+        dark: Whether they have lights on.
+    """
+    return build_fleet(
+        trajectories,
+        scenario.vehicle_types,
+        job.vehicles,
+        seed=job.seed,
+        lights=vehicle_lights(scenario.traffic.traces, dark=dark, seed=job.seed),
+        suspension=job.motion.suspension,
+    )
+
+
+def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet:
+    """The same fleet; the vehicle that a camera rides in can be opened."""
+    if not isinstance(camera, LagrangianCamera):
+        return fleet
+    return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
+
+
+def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
+    """Where a camera is and looks over the whole shot, by a few of its views."""
+    every = max(1, -(-len(times) // _MOST_VIEWS))
+    return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
+
+
+def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
+    """Plan who is drawn how over the whole shot, with so many triangles."""
+    if not fleet.keys:
+        return CrowdPlan(Slots(), visibility.MOST_NEAR)
+    frames = []
+    riders: set[str] = set()
+    for part in visibility.chunks(len(times)):
+        views: list[View] = [camera.view_at(float(time)) for time in times[part]]
+        riders |= {view.rides_in for view in views if view.cutaway and view.rides_in}
+        alive, positions, _ = fleet.positions(times[part])
+        frames.append((CameraPath.of(views, aspect=aspect), alive, positions))
+    bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
+    triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
+    return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
+
+
+def _shown(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
+    """The bodies that somebody shows."""
+    names = sorted({*slots.near, *slots.far, *slots.posed})
+    return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
+
+
+def _coarse_enough(
+    prototypes: Mapping[str, Prototype], slots: Mapping[str, int]
+) -> dict[str, Prototype]:
+    """The same bodies with stand-ins so coarse that all of them keep their budget."""
+    found = dict(prototypes)
+    for cell in _CELLS:
+        total = sum(count * _far_triangles(found[name]) for name, count in slots.items())
+        if total <= FAR_TRIANGLES:
+            break
+        for name in slots:
+            whole = prototypes[name]
+            # Those that take poses keep their points.
+            if whole.far_poses is None:
+                meshes = clustered_body([part.mesh for part in whole.far], cell)
+                parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
+                far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
+                found[name] = replace(whole, far=far or whole.far)
+    return found
+
+
+def _far_triangles(prototype: Prototype) -> int:
+    """Of its stand-in."""
+    return sum(len(part.mesh.faces) for part in prototype.far)
+
+
+def _materials(
+    place: Place, prototypes: Collection[Prototype], own: Mapping[str, Bsdf]
+) -> dict[str, Bsdf]:
+    """Only the materials in use."""
+    used = {part.part.material for part in place.static}
+    for prototype in prototypes:
+        used |= {part.material for part in (*prototype.parts, *prototype.far)}
+    if place.lamps or any(prototype.lamps for prototype in prototypes):
+        used.add("signal_lens")
+    known = {**place.materials, **own}
+    return {name: known[name] for name in sorted(used)}
+
+
+def _nobody(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut, ...]:
+    """Say which road users need nothing here."""
+    out = []
+    kinds = {trace.kind for trace in scenario.traffic.traces}
+    if "person" not in kinds:
+        out.append(LeftOut("persons", "the log has none in this time"))
+    slots = crowd.slots
+    unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.posed})
+    if unused:
+        out.append(LeftOut(f"{len(unused)} bodies", "nobody in view of the shot shows them"))
+    return tuple(out)

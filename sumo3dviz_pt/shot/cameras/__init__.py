@@ -1,0 +1,1 @@
+"""Cameras: where the eye is and what it sees with, at any time."""

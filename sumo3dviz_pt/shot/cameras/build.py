@@ -1,0 +1,90 @@
+"""Cameras: where the eye is and what it sees with, at any time.
+
+A camera is a pure function of time. Which one a scene file asks for is decided by the
+type of its settings; a new kind is one more registered builder here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import singledispatch
+from typing import Protocol
+
+import numpy as np
+
+from sumo3dviz_pt.cast.fleet import Fleet
+from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, LagrangianCamera, Settings
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.shot.cameras.aiming import aim_of
+from sumo3dviz_pt.shot.cameras.flying import build_flight
+from sumo3dviz_pt.shot.cameras.riding import build_ride
+
+
+class Camera(Protocol):
+    """Anything that can be asked for a view."""
+
+    def view_at(self, time: float) -> View:
+        """The view at a time [s].
+
+        Raises:
+            ConfigError: If the camera rides with someone who does not exist then.
+        """
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StandingCamera:
+    """An Eulerian camera: the same view at all times.
+
+    Attributes:
+        view: Where it stands and what it sees.
+    """
+
+    view: View
+
+    def view_at(self, time: float) -> View:
+        """The view, whatever the time."""
+        return self.view
+
+
+def standing_view(settings: EulerianCamera) -> View:
+    """What a camera that stands still sees.
+
+    Raises:
+        ConfigError: If it looks at the point where it stands.
+    """
+    placed = aim_of(settings).placed(np.array(settings.position))
+    return View(placed, float(np.radians(settings.lens.fov)))
+
+
+@singledispatch
+def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """Make the camera that a scene file asks for.
+
+    Args:
+        settings: One of the job's camera settings.
+        fleet: Whom a camera can ride with.
+        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+
+    Raises:
+        ConfigError: If it rides with someone unknown, asks for an unknown view, or looks
+            at the point where it stands.
+    """
+    raise TypeError(f"{type(settings).__name__} is no camera")
+
+
+@build_camera.register
+def _(settings: EulerianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """A camera that stands still."""
+    return StandingCamera(standing_view(settings))
+
+
+@build_camera.register
+def _(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """A camera that rides with a road user."""
+    return build_ride(settings, fleet=fleet, left_hand=left_hand)
+
+
+@build_camera.register
+def _(settings: CinematicCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """A camera that flies through key frames."""
+    return build_flight(settings)

@@ -1,0 +1,115 @@
+"""Cameras that fly through key frames.
+
+Positions, angles and opening angle follow monotone cubic curves in time: between equal
+key frames nothing moves, and nothing overshoots. Angles go the shortest way; as heading,
+pitch and roll are interpolated and not a quaternion, a level camera keeps its horizon.
+Between two key frames that look at points, the point is interpolated instead, so that
+the subject stays in the middle.
+
+References:
+    F. N. Fritsch, R. E. Carlson: Monotone piecewise cubic interpolation, SIAM J. Numer.
+    Anal. 17, 1980, doi:10.1137/0717021.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from sumo3dviz_pt.job.ranges import Point
+from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
+from sumo3dviz_pt.model.geometry import Floats, frozen
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at, aim_of
+
+_NEAR = 0.01
+"""Closer than this a point says nothing about where to look [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A monotone cubic curve that holds its ends.
+
+    Attributes:
+        times: Strictly increasing, (n,) [s], n >= 1.
+        values: (n, k).
+    """
+
+    times: Floats
+    values: Floats
+
+    def at(self, time: float) -> Floats:
+        """The value at any time [s], (k,)."""
+        if len(self.times) == 1:
+            return np.asarray(self.values[0])
+        inside = min(max(time, float(self.times[0])), float(self.times[-1]))
+        with np.errstate(over="ignore"):  # slopes so small that their inverse is infinite
+            value = PchipInterpolator(self.times, self.values, axis=0)(inside)
+        # Between two key frames lies nothing outside them, not even by rounding.
+        k = min(int(np.searchsorted(self.times, inside, side="right")), len(self.times) - 1)
+        low, high = self.values[k - 1], self.values[k]
+        return np.asarray(np.clip(value, np.minimum(low, high), np.maximum(low, high)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FlyingCamera:
+    """A cinematic camera.
+
+    Attributes:
+        path: Positions, k = 3 [m].
+        angles: Unwrapped yaw, pitch and roll, and the opening angle, k = 4 [rad].
+        subjects: Points looked at, k = 3 [m], with the times from the first to the last
+            of neighbouring key frames that look at points.
+    """
+
+    path: Curve
+    angles: Curve
+    subjects: tuple[Curve, ...]
+
+    def view_at(self, time: float) -> View:
+        """The view at a time [s]; before the first and after the last key frame, theirs."""
+        position = self.path.at(time)
+        yaw, pitch, roll, fov = self.angles.at(time).tolist()
+        aim = Aim(yaw, pitch, roll)
+        for subject in self.subjects:
+            if subject.times[0] <= time <= subject.times[-1]:
+                direction = subject.at(time) - position
+                if np.linalg.norm(direction) > _NEAR:
+                    aim = aim_at(direction, roll=roll)
+        return View(aim.placed(position), fov)
+
+
+def build_flight(settings: CinematicCamera) -> FlyingCamera:
+    """Lay the curves through the key frames.
+
+    Raises:
+        ConfigError: If a key frame looks at the point where it stands.
+    """
+    keys = settings.keyframes
+    times = frozen([key.time for key in keys])
+    aims = [aim_of(key) for key in keys]
+    turns = np.unwrap([(aim.yaw, aim.pitch, aim.roll) for aim in aims], axis=0)
+    fovs = np.radians([settings.lens.fov if key.fov is None else key.fov for key in keys])
+    return FlyingCamera(
+        Curve(times, frozen([key.position for key in keys])),
+        Curve(times, frozen(np.column_stack([turns, fovs]))),
+        tuple(_subjects(keys)),
+    )
+
+
+def _subjects(keys: Sequence[KeyFrame]) -> list[Curve]:
+    """Curves of the points that neighbouring key frames look at."""
+    runs: list[list[tuple[float, Point]]] = [[]]
+    for key in keys:
+        if key.look_at is None:
+            runs.append([])
+        else:
+            runs[-1].append((key.time, key.look_at))
+    return [
+        Curve(frozen([time for time, _ in run]), frozen([point for _, point in run]))
+        for run in runs
+        if len(run) > 1
+    ]

@@ -1,0 +1,241 @@
+"""Cameras that ride with a road user; what their views are is data in `scene_templates/camera`.
+
+All views are pure functions of time: a camera that swings after its vehicle averages
+the vehicle's heading over the last second instead of remembering its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.cast.articulation import Links
+from sumo3dviz_pt.cast.bodies import Body
+from sumo3dviz_pt.cast.fleet import Fleet, find_rider
+from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
+from sumo3dviz_pt.catalog import did_you_mean, template
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.trajectory import Piece, Trajectory
+from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
+
+_LAG_SAMPLES = 49
+
+
+@dataclass(frozen=True, slots=True)
+class RidingView:
+    """A preset of `scene_templates/camera`.
+
+    Attributes:
+        anchor: Where on the body: `eye`, `bonnet` (towards the windscreen, at its
+            foot's height), `rear` or `middle` (at the roof's height).
+        fov: Horizontal opening angle [deg].
+        offset: From the anchor: ahead, left, up [m].
+        side: Of the eye: `driver` or `passenger`.
+        pitch_deg: Upwards [deg].
+        aim: A point to look at, from the anchor [m], instead of the pitch; or None.
+        lag: Time over which the heading is averaged [s]; 0 turns with the body.
+        cutaway: Whether the own cabin is not drawn.
+    """
+
+    anchor: str
+    fov: float
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    side: str = "driver"
+    pitch_deg: float = 0.0
+    aim: tuple[float, float, float] | None = None
+    lag: float = 0.0
+    cutaway: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RidingCamera:
+    """A Lagrangian camera.
+
+    Attributes:
+        trajectory: Whom it rides with.
+        eye: In the body's frame, (3,) [m].
+        aim: In the body's frame [rad].
+        fov: Horizontal opening angle [rad].
+        lag: Time over which the heading is averaged [s]; 0 turns with the body.
+        cutaway: Whether the own cabin is not drawn.
+        turns_about: The point that stays at rest in the picture, (3,) [m].
+        body: Whose first unit it sits in; None is a rigid one.
+        springs: Whether the body's springs move the eye and nod the view. They never roll it:
+            people keep their heads upright, and a rolling horizon makes sick.
+    """
+
+    trajectory: Trajectory
+    eye: Floats
+    aim: Aim
+    fov: float
+    lag: float
+    cutaway: bool
+    turns_about: Floats
+    body: Body | None = None
+    springs: bool = False
+
+    def view_at(self, time: float) -> View:
+        """The view at a time [s].
+
+        Raises:
+            ConfigError: If the road user does not exist then; the message says when it does.
+        """
+        piece = self._piece(time)
+        inside = min(max(time, piece.begin), piece.end)
+        body = Transform(first_frame(piece, inside, self._links))
+        if self.lag <= 0.0:
+            placed = self._seated(piece, inside, body)
+        else:
+            pivot = body.points(self.turns_about[None])[0]
+            swung, tilt = self._swung(piece, time)
+            turned = Transform.from_pose((0.0, 0.0, 0.0), yaw=swung, pitch=tilt)
+            body = Transform.from_pose(
+                pivot - turned.points(self.turns_about[None])[0], yaw=swung, pitch=tilt
+            )
+            placed = body @ self.aim.placed(self.eye)
+        return View(placed, self.fov, rides_in=self.trajectory.key, cutaway=self.cutaway)
+
+    @property
+    def _links(self) -> Links | None:
+        """Where the units of an articulated vehicle are held."""
+        return None if self.body is None else links_of(self.body)
+
+    def _seated(self, piece: Piece, time: float, frame: Transform) -> Transform:
+        """The eye in a body that moves on its springs; the view nods with it."""
+        if self.body is None or not self.springs:
+            return frame @ self.aim.placed(self.eye)
+        swayed = sway_of(self.body, piece, time)
+        eye = frame.points((swayed @ [*self.eye, 1.0])[None, :3])[0]
+        level = frame.matrix.copy()
+        level[:3, 3] = 0.0
+        nod = float(np.arcsin(np.clip(swayed[2, 0], -1.0, 1.0)))
+        turned = Transform.from_pose((0.0, 0.0, 0.0), pitch=nod)
+        seated = Transform(level) @ turned @ self.aim.placed(np.zeros(3))
+        matrix = seated.matrix.copy()
+        matrix[:3, 3] = eye
+        return Transform(matrix)
+
+    def _piece(self, time: float) -> Piece:
+        """The stretch of motion at a time."""
+        for piece in self.trajectory.pieces:
+            if piece.begin - 1e-9 <= time <= piece.end + 1e-9:
+                return piece
+        lives = ", ".join(f"{piece.begin:g} to {piece.end:g} s" for piece in self.trajectory.pieces)
+        raise ConfigError(
+            f"{self.trajectory.id!r} is not there at {time:g} s; it is there from {lives}",
+            key="cameras",
+        )
+
+    def _swung(self, piece: Piece, time: float) -> tuple[float, float]:
+        """Mean yaw and pitch over the lag, of the piece only [rad]."""
+        share = (np.arange(_LAG_SAMPLES) + 0.5) / _LAG_SAMPLES
+        motion = piece.sample(np.clip(time - share * self.lag, piece.begin, piece.end))
+        weights = np.sin(np.pi * share) ** 2
+        weights /= weights.sum()
+        yaw = np.arctan2(weights @ np.sin(motion.yaws), weights @ np.cos(motion.yaws))
+        return float(yaw), float(weights @ motion.pitches)
+
+
+def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> RidingCamera:
+    """Seat a camera.
+
+    Args:
+        settings: Whom it rides with, and how.
+        fleet: Whom it can ride with.
+        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+
+    Raises:
+        ConfigError: If the road user or the view is unknown; the message suggests some.
+    """
+    preset = read_view(settings.view)
+    trajectory = find_rider(fleet, settings.vehicle)
+    body = fleet.body(trajectory.key)
+    anchor = _anchor(preset, body, left_hand=left_hand)
+    eye = anchor + np.array(preset.offset)
+    if settings.eye_height is not None:
+        eye[2] = settings.eye_height
+    aim = _aim(preset, anchor, eye=eye)
+    pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))
+    fov = preset.fov if settings.lens is None else settings.lens.fov
+    turn = -float(np.radians(settings.heading))
+    middle = np.array([-body.size[0] / 2.0, 0.0, 0.0])
+    if preset.aim is not None:
+        # A camera that looks at its vehicle goes round it instead of looking away.
+        eye = middle + Transform.from_pose((0.0, 0.0, 0.0), yaw=turn).points(eye - middle)
+    return RidingCamera(
+        trajectory,
+        eye,
+        Aim(aim.yaw + turn, pitch),
+        float(np.radians(fov)),
+        preset.lag,
+        preset.cutaway,
+        middle,
+        body,
+        fleet.suspension,
+    )
+
+
+def read_view(name: str) -> RidingView:
+    """Read a preset of `scene_templates/camera`.
+
+    Raises:
+        ConfigError: If there is no such preset, or a key in it is wrong.
+    """
+    return parse_view(template("camera", name), name=name)
+
+
+def parse_view(content: Mapping[str, Any], *, name: str) -> RidingView:
+    """Take a preset's content as a view.
+
+    Raises:
+        ConfigError: If a key is unknown or missing; the message suggests one.
+    """
+    known = {item.name: item for item in fields(RidingView)}
+    for key in content:
+        if key not in known:
+            raise ConfigError(
+                f"unknown key {key!r}{did_you_mean(key, known)}", key=f"camera.{name}"
+            )
+    missing = [key for key, item in known.items() if item.default is MISSING and key not in content]
+    if missing:
+        raise ConfigError(f"key {missing[0]!r} is missing", key=f"camera.{name}")
+    return RidingView(**{key: _tupled(value) for key, value in content.items()})
+
+
+def _tupled(value: Any) -> Any:
+    """Lists as tuples of numbers."""
+    return tuple(map(float, value)) if isinstance(value, list) else value
+
+
+def _anchor(preset: RidingView, body: Body, *, left_hand: bool) -> Floats:
+    """The anchor in the body's frame, (3,) [m].
+
+    Raises:
+        ConfigError: If the preset names an unknown one.
+    """
+    length, _, height = body.size
+    eye, cowl = body.seat.eye, body.seat.cowl
+    on_left = (preset.side == "driver") != left_hand
+    anchors: Mapping[str, Floats] = {
+        "eye": eye * (1.0, 1.0 if on_left else -1.0, 1.0),
+        "bonnet": cowl * (0.8, 1.0, 1.0),
+        "rear": np.array([-length, 0.0, height]),
+        "middle": np.array([-length / 2.0, 0.0, height]),
+    }
+    if preset.anchor not in anchors:
+        message = f"no anchor is called {preset.anchor!r}{did_you_mean(preset.anchor, anchors)}"
+        raise ConfigError(message, key="camera.anchor")
+    return anchors[preset.anchor]
+
+
+def _aim(preset: RidingView, anchor: Floats, *, eye: Floats) -> Aim:
+    """The preset's viewing direction in the body's frame."""
+    if preset.aim is not None:
+        return aim_at(anchor + np.array(preset.aim) - eye)
+    return Aim(0.0, float(np.radians(preset.pitch_deg)))

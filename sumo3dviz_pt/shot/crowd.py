@@ -1,0 +1,194 @@
+"""Plans room for a shot's road users: how many bodies of each kind it shows at once.
+
+The renderer's slots are fixed before the first frame, so that nothing compiles later
+and no frame can run out of them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.cast.drawing import Drawn
+from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.scene import Slots
+from sumo3dviz_pt.shot.visibility import MOST_NEAR, Choice, choose
+
+MOST_SLOTS = 240
+"""Instances in one scene; the cost of recording them grows faster than their number."""
+
+MOST_HERO_MODELS = 8
+"""Models in full detail in one shot, at most."""
+
+HERO_TRIANGLES = 54_000
+"""Of a car in full detail and one of its wheels: instances count once."""
+
+FAR_TRIANGLES = 110_000
+"""Of all stand-ins together; where there are many, they are coarser."""
+
+SHOT_TRIANGLES = 1_450_000
+"""Of a whole shot: every update of poses rebuilds the trees over all of them."""
+
+Frames = Sequence[tuple[CameraPath, Bools, Floats]]
+"""Stretches of a shot: camera path, alive (k, n), positions (k, n, 3)."""
+
+
+@dataclass(frozen=True, slots=True)
+class CrowdPlan:
+    """How a shot draws its road users.
+
+    Attributes:
+        slots: Room for each body.
+        limit: Road users in detail in one frame, at most.
+        heroes: Models that are drawn in full detail where they are near enough.
+    """
+
+    slots: Slots
+    limit: int
+    heroes: frozenset[str] = frozenset()
+
+
+def plan_crowd(
+    bodies: Sequence[Drawn],
+    frames: Frames,
+    *,
+    triangles: Mapping[str, int] | None = None,
+    budget: int = SHOT_TRIANGLES,
+    limit: int = MOST_NEAR,
+) -> CrowdPlan:
+    """Find how many bodies of each kind a shot shows at once.
+
+    Args:
+        bodies: Of each of the k road users.
+        frames: The whole shot.
+        triangles: Of each prototype in detail.
+        budget: Triangles of all road users; full detail gets what the others leave.
+        limit: Road users in detail at once, at most.
+    """
+    plain = _slots(bodies, frames, limit=limit, able=np.zeros(len(bodies), dtype=np.bool_))
+    heroes = _heroes(bodies, frames, most=_most_heroes(plain, triangles or {}, budget))
+    able = heroic(bodies, heroes)
+    while True:
+        slots = _slots(bodies, frames, limit=limit, able=able)
+        if sum(slots.near.values()) <= MOST_SLOTS or limit <= 8:
+            return CrowdPlan(slots, limit, heroes)
+        limit = limit * 3 // 4
+
+
+def heroic(bodies: Sequence[Drawn], heroes: frozenset[str]) -> Bools:
+    """Who can be drawn in full detail, (k,)."""
+    return np.array([bool(body.hero) and body.model in heroes for body in bodies], dtype=np.bool_)
+
+
+def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Floats) -> Choice:
+    """Who finds room in a scene whose slots were planned for other views: the nearest first.
+
+    Who finds none in detail is drawn by a stand-in, and who finds none at all is not drawn.
+
+    Args:
+        choice: Wanted, of one time, (k, 1) each.
+        bodies: Of each of the k road users.
+        slots: The room that there is.
+        distances: From the camera, (k,) [m].
+    """
+    detailed, distant = Counter(slots.detailed), Counter(slots.far)
+    found = {level: np.zeros_like(choice.near) for level in ("hero", "near", "far")}
+    wanted = choice.near | choice.hero | choice.far
+    for k in sorted(np.flatnonzero(wanted[:, 0]).tolist(), key=lambda k: float(distances[k])):
+        body = bodies[k]
+        levels = [("far", body.far, distant)]
+        if not choice.far[k, 0]:
+            levels.insert(0, ("near", (*body.near, *body.posed), detailed))
+        if choice.hero[k, 0]:
+            levels.insert(0, ("hero", (*body.hero, *body.posed), detailed))
+        for level, names, room in levels:
+            needed = Counter(names)
+            if needed <= room:
+                room.subtract(needed)
+                found[level][k] = True
+                break
+    return Choice(found["near"], found["far"], found["hero"])
+
+
+def lengths_of(bodies: Sequence[Drawn]) -> Floats:
+    """How long all are, (k,) [m]."""
+    return np.array([body.length for body in bodies], dtype=np.float64)
+
+
+def _most_heroes(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
+    """How many models in full detail the budget allows: instances count once."""
+    detailed = sum(triangles.get(name, 0) for name in slots.near)
+    detailed += sum(count * triangles.get(name, 0) for name, count in slots.posed.items())
+    spare = budget - FAR_TRIANGLES - detailed
+    return int(np.clip(spare // HERO_TRIANGLES, 1, MOST_HERO_MODELS))
+
+
+def _heroes(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[str]:
+    """The models that are near enough for full detail in most frames."""
+    able = np.array([bool(body.hero) for body in bodies], dtype=np.bool_)
+    seen: Counter[str] = Counter()
+    for camera_path, alive, positions in frames:
+        choice = choose(
+            camera_path, alive, positions, limit=MOST_NEAR, heroic=able, lengths=lengths_of(bodies)
+        )
+        for k in np.flatnonzero(choice.hero.any(axis=1)).tolist():
+            seen[bodies[k].model] += int(choice.hero[k].sum())
+    ranked = sorted(seen, key=lambda model: (-seen[model], model))
+    return frozenset(ranked[:most])
+
+
+def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) -> Slots:
+    """Most bodies of each kind at once."""
+    near, far, hero, moving = (
+        _Members.of([getattr(body, level) for body in bodies])
+        for level in ("near", "far", "hero", "posed")
+    )
+    lengths = lengths_of(bodies)
+    rigid: Counter[str] = Counter()
+    posed: Counter[str] = Counter()
+    distant: Counter[str] = Counter()
+    full: Counter[str] = Counter()
+    for camera_path, alive, positions in frames:
+        choice: Choice = choose(
+            camera_path, alive, positions, limit=limit, heroic=able, lengths=lengths
+        )
+        rigid |= near.most(choice.near)
+        posed |= moving.most(choice.near | choice.hero)
+        distant |= far.most(choice.far)
+        full |= hero.most(choice.hero)
+    return Slots(_sorted(rigid + full), _sorted(distant), _sorted(posed))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Members:
+    """How many bodies of each prototype every road user needs."""
+
+    names: tuple[str, ...]
+    counts: Floats
+
+    @classmethod
+    def of(cls, needed: Sequence[tuple[str, ...]]) -> _Members:
+        """Collect the names that road users need."""
+        names = sorted({name for some in needed for name in some})
+        index = {name: row for row, name in enumerate(names)}
+        counts = np.zeros((len(names), len(needed)))
+        for column, some in enumerate(needed):
+            for name in some:
+                counts[index[name], column] += 1.0
+        return cls(tuple(names), counts)
+
+    def most(self, chosen: Bools) -> Counter[str]:
+        """Most bodies at once, by name, where the road users are chosen, (k, n)."""
+        if not chosen.any():
+            return Counter()
+        most = (self.counts @ chosen).max(axis=1)
+        return Counter({name: int(n) for name, n in zip(self.names, most, strict=True) if n})
+
+
+def _sorted(counts: Mapping[str, int]) -> dict[str, int]:
+    """By name, so that the order of frames does not matter."""
+    return {name: counts[name] for name in sorted(counts)}

@@ -1,0 +1,138 @@
+"""A shot for cameras that go anywhere, such as a visitor's in the viewer.
+
+Where the camera will be and look is not known: so everything around some places is built,
+in all directions, and there is room for everyone on the road at least as a stand-in.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from sumo3dviz_pt.cast.fleet import Fleet, find_rider
+from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, Job, LagrangianCamera
+from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import Slots, View
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.shot import visibility
+from sumo3dviz_pt.shot.build import Making, Shot, everyone, with_seat
+from sumo3dviz_pt.shot.cameras.build import StandingCamera, build_camera
+from sumo3dviz_pt.shot.cameras.clearances import clearance_of
+from sumo3dviz_pt.shot.crowd import CrowdPlan, plan_crowd
+from sumo3dviz_pt.world.sky.build import build_sky
+from sumo3dviz_pt.world.sky.darkness import is_dark
+
+_STEP = 1.0
+"""Between the times at which room is made [s]."""
+
+_MOST_NEAR = 48
+"""Road users in detail at once: recording a scene of 240 takes three times as long as of 60."""
+
+_ABOVE = 25.0
+"""Height of the first view where the scene file has no camera [m]."""
+
+
+def build_roam(
+    scenario: Scenario,
+    trajectories: Sequence[Trajectory],
+    job: Job,
+    *,
+    times: tuple[float, float],
+    eyes: Floats | None = None,
+    riding: Sequence[LagrangianCamera] = (),
+) -> Shot:
+    """Build everything around some places, and room for everyone.
+
+    Args:
+        scenario: The simulation.
+        trajectories: Its smoothed motion.
+        job: The scene file; the cabins that its cameras sit in can be opened.
+        times: First and last that can be shown [s].
+        eyes: Places around which there is detail, (n, 3) [m]; default: where the scene's
+            cameras are.
+        riding: Further cameras that sit in a vehicle.
+
+    Returns:
+        A shot whose own camera stands where the scene's first one is at the first time.
+
+    Raises:
+        ConfigError: If a name in the scene file is unknown.
+    """
+    sky = build_sky(job.sky, location=scenario.network.location)
+    dark, left_hand = is_dark(sky, job.lights), scenario.network.left_hand
+    fleet = everyone(scenario, trajectories, job, dark=dark)
+    for camera in (*job.cameras.values(), *riding):
+        fleet = with_seat(fleet, camera, left_hand=left_hand)
+    views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
+    places = np.stack([view.position for view in views]) if eyes is None else eyes
+    moments = np.arange(times[0], times[1] + _STEP, _STEP)
+    making = Making(scenario, job, sky, dark, job.output.size[1] / job.output.size[0])
+    home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
+    camera_path = CameraPath.all_round(places)
+    clear = clearance_of(job.cameras.values(), aspect=making.aspect)
+    return replace(making.shot(fleet, home, camera_path, plan=room, clearance=clear), places=places)
+
+
+def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:
+    """What a camera sees of a shot at a time [s].
+
+    Raises:
+        ConfigError: If it rides with someone who is not there then.
+    """
+    return build_camera(camera, fleet=shot.fleet, left_hand=left_hand).view_at(time)
+
+
+def _views(
+    job: Job, fleet: Fleet, times: tuple[float, float], *, left_hand: bool
+) -> Iterator[View]:
+    """Where the scene's cameras are at the first time that they can show; flights at all keys."""
+    for settings in job.cameras.values():
+        moments = [times[0]]
+        if isinstance(settings, CinematicCamera):
+            moments = [key.time for key in settings.keyframes]
+        elif isinstance(settings, LagrangianCamera):
+            rider = find_rider(fleet, settings.vehicle)
+            begin, end = rider.pieces[0].begin, rider.pieces[-1].end
+            if begin > times[1] or end < times[0]:
+                continue
+            moments = [max(begin, times[0])]
+        camera = build_camera(settings, fleet=fleet, left_hand=left_hand)
+        yield from (camera.view_at(time) for time in moments)
+
+
+def _overview(scenario: Scenario) -> View:
+    """From above the middle of all roads, to the north."""
+    lanes = [lane.shape for lane in scenario.network.lanes.values()]
+    middle = np.median(np.concatenate(lanes), axis=0) if lanes else np.zeros(3)
+    middle = middle + np.array([0.0, -2.0 * _ABOVE, _ABOVE])
+    placed = Transform.from_pose(tuple(middle), yaw=np.pi / 2.0, pitch=-np.arctan(0.5))
+    return View(placed, float(np.radians(60.0)))
+
+
+def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPlan:
+    """Room for who is near any of the places, and for everyone as a stand-in.
+
+    Nobody is drawn in full detail, which takes instances and triangles and would be seen in
+    stills only. Each opened cabin has a slot of its own, as the vehicle may also be seen closed.
+    """
+    bodies = [replace(fleet.drawn(k), hero=()) for k in range(len(fleet.keys))]
+    frames, most = [], Counter[str]()
+    for part in visibility.chunks(len(times)):
+        alive, positions, _ = fleet.positions(times[part])
+        for eye in eyes:
+            camera_path = CameraPath.all_round(np.tile(eye, (alive.shape[1], 1)))
+            frames.append((camera_path, alive, positions))
+        for column in alive.T:
+            there = Counter(name for k in np.flatnonzero(column) for name in bodies[k].far)
+            most |= there
+    triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
+    plan = plan_crowd(bodies, frames, triangles=triangles, budget=budget, limit=_MOST_NEAR)
+    near = {**plan.slots.near, **dict.fromkeys(fleet.cockpits.values(), 1)}
+    slots = Slots(dict(sorted(near.items())), dict(sorted(most.items())), plan.slots.posed)
+    return replace(plan, slots=slots)

@@ -1,0 +1,387 @@
+"""The one thread that renders, for all pages in turn.
+
+Mitsuba's state belongs to a thread, and two cores gain nothing from two of them. While a
+visitor moves he gets small pictures of one sample a pixel; who stands still gets a large
+one that gets better. Scenes that lack detail where somebody stands are built again there.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time as clock
+from collections.abc import Callable, Mapping
+from functools import singledispatchmethod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
+from sumo3dviz_pt.job.settings import Job, SkySettings
+from sumo3dviz_pt.pipeline.live import Ground, Live, Size, encoded_still
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.viewer import messages_in
+from sumo3dviz_pt.viewer.client import Visitor
+from sumo3dviz_pt.viewer.keyframes import camera_yaml, path_yaml, save_camera
+from sumo3dviz_pt.viewer.messages_out import Message
+from sumo3dviz_pt.viewer.projector import HALVES, Projector, part_of
+from sumo3dviz_pt.viewer.state import Stand, advanced, frames_said, obeyed
+from sumo3dviz_pt.viewer.walk import Eye
+
+log = logging.getLogger(__name__)
+
+MOST_SPP = 512
+"""A still picture gets no better after so many samples a pixel."""
+
+_LONGEST = 0.25
+"""No single step of a visitor is longer [s]: after a pause nobody jumps."""
+
+_RESTING = 8
+"""Who has so many samples of a place without detail gets some."""
+
+_TURN = 1.0
+"""Who stands is served for so long on end [s]."""
+
+_STILLS = 20
+"""So many stills are kept."""
+
+
+class Studio:
+    """Renders for visitors until it is closed."""
+
+    def __init__(
+        self,
+        job: Job,
+        *,
+        scene_file: Path | None = None,
+        size: Size = (480, 270),
+        window: tuple[float | None, float | None] = (None, None),
+        variant: str = "llvm",
+        reload: Callable[[Mapping[str, str]], Job] | None = None,
+    ) -> None:
+        """Read the simulation.
+
+        Args:
+            job: The scene.
+            scene_file: Where key frames are saved; None shows them as text.
+            size: Of pictures while nothing moves [px].
+            window: First and last time to show [s]; None is the log's.
+            variant: `llvm` or `cuda`.
+            reload: Makes the job again with other settings by dotted key, such as another
+                template; default reads the scene file.
+
+        Raises:
+            InputError: If a file is wrong.
+            ConfigError: If a choice does not exist, or a variant cannot be held open.
+        """
+        if variant == "scalar":
+            raise ConfigError("the viewer needs llvm or cuda", key="variant")
+        self._job, self._file, self._size, self._variant = job, scene_file, size, variant
+        self._reload = reload
+        if reload is None and scene_file is not None:
+            self._reload = lambda choices: load_job(scene_file, choices)
+        self._ground = Ground.of(job, begin=window[0], end=window[1])
+        self._template: str | None = None
+        self._visitors: list[Visitor] = []
+        self._stills: dict[int, bytes] = {}
+        self._changed = threading.Condition()
+        self._closing = False
+        self._opened = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="studio", daemon=True)
+        self._turn: tuple[Visitor | None, float] = None, 0.0
+        self._live: Live | None = None
+        self._opened_projector: Projector | None = None
+
+    # For the server -----------------------------------------------------------------------
+
+    @property
+    def about(self) -> dict[str, Any]:
+        """What a page needs to know of the scene."""
+        job, ground = self.live.job, self._ground
+        return {
+            "title": self._file.parent.name if self._file else "sumo3dviz_pt",
+            "cameras": list(job.cameras),
+            "begin": ground.begin,
+            "end": ground.end,
+            "fps": float(job.output.fps),
+            "skies": list(catalog.template_names("sky")),
+            "sky": job.sky.preset,
+            "templates": list(catalog.template_names("scene")) if self._reload else [],
+            "template": self._template or job.template,
+            "qualities": list(catalog.template_names("quality")),
+            "size": list(self._projector.size),
+            "views": list(catalog.template_names("camera")),
+            "exposure": job.output.exposure,
+            "saves": self._file is not None,
+        }
+
+    @property
+    def live(self) -> Live:
+        """The open scene."""
+        assert self._live is not None, "start the studio first"
+        return self._live
+
+    @property
+    def _projector(self) -> Projector:
+        """What takes pictures."""
+        assert self._opened_projector is not None
+        return self._opened_projector
+
+    def start(self) -> None:
+        """Open the scene, and render from now on.
+
+        Raises:
+            Sumo3dvizError: If the scene cannot be built or rendered.
+        """
+        self._thread.start()
+        self._opened.wait()
+        if self._failure is not None:
+            raise self._failure
+
+    def close(self) -> None:
+        """Stop and wait for it."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def join(self, deliver: Callable[[Message], None]) -> Visitor:
+        """Begin a visit.
+
+        Args:
+            deliver: Takes what the page is told; called from the render thread, too.
+        """
+        live = self.live
+        stand = Stand(Eye.of(live.home), self._ground.begin)
+        visitor = Visitor(stand, deliver, wake=self._wake, leave=self._forget)
+        visitor.tell("scene", **self.about)
+        with self._changed:
+            self._visitors.append(visitor)
+            self._changed.notify_all()
+        return visitor
+
+    def still(self, number: int) -> bytes | None:
+        """A still that was taken, as a PNG file."""
+        return self._stills.get(number)
+
+    def _wake(self) -> None:
+        """There is something to do."""
+        with self._changed:
+            self._changed.notify_all()
+
+    def _forget(self, visitor: Visitor) -> None:
+        """A page is gone."""
+        with self._changed:
+            self._visitors = [other for other in self._visitors if other is not visitor]
+
+    # The render thread --------------------------------------------------------------------
+
+    def _run(self) -> None:
+        """Open the scene, serve visitors in turn, close it."""
+        try:
+            size = part_of(self._size, HALVES)
+            self._live = Live(self._job, self._ground, size=size, variant=self._variant)
+            self._opened_projector = Projector(self._live, self._size)
+        except BaseException as error:  # noqa: BLE001 - raised again in `start`
+            self._failure = error
+            return
+        finally:
+            self._opened.set()
+        while (visitor := self._next()) is not None:
+            try:
+                self._serve(visitor)
+            except Sumo3dvizError as error:
+                visitor.warn(error)
+            except Exception as error:
+                # One page's trouble must not end the others' visits.
+                log.exception("the viewer failed")
+                visitor.warn(f"the viewer failed: {error}")
+        self._live.close()
+
+    def _next(self) -> Visitor | None:
+        """The next visitor for whom there is something to do; None at the end."""
+        with self._changed:
+            while not self._closing:
+                if (found := self._choice()) is not None:
+                    return found
+                self._changed.wait(timeout=0.2)
+        return None
+
+    def _choice(self) -> Visitor | None:
+        """Who is next: those who move before those who stand, who have some time on end.
+
+        Each change of visitor may have to move all traffic.
+        """
+        waiting = [v for v in self._visitors if v.asks or (v.ready and self._wanting(v))]
+        waiting = [v for v in waiting if v.asks or v.stand.moves] or waiting
+        if not waiting:
+            return None
+        now, (current, since) = clock.perf_counter(), self._turn
+        if current in waiting and now - since < _TURN:
+            return current
+        after = [v for v in waiting if v is not current] or waiting
+        self._visitors.remove(after[0])
+        self._visitors.append(after[0])
+        self._turn = after[0], now
+        return after[0]
+
+    def _wanting(self, visitor: Visitor) -> bool:
+        """Whether another picture would differ."""
+        mean, stand = visitor.mean, visitor.stand
+        if stand.moves or mean is None or mean.count < MOST_SPP:
+            return True
+        visitor.ticked = None
+        return False
+
+    def _serve(self, visitor: Visitor) -> None:
+        """Follow orders, let time pass, send a picture."""
+        for came, order in visitor.taken():
+            self._tick(visitor, came)
+            try:
+                self._follow(order, visitor)
+            except ConfigError as error:
+                visitor.warn(error)
+        self._tick(visitor, clock.perf_counter())
+        if visitor.stand.frames is not visitor.told:
+            # Once for all orders: a flood of added key frames must not become one of notes.
+            visitor.told = visitor.stand.frames
+            visitor.tell("keyframes", frames=frames_said(visitor.told))
+        if visitor.ready:
+            self._projector.picture(visitor)
+            self._detail(visitor)
+
+    def _tick(self, visitor: Visitor, now: float) -> None:
+        """Let time pass until a moment: keys count from when they came, however slow we are."""
+        if visitor.ticked is None:
+            visitor.ticked = now
+        seconds = min(max(now - visitor.ticked, 0.0), _LONGEST)
+        visitor.stand = advanced(visitor.stand, seconds, self.live)
+        visitor.ticked = max(now, visitor.ticked)
+
+    def _detail(self, visitor: Visitor) -> None:
+        """Build the scene again around visitors who have stood for long where it is coarse."""
+        stands = visitor.mean is not None and visitor.mean.count >= _RESTING
+        if stands and self.live.lacks_detail(visitor.stand.view(self.live).position):
+            seen = [other.pictured[1] for other in self._visitors if other.pictured]
+            eyes = np.stack([view.position for view in seen])
+            self._rebuild("bringing detail here", eyes=eyes)
+
+    def _rebuild(self, text: str, **choices: Any) -> None:
+        """Build the scene again while all pages wait."""
+        self._tell_all("busy", text=text)
+        try:
+            self.live.rebuild(**choices)
+            self._projector.warm_up()
+        finally:
+            for visitor in self._visitors:
+                visitor.mean = visitor.pictured = visitor.ticked = None
+                visitor.parts = []
+            self._tell_all("busy", text=None)
+
+    def _tell_all(self, kind: str, **content: Any) -> None:
+        """Tell all pages something."""
+        for visitor in self._visitors:
+            visitor.tell(kind, **content)
+
+    # Orders -------------------------------------------------------------------------------
+
+    @singledispatchmethod
+    def _follow(self, order: Any, visitor: Visitor) -> None:
+        """Follow an order: most only move the visitor."""
+        visitor.stand = obeyed(order, visitor.stand, self.live)
+        ride = visitor.stand.ride
+        if ride is not None and self.live.sits_closed(ride):
+            self._rebuild(f"opening the cabin of {ride.vehicle}", riding=ride)
+
+    @_follow.register
+    def _(self, order: messages_in.Pick, visitor: Visitor) -> None:
+        live, stand = self.live, visitor.stand
+        seen = None if visitor.mean is None else visitor.mean.value
+        found = live.pick(stand.time, stand.view(live), (order.x, order.y), seen)
+        if found is None:
+            visitor.tell("note", level="info", text="nobody is there")
+            return
+        self._follow(messages_in.Ride(do="ride", vehicle=found), visitor)
+
+    @_follow.register
+    def _(self, order: messages_in.UnderSky, visitor: Visitor) -> None:
+        catalog.template("sky", order.preset)
+        job = self.live.job.model_copy(update={"sky": SkySettings(preset=order.preset)})
+        self._rebuild(f"putting up {order.preset}", job=job)
+        self._tell_all("scene", **self.about)
+
+    @_follow.register
+    def _(self, order: messages_in.Template, visitor: Visitor) -> None:
+        if self._reload is None:
+            raise ConfigError("only a scene file can change its template", key="template")
+        catalog.template("scene", order.name)
+        job = self._reload({"template": order.name})
+        self._rebuild(f"building {order.name}", job=job)
+        self._template = order.name
+        self._tell_all("scene", **self.about)
+
+    @_follow.register
+    def _(self, order: messages_in.TakeStill, visitor: Visitor) -> None:
+        stand = visitor.stand
+        catalog.template("quality", order.quality)
+
+        def progress(done: int, total: int) -> None:
+            visitor.tell("busy", text=f"taking a still: pass {done} of {total}")
+
+        self._tell_all("busy", text="taking a still")
+        try:
+            pixels = self.live.still(
+                stand.time,
+                stand.view(self.live),
+                quality=order.quality,
+                extra=stand.exposure,
+                dynamic=stand.dynamic,
+                after_pass=progress,
+            )
+        finally:
+            self._projector.forget()
+            self._tell_all("busy", text=None)
+        number = max(self._stills, default=0) + 1
+        self._stills[number] = encoded_still(pixels)
+        self._stills.pop(number - _STILLS, None)
+        size = f"{pixels.shape[1]}x{pixels.shape[0]}"
+        visitor.tell("still", url=f"stills/{number}.png", text=f"still {number}, {size}")
+
+    @_follow.register
+    def _(self, order: messages_in.AskYaml, visitor: Visitor) -> None:
+        visitor.tell("yaml", text=camera_yaml(Eye.of(visitor.stand.view(self.live))))
+
+    @_follow.register
+    def _(self, order: messages_in.SaveView, visitor: Visitor) -> None:
+        text = camera_yaml(Eye.of(visitor.stand.view(self.live)), order.name)
+        self._save(order.name, text, visitor)
+
+    @_follow.register
+    def _(self, order: messages_in.KeyFrameOrder, visitor: Visitor) -> None:
+        if order.act == "save":
+            if len(visitor.stand.frames) < 2:
+                raise ConfigError("drop at least two key frames first")
+            self._save(order.name, path_yaml(order.name, visitor.stand.frames), visitor)
+            return
+        visitor.stand = obeyed(order, visitor.stand, self.live)
+
+    def _save(self, name: str, text: str, visitor: Visitor) -> None:
+        """Put a camera into the scene file, and tell everybody."""
+        if self._file is None:
+            visitor.tell("yaml", text=text)
+            return
+        try:
+            save_camera(self._file, name, text)
+        except ConfigError as error:
+            visitor.tell("yaml", text=text, why=str(error))
+            return
+        assert self._reload is not None
+        cameras = self._reload({}).cameras
+        self.live.job = self.live.job.model_copy(update={"cameras": cameras})
+        self._tell_all("scene", **self.about)
+        saved = f"saved as camera {name} in {self._file.name}"
+        visitor.tell("note", level="info", text=saved)

@@ -1,0 +1,1 @@
+"""What exists, whatever looks at it."""

@@ -1,0 +1,292 @@
+"""Everything of a shot that does not move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
+from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
+from sumo3dviz_pt.world.land.far_woods import Room, occupied
+from sumo3dviz_pt.world.objects.build import BUDGET, Scenery, build_scenery
+from sumo3dviz_pt.world.objects.guard_rails import FAMILY as RAILS
+from sumo3dviz_pt.world.objects.guard_rails import Rails, guard_rails
+from sumo3dviz_pt.world.placement.clearance import Clearance
+from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
+from sumo3dviz_pt.world.plants.build import Planting, plant, plot_of, why_bare, why_nowhere
+from sumo3dviz_pt.world.plants.far import plant_far
+from sumo3dviz_pt.world.plants.meadow import Meadow, build_meadow, lawn_of
+from sumo3dviz_pt.world.plants.tree_pits import tree_pits
+from sumo3dviz_pt.world.plants.verges import verges
+from sumo3dviz_pt.world.plants.wayside import wayside
+from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
+from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
+from sumo3dviz_pt.world.roads.strips import BoundsXY
+from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
+from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, grow_rows, why_none
+from sumo3dviz_pt.world.signals.build import Signals, build_signals
+from sumo3dviz_pt.world.street.build import build_street, site_of
+
+STATIC_BUDGET = 880_000
+"""Triangles of everything that does not move, about; the rest is traffic's."""
+
+_LEAST_SCENERY = 250_000
+
+ROAD_REACH = 2500.0
+"""Roads farther from every eye than this vanish in the haze [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """Everything that does not move.
+
+    Attributes:
+        static: In world coordinates.
+        materials: What it can be made of, by name.
+        roads: Where people walk, among others.
+        signals: The traffic lights.
+        lamps: Everything that stands and shines.
+        left_out: What was left out, and why.
+    """
+
+    static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
+    roads: RoadParts
+    signals: Signals
+    lamps: tuple[LampSet, ...]
+    left_out: tuple[LeftOut, ...]
+
+
+def build_place(
+    scenario: Scenario, job: Job, camera_path: CameraPath, *, clearance: Clearance, dark: bool
+) -> Place:
+    """Build roads, ground, scenery, street furniture and signals around a camera's path.
+
+    Args:
+        scenario: The simulation.
+        job: The scene file.
+        camera_path: Where the camera is and looks.
+        clearance: Cameras that nothing grows into or before.
+        dark: Whether lamps are lit.
+
+    Raises:
+        ConfigError: If a name in the scene file is unknown.
+    """
+    land = _land(scenario, job, camera_path, clearance=clearance, dark=dark)
+    roads, around = land.roads, land.around
+    grown = _grown(scenario, job, land)
+    signals = build_signals(
+        replace(
+            scenario.network, connections=_connections_in(scenario.network, _region(camera_path))
+        ),
+        scenario.signals,
+        job.signals,
+        around=around,
+        raised=roads.surface_height_at,
+    )
+    site = site_of(grown.scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
+    street = build_street(grown.scenario, job.street, site=site, dark=dark)
+    rails = _rails(scenario, job, land)
+    made = (grown.meadow, grown.planting, grown.fronts, signals, street)
+    fixed = [part for some in (roads, land.ground, *made) for part in some.static]
+    fixed += grown.pits
+    scenery = build_scenery(
+        grown.scenario.pois,
+        (*scenario.polygons, *rails.polygons, *grown.hedges),
+        job.objects,
+        around=around,
+        textured=job.textured,
+        budget=min(BUDGET, max(STATIC_BUDGET - _triangles(fixed), _LEAST_SCENERY)),
+    )
+    parts = (*fixed, *scenery.static)
+    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
+    return Place(
+        tuple(part for part in parts if len(part.part.mesh.faces)),
+        _materials(land, grown, scenery),
+        roads,
+        signals,
+        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *grown.fronts.lamps, *street.lamps),
+        tuple(out for some in said for out in some.left_out),
+    )
+
+
+def _region(camera_path: CameraPath) -> BoundsXY:
+    """Where roads and signals are built."""
+    x0, y0, x1, y1 = _path(camera_path)
+    return x0 - ROAD_REACH, y0 - ROAD_REACH, x1 + ROAD_REACH, y1 + ROAD_REACH
+
+
+def _path(camera_path: CameraPath) -> BoundsXY:
+    """The box around a camera's way."""
+    low, high = camera_path.positions.min(axis=0), camera_path.positions.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Land:
+    """What everything stands on, and what it is placed by."""
+
+    roads: RoadParts
+    ground: GroundParts
+    around: Surroundings
+
+
+def _land(
+    scenario: Scenario, job: Job, camera_path: CameraPath, *, clearance: Clearance, dark: bool
+) -> _Land:
+    """Roads and ground around a camera's path."""
+    network, textured = scenario.network, job.textured
+    roads = build_roads(
+        network, job.roads, textured=textured, region=_region(camera_path), focus=_path(camera_path)
+    )
+    room = Room(occupied(scenario.pois, scenario.polygons, clearance.places), camera_path)
+    ground = build_ground(
+        job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
+    )
+    around = surroundings(
+        network,
+        seed=job.seed,
+        camera_path=camera_path,
+        height_at=ground.height_at,
+        clearance=clearance,
+    )
+    return _Land(roads, ground, replace(around, dark=dark))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Grown:
+    """What stands where a scenario says nothing, and the scenario with it."""
+
+    scenario: Scenario
+    fronts: Fronts
+    planting: Planting
+    meadow: Meadow
+    pits: Sequence[StaticPart]
+    hedges: Sequence[Polygon]
+
+
+def _grown(scenario: Scenario, job: Job, land: _Land) -> _Grown:
+    """Houses along streets, then planting beside them, then grass between all of it."""
+    roads, around = land.roads, land.around
+    rows, fronts = _fronts(scenario, job, roads, around)
+    scenario = replace(scenario, polygons=(*scenario.polygons, *rows.polygons()))
+    planting = _planting(scenario, job, roads, around)
+    yards = gardens(rows) if _why_barren(job) is None else ()
+    trees = yard_trees(yards, around)
+    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois, *trees))
+    meadow = _meadow(scenario, job, roads, around)
+    courts = court_height(roads.layout)
+    pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
+    return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards))
+
+
+def _triangles(parts: Sequence[StaticPart]) -> int:
+    """In all."""
+    return sum(len(part.part.mesh.faces) for part in parts)
+
+
+def _materials(land: _Land, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:
+    """Everything that does not move may be made of these."""
+    ground = land.ground.materials
+    return {
+        **MATERIALS,
+        **land.roads.materials,
+        **(with_fields(ground) if grown.planting.open else ground),
+        **scenery.materials,
+        **grown.fronts.materials,
+    }
+
+
+def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
+    """Lamps that change, with light paths that aim at them only when it is dark."""
+    return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
+
+
+def _fronts(
+    scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
+) -> tuple[Rows, Fronts]:
+    """Rows of houses along city streets where the scenario has no buildings over areas."""
+    why = why_none(scenario.polygons)
+    if not job.textured:
+        why = "everything is shown in plain colours"
+    if job.street.fronts == "none":
+        why = "switched off by `street.fronts`"
+    if why is not None:
+        return Rows(), Fronts(left_out=(LeftOut(FAMILY, why),))
+    paved = list(roads.layout.outline)
+    rows = grow_rows(scenario.network, paved, (scenario.pois, scenario.polygons), around=around)
+    near = scenario.network.location.boundary[:2]
+    return rows, build_fronts(rows, roads.layout, around=around, near=near)
+
+
+def _why_barren(job: Job) -> str | None:
+    """Why our code plants nothing at all, or None."""
+    if job.ground.planting == "none":
+        return "switched off by `ground.planting`"
+    if not job.textured:
+        return "everything is shown in plain colours"
+    return why_nowhere(job.ground.texture)
+
+
+def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Planting:
+    """Trees and shrubs where the scenario has none."""
+    if (why := _why_barren(job)) is not None:
+        return Planting((), (LeftOut("planting", why),))
+    plot = plot_of(list(roads.layout.outline), scenario.pois, scenario.polygons)
+    belts, far = wayside(scenario.network, plot, scenario.pois, around=around)
+    far = (*far, *verges(scenario.network, plot, around=around))
+    own = [item for item in scenario.polygons if item.source != SOURCE]
+    why = why_bare(scenario.pois, own, around)
+    if why is not None:
+        return Planting(belts, (LeftOut("planting away from fast roads", why),), far)
+    plot = replace(plot, objects=np.array([*plot.objects, *(poi.position for poi in belts)]))
+    found = plant(scenario.network, plot, around=around)
+    static = (*far, *plant_far(plot, around=around))
+    return replace(found, pois=(*belts, *found.pois), static=static, open=True)
+
+
+def _rails(scenario: Scenario, job: Job, land: _Land) -> Rails:
+    """Guard rails where the scenario has no fences; none where everything is plain."""
+    why = None
+    if not job.textured:
+        why = "everything is shown in plain colours"
+    if job.street.furniture == "none":
+        why = "switched off by `street.furniture`"
+    if why is not None:
+        return Rails(left_out=(LeftOut(RAILS, why),))
+    paved = list(land.roads.layout.outline)
+    return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
+
+
+def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:
+    """Blades of grass near the cameras; none where everything is plain."""
+    if not job.textured:
+        return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
+    lawn = lawn_of(
+        job.ground.texture,
+        paved=list(roads.layout.outline),
+        pois=scenario.pois,
+        polygons=scenario.polygons,
+        eyes=around.viewpoints,
+    )
+    return build_meadow(lawn, around=around)
+
+
+def _connections_in(network: Network, region: BoundsXY) -> tuple[Connection, ...]:
+    """Connections that begin within a box."""
+    x0, y0, x1, y1 = region
+
+    def inside(connection: Connection) -> bool:
+        x, y = network.lanes[connection.from_lane].shape[-1][:2]
+        return bool(x0 <= x <= x1 and y0 <= y <= y1)
+
+    return tuple(connection for connection in network.connections if inside(connection))

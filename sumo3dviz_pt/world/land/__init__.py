@@ -1,0 +1,1 @@
+"""The ground, and the land to the horizon."""

@@ -1,0 +1,1 @@
+"""Static objects of the scenario: trees, fences, buildings."""

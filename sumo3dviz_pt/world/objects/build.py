@@ -1,0 +1,353 @@
+"""Static objects of a scene: which, where, how detailed, merged into few parts."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes, settled
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.objects.choice import chosen
+from sumo3dviz_pt.world.objects.extents import check_extents
+from sumo3dviz_pt.world.objects.fitting import fitted
+from sumo3dviz_pt.world.objects.hedges import hedge_parts
+from sumo3dviz_pt.world.objects.houses import (
+    STYLES,
+    Chance,
+    area_parts,
+    cladding_material,
+    house_parts,
+    lamp_sets,
+    plan_of,
+)
+from sumo3dviz_pt.world.objects.kinds import (
+    KINDS,
+    PLANTS,
+    Kind,
+    body_of,
+    check_settings,
+)
+from sumo3dviz_pt.world.objects.outlined import line_parts
+from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
+from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.plants.build import BEHIND
+from sumo3dviz_pt.world.plants.near_leaves import near_leaves
+
+_LOG = logging.getLogger(__name__)
+
+FARTHEST = 4000.0
+"""Objects farther than this from every camera are left out [m]."""
+
+BUDGET = 700_000
+"""Triangles of all static objects of a shot, at most (about)."""
+
+_MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
+_SHADOW = 40.0  # radius within which an object and its shadow lie [m]
+_CROWN = 14.0  # radius within which a plant lies [m]
+_REAR = 0.4  # by how much each row before a plant makes it count as farther away
+_UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
+_LEVELS = {"they stand on a carriageway": logging.WARNING}
+
+Item = Poi | Polygon
+Group = tuple[Kind, ObjectSettings, list[Item]]
+
+
+@dataclass(frozen=True, slots=True)
+class Scenery:
+    """The static objects of a scene.
+
+    Attributes:
+        static: Few parts per kind, in world coordinates.
+        materials: BSDFs of all materials of these parts, by name.
+        left_out: What was left out, and why.
+        lamps: Windows and signs that are lit, when it is dark.
+    """
+
+    static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
+    left_out: tuple[LeftOut, ...]
+    lamps: tuple[LampSet, ...] = ()
+
+
+def build_scenery(
+    pois: Sequence[Poi],
+    polygons: Sequence[Polygon],
+    settings: ObjectsSettings,
+    *,
+    around: Surroundings,
+    budget: int = BUDGET,
+    textured: bool = True,
+) -> Scenery:
+    """Build trees, shrubs, hedges, fences, homes, shops, blocks and buildings.
+
+    Args:
+        pois: Points of interest of the scenario.
+        polygons: Polygons and lines of the scenario.
+        settings: Which kinds, from which files, how large and which colour.
+        around: Roads, ground, cameras and the seed.
+        budget: Triangles, about; levels of detail come closer until they keep it.
+        textured: False shows plain colours instead of brick, plaster and tiles.
+
+    Raises:
+        ConfigError: If a model or colour of the settings does not exist.
+        InputError: If a line or outline is longer than anything that is built.
+    """
+    left_out: list[LeftOut] = []
+    groups: list[Group] = []
+    taken = _building_areas(polygons, settings)
+    for kind in KINDS:
+        own: ObjectSettings | None = getattr(settings, kind.name)
+        items = chosen(kind, own, pois, polygons)
+        if own is None or not items:
+            why = "switched off in the scene file" if items else "the scenario has none"
+            left_out.append(LeftOut(kind.name, why))
+            continue
+        check_settings(kind, own)
+        check_extents(kind, items)
+        kept, gone = _sorted_out(kind, items, (around, taken))
+        left_out += gone
+        groups.append((kind, own, kept))
+    shrink = _shrunk_levels(groups, around, budget)
+    static: list[StaticPart] = []
+    shining: list[Part] = []
+    for kind, own, kept in groups:
+        build = _BUILDERS.get(kind.name) or _BUILDERS[kind.form]
+        parts = build(kind, own, kept, (around, shrink))
+        shining += [part for part in parts if part.material.startswith("lamp:")]
+        plain = [part for part in parts if not part.material.startswith("lamp:")]
+        static += merged(kind.name, plain)
+    names = sorted({part.part.material for part in static})
+    materials = {name: material_of(name, textured=textured) for name in names}
+    if not around.dark and any(kind.name in {*STYLES, "buildings"} for kind, _, _ in groups):
+        left_out.append(LeftOut("lit windows", "it is day"))
+    return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining))
+
+
+def material_of(name: str, *, textured: bool) -> Bsdf:
+    """A named material, or one that shows a surface."""
+    if name.startswith("cladding:"):
+        return cladding_material(name, textured=textured)
+    return MATERIALS[name]
+
+
+def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
+    """One static part per material of a family."""
+    by_material: dict[str, list[Part]] = {}
+    for part in parts:
+        by_material.setdefault(part.material, []).append(part)
+    found = []
+    for material, some in sorted(by_material.items()):
+        mesh = merge_meshes([part.mesh for part in some])
+        tints = [part.tint for part in some if part.tint is not None]
+        tint = np.concatenate(tints) if tints else None
+        found.append(StaticPart(f"{family}/{material}", family, Part(mesh, material, tint)))
+    return found
+
+
+def levels_of(kind: Kind, distances: Floats, shrink: float) -> Ints:
+    """Level of detail at distances [m]; `shrink` scales the limits."""
+    return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
+
+
+def _level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) -> Floats:
+    """Distances that choose levels of detail, (n,) [m].
+
+    Plants beside or behind the camera show only shadows and reflections, and those in the
+    rear of a belt only their tops, so they count as far ones.
+    """
+    places = _places(items)
+    distances = around.distances(places)
+    if kind.name not in PLANTS:
+        return distances
+    rows = [_row(item) for item in items]
+    distances = distances * (1.0 + _REAR * np.array(rows))
+    unseen = ~around.pictured(places, radius=_CROWN)
+    return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
+
+
+def _row(item: Item) -> float:
+    """How far in the rear of a belt a plant stands; users' own ones stand in no belt."""
+    behind = item.params.get(BEHIND, "") if isinstance(item, Poi) else ""
+    return float(behind) if behind.isdecimal() and len(behind) < 3 else 0.0
+
+
+def _places(items: Sequence[Item]) -> Floats:
+    """One place per object, (n, 2) [m]."""
+    places = [
+        np.array(item.position) if isinstance(item, Poi) else item.shape[:, :2].mean(axis=0)
+        for item in items
+    ]
+    return np.array(places, dtype=np.float64).reshape(-1, 2)
+
+
+def _building_areas(polygons: Sequence[Polygon], settings: ObjectsSettings) -> shapely.STRtree:
+    """Footprints of drawn building polygons; single houses are not drawn again in them."""
+    kind = next(kind for kind in KINDS if kind.name == "buildings")
+    if settings.buildings is None:
+        return shapely.STRtree([])
+    items = chosen(kind, settings.buildings, (), polygons)
+    rings = [item.shape[:, :2] for item in items if isinstance(item, Polygon)]
+    return shapely.STRtree([shapely.make_valid(shapely.Polygon(ring)) for ring in rings])
+
+
+def _sorted_out(
+    kind: Kind, items: Sequence[Item], how: tuple[Surroundings, shapely.STRtree]
+) -> tuple[list[Item], list[LeftOut]]:
+    """Objects without those that stand on a road, in a camera's way or out of sight."""
+    if kind.form == "line":
+        return list(items), []
+    around, taken = how
+    places = _places(items)
+    inside = np.zeros(len(items), dtype=np.bool_)
+    if kind.form == "point":
+        inside[taken.query(shapely.points(places), predicate="intersects")[0]] = True
+    reasons = (
+        ("they stand on a carriageway", around.index.covers(places)),
+        ("a building polygon covers them", inside),
+        (
+            f"they are farther than {FARTHEST:.0f} m from every camera",
+            around.distances(places) > FARTHEST,
+        ),
+        ("no camera of the shot sees them", ~around.seen(places, radius=_SHADOW)),
+        (
+            "a camera would be inside them",
+            np.array([_blocks_camera(kind, place, around) for place in places]),
+        ),
+    )
+    keep = np.ones(len(items), dtype=np.bool_)
+    left_out: list[LeftOut] = []
+    for why, gone in reasons:
+        count = int((keep & gone).sum())
+        keep &= ~gone
+        if count:
+            left_out.append(LeftOut(f"{count} {kind.name}", why))
+    for item in left_out:
+        _LOG.log(_LEVELS.get(item.why, logging.INFO), "left out %s: %s", item.what, item.why)
+    return [item for item, kept in zip(items, keep, strict=True) if kept], left_out
+
+
+def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
+    """Whether a camera would be inside an object's crown or walls."""
+    radius, low, high = kind.body
+    eyes = around.clearance.places
+    if radius <= 0.0 or not len(eyes):
+        return False
+    near = np.hypot(*(eyes[:, :2] - place).T) < radius + KEEP_CLEAR
+    if not near.any():
+        return False
+    above = eyes[near, 2] - around.height_at(place[None])
+    return bool(((above > low) & (above < high + KEEP_CLEAR)).any())
+
+
+def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -> float:
+    """By how much level limits move: out where the triangle budget leaves room, else in."""
+    measured = []
+    for kind, _, items in groups:
+        pieces = np.ones(len(items))
+        if kind.form != "point":  # walls and fences by their length
+            steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
+            pieces = np.array([np.linalg.norm(s, axis=1).sum() / 40.0 for s in steps])
+        measured.append((kind, _level_distances(kind, items, around), pieces))
+    shrink = _MOST_STRETCH
+    while shrink > 0.05:
+        total = sum(
+            float((np.array(kind.cost)[levels_of(kind, distances, shrink)] * pieces).sum())
+            for kind, distances, pieces in measured
+        )
+        if total <= budget:
+            break
+        shrink *= 0.85
+    return shrink
+
+
+def _point_parts(
+    kind: Kind,
+    settings: ObjectSettings,
+    items: Sequence[Poi],
+    how: tuple[Surroundings, float],
+) -> list[Part]:
+    """Objects at points, placed in the world."""
+    around, shrink = how
+    if not items:
+        return []
+    places = _places(items)
+    names = [f"{kind.name}:{item.id}" for item in items]
+    levels = levels_of(kind, _level_distances(kind, items, around), shrink)
+    heights = around.height_at(places)
+    yaws = _yaws(kind, items, places, around)
+    sizes = _sizes(names, settings, around.seed)
+    # Storeys vary less than ground plans; trees keep their shape.
+    tall = sizes if kind.name in PLANTS else np.sqrt(settings.scale * sizes)
+    if kind.name in STYLES:
+        plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
+        sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
+    parts: list[Part] = []
+    for i, name in enumerate(names):
+        place = Transform.from_pose(
+            (*places[i], heights[i]), yaw=yaws[i], scale=(sizes[i], sizes[i], tall[i])
+        )
+        if kind.name in STYLES:
+            chance = Chance(around.seed, name, around.dark)
+            body = house_parts(kind, settings, chance, level=int(levels[i]))
+        else:
+            own = _own_model(kind, settings, items[i])
+            body = body_of(kind, own, seed=around.seed, name=name, level=int(levels[i]))
+        parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
+    return near_leaves(parts, around=around) if kind.name in PLANTS else parts
+
+
+def _own_model(kind: Kind, settings: ObjectSettings, item: Poi) -> ObjectSettings:
+    """Settings with the model that an object's parameter `model` asks for, if it is one."""
+    model = item.params.get("model")
+    if model not in kind.models or settings.model:
+        return settings
+    return settings.model_copy(update={"model": (model,)})
+
+
+def _sizes(names: Sequence[str], settings: ObjectSettings, seed: int) -> Floats:
+    """Scale factor of each object, (n,)."""
+    shares = np.array([share_of(seed, name, "size") for name in names])
+    sizes: Floats = settings.scale * (1.0 + settings.variation * (2.0 * shares - 1.0))
+    return sizes
+
+
+def _yaws(kind: Kind, items: Sequence[Poi], places: Floats, around: Surroundings) -> Floats:
+    """Where fronts look: as the file says, else at the nearest road; trees at random."""
+    if kind.name in PLANTS:
+        turns = [share_of(around.seed, kind.name, item.id, "yaw") for item in items]
+        faced = 2 * np.pi * np.array(turns)
+    else:
+        faced = facing_roads(places, around.index)
+    given = np.array([np.nan if item.yaw is None else item.yaw for item in items])
+    return np.where(np.isnan(given), faced, given)
+
+
+def facing_roads(places: Floats, index: LaneIndex) -> Floats:
+    """Yaws at a right angle to the nearest lane and towards it, (n,) [rad]."""
+    if index.tree is None:
+        return np.zeros(len(places))
+    nearest, _ = index.nearest(places)
+    along = index.directions[nearest]
+    across = np.column_stack([-along[:, 1], along[:, 0]])
+    side = ((index.points[nearest, :2] - places) * across).sum(axis=1)
+    across *= np.where(settled(side) < 0, -1.0, 1.0)[:, None]
+    yaws: Floats = np.arctan2(across[:, 1], across[:, 0])
+    return yaws
+
+
+_BUILDERS: dict[str, Callable[..., list[Part]]] = {
+    "point": _point_parts,
+    "line": line_parts,
+    "area": area_parts,
+    "hedges": hedge_parts,
+}

@@ -1,0 +1,234 @@
+"""Buildings at points and over polygons, and what of them shines at night."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.job.settings import ObjectSettings
+from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
+from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, style_for
+from sumo3dviz_pt.library.buildings.lights import SHOPS as SHOP_LIGHTS
+from sumo3dviz_pt.library.buildings.lights import WINDOWS
+from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, cladding, palette
+from sumo3dviz_pt.library.buildings.shell import Palette, Shell, paint
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS, Style
+from sumo3dviz_pt.library.materials.named import MATERIALS, TINT, surface_bsdf, surface_scale
+from sumo3dviz_pt.model.geometry import Floats, merge_meshes, settled
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import Bsdf, Part
+from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.world.objects.kinds import Kind, colour_in, drawn_model
+from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+
+STYLES: Mapping[str, Mapping[str, Style]] = {"homes": HOMES, "shops": SHOPS, "blocks": BLOCKS}
+"""Models of the kinds that are buildings at points."""
+
+_STREET = 40.0  # how far from a lane a wall still looks at the street [m]
+_NUMBERS = (("height", 1.0), ("building:height", 1.0), ("levels", 3.0), ("building:levels", 3.0))
+_WEIGHTS = {WINDOWS: 0.0, SHOP_LIGHTS: 1.2}  # windows light nothing that lamps do not
+
+
+@dataclass(frozen=True, slots=True)
+class Chance:
+    """What decides how a building looks.
+
+    Attributes:
+        seed: Of all chance.
+        name: Unique among all objects.
+        dark: Whether its windows are lit.
+    """
+
+    seed: int
+    name: str
+    dark: bool = False
+
+    def share(self, word: str) -> float:
+        """A number in [0, 1) for a use."""
+        return share_of(self.seed, self.name, word)
+
+
+def house_parts(
+    kind: Kind, settings: ObjectSettings, chance: Chance, *, level: int
+) -> tuple[Part, ...]:
+    """The parts of a building at a point in its own frame, front at +x.
+
+    Args:
+        kind: One of `STYLES`.
+        settings: Checked ones.
+        chance: Chooses model, variant and colours.
+        level: Of detail.
+    """
+    style = STYLES[kind.name][drawn_model(kind, settings, chance.seed, chance.name)]
+    shell = _shell(style, int(chance.share("variant") * style.variants), level)
+    return painted(shell, style, settings, chance, level=level)
+
+
+def plan_of(kind: Kind, settings: ObjectSettings, *, seed: int, name: str) -> Floats:
+    """Lowest and highest corner of a building's walls in its own frame, (2, 2) [m]."""
+    style = STYLES[kind.name][drawn_model(kind, settings, seed, name)]
+    variant = int(share_of(seed, name, "variant") * style.variants)
+    walls = _shell(style, variant, FAR)["wall"][..., :2].reshape(-1, 2)
+    return np.stack([walls.min(axis=0), walls.max(axis=0)])
+
+
+def area_parts(
+    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
+) -> list[Part]:
+    """Buildings over polygons, with their own or plausible heights."""
+    around, shrink = how
+    parts: list[Part] = []
+    for item in items:
+        chance = Chance(around.seed, f"{kind.name}:{item.id}", around.dark)
+        centre = item.shape[:, :2].mean(axis=0)
+        plan = cleaned(item.shape[:, :2] - centre)
+        if plan is None or _holds_camera(plan + centre, around):
+            continue
+        distance = float(around.distances(plan + centre).min())
+        level = int(np.searchsorted(np.array(kind.levels) * shrink, distance, side="right"))
+        height = settings.scale * height_of(item, float(shapely.Polygon(plan).area), around.seed)
+        style = style_for(plan, height, share=chance.share("style"))
+        shell = extruded(
+            plan,
+            height,
+            level=level,
+            seed=int(chance.share("shell") * 2**32),
+            style=style,
+            fronts=street_walls(plan + centre, around),
+        )
+        # Slopes: stand on the lowest corner of the ground.
+        z = float(np.min(around.height_at(plan + centre)))
+        shift = np.array([*centre, z])
+        placed = {role: quads + shift for role, quads in shell.items()}
+        parts += painted(placed, style, settings, chance, level=level)
+    return parts
+
+
+def street_walls(plan: Floats, around: Surroundings) -> tuple[int, ...]:
+    """Numbers of the walls of a plan, (n, 2) [m], that look at a street; maybe none."""
+    if around.index.tree is None:
+        return ()
+    after = np.roll(plan, -1, axis=0)
+    middles, along = (plan + after) / 2, after - plan
+    nearest, distance = around.index.nearest(middles)
+    towards = around.index.points[nearest, :2] - middles
+    outward = np.column_stack([along[:, 1], -along[:, 0]])
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
+    facing = (outward * towards).sum(axis=1) > 0.7 * np.linalg.norm(towards, axis=1)
+    fit = facing & (distance < _STREET) & (np.linalg.norm(along, axis=1) > 4.0)
+    return tuple(int(i) for i in np.flatnonzero(fit))
+
+
+def height_of(item: Polygon, area: float, seed: int) -> float:
+    """Height of a building's walls [m]: from its params, else seeded by its area [m2]."""
+    for key, unit in _NUMBERS:
+        try:
+            given = float(item.params.get(key, "").strip().removesuffix("m")) * unit
+        except ValueError:
+            continue
+        if 2.0 <= given <= 400.0:
+            return given
+    low, high = (2.5, 3.2) if area < 40 else (4.5, 7.0) if area < 300 else (6.0, 13.0)
+    if area > 700:
+        low, high = 7.0, 18.0
+    return low + (high - low) * share_of(seed, item.id, "height")
+
+
+def cladding_material(name: str, *, textured: bool) -> Bsdf:
+    """The material that shows a surface in the colour of each face.
+
+    Args:
+        name: As `cladding` gives it.
+        textured: False shows the colours alone.
+    """
+    surface = name.removeprefix("cladding:")
+    if not textured:
+        return MATERIALS[CLADDINGS[surface]]
+    entry = catalog.find("surfaces", surface)
+    bsdf = surface_bsdf(entry)
+    stained = {
+        "type": "stained",
+        # Walls wear as one, not by vertices as roads do.
+        "texture": {key: item for key, item in bsdf["base_color"].items() if key != "wear"},
+        "tint": TINT,
+        "mean": [float(value) for value in entry.meta["albedo"]],
+    }
+    return {**bsdf, "base_color": stained}
+
+
+def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
+    """Lit windows and signs as lamps, from parts whose tints are luminances [cd/m2]."""
+    sets = []
+    for material, weight in _WEIGHTS.items():
+        some = [part for part in parts if part.material == material]
+        if not some:
+            continue
+        luminance = np.concatenate([part.tint for part in some if part.tint is not None])
+        each, lamp_of_face = np.unique(settled(luminance).round(3), axis=0, return_inverse=True)
+        family = material.removeprefix("lamp:")
+        sets.append(
+            LampSet(
+                f"buildings_{family}",
+                "buildings",
+                merge_meshes([part.mesh for part in some]),
+                lamp_of_face.ravel(),
+                tuple(f"{family}/{k}" for k in range(len(each))),
+                sampled=weight > 0.0,
+                radiance=each / CANDELAS_PER_UNIT,
+                weight=weight,
+            )
+        )
+    return tuple(sets)
+
+
+def painted(
+    shell: Shell, style: Style, settings: ObjectSettings, chance: Chance, *, level: int
+) -> tuple[Part, ...]:
+    """A shell in the colours of one building; textures and lights to aim at only nearby.
+
+    Args:
+        shell: Quads by role.
+        style: Says which colours it may have.
+        settings: May say its colour.
+        chance: Chooses.
+        level: Of detail.
+    """
+    colours = _colours(style, settings, chance, textured=level != FAR)
+    shift = 5.0 * chance.share("shift")
+    parts = paint(shell, colours, tiles=_tiles(), shift=shift)
+    if level == NEAR:
+        return parts
+    return tuple(
+        Part(part.mesh, WINDOWS, part.tint) if part.material == SHOP_LIGHTS else part
+        for part in parts
+    )
+
+
+def _colours(style: Style, settings: ObjectSettings, chance: Chance, *, textured: bool) -> Palette:
+    """Colours of one building, chosen by its name."""
+    rng = np.random.default_rng(int(chance.share("colour") * 2**48))
+    return palette(style.colours, rng, colour_in(settings), textured=textured, dark=chance.dark)
+
+
+@cache
+def _tiles() -> Mapping[str, float]:
+    """Metres per tile of every cladding."""
+    return {cladding(surface): surface_scale(surface) for surface in CLADDINGS}
+
+
+@cache
+def _shell(style: Style, variant: int, level: int) -> Shell:
+    return style.build(variant, level)
+
+
+def _holds_camera(plan: Floats, around: Surroundings) -> bool:
+    """Whether a camera stands in a footprint."""
+    wide = shapely.Polygon(plan).buffer(KEEP_CLEAR)
+    return bool(shapely.contains_xy(wide, around.clearance.places[:, :2]).any())

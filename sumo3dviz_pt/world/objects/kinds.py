@@ -1,0 +1,227 @@
+"""The kinds of static objects, in one table: what they are called and what they cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import ObjectSettings
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
+from sumo3dviz_pt.library.materials.by_key import colour_of
+from sumo3dviz_pt.library.plants.build import SHRUBS, SPECIES, tree
+from sumo3dviz_pt.library.street.barriers import MODELS as BARRIERS
+from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.model.scene import Part
+
+TREE_VARIANTS = 4
+"""How many crowns of a species are told apart."""
+
+_WEIGHTS = {name: kind.share for name, kind in (*SPECIES.items(), *SHRUBS.items())}
+
+
+FENCES = ("guard_rail", *BARRIERS)
+"""Models of fences; types of the same names choose them, any other type the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of static object.
+
+    Attributes:
+        name: Its key in `objects`, and its family.
+        words: Values of `type` that mean it, in lower case.
+        form: `point`, `line` or `area`: what places it.
+        models: What users can choose from.
+        levels: Distances at which the next coarser level of detail begins [m].
+        cost: Usual triangles of each level (of 40 m of a line or of walls).
+        body: Radius and lowest and highest height that a camera must not be in [m].
+    """
+
+    name: str
+    words: frozenset[str]
+    form: str
+    models: tuple[str, ...]
+    levels: tuple[float, ...]
+    cost: tuple[int, ...]
+    body: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+KINDS: tuple[Kind, ...] = (
+    Kind(
+        "trees",
+        frozenset({"tree", "trees"}),
+        "point",
+        tuple(SPECIES),
+        (13.0, 38.0, 70.0, 120.0, 240.0),
+        (51_000, 11_200, 4700, 2150, 790, 280),
+        (3.2, 1.5, 9.0),
+    ),
+    Kind(
+        "shrubs",
+        frozenset({"shrub", "shrubs", "bush", "bushes"}),
+        "point",
+        tuple(SHRUBS),
+        (8.0, 18.0, 35.0, 60.0, 110.0),
+        (26_000, 6500, 2200, 1150, 370, 135),
+        (1.6, 0.0, 2.5),
+    ),
+    Kind(
+        "hedges",
+        frozenset({"hedge", "hedges"}),
+        "line",
+        (),
+        (14.0, 40.0, 120.0),
+        (40_000, 11_000, 2900, 700),
+    ),
+    Kind(
+        "fences",
+        frozenset({"fence", "fences", "guardrail", *FENCES}),
+        "line",
+        FENCES,
+        (70.0, 300.0),
+        (470, 180, 24),
+    ),
+    Kind(
+        "homes",
+        frozenset({"home", "homes", "house", "houses"}),
+        "point",
+        tuple(HOMES),
+        (110.0, 350.0),
+        (1000, 220, 80),
+        (7.5, 0.0, 10.0),
+    ),
+    Kind(
+        "shops",
+        frozenset({"shop", "shops", "store"}),
+        "point",
+        tuple(SHOPS),
+        (110.0, 350.0),
+        (620, 190, 65),
+        (9.5, 0.0, 7.5),
+    ),
+    Kind(
+        "blocks",
+        frozenset({"block", "blocks", "apartments"}),
+        "point",
+        tuple(BLOCKS),
+        (110.0, 350.0),
+        (6200, 1300, 380),
+        (12.0, 0.0, 32.0),
+    ),
+    Kind(
+        "buildings",
+        frozenset({"building", "buildings"}),
+        "area",
+        (),
+        (90.0, 300.0),
+        (2800, 560, 150),
+    ),
+)
+"""Every kind of static object."""
+
+PLANTS = frozenset({"trees", "shrubs"})
+"""Kinds that grow: they stand turned at random and keep their shape at every size."""
+
+
+def kind_of(type_: str, source: str) -> str | None:
+    """The kind that a POI or polygon means: by its type, else by its file's name.
+
+    Args:
+        type_: SUMO's `type`; `building.house` counts as `building`.
+        source: The file it came from, such as `buildings_homes.add.xml`.
+    """
+    word = type_.lower().split(".")[0].strip()
+    by_type = next((kind.name for kind in KINDS if word in kind.words), None)
+    if by_type or word not in ("", "unknown"):
+        return by_type
+    stem = source.replace("\\", "/").rsplit("/", maxsplit=1)[-1].lower().split(".")[0]
+    # `buildings_homes` means homes, so the last word that fits counts.
+    for part in reversed(stem.replace("-", "_").split("_")):
+        for kind in KINDS:
+            if part in kind.words:
+                return kind.name
+    return None
+
+
+def body_of(
+    kind: Kind, settings: ObjectSettings, *, seed: int, name: str, level: int
+) -> tuple[Part, ...]:
+    """The parts of one plant in its own frame, chosen by its name.
+
+    Args:
+        kind: One of `PLANTS`.
+        settings: Checked ones.
+        seed: Of all chance.
+        name: Unique among all objects.
+        level: Of detail.
+    """
+    return _BODIES[kind.name](kind, settings, seed, name, level)
+
+
+def check_settings(kind: Kind, settings: ObjectSettings) -> None:
+    """Check names and colours before anything is built.
+
+    Raises:
+        ConfigError: If the settings name an unknown model, or a colour is not #rrggbb.
+    """
+    key = f"objects.{kind.name}"
+    for model in settings.model:
+        if model not in kind.models:
+            hint = did_you_mean(model, kind.models)
+            raise ConfigError(f"there is no model {model!r}{hint}", key=f"{key}.model")
+    try:
+        colour_in(settings)
+    except ConfigError as error:
+        raise ConfigError(str(error), key=f"{key}.colour") from None
+
+
+def colour_in(settings: ObjectSettings) -> Colour | None:
+    """The settings' colour as linear reflectance, or None."""
+    return None if settings.colour is None else colour_of(settings.colour)
+
+
+def drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> str:
+    """The model that an object's name falls on."""
+    share = share_of(seed, name, "model")
+    if settings.model:
+        return settings.model[int(share * len(settings.model))]
+    return kind.models[pick([_WEIGHTS.get(model, 1.0) for model in kind.models], share)]
+
+
+def _tree_body(
+    kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
+) -> tuple[Part, ...]:
+    species = drawn_model(kind, settings, seed, name)
+    variant = int(share_of(seed, name, "variant") * TREE_VARIANTS)
+    bark, leaves = _tree(species, variant, level)
+    return bark, Part(leaves.mesh, leaves.material, _leaf_tint(leaves, settings, seed, name))
+
+
+def _leaf_tint(leaves: Part, settings: ObjectSettings, seed: int, name: str) -> Floats:
+    """Tints of one plant's leaves: neighbours of one species still differ a little."""
+    assert leaves.tint is not None
+    colour = colour_in(settings)
+    lightness = 0.84 + 0.32 * share_of(seed, name, "lightness")
+    # From bluish to yellowish green, never towards other hues.
+    warmth = 2.0 * share_of(seed, name, "warmth") - 1.0
+    tint = leaves.tint * lightness * np.array([1.0 + 0.13 * warmth, 1.0, 1.0 - 0.12 * warmth])
+    if colour is not None:
+        tint = np.array(colour) * (tint.mean(axis=1) / tint.mean())[:, None]
+    return np.asarray(np.clip(tint, 0.004, 0.8))
+
+
+@cache
+def _tree(species: str, variant: int, level: int) -> tuple[Part, ...]:
+    return tree(species, seed=variant, level=level)
+
+
+_BODIES: Mapping[str, Callable[..., tuple[Part, ...]]] = {
+    "trees": _tree_body,
+    "shrubs": _tree_body,
+}

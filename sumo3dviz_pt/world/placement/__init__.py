@@ -1,0 +1,1 @@
+"""Where things may stand: lanes, heights, cameras to keep clear of."""

@@ -1,0 +1,102 @@
+"""What static objects are placed by: ground, lanes, cameras, chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.model.camera_path import CameraPath, in_picture, in_view
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.placement.clearance import Clearance
+from sumo3dviz_pt.world.placement.lane_index import LaneIndex, build_lane_index
+
+_SINK = 0.05  # how far the ground lies below the nearest road [m]
+_USUAL = 100.0  # distance that counts where no camera is known [m]
+
+HeightAt = Callable[[Floats], Floats]
+"""Height of the ground at places, (n, 2) [m], as (n,) [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """What objects are placed by.
+
+    Attributes:
+        index: The network's lanes.
+        height_at: Height of the ground.
+        viewpoints: Where cameras are during the shot, (n, 3) [m]; n may be 0.
+        seed: Of all chance.
+        camera_path: Where cameras look, or None: then everything counts as seen.
+        clearance: Cameras that nothing grows into or before.
+        dark: Whether lamps are lit.
+    """
+
+    index: LaneIndex
+    height_at: HeightAt
+    viewpoints: Floats
+    seed: int
+    camera_path: CameraPath | None = None
+    clearance: Clearance = field(default_factory=Clearance)
+    dark: bool = False
+
+    def distances(self, places: Floats) -> Floats:
+        """Horizontal distance of places, (n, 2) [m], to the nearest camera; 100 m without any."""
+        if not len(self.viewpoints):
+            return np.full(len(places), _USUAL)
+        away, _ = cKDTree(self.viewpoints[:, :2]).query(places[:, :2])
+        return settled(away)
+
+    def seen(self, places: Floats, *, radius: float) -> Bools:
+        """Which balls around places, (n, 2) [m], some camera may see, shadows included."""
+        if self.camera_path is None or not len(places):
+            return np.ones(len(places), dtype=np.bool_)
+        centres = np.column_stack([places, self.height_at(places)])
+        return np.asarray(in_view(self.camera_path, centres, radius=radius).any(axis=1))
+
+    def pictured(self, places: Floats, *, radius: float, by: CameraPath | None = None) -> Bools:
+        """Which balls around places, (n, 2) [m], lie in a camera's picture, not behind it.
+
+        Args:
+            places: On the ground.
+            radius: Of the balls [m].
+            by: The camera; default: any of the shot's.
+        """
+        camera_path = by or self.camera_path
+        if camera_path is None or not len(places):
+            return np.ones(len(places), dtype=np.bool_)
+        centres = np.column_stack([places, self.height_at(places)])
+        return np.asarray(in_picture(camera_path, centres, radius=radius).any(axis=1))
+
+
+def surroundings(
+    network: Network,
+    *,
+    seed: int,
+    viewpoints: Floats | None = None,
+    camera_path: CameraPath | None = None,
+    height_at: HeightAt | None = None,
+    clearance: Clearance | None = None,
+) -> Surroundings:
+    """Index a network for placing objects.
+
+    Args:
+        network: Gives the roads that houses face, and heights unless they are given.
+        seed: Of sizes, models and colours.
+        viewpoints: Cameras of the shot, (n, 3) [m]; default the camera path's, else none.
+        camera_path: Where the cameras look; what they never see is left out.
+        height_at: Height of the ground; default a little below the nearest road.
+        clearance: Cameras that nothing grows into or before; default those of the shot.
+    """
+    index = build_lane_index(network)
+    if viewpoints is None:
+        viewpoints = np.zeros((0, 3)) if camera_path is None else camera_path.positions
+    ground = height_at or (lambda places: index.heights(places) - _SINK)
+    points = settled(viewpoints).reshape(-1, 3)
+    if clearance is None:
+        way = camera_path or CameraPath.all_round(points)
+        clearance = Clearance((way,)) if len(way.positions) else Clearance()
+    return Surroundings(index, ground, points, seed, camera_path=camera_path, clearance=clearance)

@@ -1,0 +1,242 @@
+"""Blades of grass near cameras that pass close to the ground; taller along edges and trees.
+
+They are a pure function of the shot: patches lie on a fixed grid, which one and how it is
+turned depends on seed and place only, and how many of its blades are there on how near a
+camera of the shot comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.library.mesh.planar import sides
+from sumo3dviz_pt.library.plants.grass import (
+    PATCH,
+    PATCH_BLADES,
+    Blades,
+    blades_mesh,
+    grass_patch,
+    laid,
+)
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.land.build import mean_reflectance
+from sumo3dviz_pt.world.objects.kinds import PLANTS, kind_of
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+
+REACH = 32.0
+"""Blades stand at most this far from a camera [m]."""
+
+HIGHEST = 6.5
+"""Cameras higher above the ground than this see none [m]."""
+
+BUDGET = 140_000
+"""Triangles of all blades, at most."""
+
+KEEP_OFF = 0.06
+"""Distance of blades' feet from everything paved [m]."""
+
+GRASSY = ("grass", "meadow")
+"""Words in the names of grounds that bear blades."""
+
+_VARIANTS = 3
+_WHOLE = 6.0  # up to this distance patches are whole [m]
+_BENT = 5.0  # up to this distance blades are bent [m]
+_GAIN = 1.75  # dense blades shade each other, so each is brighter than the lawn as a whole
+_FADE = 0.6  # share of the reach within which they thin out
+_EDGE = 0.4  # within this distance of edges and stems nobody mows [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lawn:
+    """Where blades may grow.
+
+    Attributes:
+        surface: The ground's name.
+        mean: Its mean reflectance, (3,).
+        paved: Roads, footways and buildings: polygons, (n,).
+        stems: Trees and posts, which are mown around, (k, 2) [m].
+    """
+
+    surface: str
+    mean: Floats
+    paved: Sequence[shapely.Geometry]
+    stems: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Meadow:
+    """Blades of a shot.
+
+    Attributes:
+        static: Two parts at most.
+        left_out: Why there are none.
+    """
+
+    static: tuple[StaticPart, ...]
+    left_out: tuple[LeftOut, ...] = ()
+
+
+def lawn_of(
+    surface: str,
+    *,
+    paved: Sequence[shapely.Geometry],
+    pois: Sequence[Poi],
+    polygons: Sequence[Polygon],
+    eyes: Floats,
+) -> Lawn:
+    """Where blades may grow near the cameras of a shot.
+
+    Args:
+        surface: The ground's name.
+        paved: Outlines of roads and footways.
+        pois: All points of interest: trees are mown around.
+        polygons: All polygons: nothing grows in buildings.
+        eyes: Cameras, (n, 3) [m].
+    """
+    stems = [poi.position for poi in pois if kind_of(poi.type, poi.source) in PLANTS]
+    plans = [
+        shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
+        for item in polygons
+        if kind_of(item.type, item.source) == "buildings" and len(item.shape) > 2
+    ]
+    near: list[shapely.Geometry] = []
+    if len(eyes):
+        low, high = eyes[:, :2].min(axis=0) - REACH - 5.0, eyes[:, :2].max(axis=0) + REACH + 5.0
+        cut = shapely.clip_by_rect([*paved, *plans], *low, *high)
+        near = [area for area in cut if not area.is_empty]
+    places = np.array(stems, dtype=np.float64).reshape(-1, 2)
+    return Lawn(surface, mean_reflectance(surface), near, places)
+
+
+def build_meadow(lawn: Lawn, *, around: Surroundings, budget: int = BUDGET) -> Meadow:
+    """Grow blades where the shot's cameras come near the ground.
+
+    Args:
+        lawn: Where they may grow.
+        around: Ground, cameras and seed.
+        budget: Triangles, at most.
+    """
+    if not any(word in lawn.surface for word in GRASSY):
+        return Meadow((), (LeftOut("grass blades", f"{lawn.surface} is no meadow"),))
+    eyes = _low_eyes(around)
+    cells = _cells(eyes, around)
+    if not len(cells):
+        return Meadow((), (LeftOut("grass blades", "no camera comes near the ground"),))
+    away, _ = cKDTree(eyes[:, :2]).query(cells)
+    away = np.maximum(np.asarray(away) - 0.5 * PATCH, 0.0)
+    counts, coarse = _thinned(away, budget)
+    blades = _joined(_planted(cells, counts, coarse, away, around.seed))
+    blades = _mown(_free(blades, lawn), lawn, eyes)
+    static = []
+    near = np.asarray(cKDTree(eyes[:, :2]).query(blades.feet[:, :2])[0], dtype=np.float64)
+    for name, some, fine in (("near", near < _BENT, True), ("far", ~(near < _BENT), False)):
+        part = _chosen(blades, some)
+        feet = np.column_stack([part.feet[:, :2], around.height_at(part.feet[:, :2])])
+        mesh, tint = blades_mesh(
+            Blades(feet, part.turns, part.heights, part.widths, part.leans, part.tints), fine=fine
+        )
+        if len(mesh.faces):
+            static.append(StaticPart(f"ground/blades/{name}", "ground", Part(mesh, "leaf", tint)))
+    return Meadow(tuple(static))
+
+
+def _low_eyes(around: Surroundings) -> Floats:
+    """Cameras near the ground, (n, 3) [m]."""
+    eyes = around.viewpoints
+    if not len(eyes):
+        return eyes
+    return np.asarray(eyes[eyes[:, 2] - around.height_at(eyes[:, :2]) < HIGHEST])
+
+
+def _cells(eyes: Floats, around: Surroundings) -> Floats:
+    """Middles of grid cells near low cameras and in their pictures, (n, 2) [m]."""
+    if not len(eyes):
+        return np.zeros((0, 2))
+    steps = int(np.ceil(REACH / PATCH))
+    own = np.unique(np.floor(eyes[:, :2] / PATCH).astype(np.int64), axis=0)
+    dx, dy = np.meshgrid(*[np.arange(-steps, steps + 1)] * 2)
+    near = np.column_stack([dx.ravel(), dy.ravel()])
+    near = near[(near**2).sum(axis=1) <= steps**2]
+    index = np.unique((own[:, None] + near).reshape(-1, 2), axis=0)
+    middles = (index + 0.5) * PATCH
+    return np.asarray(middles[around.pictured(middles, radius=PATCH)])
+
+
+def _thinned(away: Floats, budget: int) -> tuple[Ints, Floats]:
+    """Blades of each cell, (n,), and how much wider they are, (n,): fewer far away."""
+    coarse = np.maximum(away / _WHOLE, 1.0)
+    # Towards the end they thin out, so that nobody sees where they end.
+    fade = np.clip((REACH - away) / (_FADE * REACH), 0.0, 1.0)
+    wanted = PATCH_BLADES * coarse**-1.5 * fade
+    triangles = (wanted * np.where(away < _BENT, 3, 1)).sum()
+    counts = wanted * min(1.0, budget / max(float(triangles), 1.0))
+    return counts.astype(np.int64), coarse
+
+
+def _planted(cells: Floats, counts: Ints, coarse: Floats, away: Floats, seed: int) -> list[Blades]:
+    """Patches on cells."""
+    patches = [grass_patch(variant) for variant in range(_VARIANTS)]
+    found = []
+    for cell, count, wide, distance in zip(cells, counts, coarse, away, strict=True):
+        if not count:
+            continue
+        chance = share_of(seed, "grass", str(int(cell[0])), str(int(cell[1])))
+        variant, quarter = divmod(int(chance * 4 * _VARIANTS), 4)
+        blades = laid(patches[variant], count, place=cell, quarter=quarter, coarse=float(wide))
+        low = 1.0 - 0.6 * np.clip((distance - 0.5 * REACH) / (0.5 * REACH), 0.0, 1.0)
+        found.append(replace(blades, heights=blades.heights * low))
+    return found
+
+
+def _free(blades: Blades, lawn: Lawn) -> Blades:
+    """Blades that stand on nothing paved."""
+    free = np.ones(len(blades.feet), dtype=np.bool_)
+    for area in lawn.paved:
+        wide = shapely.buffer(area, KEEP_OFF)
+        shapely.prepare(wide)
+        free &= ~shapely.contains_xy(wide, blades.feet[:, :2])
+    return _chosen(blades, free)
+
+
+def _mown(blades: Blades, lawn: Lawn, eyes: Floats) -> Blades:
+    """Blades in their colour, taller where no mower comes: along edges and around stems."""
+    feet = blades.feet[:, :2]
+    edge = np.full(len(feet), _EDGE)
+    if len(lawn.paved) and len(feet):
+        tree = shapely.STRtree(sides(lawn.paved))
+        (near, _), distance = tree.query_nearest(
+            shapely.points(feet), max_distance=_EDGE, return_distance=True, all_matches=False
+        )
+        edge[near] = distance
+    if len(lawn.stems) and len(feet):
+        distance, _ = cKDTree(lawn.stems).query(feet)
+        edge = np.minimum(edge, np.maximum(np.asarray(distance) - 0.15, 0.0))
+    wild = 1.0 - np.clip(edge / _EDGE, 0.0, 1.0)
+    # Nothing stands up before a lens that lies in the grass.
+    close, _ = cKDTree(eyes[:, :2]).query(feet) if len(feet) else (np.zeros(0), None)
+    heights = blades.heights * (1.0 + 1.6 * wild) * np.clip(np.asarray(close) / 0.8, 0.2, 1.0)
+    # Single ones stand in full light: they may not be brighter than the lawn around them.
+    dense = np.clip((REACH - np.asarray(close)) / (_FADE * REACH), 0.0, 1.0)
+    gain = 1.0 + (_GAIN - 1.0) * dense[:, None]
+    tints = gain * blades.tints * lawn.mean * (1.0 + 0.1 * wild[:, None])
+    return Blades(blades.feet, blades.turns, heights, blades.widths, blades.leans, tints)
+
+
+def _joined(some: Sequence[Blades]) -> Blades:
+    """All in one."""
+    empty = grass_patch(0)
+    some = some or [_chosen(empty, np.zeros(len(empty.feet), dtype=np.bool_))]
+    return Blades(*(np.concatenate([getattr(b, f.name) for b in some]) for f in fields(Blades)))
+
+
+def _chosen(blades: Blades, keep: Bools) -> Blades:
+    """Some of the blades."""
+    return Blades(*(getattr(blades, field.name)[keep] for field in fields(Blades)))

@@ -1,0 +1,1 @@
+"""Road surfaces, kerbs and rails."""

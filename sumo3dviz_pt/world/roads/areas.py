@@ -1,0 +1,177 @@
+"""Areas between lanes: junctions, walking areas and slivers between carriageways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy import spatial
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.world.roads.cells import Cells, area_cells
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
+from sumo3dviz_pt.world.roads.style import PAVING, is_footway, junction_surface, look_of, style_of
+
+_REACH = 0.25
+"""Gaps up to twice this width [m] between a junction and its lanes are closed."""
+
+_CAR_SPACE = 1.3
+"""Walking areas keep this far from the middle of vehicles' ways [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JunctionInside:
+    """What SUMO puts inside a junction.
+
+    Attributes:
+        ways: Strips of vehicles' internal lanes.
+        walks: Walking areas.
+    """
+
+    ways: tuple[Strip, ...]
+    walks: tuple[Edge, ...]
+
+
+def junction_insides(
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+) -> dict[str, JunctionInside]:
+    """Contents of all junctions that touch a region, by junction id."""
+    ways: dict[str, list[Strip]] = {}
+    walks: dict[str, list[Edge]] = {}
+    for edge in network.edges.values():
+        owner = junction_of(edge.id)
+        if not any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes):
+            continue
+        if edge.function == "walkingarea":
+            walks.setdefault(owner, []).append(edge)
+        elif edge.function == "internal":
+            strips = edge_strips(edge, settings, left_hand=network.left_hand)
+            ways.setdefault(owner, []).extend(s for s in strips if not is_footway(s.lane))
+    touched = {
+        key
+        for key, junction in network.junctions.items()
+        if junction.type != "internal" and in_region(junction.outline, region)
+    }
+    return {
+        key: JunctionInside(tuple(ways.get(key, ())), tuple(walks.get(key, ())))
+        for key in network.junctions
+        if key in touched or key in ways or key in walks
+    }
+
+
+def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
+    """Raised paving of walking areas, where no vehicle passes, grown to meet footways."""
+    polygons, knots, owners = [], [], []
+    tree = shapely.STRtree(footways.polygons)
+    for inside in insides.values():
+        cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
+        kept_free = union(cores)
+        for edge in inside.walks:
+            outline = edge.lanes[0].shape
+            if len(outline) < 3:
+                continue
+            area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
+            near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
+            area = _closed(area, footways.polygons[near]) if len(near) else area
+            polygons.append(subtract(area, [kept_free]))
+            knots.append(outline)
+            owners.append(edge.id)
+    surfaces = [PAVING] * len(polygons)
+    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=True, owners=owners)
+
+
+def junction_cells(
+    network: Network,
+    settings: RoadSettings,
+    *,
+    insides: Mapping[str, JunctionInside],
+    lanes: Cells,
+) -> Cells:
+    """Junction surfaces: outline and internal lanes, grown to meet the lanes around."""
+    polygons, knots, surfaces, owners = [], [], [], []
+    tree = shapely.STRtree(lanes.polygons)
+    for key, inside in insides.items():
+        outline = network.junctions[key].outline
+        shape = _junction_shape(outline, inside.ways)
+        if shape.is_empty:
+            continue
+        near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
+        polygons.append(_closed(shape, lanes.polygons[near]))
+        knots.append(_junction_knots(outline, inside.ways, lanes.quads[near]))
+        surfaces.append(junction_surface(network, key, settings))
+        owners.append(key)
+    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
+
+
+def sliver_cells(
+    network: Network, settings: RoadSettings, strips: Mapping[str, tuple[Strip, ...]]
+) -> Cells:
+    """Fillings of narrow gaps between the two directions of a road."""
+    polygons, knots, surfaces, owners = [], [], [], []
+    for edge_id, other_id in opposite_edges(network, strips):
+        sides = [s for key in (edge_id, other_id) for s in strips[key] if not s.look.raised]
+        shapes = [strip.polygon for strip in sides]
+        if not shapes or shapes[0].distance(shapes[-1]) > 2 * _REACH:
+            continue
+        whole = union(shapes)
+        gaps = subtract(closing(whole, _REACH), [whole])
+        if gaps.area < 1e-3:
+            continue
+        style = style_of(edge_id, settings)
+        polygons.append(gaps)
+        knots.append(np.concatenate([s.lane.shape for s in sides]))
+        surfaces.append(look_of(sides[0].lane, style).surface)
+        owners.append(edge_id)
+    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
+
+
+def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str, str]]:
+    """Pairs of edges that join the same junctions in opposite directions."""
+    by_ends: dict[tuple[str, str], list[str]] = {}
+    for key in edge_ids:
+        edge = network.edges[key]
+        by_ends.setdefault((edge.from_junction, edge.to_junction), []).append(key)
+    return [
+        (key, other)
+        for (start, end), group in by_ends.items()
+        for key in group
+        for other in by_ends.get((end, start), [])
+        if key < other
+    ]
+
+
+def _way_line(strip: Strip) -> shapely.Geometry:
+    """The middle of a strip from above."""
+    return shapely.LineString(strip.lane.shape[:, :2])
+
+
+def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
+    """A junction's outline with all its internal lanes, from above."""
+    shapes = [strip.polygon for strip in ways]
+    if len(outline) >= 3:
+        shapes.append(shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3))))
+    return union(shapes)
+
+
+def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
+    """A junction's shape and the narrow gaps between it and the lanes around it."""
+    reach = shape.buffer(3.0, quad_segs=2)
+    nearby = [common(cell, reach) for cell in around]
+    filled = closing(union([shape, *nearby]), _REACH)
+    return union([shape, common(filled, shape.buffer(2 * _REACH, quad_segs=2))])
+
+
+def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
+    """Known heights: of vehicles' ways and the lanes around, or else of the outline."""
+    knots = [strip.lane.shape for strip in ways]
+    corners = quads[np.isfinite(quads).all(axis=(1, 2))].reshape(-1, 3)
+    if len(outline) and len(corners):
+        away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
+        corners = corners[np.asarray(away) < 2.0]
+    known = np.concatenate([*knots, corners])
+    return known if len(known) else outline

@@ -1,0 +1,131 @@
+"""Roads: surfaces, kerbs, rails and markings of a network as static parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.materials.by_key import KERB, material_name, surface_material
+from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.world.roads.drops import Drops, find_drops, rise_at
+from sumo3dviz_pt.world.roads.kerbs import kerb_parts
+from sumo3dviz_pt.world.roads.layers import make_base, road_layers, unworn
+from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
+from sumo3dviz_pt.world.roads.mesh import kerb_faces, surface_meshes, verges
+from sumo3dviz_pt.world.roads.strips import BoundsXY
+
+_RAMP = 0.4
+"""Walkers climb a kerb over this distance [m], half of it on either side."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadParts:
+    """Roads, ready for the scene.
+
+    Attributes:
+        static: Surfaces, kerbs, rails and markings.
+        materials: Their materials by name.
+        layout: What they were made from; the ground needs it.
+        surface_height_at: Extra height of the walkable surface [m] at points
+            (n, 2) [m], as (n,): 0 on the carriageway, a kerb's height on footways.
+    """
+
+    static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
+    layout: RoadLayout
+    surface_height_at: Callable[[Floats], Floats]
+
+
+def build_roads(
+    network: Network,
+    settings: RoadSettings,
+    *,
+    textured: bool,
+    region: BoundsXY | None = None,
+    focus: BoundsXY | None = None,
+) -> RoadParts:
+    """Build the roads of a network.
+
+    Args:
+        network: The network.
+        settings: Surfaces, markings, widths and overrides.
+        textured: False gives matt constant colours.
+        region: x0, y0, x1, y1 [m]; only lanes that touch it are built.
+        focus: Box around the camera's path [m], near which wear is finer.
+
+    Raises:
+        ConfigError: If a surface is unknown.
+    """
+    layout = layout_roads(network, settings, region=region)
+    near = network.location.boundary[:2]
+    drops = find_drops(network, layout.cells, focus)
+    surfaces = surface_meshes(layout.cells, raised=layout.raised, near=near, drops=drops)
+    base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
+    verge = settings.colour or settings.surface
+    found = [("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
+    found.append(("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
+    sides = verges(layout.cells, layout.outline, surface=verge, near=near)
+    sides = unworn(sides) if verge in base.worn else sides
+    found.append(("road/verge", _material(verge), sides))
+    found += road_layers(network, settings, base, region=region)
+    static: tuple[StaticPart, ...] = tuple(
+        StaticPart(
+            f"{group}/{name.removeprefix('surface:')}",
+            "markings" if group == "markings" else "roads",
+            Part(mesh, name),
+        )
+        for group, name, mesh in found
+        if len(mesh.faces)
+    )
+    if base.worn:
+        static = (*static, *kerb_parts(base, drops))
+    names = {part.part.material for part in static}
+    materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
+    return RoadParts(static, materials, layout, walking_height(layout, drops))
+
+
+def _material(surface: str) -> str:
+    """The material's name of a surface or of kerb stones."""
+    return KERB if surface == KERB else material_name(surface)
+
+
+def _bsdf(name: str, *, textured: bool) -> Bsdf:
+    """The material of a name that `_material` gave, or of `MATERIALS`."""
+    if name in MATERIALS:
+        return MATERIALS[name]
+    return surface_material(name.removeprefix("surface:"), textured=textured)
+
+
+def walking_height(layout: RoadLayout, drops: Drops) -> Callable[[Floats], Floats]:
+    """A function that gives the extra height of the walkable surface at points.
+
+    It climbs smoothly across the kerb, so that walkers do not jump.
+    """
+    areas = layout.raised
+    tree = shapely.STRtree(areas)
+    edges = shapely.boundary(areas)
+    edge_tree = shapely.STRtree(edges)
+
+    def surface_height_at(points: Floats) -> Floats:
+        """Extra height at points, (n, 2) [m], as (n,) [m]."""
+        spots = shapely.points(np.asarray(points, dtype=np.float64)[:, :2])
+        inside = np.zeros(len(spots), dtype=bool)
+        inside[tree.query(spots, predicate="intersects")[0]] = True
+        signed = np.where(inside, _RAMP, -_RAMP)
+        (near, _), away = edge_tree.query_nearest(
+            spots, max_distance=_RAMP, return_distance=True, all_matches=False
+        )
+        signed[near] = np.where(inside[near], away, -away)
+        share = np.clip(signed / _RAMP + 0.5, 0.0, 1.0)
+        rise = np.zeros(len(spots))
+        rise[share > 0.0] = rise_at(drops, np.asarray(points)[share > 0.0, :2])
+        return np.asarray(rise * share * share * (3.0 - 2.0 * share))
+
+    return surface_height_at

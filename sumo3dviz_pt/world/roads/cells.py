@@ -1,0 +1,207 @@
+"""The road surface as cells: small polygons that know their height and never overlap.
+
+Lanes become quads between their borders; walking areas and junctions become whole
+polygons. Where two overlap, the later one is cut, so lanes win over footways,
+footways over walking areas and those over junctions. Cells more than a storey apart
+are a bridge and the road below it and leave each other alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from sumo3dviz_pt.library.mesh.planar import GRID, areal, subtract
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.world.roads.strips import Strip
+
+STOREY = 2.5
+"""Surfaces further apart than this [m] are on different levels."""
+
+_CRUMB = 2e-5
+"""Overlaps below this area [m2] are left alone."""
+
+Polygons = NDArray[Any]
+"""Shapely geometries, (n,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """Pieces of surface in order of precedence.
+
+    Attributes:
+        polygons: Their outlines from above, (n,).
+        quads: Corners of lane cells, counter-clockwise from the right border's
+            start, (n, 4, 3) [m]; NaN for areas.
+        knots: Points of known height of area cells, by cell, each (k, 3) [m].
+        surfaces: Surface keys, (n,).
+        raised: Which lie on the height of a kerb, (n,).
+        owners: Edge or junction ids, (n,).
+        cutters: Cells that were cut away from a cell, by cell.
+    """
+
+    polygons: Polygons
+    quads: Floats
+    knots: Mapping[int, Floats]
+    surfaces: tuple[str, ...]
+    raised: Bools
+    owners: tuple[str, ...]
+    cutters: Mapping[int, Ints]
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether all cells have one height."""
+        heights = [k[:, 2] for k in self.knots.values()] + [self.quads[..., 2].ravel()]
+        values = np.concatenate(heights)
+        values = values[np.isfinite(values)]
+        return not len(values) or float(np.ptp(values)) < 1e-3
+
+    def heights(self, index: Ints, points: Floats) -> Floats:
+        """Height of cells at points that lie on them or near them.
+
+        A quad is ruled between its two ends; an area takes the inverse-distance mean
+        (power 2) of its known points.
+
+        Args:
+            index: Which cell each point asks, (m,).
+            points: (m, 2) [m].
+
+        Returns:
+            (m,) [m].
+        """
+        quads = self.quads[index]
+        first = _distance_to_line(points, quads[:, 0], quads[:, 3])
+        last = _distance_to_line(points, quads[:, 1], quads[:, 2])
+        share = np.clip(first / np.maximum(first + last, 1e-9), 0.0, 1.0)
+        heights = (1 - share) * quads[:, [0, 3], 2].mean(axis=1) + share * quads[:, [1, 2], 2].mean(
+            axis=1
+        )
+        for cell in np.unique(index[np.isnan(heights)]):
+            here = index == cell
+            heights[here] = _inverse_distance(points[here], self.knots[int(cell)])
+        return np.asarray(heights)
+
+
+def lane_cells(strips: Sequence[Strip], owners: Sequence[str]) -> Cells:
+    """Quads of strips, in their order."""
+    quads = [strip.quads for strip in strips]
+    counts = [len(quad) for quad in quads]
+    corners = np.concatenate(quads) if quads else np.zeros((0, 4, 3))
+    index = np.repeat(np.arange(len(strips)), counts).tolist()
+    return Cells(
+        quad_polygons(corners),
+        corners,
+        {},
+        tuple(strips[i].look.surface for i in index),
+        np.array([strips[i].look.raised for i in index], dtype=np.bool_),
+        tuple(owners[i] for i in index),
+        {},
+    )
+
+
+def area_cells(
+    polygons: Sequence[shapely.Geometry],
+    *,
+    knots: Sequence[Floats],
+    surfaces: Sequence[str],
+    raised: bool,
+    owners: Sequence[str],
+) -> Cells:
+    """Whole polygons with points of known height."""
+    count = len(polygons)
+    return Cells(
+        _geometries(polygons),
+        np.full((count, 4, 3), np.nan),
+        dict(enumerate(knots)),
+        tuple(surfaces),
+        np.full(count, raised),
+        tuple(owners),
+        {},
+    )
+
+
+def join_cells(groups: Sequence[Cells]) -> Cells:
+    """One after the other; earlier ones take precedence."""
+    starts = np.cumsum([0, *(len(g.polygons) for g in groups)])
+    knots = {
+        int(start) + key: value
+        for g, start in zip(groups, starts, strict=False)
+        for key, value in g.knots.items()
+    }
+    return Cells(
+        np.concatenate([g.polygons for g in groups]),
+        np.concatenate([g.quads for g in groups]),
+        knots,
+        tuple(s for g in groups for s in g.surfaces),
+        np.concatenate([g.raised for g in groups]),
+        tuple(o for g in groups for o in g.owners),
+        {},
+    )
+
+
+def without_overlaps(cells: Cells) -> Cells:
+    """Cut from every cell what belongs to cells before it on the same level."""
+    first, second = overlapping_pairs(cells)
+    if not len(first):
+        return cells
+    polygons = cells.polygons.copy()
+    cutters: dict[int, Ints] = {}
+    order = np.argsort(second, kind="stable")
+    loser, starts = np.unique(second[order], return_index=True)
+    for index, winners in zip(loser, np.split(first[order], starts[1:]), strict=True):
+        cutters[int(index)] = winners
+        polygons[index] = subtract(cells.polygons[index], cells.polygons[winners])
+    return replace(cells, polygons=polygons, cutters=cutters)
+
+
+def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Ints]:
+    """Pairs (winner, loser) of cells that share more than an area [m2] on one level, each (m,)."""
+    tree = shapely.STRtree(cells.polygons)
+    one, other = tree.query(cells.polygons, predicate="intersects")
+    ordered = one < other
+    first, second = one[ordered], other[ordered]
+    shared = shapely.intersection(cells.polygons[first], cells.polygons[second], grid_size=GRID)
+    real = shapely.area(shared) > above
+    first, second, shared = first[real], second[real], shared[real]
+    if not len(first) or cells.is_flat:
+        return first, second
+    middle = shapely.get_coordinates(shapely.point_on_surface(shared))
+    gap = np.abs(cells.heights(first, middle) - cells.heights(second, middle))
+    return first[gap < STOREY], second[gap < STOREY]
+
+
+def quad_polygons(corners: Floats) -> Polygons:
+    """Valid polygons of quads; folded ones (inside sharp bends) become their hull."""
+    if not len(corners):
+        return np.zeros(0, dtype=object)
+    polygons = np.asarray(shapely.polygons(corners[..., :2]))
+    folded = ~shapely.is_valid(polygons)
+    polygons[folded] = [areal(shapely.convex_hull(quad)) for quad in polygons[folded]]
+    return polygons
+
+
+def _geometries(shapes: Sequence[shapely.Geometry]) -> Polygons:
+    """An object array, whatever the number of shapes."""
+    array = np.empty(len(shapes), dtype=object)
+    array[:] = [areal(shape) for shape in shapes]
+    return array
+
+
+def _inverse_distance(points: Floats, knots: Floats) -> Floats:
+    """Inverse-distance mean of knots' heights (Shepard 1968, power 2), (m,) [m]."""
+    away = ((points[:, None, :] - knots[None, :, :2]) ** 2).sum(axis=2)
+    weights = 1.0 / (away + 1e-4)
+    return np.asarray((weights * knots[None, :, 2]).sum(axis=1) / weights.sum(axis=1))
+
+
+def _distance_to_line(points: Floats, start: Floats, end: Floats) -> Floats:
+    """Distance from points, (m, 2), to the lines through start and end, (m, 3) [m]."""
+    along = (end - start)[:, :2]
+    length = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
+    away = points - start[:, :2]
+    return np.asarray(np.abs(along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]) / length)

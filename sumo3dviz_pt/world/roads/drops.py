@@ -1,0 +1,170 @@
+"""Dropped kerbs: where crossings meet footways, those ramp down to the carriageway."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract
+from sumo3dviz_pt.library.mesh.polyline import without_repeats
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.roads.cells import Cells, Polygons
+from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
+
+SIDEWALK_HEIGHT = 0.12
+"""How far footways lie above the carriageway [m]."""
+
+LOWEST = 0.03
+"""How high a dropped kerb still is [m]."""
+
+_BESIDE, _BEHIND = 1.2, 1.6
+"""Lengths of the ramps beside a crossing and behind the kerb [m]."""
+
+_BEFORE, _AFTER = 4.0, 5.0
+"""How far a crossing's kerb may lie before and after the crossing's end [m]."""
+
+_GRID = 0.4
+"""Largest piece of a ramp [m]."""
+
+_FARTHEST = 130.0
+"""Crossings farther from the camera's path [m] have whole kerbs."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drops:
+    """Ends of crossings.
+
+    Attributes:
+        ends: (n, 2) [m].
+        ahead: Unit vectors off the carriageway, (n, 2).
+        halves: Half the crossings' widths, (n,) [m].
+        roads: Carriageways.
+        focus: Box around the camera's path [m].
+        ramps: Areas of the ramps.
+    """
+
+    ends: Floats
+    ahead: Floats
+    halves: Floats
+    roads: shapely.STRtree
+    focus: BoundsXY | None
+    ramps: shapely.STRtree
+
+    def local(self, k: int, points: Floats) -> Floats:
+        """Points, (n, 2), as places off the carriageway and to the left of end k, (n, 2) [m]."""
+        away = points - self.ends[k]
+        ahead = self.ahead[k]
+        return np.stack([away @ ahead, away @ np.array([-ahead[1], ahead[0]])], axis=1)
+
+    def frame(self, k: int, places: Floats) -> Floats:
+        """The inverse of `local`."""
+        ahead = self.ahead[k]
+        left = np.array([-ahead[1], ahead[0]])
+        return np.asarray(self.ends[k] + places[..., :1] * ahead + places[..., 1:] * left)
+
+    def squares(self, k: int) -> list[shapely.Geometry]:
+        """The ramp's area in small pieces."""
+        wide = self.halves[k] + _BESIDE
+        along = np.linspace(-_BEFORE, _AFTER, round((_BEFORE + _AFTER) / _GRID) + 1)
+        count = int(np.ceil(2 * wide / _GRID))
+        across = np.linspace(-wide, wide, count + 1)
+        grid = np.stack(np.meshgrid(along, across, indexing="ij"), axis=-1)
+        flat = self.frame(k, grid)
+        quads = np.stack([flat[:-1, :-1], flat[1:, :-1], flat[1:, 1:], flat[:-1, 1:]], axis=2)
+        return list(shapely.polygons(quads.reshape(-1, 4, 2)))
+
+    def area(self, k: int) -> shapely.Geometry:
+        """The ramp's whole area."""
+        wide = self.halves[k] + _BESIDE
+        corners = [[-_BEFORE, -wide], [_AFTER, -wide], [_AFTER, wide], [-_BEFORE, wide]]
+        return shapely.Polygon(self.frame(k, np.array(corners)))
+
+
+def find_drops(network: Network, cells: Cells, focus: BoundsXY | None) -> Drops:
+    """Ends of all crossings near the camera; none without a focus.
+
+    Args:
+        network: The network.
+        cells: The surface.
+        focus: Box around the camera's path [m].
+    """
+    ends, ahead, halves = [], [], []
+    for edge in network.edges.values() if focus is not None else ():
+        if edge.function != "crossing":
+            continue
+        line = without_repeats(edge.lanes[0].shape)[:, :2]
+        if len(line) < 2 or distance_to(focus, line).min() > _FARTHEST:
+            continue
+        for end, before in ((line[0], line[1]), (line[-1], line[-2])):
+            ends.append(end)
+            ahead.append((end - before) / np.hypot(*(end - before)))
+            halves.append(0.5 * edge.lanes[0].width)
+    drops = Drops(
+        np.array(ends).reshape(-1, 2),
+        np.array(ahead).reshape(-1, 2),
+        np.array(halves),
+        shapely.STRtree(cells.polygons[~cells.raised]),
+        focus,
+        shapely.STRtree([]),
+    )
+    return replace(drops, ramps=shapely.STRtree([drops.area(k) for k in range(len(ends))]))
+
+
+def rise_at(drops: Drops, points: Floats) -> Floats:
+    """How far footways lie above the carriageway.
+
+    Args:
+        drops: Where they are lowered.
+        points: On footways, (n, 2) [m].
+
+    Returns:
+        (n,) [m].
+    """
+    share = np.ones(len(points))
+    for k in range(len(drops.ends)):
+        place = drops.local(k, points)
+        beside = (np.abs(place[:, 1]) - drops.halves[k]) / _BESIDE
+        near = np.flatnonzero(
+            (beside < 1.0) & (place[:, 0] > -_BEFORE - 0.01) & (place[:, 0] < _AFTER + 0.01)
+        )
+        if not len(near):
+            continue
+        away = np.full(len(near), np.inf)
+        (spot, _), found = drops.roads.query_nearest(
+            shapely.points(points[near]),
+            max_distance=_BEHIND,
+            return_distance=True,
+            all_matches=False,
+        )
+        away[spot] = found
+        ramp = np.clip(np.maximum(beside[near], away / _BEHIND), 0.0, 1.0)
+        share[near] = np.minimum(share[near], ramp)
+    return LOWEST + (SIDEWALK_HEIGHT - LOWEST) * share
+
+
+def cut_for_ramps(shape: shapely.Geometry, drops: Drops) -> list[shapely.Geometry]:
+    """Pieces of a footway that are small where it ramps down."""
+    pieces = polygon_parts(shape)
+    for k in sorted(drops.ramps.query(shape, predicate="intersects").tolist()):
+        area = drops.ramps.geometries[k]
+        touched = [piece for piece in pieces if piece.intersects(area)]
+        if not touched:
+            continue
+        pieces = [piece for piece in pieces if not piece.intersects(area)]
+        squares = np.array(drops.squares(k), dtype=object)
+        for piece in touched:
+            pieces += polygon_parts(subtract(piece, [area]))
+            pieces += cut_on_grid(piece, squares)
+    return pieces
+
+
+def cut_on_grid(piece: shapely.Geometry, squares: Polygons) -> list[shapely.Geometry]:
+    """What of each of some squares, (n,), lies on a polygon."""
+    shapely.prepare(piece)
+    near = squares[shapely.intersects(piece, squares)]
+    whole = shapely.contains_properly(piece, near)
+    cut = [part for square in near[~whole] for part in polygon_parts(common(piece, square))]
+    return [*near[whole], *cut]

@@ -1,0 +1,264 @@
+"""Kerb stones, gutters and drains near the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.mesh.bands import Band
+from sumo3dviz_pt.library.mesh.polyline import arc_length, mitres
+from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Mesh
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import Part, StaticPart
+from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT, Drops
+from sumo3dviz_pt.world.roads.layers import Base
+from sumo3dviz_pt.world.roads.markings.build import lifted
+from sumo3dviz_pt.world.roads.mesh import KERB_WIDTH, kerb_rings
+from sumo3dviz_pt.world.roads.strips import distance_to
+from sumo3dviz_pt.world.roads.style import PAVING
+from sumo3dviz_pt.world.roads.tactile import tactile_slabs
+from sumo3dviz_pt.world.roads.wear.noise import patchy
+
+JOINT, STONE = "kerb_joint", "kerb_stone"
+"""Materials of joints and of stones."""
+
+_STONE, _GAP, _LIFT = 1.0, 0.009, 0.001
+"""Length of a kerb stone, width of a joint, how far both lie before the kerb [m]."""
+
+_GUTTER, _CHANNEL, _GUTTER_LIFT = 0.30, 0.5, 0.0028
+"""Width of gutters, length of their stones, and how far they lie above the road [m]."""
+
+_DRAINS, _DRAIN = 19.0, 0.5
+"""Distance of drains, and their length [m]."""
+
+_BARS = 7
+_SETT, _SETT_GAP, _SETT_LIFT, _SETT_ROWS = 0.105, 0.014, 0.003, 3
+"""Pitch of small stones, their joints, how far they lie above the paving [m]; their rows."""
+
+_SETTS_FARTHEST = 45.0
+"""Small stones are shown up to this distance from the camera's path [m]."""
+
+_FARTHEST = 90.0
+"""Kerbs farther from the camera's path [m] show none."""
+
+_GRANITE: Colour = (0.43, 0.425, 0.41)
+_CONCRETE: Colour = (0.215, 0.21, 0.2)
+_BASALT: Colour = (0.17, 0.168, 0.165)
+_IRON: Colour = (0.07, 0.068, 0.066)
+_PIT: Colour = (0.008, 0.008, 0.008)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tinted:
+    """Quads, (n, 4, 3) [m], and their reflectance, (n, 3)."""
+
+    quads: Floats
+    colours: Floats
+
+
+def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
+    """Stones, joints, gutters, drains and tactile slabs; none without a focus.
+
+    Args:
+        base: The roads.
+        drops: Where kerbs are lowered.
+    """
+    if base.focus is None:
+        return []
+    layout = base.layout
+    roads = shapely.STRtree(layout.cells.polygons[~layout.cells.raised])
+    stones, joints, gutters = [_NONE], [np.zeros((0, 4, 3))], [_NONE]
+    setts = [_NONE]
+    for number, (foot, top) in enumerate(kerb_rings(layout.cells, layout.raised, drops)):
+        if distance_to(base.focus, foot).min() >= _FARTHEST:
+            continue
+        ring = _Ring(f"kerb{number}", foot, top)
+        bands = [ring.band(top, 0.0, KERB_WIDTH + _LIFT, lift=_LIFT), ring.face()]
+        for band in bands:
+            stones.append(_stones(band, ring, base))
+            joints.append(_joints(band, base))
+        gutters += _gutter(ring, base, roads)
+        setts.append(_setts(ring, base))
+    found = [("stones", STONE, _mesh(_joined(stones).quads), _joined(stones).colours)]
+    small = _joined(setts)
+    flat = _mesh(small.quads)
+    paving = [mesh for key, mesh in base.surfaces.items() if key == PAVING]
+    high = lifted(flat.vertices, flat.faces, layout=layout, surface=paving, lift=_SETT_LIFT)
+    found.append(("setts", STONE, high, small.colours))
+    channel = _joined(gutters)
+    mesh = _mesh(channel.quads)
+    low = lifted(mesh.vertices, mesh.faces, layout=layout, surface=base.below, lift=_GUTTER_LIFT)
+    found.append(("gutter", STONE, low, channel.colours))
+    slabs, tones = tactile_slabs(base, drops)
+    found.append(("tactile", STONE, slabs, tones))
+    static = [_part(name, key, mesh, colours) for name, key, mesh, colours in found]
+    edges = StaticPart(f"road/joints/{JOINT}", "roads", Part(_mesh(np.concatenate(joints)), JOINT))
+    return [part for part in [*static, edges] if len(part.part.mesh.faces)]
+
+
+_NONE = _Tinted(np.zeros((0, 4, 3)), np.zeros((0, 3)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ring:
+    """A raised area's outline on the carriageway and on top, each (n, 3) [m]."""
+
+    name: str
+    foot: Floats
+    top: Floats
+
+    def band(self, ring: Floats, right: float, left: float, *, lift: float) -> Band:
+        """A band beside the outline [m], closed."""
+        across = np.column_stack([mitres(ring, closed=True), np.zeros(len(ring))])
+        sides = [ring + side * across + [0.0, 0.0, lift] for side in (right - lift, left)]
+        return _closed(sides[0], sides[1], ring)
+
+    def face(self) -> Band:
+        """The visible face, its foot to the right."""
+        out = _LIFT * np.column_stack([mitres(self.foot, closed=True), np.zeros(len(self.foot))])
+        return _closed(self.foot - out, self.top - out + [0.0, 0.0, _LIFT], self.top)
+
+
+def _closed(right: Floats, left: Floats, ring: Floats) -> Band:
+    """A band whose end is its beginning."""
+    lines = [np.concatenate([line, line[:1]]) for line in (right, left, ring)]
+    return Band(lines[0], lines[1], arc_length(lines[2]) + 1e-9 * np.arange(len(lines[2])))
+
+
+def _pieces(band: Band, length: float, gap: float) -> list[Floats]:
+    """Quads of each stone of a length, with gaps between them [m]."""
+    count = max(1, round(float(band.stations[-1]) / length))
+    marks = np.linspace(0.0, band.stations[-1], count + 1)
+    return [band.quads(float(a) + 0.5 * gap, float(b) - 0.5 * gap) for a, b in pairwise(marks)]
+
+
+def _near(quads: Floats, base: Base) -> Bools:
+    """Which quads lie near the camera."""
+    return np.asarray(distance_to(base.focus, quads.mean(axis=1)) < _FARTHEST)
+
+
+def _stones(band: Band, ring: _Ring, base: Base) -> _Tinted:
+    """Kerb stones, each of its own tone."""
+    found = []
+    for k, quads in enumerate(_pieces(band, _STONE, _GAP)):
+        if len(quads) and _near(quads, base).any():
+            found.append(_toned(quads, _GRANITE, f"{ring.name}:{k}"))
+    return _joined(found)
+
+
+def _toned(quads: Floats, colour: Colour, name: str) -> _Tinted:
+    """Quads of one stone."""
+    tone = 0.84 + 0.26 * share_of(0, "stone", name)
+    tone *= 0.78 if share_of(0, "scuffed", name) < 0.07 else 1.0
+    warm = 0.03 * share_of(0, "hue", name) - 0.015
+    reflectance = tone * np.array(colour) * [1.0 + warm, 1.0, 1.0 - warm]
+    return _Tinted(quads, np.tile(np.minimum(reflectance, 0.85), (len(quads), 1)))
+
+
+def _joints(band: Band, base: Base) -> Floats:
+    """What lies between stones, (n, 4, 3) [m]."""
+    count = max(1, round(float(band.stations[-1]) / _STONE))
+    marks = np.linspace(0.0, band.stations[-1], count + 1)[1:-1]
+    quads = np.concatenate(
+        [
+            np.zeros((0, 4, 3)),
+            # A band gives no quads shorter than 2 cm; a joint is cut out of one.
+            *(_slimmed(band.quads(float(at) - 0.012, float(at) + 0.012)) for at in marks),
+        ]
+    )
+    return quads[_near(quads, base)]
+
+
+def _slimmed(quads: Floats) -> Floats:
+    """The middle of a single quad of 24 mm, as wide as a joint; bends get none."""
+    if len(quads) != 1:
+        return np.zeros((0, 4, 3))
+    right, left = (quads[0, pair].mean(axis=0) for pair in ([0, 1], [3, 2]))
+    share = 0.5 * _GAP / 0.024
+    ahead = [share * (quads[0, b] - quads[0, a]) for a, b in ((0, 1), (3, 2))]
+    return np.array([[right - ahead[0], right + ahead[0], left + ahead[1], left - ahead[1]]])
+
+
+def _gutter(ring: _Ring, base: Base, roads: shapely.STRtree) -> list[_Tinted]:
+    """Channel stones where a carriageway lies beside the kerb, with drains among them."""
+    band = ring.band(ring.foot, -_GUTTER, 0.0, lift=0.0)
+    found = []
+    since = _DRAINS * share_of(0, "drains", ring.name)
+    for k, quads in enumerate(_pieces(band, _CHANNEL, _GAP)):
+        since += _CHANNEL
+        if not len(quads) or not _near(quads, base).any():
+            continue
+        spots = shapely.points(quads.mean(axis=1)[:, :2])
+        beside = np.zeros(len(quads), dtype=bool)
+        beside[roads.query(spots, predicate="within")[0]] = True
+        if not beside.all():
+            continue
+        if since > _DRAINS and len(quads) == 1:
+            since = 0.0
+            found.append(_drain(quads[0]))
+        else:
+            found.append(_toned(quads, _CONCRETE, f"{ring.name}:gutter:{k}"))
+    return found
+
+
+def _setts(ring: _Ring, base: Base) -> _Tinted:
+    """Rows of small stones behind the kerb, where it is whole."""
+    found = []
+    for row in range(_SETT_ROWS):
+        right = KERB_WIDTH + 0.012 + row * _SETT
+        band = ring.band(ring.top, right, right + _SETT - _SETT_GAP, lift=0.0)
+        count = max(1, round(float(band.stations[-1]) / _SETT))
+        # Every row begins elsewhere: joints do not line up.
+        marks = (np.arange(count) + 0.5 * (row % 2)) * band.stations[-1] / count
+        at = np.stack([marks, marks + _SETT - _SETT_GAP])
+        sides = [
+            np.stack([np.interp(at, band.stations, c) for c in line.T], axis=-1)
+            for line in (band.right, band.left)
+        ]
+        (a, b), (d, c) = sides
+        quads = np.stack([a, b, c, d], axis=1)[marks < band.stations[-1] - _SETT]
+        rise = np.interp(marks, band.stations, np.append(ring.top[:, 2], ring.top[0, 2]))
+        rise -= np.interp(marks, band.stations, np.append(ring.foot[:, 2], ring.foot[0, 2]))
+        whole = rise[marks < band.stations[-1] - _SETT] > SIDEWALK_HEIGHT - 1e-3
+        near = distance_to(base.focus, quads.mean(axis=1)) < _SETTS_FARTHEST
+        quads = quads[whole & near]
+        grain = patchy(100.0 * quads.mean(axis=1), 7.0, salt=row)
+        tone = 1.0 + 0.28 * grain + 0.1 * patchy(quads.mean(axis=1), 2.0, salt=7)
+        found.append(_Tinted(quads, tone[:, None] * np.array(_BASALT)))
+    return _joined(found)
+
+
+def _drain(quad: Floats) -> _Tinted:
+    """A grate of bars across the gutter in its iron frame, side by side without overlap."""
+    marks = np.concatenate([[0.0], np.linspace(0.06, 0.94, 2 * _BARS), [1.0]])
+    right = quad[0] + marks[:, None] * (quad[1] - quad[0])
+    left = quad[3] + marks[:, None] * (quad[2] - quad[3])
+    quads = np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
+    colours = np.where((np.arange(len(quads)) % 2 == 0)[:, None], _IRON, _PIT)
+    return _Tinted(quads, colours)
+
+
+def _joined(pieces: list[_Tinted]) -> _Tinted:
+    """Several as one, without quads that sharp corners have folded over."""
+    quads = np.concatenate([np.zeros((0, 4, 3)), *(piece.quads for piece in pieces)])
+    colours = np.concatenate([np.zeros((0, 3)), *(piece.colours for piece in pieces)])
+    halves = quads[:, [[0, 1, 2], [0, 2, 3]], :2]
+    first, second = halves[:, :, 1] - halves[:, :, 0], halves[:, :, 2] - halves[:, :, 0]
+    up = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0] > -1e-6
+    return _Tinted(quads[up.all(axis=1)], colours[up.all(axis=1)])
+
+
+def _mesh(quads: Floats) -> Mesh:
+    """Two triangles of each quad."""
+    halves = np.array([[0, 1, 2], [0, 2, 3]])
+    faces = 4 * np.arange(len(quads))[:, None, None] + halves
+    return Mesh(quads.reshape(-1, 3), faces.reshape(-1, 3))
+
+
+def _part(name: str, material: str, mesh: Mesh, colours: Floats) -> StaticPart:
+    """A part whose colours are given by quad, or by face."""
+    tint = colours if len(colours) == len(mesh.faces) else np.repeat(colours, 2, axis=0)
+    return StaticPart(f"road/{name}/{material}", "roads", Part(mesh, material, tint))

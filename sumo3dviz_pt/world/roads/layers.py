@@ -1,0 +1,137 @@
+"""Thin layers on the road surface: wear, details, paint and rails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.materials.by_key import (
+    KERB,
+    material_name,
+    metres_per_tile,
+    planar_uvs,
+    shows_wear,
+)
+from sumo3dviz_pt.model.geometry import UNWORN, Mesh
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.roads.graded import Graded
+from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.roads.markings.build import decal_meshes, graded_paint, lifted, road_paint
+from sumo3dviz_pt.world.roads.markings.cycles import cycle_paint
+from sumo3dviz_pt.world.roads.markings.lines import Paint
+from sumo3dviz_pt.world.roads.rails import rail_paint, sleeper_paint
+from sumo3dviz_pt.world.roads.strips import BoundsXY
+from sumo3dviz_pt.world.roads.style import BICYCLE, PAVING
+from sumo3dviz_pt.world.roads.wear.details import is_fast, road_details
+from sumo3dviz_pt.world.roads.wear.junction_details import junction_details
+from sumo3dviz_pt.world.roads.wear.junctions import junction_wear
+from sumo3dviz_pt.world.roads.wear.lanes import lane_wear
+from sumo3dviz_pt.world.roads.wear.stains import STAINED, stained_mesh
+
+Named = tuple[str, str, Mesh]
+"""Family, material's name and mesh."""
+
+_WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.005, 0.01
+"""Heights of the layers above the surface [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Base:
+    """What layers lie on.
+
+    Attributes:
+        layout: The roads.
+        surfaces: Their meshes by surface key.
+        worn: Keys of those that show wear.
+        near: A point of the network [m] near which texture coordinates are small.
+        focus: Box around the camera's path [m], or None.
+    """
+
+    layout: RoadLayout
+    surfaces: Mapping[str, Mesh]
+    worn: frozenset[str]
+    near: tuple[float, float]
+    focus: BoundsXY | None
+
+    @property
+    def below(self) -> list[Mesh]:
+        """Meshes of carriageways."""
+        return [mesh for key, mesh in self.surfaces.items() if key not in {KERB, PAVING}]
+
+    def laid(self, piece: Graded, surface: str, lift: float) -> Mesh:
+        """A graded piece in a surface's material, above the road."""
+        bare = lifted(
+            piece.vertices, piece.faces, layout=self.layout, surface=self.below, lift=lift
+        )
+        uvs = planar_uvs(piece.vertices, tile=metres_per_tile(surface), near=self.near)
+        return Mesh(bare.vertices, bare.faces, bare.normals, uvs, piece.wear)
+
+
+def make_base(
+    layout: RoadLayout,
+    surfaces: Mapping[str, Mesh],
+    *,
+    textured: bool,
+    near: tuple[float, float],
+    focus: BoundsXY | None,
+) -> Base:
+    """The surface for layers; those of its meshes that show wear get theirs: none yet."""
+    worn = frozenset(key for key in surfaces if textured and shows_wear(key))
+    own = {key: unworn(mesh) if key in worn else mesh for key, mesh in surfaces.items()}
+    own |= {key: stained_mesh(own[key], focus) for key in worn & STAINED}
+    return Base(layout, own, worn, near, focus)
+
+
+def unworn(mesh: Mesh) -> Mesh:
+    """A mesh that says that nothing is worn."""
+    wear = np.tile(UNWORN, (len(mesh.vertices), 1))
+    return Mesh(mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, wear)
+
+
+def road_layers(
+    network: Network, settings: RoadSettings, base: Base, *, region: BoundsXY | None
+) -> list[Named]:
+    """All layers, from the lowest up."""
+    layout = base.layout
+    fast = frozenset(key for key in layout.strips if is_fast(network.edges[key]))
+    stops = frozenset(c.from_lane for c in network.connections if c.tls or c.state in {"s", "w"})
+    graded = [
+        ("road/wear", lane_wear(layout, surfaces=base.worn, focus=base.focus, stops=stops), _WEAR),
+        ("road/tracks", junction_wear(layout, surfaces=base.worn, focus=base.focus), _WEAR),
+        (
+            "road/details",
+            road_details(layout, surfaces=base.worn, focus=base.focus, fast=fast),
+            _DETAILS,
+        ),
+        ("road/repairs", junction_details(layout, surfaces=base.worn, focus=base.focus), _DETAILS),
+    ]
+    layers = [
+        (family, material_name(key), base.laid(piece, key, lift))
+        for family, pieces, lift in graded
+        for key, piece in pieces.items()
+        if len(piece.faces)
+    ]
+    paint = road_paint(network, settings, layout, region=region)
+    if settings.surface in base.worn and not settings.colour:
+        piece = graded_paint(paint, layout, focus=base.focus)
+        key = settings.surface
+        layers.append(("markings", material_name(key), base.laid(piece, key, _PAINT)))
+    else:
+        layers += _plain("markings", paint, base, _PAINT)
+    cycles = cycle_paint(layout.strips)
+    if BICYCLE in base.worn:
+        piece = graded_paint(cycles, layout, focus=base.focus)
+        layers.append(("markings", material_name(BICYCLE), base.laid(piece, BICYCLE, _PAINT)))
+    else:
+        layers += _plain("markings/cycles", cycles, base, _PAINT)
+    layers += _plain("rails/sleepers", sleeper_paint(layout), base, _PAINT)
+    return layers + _plain("rails", rail_paint(layout), base, _RAILS)
+
+
+def _plain(family: str, paint: Sequence[Paint], base: Base, lift: float) -> list[Named]:
+    """A layer of constant colours."""
+    meshes = decal_meshes(paint, base.layout, surface=base.below, lift=lift)
+    return [(family, name, mesh) for name, mesh in meshes.items()]

@@ -1,0 +1,77 @@
+"""Lays out the whole road surface without overlaps or gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.roads.areas import (
+    JunctionInside,
+    junction_cells,
+    junction_insides,
+    sliver_cells,
+    walking_cells,
+)
+from sumo3dviz_pt.world.roads.cells import (
+    Cells,
+    Polygons,
+    join_cells,
+    lane_cells,
+    without_overlaps,
+)
+from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoadLayout:
+    """The road surface before it becomes meshes.
+
+    Attributes:
+        cells: Pieces without overlaps.
+        strips: Lanes of normal edges, from right to left, by edge id.
+        insides: Contents of junctions, by junction id.
+        raised: Connected footways from above, (n,) polygons.
+        outline: Connected pieces of everything that is paved, (n,) polygons.
+    """
+
+    cells: Cells
+    strips: Mapping[str, tuple[Strip, ...]]
+    insides: Mapping[str, JunctionInside]
+    raised: Polygons
+    outline: Polygons
+
+
+def layout_roads(
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None = None
+) -> RoadLayout:
+    """Lay out the road surface without overlaps or gaps.
+
+    Args:
+        network: The network.
+        settings: Surfaces, widths and overrides.
+        region: Only lanes and junctions that touch this box are built [m].
+    """
+    strips = network_strips(network, settings, region=region)
+    insides = junction_insides(network, settings, region=region)
+    carriageways = _lane_cells(strips, raised=False)
+    footways = _lane_cells(strips, raised=True)
+    lanes = join_cells([carriageways, footways])
+    walks = walking_cells(insides, footways=footways)
+    slivers = sliver_cells(network, settings, strips)
+    junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
+    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
+    return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells))
+
+
+def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:
+    """Cells of all lanes that are raised, or all that are not."""
+    chosen = [
+        (strip, key)
+        for key, group in strips.items()
+        for strip in group
+        if strip.look.raised == raised
+    ]
+    return lane_cells([strip for strip, _ in chosen], [key for _, key in chosen])

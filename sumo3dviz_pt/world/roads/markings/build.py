@@ -1,0 +1,190 @@
+"""Paint and rails as thin decals on the road surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract
+from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.world.roads.cells import Cells, quad_polygons, without_overlaps
+from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
+from sumo3dviz_pt.world.roads.heights import draped
+from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.roads.markings.across import stop_paint, zebra_paint
+from sumo3dviz_pt.world.roads.markings.arrows import arrow_paint
+from sumo3dviz_pt.world.roads.markings.lines import YELLOW, Paint, centre_paint, edge_paint
+from sumo3dviz_pt.world.roads.markings.through import through_paint
+from sumo3dviz_pt.world.roads.markings.wear import Coats, worn_paint
+from sumo3dviz_pt.world.roads.mesh import smooth_normals
+from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
+from sumo3dviz_pt.world.roads.wear.traffic import way_lines
+
+_SOFT_EDGE = 0.03
+"""Width of the worn rim of paint [m]."""
+
+_EDGE_SHARE, _AGEING = 0.30, 0.42
+"""Share of paint at the very edge, and how much of it the oldest paint has lost."""
+
+_SOFT = (_EDGE_SHARE, 1.0, 1.0, _EDGE_SHARE)
+
+_CLOSE = 60.0
+"""Up to this distance wheels have thinned paint [m]."""
+
+_FAR = 150.0
+"""From this distance to the camera's path on, edges are hard [m]."""
+
+
+def road_paint(
+    network: Network, settings: RoadSettings, layout: RoadLayout, *, region: BoundsXY | None
+) -> list[Paint]:
+    """All markings; earlier ones cover later ones."""
+    centre, shared = centre_paint(network, settings, layout.strips)
+    inner = "right" if network.left_hand else "left"
+    lines = [
+        paint
+        for key, strips in layout.strips.items()
+        for paint in edge_paint(
+            network.edges[key], strips, settings, open_side=inner if key in shared else ""
+        )
+    ]
+    across = [*stop_paint(network, layout.strips), *arrow_paint(network, layout.strips)]
+    zebras = zebra_paint(network, region=region) if settings.markings else []
+    return [*zebras, *across, *centre, *lines, *through_paint(network, settings, layout.insides)]
+
+
+def decal_meshes(
+    paint: Sequence[Paint], layout: RoadLayout, *, surface: Sequence[Mesh], lift: float
+) -> dict[str, Mesh]:
+    """Paint as meshes just above the surface, by material.
+
+    Args:
+        paint: What to draw, without regard to overlaps.
+        layout: The roads.
+        surface: Meshes that the paint lies on.
+        lift: Height above the surface [m]; sloped roads take three times as much.
+    """
+    cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
+    meshes = {}
+    for material in sorted(set(cells.surfaces)):
+        index = np.flatnonzero(np.array(cells.surfaces) == material)
+        parts = [(part, i) for i in index for part in polygon_parts(cells.polygons[i])]
+        flat, faces, owner = triangulate_many([part for part, _ in parts])
+        if not len(faces):
+            continue
+        heights = cells.heights(np.array([i for _, i in parts])[owner], flat)
+        vertices = np.column_stack([flat, heights])
+        meshes[material] = lifted(vertices, faces, layout=layout, surface=surface, lift=lift)
+    return meshes
+
+
+def graded_paint(
+    paint: Sequence[Paint], layout: RoadLayout, *, focus: BoundsXY | None = None
+) -> Graded:
+    """White and yellow paint at the height of the surface, near the camera with worn edges.
+
+    Args:
+        paint: As in `decal_meshes`.
+        layout: The roads.
+        focus: Box around the camera's path [m]; None takes all paint as near.
+    """
+    cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
+    yellow = np.array([name == YELLOW for name in cells.surfaces], dtype=np.float64)
+    names = zip(cells.owners, cells.surfaces, strict=True)
+    ages = np.array([share_of(0, "paint", owner, name) for owner, name in names])
+    quads = _lengthwise(cells.quads)
+    width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
+    rim = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
+    away = distance_to(focus, quads.mean(axis=1))
+    close, soft = away < _CLOSE, (away >= _CLOSE) & (away < _FAR)
+    fresh = 1.0 - _AGEING * ages
+    coats = Coats(quads[close], cells.polygons[close], fresh[close], yellow[close])
+    pieces = [worn_paint(coats, way_lines(layout, focus))] if focus is not None else []
+    soft |= close & (focus is None)
+    for chosen, places, share in (
+        (soft, ((0.0, 0.0), (0.0, 1.0), (1.0, -1.0), (1.0, 0.0)), _SOFT),
+        # Half a rim narrower, hard edges cover as much.
+        (~soft & ~close, ((0.0, 0.5), (1.0, -0.5)), (1.0, 1.0)),
+    ):
+        shares = np.array([[side + k * one for side, k in places] for one in rim[chosen]])
+        wear = np.ones((int(chosen.sum()), 2, len(share), 3))
+        wear[..., 1] = np.array(share) * fresh[chosen, None, None]
+        wear[..., 2] = yellow[chosen, None, None]
+        if chosen.any():
+            pieces.append(graded_on(quads[chosen], shares, wear, polygons=cells.polygons[chosen]))
+    return joined(pieces)
+
+
+def _lengthwise(quads: Floats) -> Floats:
+    """Quads turned such that their borders are their long sides."""
+    along = np.linalg.norm((quads[:, 1] - quads[:, 0])[:, :2], axis=1)
+    across = np.linalg.norm((quads[:, 3] - quads[:, 0])[:, :2], axis=1)
+    turned = np.roll(quads, 1, axis=1)
+    # Pieces of lines in bends may be shorter than the line is wide: leave those.
+    short = (along < across) & (across > 1.5)
+    return np.where(short[:, None, None], turned, quads)
+
+
+def lifted(
+    vertices: Floats,
+    faces: Ints,
+    *,
+    layout: RoadLayout,
+    surface: Sequence[Mesh],
+    lift: float,
+) -> Mesh:
+    """Decals above the surface that they lie on.
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3).
+        layout: The roads.
+        surface: Meshes that the decals lie on.
+        lift: As in `decal_meshes`.
+    """
+    if layout.cells.is_flat:
+        return Mesh(vertices + np.array([0.0, 0.0, lift]), faces)
+    vertices = draped(vertices, surface) + np.array([0.0, 0.0, 3.0 * lift])
+    return Mesh(vertices, faces, smooth_normals(vertices, faces))
+
+
+def _paint_cells(paint: Sequence[Paint]) -> Cells:
+    """Paint as cells, in its order."""
+    quads = np.concatenate([np.zeros((0, 4, 3)), *(one.quads for one in paint)])
+    return Cells(
+        quad_polygons(quads),
+        quads,
+        {},
+        tuple(one.material for one in paint for _ in one.quads),
+        np.zeros(len(quads), dtype=bool),
+        tuple(one.owner for one in paint for _ in one.quads),
+        {},
+    )
+
+
+def _on_carriageway(paint: Cells, roads: Cells) -> Cells:
+    """Take paint off footways, and off other edges that took surface from its own."""
+    covers: dict[str, set[int]] = {}
+    for cell, winners in roads.cutters.items():
+        covers.setdefault(roads.owners[cell], set()).update(int(w) for w in winners)
+    tree = shapely.STRtree(roads.polygons)
+    mark, cell = tree.query(paint.polygons, predicate="intersects")
+    wrong = np.array(
+        [
+            bool(roads.raised[c])
+            or (roads.owners[c] != paint.owners[m] and int(c) in covers.get(paint.owners[m], ()))
+            for m, c in zip(mark, cell, strict=True)
+        ],
+        dtype=bool,
+    )
+    polygons = paint.polygons.copy()
+    for m in np.unique(mark[wrong]):
+        polygons[m] = subtract(polygons[m], roads.polygons[cell[wrong & (mark == m)]])
+    return replace(paint, polygons=polygons)

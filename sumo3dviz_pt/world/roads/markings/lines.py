@@ -1,0 +1,191 @@
+"""Lines along carriageways: edge lines, dividers, centre lines.
+
+References:
+    Widths and dashes follow common European practice (6 m dash and 12 m gap on
+    motorways, 3 m and 3 m in towns; facts/look.md section 2.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.mesh.bands import Band, band_along
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.world.roads.areas import opposite_edges
+from sumo3dviz_pt.world.roads.strips import Strip, lane_line
+from sumo3dviz_pt.world.roads.style import is_quiet
+
+WHITE = "line_white"
+YELLOW = "line_yellow"
+
+MOTORWAY_SPEED = 25.0
+"""From this limit on, lines are those of a motorway [m/s]."""
+
+_INSET = 0.12
+"""Distance of an edge line from the carriageway's edge [m]."""
+
+_ADJACENT = 1.2
+"""Directions closer than this share a centre line [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paint:
+    """Quads of one material that belong to an edge.
+
+    Attributes:
+        owner: Edge id.
+        material: Such as `line_white`.
+        quads: Corners counter-clockwise, (n, 4, 3) [m].
+    """
+
+    owner: str
+    material: str
+    quads: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class LineStyle:
+    """Measures of an edge's lines.
+
+    Attributes:
+        width: [m].
+        dash: [m].
+        gap: [m].
+    """
+
+    width: float
+    dash: float
+    gap: float
+
+
+def line_style(edge: Edge, settings: RoadSettings) -> LineStyle:
+    """Measures that suit an edge's speed limit."""
+    if max(lane.speed for lane in edge.lanes) >= MOTORWAY_SPEED:
+        return LineStyle(max(settings.line_width, 0.15), 6.0, 12.0)
+    return LineStyle(settings.line_width, 3.0, 3.0)
+
+
+def edge_paint(
+    edge: Edge, strips: tuple[Strip, ...], settings: RoadSettings, *, open_side: str = ""
+) -> list[Paint]:
+    """Dividers and edge lines of one edge.
+
+    Args:
+        edge: The edge.
+        strips: Its strips from right to left.
+        settings: Line width and style.
+        open_side: `right`, `left`, `both` or empty: outer borders that get no line.
+    """
+    style = line_style(edge, settings)
+    reference = lane_line(strips[len(strips) // 2].lane)
+    quads = []
+    for before, after in zip((None, *strips), (*strips, None), strict=True):
+        if before is not None and after is not None and _touch(before, after):
+            quads.append(_divider(before, after, style=style, reference=reference))
+            continue
+        if after is not None and open_side not in {"right", "both"}:
+            quads.append(_outer(after, style=style, right=True))
+        if before is not None and open_side not in {"left", "both"}:
+            quads.append(_outer(before, style=style, right=False))
+    if is_quiet(edge):
+        quads = []
+    return [Paint(edge.id, WHITE, np.concatenate([np.zeros((0, 4, 3)), *quads]))]
+
+
+def centre_paint(
+    network: Network, settings: RoadSettings, strips: Mapping[str, tuple[Strip, ...]]
+) -> tuple[list[Paint], frozenset[str]]:
+    """One shared line between the two directions of each road.
+
+    Returns:
+        The lines, and the edges whose inner border needs no other line.
+    """
+    paint, shared = [], set()
+    for one, other in opposite_edges(network, strips):
+        inner = [strips[key][0 if network.left_hand else -1] for key in (one, other)]
+        if not all(strip.look.lines for strip in inner):
+            continue
+        middle = _middle(inner[0], inner[1], left_hand=network.left_hand)
+        if middle is None:
+            continue
+        shared |= {one, other}
+        edge = network.edges[one]
+        count = sum(_is_driven(s) for key in (one, other) for s in strips[key])
+        quads = _centre_quads(middle, line_style(edge, settings), lanes=count, settings=settings)
+        material = YELLOW if settings.marking_style == "american" else WHITE
+        if not is_quiet(edge):
+            paint.append(Paint(one, material, quads))
+    return paint, frozenset(shared)
+
+
+def _touch(before: Strip, after: Strip) -> bool:
+    """Whether two strips share their border."""
+    return before.left.shape == after.right.shape and bool(np.array_equal(before.left, after.right))
+
+
+def _is_driven(strip: Strip) -> bool:
+    """Whether cars drive on a strip."""
+    return strip.look.lines and "passenger" in strip.lane.allowed
+
+
+def _divider(before: Strip, after: Strip, *, style: LineStyle, reference: Floats) -> Floats:
+    """The line between two lanes of one direction."""
+    if not (before.look.lines and after.look.lines):
+        strip = before if before.look.lines else after
+        beside = after if before.look.lines else before
+        # A kerb shows the border better than paint.
+        if not strip.look.lines or beside.look.raised:
+            return np.zeros((0, 4, 3))
+        return _outer(strip, style=style, right=strip is after)
+    half = 0.5 * style.width
+    band = band_along(after.right, right=-half, left=half, reference=reference)
+    if before.look.surface != after.look.surface:
+        return band.whole()
+    return band.dashes(dash=style.dash, gap=style.gap)
+
+
+def _outer(strip: Strip, *, style: LineStyle, right: bool) -> Floats:
+    """The solid line along an outer border."""
+    if not strip.look.lines:
+        return np.zeros((0, 4, 3))
+    if right:
+        return band_along(strip.right, right=_INSET, left=_INSET + style.width).whole()
+    return band_along(strip.left, right=-_INSET - style.width, left=-_INSET).whole()
+
+
+def _middle(one: Strip, other: Strip, *, left_hand: bool) -> Floats | None:
+    """The line half-way between two opposite inner borders, if they are close."""
+    here, there = (s.right if left_hand else s.left for s in (one, other))
+    line = shapely.LineString(there[:, :2])
+    points = shapely.points(here[:, :2])
+    ends = shapely.distance(points, line)
+    if float(np.median(ends)) > _ADJACENT:
+        return None
+    nearest = shapely.get_coordinates(
+        shapely.line_interpolate_point(line, shapely.line_locate_point(line, points))
+    )
+    middle = here.copy()
+    close = ends < _ADJACENT
+    middle[close, :2] = 0.5 * (here[close, :2] + nearest[close])
+    return middle
+
+
+def _centre_quads(
+    middle: Floats, style: LineStyle, *, lanes: int, settings: RoadSettings
+) -> Floats:
+    """Dashed between single lanes, a double solid line on wider roads."""
+    half = 0.5 * style.width
+    bands: list[Band] = [
+        band_along(middle, right=side - half, left=side + half)
+        for side in (-1.2 * style.width, 1.2 * style.width)
+    ]
+    if lanes <= 2 and settings.marking_style == "european":
+        single = band_along(middle, right=-half, left=half)
+        return single.dashes(dash=style.dash, gap=style.gap)
+    return np.concatenate([band.whole() for band in bands])

@@ -1,0 +1,228 @@
+"""Cells to meshes, one per surface, and raised footways with their kerbs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.materials.by_key import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract, union
+from sumo3dviz_pt.library.mesh.polyline import mitres
+from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
+from sumo3dviz_pt.library.mesh.walls import between, walls
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
+from sumo3dviz_pt.world.roads.cells import Cells, Polygons
+from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
+from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
+from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
+from sumo3dviz_pt.world.roads.wear.stains import STAINED, cut_for_stains
+
+KERB_WIDTH = 0.15
+"""Width of a kerb stone's top [m]."""
+
+_VERGE_WIDTH, _VERGE_DROP = 0.12, 0.08
+"""Extent of the slope around roads, sideways and down [m]."""
+
+_RAMP_STEP = 0.3
+"""Distance of points of kerbs where they are lowered [m]."""
+
+_KERB_FOOT = 0.06
+"""How far kerb faces reach below the carriageway [m]."""
+
+
+def surface_meshes(
+    cells: Cells, *, raised: Polygons, near: tuple[float, float], drops: Drops
+) -> dict[str, Mesh]:
+    """Triangles of all cells, by surface key.
+
+    Args:
+        cells: Without overlaps.
+        raised: What `raised_area` gave.
+        near: A point of the network [m] near which texture coordinates are small.
+        drops: Where kerbs are lowered.
+    """
+    cells = with_kerb_tops(cells, raised)
+    meshes = {}
+    for surface in sorted(set(cells.surfaces)):
+        index = np.flatnonzero(np.array(cells.surfaces) == surface)
+        mesh = _mesh_of(cells, index, near=near, drops=drops)
+        if len(mesh.faces):
+            meshes[surface] = mesh
+    return meshes
+
+
+def raised_area(cells: Cells) -> Polygons:
+    """Connected footways from above, (n,) polygons with holes; levels kept apart."""
+    shape = union(cells.polygons[cells.raised])
+    # Closing by a centimetre joins neighbours that rounding has parted.
+    closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
+    return np.array(polygon_parts(closed), dtype=object)
+
+
+def outer_area(cells: Cells) -> Polygons:
+    """Everything that is paved, as connected polygons with holes, (n,)."""
+    return np.array(polygon_parts(union(cells.polygons)), dtype=object)
+
+
+def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
+    """Split raised cells into kerb stones along their outer edge and paving inside."""
+    if not len(areas):
+        return cells
+    inner = shapely.buffer(areas, -KERB_WIDTH, join_style="mitre", mitre_limit=2.0)
+    index = np.flatnonzero(cells.raised)
+    polygons = cells.polygons[index]
+    tree = shapely.STRtree(inner)
+    cell, part = tree.query(polygons, predicate="intersects")
+    paving = cells.polygons.copy()
+    paving[index] = shapely.Polygon()
+    for k in np.unique(cell):
+        cores = inner[part[cell == k]]
+        core = cores[0] if len(cores) == 1 else union(cores)
+        paving[index[k]] = common(polygons[k], core)
+    pairs = zip(polygons, paving[index], strict=True)
+    stones = np.array([subtract(cell, [inside]) for cell, inside in pairs], dtype=object)
+    return Cells(
+        np.concatenate([paving, stones]),
+        np.concatenate([cells.quads, cells.quads[index]]),
+        {
+            **cells.knots,
+            **{
+                len(paving) + k: cells.knots[int(i)]
+                for k, i in enumerate(index)
+                if int(i) in cells.knots
+            },
+        },
+        cells.surfaces + (KERB,) * len(index),
+        np.concatenate([cells.raised, np.ones(len(index), dtype=bool)]),
+        cells.owners + tuple(cells.owners[i] for i in index),
+        {},
+    )
+
+
+def kerb_faces(cells: Cells, raised: Polygons, drops: Drops) -> Mesh:
+    """Vertical faces around all raised areas, facing outwards."""
+    rings = kerb_rings(cells, raised, drops)
+    return walls([top for _, top in rings], [foot - [0.0, 0.0, _KERB_FOOT] for foot, _ in rings])
+
+
+def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Floats, Floats]]:
+    """Outlines of raised areas on the carriageway and on top of the kerb, each (n, 3) [m]."""
+    rings = []
+    for foot in area_rings(raised, cells):
+        foot = _with_points(foot, drops.ramps)
+        top = foot.copy()
+        top[:, 2] += rise_at(drops, foot[:, :2])
+        rings.append((foot, top))
+    return rings
+
+
+def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
+    """A ring with points close together where it runs through areas."""
+    ends = np.roll(ring, -1, axis=0)
+    sides = np.asarray(shapely.linestrings(np.stack([ring, ends], axis=1)[..., :2]))
+    count = np.ones(len(ring), dtype=np.int64)
+    touched = np.unique(ramps.query(sides, predicate="intersects")[0])
+    count[touched] = np.maximum(np.ceil(shapely.length(sides[touched]) / _RAMP_STEP), 1)
+    index = np.repeat(np.arange(len(ring)), count)
+    step = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+    share = (step / count[index])[:, None]
+    return np.asarray(ring[index] + share * (ends - ring)[index])
+
+
+def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, float]) -> Mesh:
+    """Short slopes around the whole surface, so that roads do not look like floating cards."""
+    pieces = []
+    for ring in area_rings(outline, cells):
+        foot = ring - [0.0, 0.0, _VERGE_DROP]
+        # The area lies to the left of its rings, so outwards is to the right.
+        foot[:, :2] -= _VERGE_WIDTH * mitres(ring, closed=True)
+        pieces.append(between(ring, foot, closed=True))
+    mesh = merge_meshes(pieces)
+    return replace(mesh, uvs=planar_uvs(mesh.vertices, tile=metres_per_tile(surface), near=near))
+
+
+def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Floats]:
+    """Outlines of areas at the height of the surface near them.
+
+    Args:
+        areas: Polygons.
+        cells: The surface that gives the height.
+        above: Added to the height [m].
+
+    Returns:
+        Rings, each (n, 3) [m], counter-clockwise around the area, holes clockwise;
+        the first vertex is not repeated.
+    """
+    flat = [
+        shapely.get_coordinates(ring)[:-1]
+        for area in areas
+        for polygon in [shapely.orient_polygons(area)]
+        for ring in [polygon.exterior, *polygon.interiors]
+    ]
+    if not flat:
+        return []
+    if not cells.is_flat:
+        flat = _with_corners(flat, cells)
+    heights = heights_near(cells, np.concatenate(flat)) + above
+    ends = np.cumsum([len(ring) for ring in flat])[:-1]
+    pairs = zip(flat, np.split(heights, ends), strict=True)
+    return [np.column_stack([ring, height]) for ring, height in pairs]
+
+
+def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
+    """Rings with all corners of cells that lie on them.
+
+    Unions drop vertices on straight lines, but there the slope may change.
+    """
+    corners = shapely.points(np.unique(shapely.get_coordinates(cells.polygons), axis=0))
+    tree = shapely.STRtree(corners)
+    lines = np.array([shapely.LinearRing(ring) for ring in rings], dtype=object)
+    ring, corner = tree.query(lines, predicate="dwithin", distance=0.02)
+    dense = []
+    for number, line in enumerate(lines):
+        own = shapely.points(rings[number])
+        points = np.concatenate([own, corners[corner[ring == number]]])
+        along = np.concatenate([[0.0], shapely.line_locate_point(line, points[1:])])
+        along = np.sort(along)
+        kept = np.concatenate([[True], np.diff(along) > 0.005])
+        dense.append(shapely.get_coordinates(shapely.line_interpolate_point(line, along[kept])))
+    return dense
+
+
+def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
+    """Area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a)
+    _, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    total = np.zeros((place.max() + 1, 3))
+    np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))
+    normals = total[place]
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+
+
+def _mesh_of(cells: Cells, index: Ints, *, near: tuple[float, float], drops: Drops) -> Mesh:
+    """Triangles of some cells of one surface."""
+    parts = [(part, i) for i in index for part in _pieces_of(cells, int(i), drops)]
+    flat, faces, owner = triangulate_many([part for part, _ in parts])
+    if not len(faces):
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
+    cell = np.array([i for _, i in parts])[owner]
+    heights = surface_heights(cells, cell, flat)
+    raised = cells.raised[cell]
+    heights[raised] += rise_at(drops, flat[raised])
+    vertices = np.column_stack([flat, heights])
+    normals = None if cells.is_flat else smooth_normals(vertices, faces)
+    tile = metres_per_tile(cells.surfaces[int(index[0])])
+    return Mesh(vertices, faces, normals, planar_uvs(flat, tile=tile, near=near))
+
+
+def _pieces_of(cells: Cells, index: int, drops: Drops) -> list[shapely.Geometry]:
+    """A cell in pieces that are small where it ramps or shows stains."""
+    polygon = cells.polygons[index]
+    pieces = cut_for_ramps(polygon, drops) if cells.raised[index] else polygon_parts(polygon)
+    if cells.surfaces[index] not in STAINED:
+        return pieces
+    return [part for piece in pieces for part in cut_for_stains(piece, drops.focus)]

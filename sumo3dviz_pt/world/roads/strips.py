@@ -1,0 +1,133 @@
+"""Lanes as strips between two borders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.library.mesh.polyline import offset, with_split_bends, without_repeats
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Edge, Lane, Network
+from sumo3dviz_pt.world.roads.style import LaneLook, is_skipped, look_of, style_of
+
+BoundsXY = tuple[float, float, float, float]
+"""x0, y0, x1, y1 [m]."""
+
+_SHARED = 1.0
+"""Neighbouring lanes whose borders lie closer than this share one [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strip:
+    """A lane's surface.
+
+    Attributes:
+        lane: The lane.
+        look: How it is drawn.
+        right: Border on its right, (n, 3) [m].
+        left: Border on its left, (n, 3) [m].
+    """
+
+    lane: Lane
+    look: LaneLook
+    right: Floats
+    left: Floats
+
+    @property
+    def quads(self) -> Floats:
+        """Corners, counter-clockwise from the right border's start, (n - 1, 4, 3) [m]."""
+        right, left = self.right, self.left
+        return np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
+
+    @property
+    def polygon(self) -> shapely.Geometry:
+        """The whole strip from above, valid."""
+        ring = np.concatenate([self.right, self.left[::-1]])[:, :2]
+        return shapely.make_valid(shapely.Polygon(ring))
+
+
+def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -> bool:
+    """Whether the box around points, (n, 2 or 3) [m], touches a region."""
+    if region is None or not len(points):
+        return region is None
+    low, high = points[:, :2].min(axis=0) - margin, points[:, :2].max(axis=0) + margin
+    return bool((low <= region[2:]).all() and (high >= region[:2]).all())
+
+
+def distance_to(box: BoundsXY | None, points: Floats) -> Floats:
+    """Distance from points, (n, 2 or 3), to a box [m], (n,); 0 without a box."""
+    if box is None:
+        return np.zeros(len(points))
+    low, high = np.array(box[:2]), np.array(box[2:])
+    outside = np.maximum(np.maximum(low - points[:, :2], points[:, :2] - high), 0.0)
+    return np.asarray(np.linalg.norm(outside, axis=1))
+
+
+def lane_line(lane: Lane) -> Floats:
+    """A lane's centre line with sharp bends split, (n, 3) [m]."""
+    return with_split_bends(without_repeats(lane.shape))
+
+
+def edge_strips(
+    edge: Edge, settings: RoadSettings, *, left_hand: bool = False
+) -> tuple[Strip, ...]:
+    """Strips of an edge's lanes from right to left; neighbours share their border exactly.
+
+    Left-hand networks count lanes from the left.
+    """
+    style = style_of(edge.id, settings)
+    strips: list[Strip] = []
+    for lane in reversed(edge.lanes) if left_hand else edge.lanes:
+        line = lane_line(lane)
+        if is_skipped(lane) or len(line) < 2 or np.hypot(*np.ptp(line[:, :2], axis=0)) < 0.05:
+            continue
+        look = look_of(lane, style)
+        right, left = offset(line, -0.5 * look.width), offset(line, 0.5 * look.width)
+        before = strips[-1] if strips else None
+        shared = None if before is None else _shared_border(before, line, lane)
+        if before is not None and shared is not None:
+            strips[-1] = Strip(before.lane, before.look, before.right, shared)
+            right = shared
+        strips.append(Strip(lane, look, np.round(right, 3), np.round(left, 3)))
+    return tuple(strips)
+
+
+def _shared_border(before: Strip, line: Floats, lane: Lane) -> Floats | None:
+    """The border between a strip and the lane that follows it, if they touch.
+
+    It goes by the network's widths, because cars keep to the network's centre
+    lines even where the scene file makes lanes wider.
+    """
+    if abs(before.lane.index - lane.index) != 1 or len(before.right) != len(line):
+        return None
+    sides = [
+        offset(lane_line(before.lane), 0.5 * before.lane.width),
+        offset(line, -0.5 * lane.width),
+    ]
+    if np.abs(sides[0][:, :2] - sides[1][:, :2]).max() > _SHARED:
+        return None
+    return np.round(0.5 * (sides[0] + sides[1]), 3)
+
+
+def network_strips(
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+) -> dict[str, tuple[Strip, ...]]:
+    """Strips of all normal edges that touch a region, by edge id."""
+    edges = (edge for edge in network.edges.values() if edge.function in {"normal", "connector"})
+    return {
+        edge.id: strips
+        for edge in edges
+        if any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes)
+        and (strips := edge_strips(edge, settings, left_hand=network.left_hand))
+    }
+
+
+def junction_of(internal_edge_id: str) -> str:
+    """The junction that an internal edge, crossing or walking area belongs to.
+
+    SUMO writes `:<junction>_<number>`, `:<junction>_c<number>`, `:<junction>_w<number>`.
+    """
+    return internal_edge_id[1:].rpartition("_")[0]

@@ -1,0 +1,110 @@
+"""What lanes are for, and so what they look like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from sumo3dviz_pt.job.settings import EdgeStyle, RoadSettings
+from sumo3dviz_pt.model.network import Edge, Lane, Network
+
+RAIL_CLASSES = frozenset(
+    {"tram", "rail", "rail_urban", "rail_electric", "rail_fast", "subway", "cable_car"}
+)
+PAVING = "paving"
+BICYCLE = "bicycle"
+BALLAST = "ground_stone"
+
+
+@dataclass(frozen=True, slots=True)
+class LaneLook:
+    """How a lane is drawn.
+
+    Attributes:
+        surface: A surface key, see `library/materials/by_key.py`.
+        raised: Whether it lies on the height of a kerb.
+        lines: Whether carriageway lines are painted on it.
+        rails: Whether two rails lie on it.
+        width: [m].
+    """
+
+    surface: str
+    raised: bool
+    lines: bool
+    rails: bool
+    width: float
+
+
+def style_of(edge_id: str, settings: RoadSettings) -> EdgeStyle:
+    """The first override whose pattern fits an edge, with the road's own values otherwise."""
+    patterns: Mapping[str, EdgeStyle] = settings.per_edge
+    own = next((s for p, s in patterns.items() if fnmatchcase(edge_id, p)), EdgeStyle())
+    width = None if settings.lane_width == "from_network" else settings.lane_width
+    surface = own.surface or settings.surface
+    return EdgeStyle(
+        surface=surface,
+        colour=own.colour or (None if own.surface else settings.colour),
+        lane_width=own.lane_width or width,
+        markings=settings.markings if own.markings is None else own.markings,
+    )
+
+
+def is_skipped(lane: Lane) -> bool:
+    """Whether nothing is drawn: waterways."""
+    return bool(lane.allowed) and lane.allowed <= {"ship"}
+
+
+def is_footway(lane: Lane) -> bool:
+    """Whether only pedestrians may use it."""
+    return bool(lane.allowed) and lane.allowed <= {"pedestrian", "wheelchair"}
+
+
+def has_rails(lane: Lane) -> bool:
+    """Whether it is for rail vehicles alone, or opened to trams on purpose.
+
+    A lane without restrictions allows every class, so a tram counts only where
+    other railways are kept out.
+    """
+    if lane.allowed and lane.allowed <= RAIL_CLASSES:
+        return True
+    return "tram" in lane.allowed and not lane.allowed & {"rail", "rail_electric"}
+
+
+def look_of(lane: Lane, style: EdgeStyle) -> LaneLook:
+    """How a lane of a normal edge is drawn."""
+    if is_footway(lane):
+        return LaneLook(PAVING, raised=True, lines=False, rails=False, width=lane.width)
+    rails = has_rails(lane)
+    only_rails = bool(lane.allowed) and lane.allowed <= RAIL_CLASSES
+    road = style.colour or style.surface or "asphalt"
+    width = lane.width if style.lane_width is None or only_rails else style.lane_width
+    if only_rails and "tram" not in lane.allowed:
+        return LaneLook(BALLAST, raised=False, lines=False, rails=True, width=width)
+    if only_rails:
+        return LaneLook(road, raised=False, lines=False, rails=True, width=width)
+    if lane.allowed and lane.allowed <= {"bicycle", "scooter"}:
+        lines = bool(style.markings)
+        return LaneLook(BICYCLE, raised=False, lines=lines, rails=False, width=lane.width)
+    if "pedestrian" in lane.allowed and "passenger" not in lane.allowed:
+        return LaneLook(PAVING, raised=False, lines=False, rails=False, width=lane.width)
+    return LaneLook(road, raised=False, lines=bool(style.markings), rails=rails, width=width)
+
+
+def junction_surface(network: Network, junction_id: str, settings: RoadSettings) -> str:
+    """The surface of most carriageway lanes that lead into a junction."""
+    junction = network.junctions[junction_id]
+    lanes = [network.lanes[key] for key in junction.incoming_lanes if key in network.lanes]
+    votes: dict[str, float] = {}
+    for lane in lanes:
+        if network.edges[lane.edge_id].function != "normal" or is_footway(lane):
+            continue
+        surface = look_of(lane, style_of(lane.edge_id, settings)).surface
+        votes[surface] = votes.get(surface, 0.0) + lane.width * (surface != BICYCLE)
+    road = settings.colour or settings.surface
+    return max(votes, key=lambda key: (votes[key], key)) if votes else road
+
+
+def is_quiet(edge: Edge) -> bool:
+    """Whether an edge is a 30 km/h street, which bears no lines in Europe."""
+    return max((lane.speed for lane in edge.lanes if not is_footway(lane)), default=0.0) < 8.5

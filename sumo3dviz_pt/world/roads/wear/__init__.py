@@ -1,0 +1,1 @@
+"""What traffic and weather leave on roads."""

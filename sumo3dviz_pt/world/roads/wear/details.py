@@ -1,0 +1,248 @@
+"""Repairs and damage of carriageways: patches, sealed cracks, joints, manholes.
+
+Lanes are divided into stretches; each holds one detail at most, so none overlap.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.library.mesh.bands import Band, band_along, on_lane
+from sumo3dviz_pt.library.mesh.polyline import arc_length
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Edge
+from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.world.roads.cells import quad_polygons
+from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
+from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, distance_to
+from sumo3dviz_pt.world.roads.wear.lanes import is_driven
+
+_STRETCH = 13.0
+"""Length of lane that holds one detail at most [m]."""
+
+_FARTHEST = 250.0
+"""Lanes farther from the camera's path [m] show none."""
+
+_MARGIN = 2.0
+"""Ends of stretches stay free [m]."""
+
+_KINDS = ("patch", "snake", "crack", "joint", "manhole", "none")
+_CITY, _FAST = (0.13, 0.16, 0.14, 0.05, 0.07, 0.45), (0.05, 0.09, 0.07, 0.07, 0.0, 0.72)
+_VILLAGE = (0.13, 0.16, 0.14, 0.05, 0.0, 0.52)
+"""How likely a stretch has which kind: in towns, outside, on streets without footways."""
+
+_FAST_FROM = 20.0  # speed limit [m/s]
+_SEAL = 0.38  # factor of brightness of fresh bitumen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """A free stretch of road.
+
+    Attributes:
+        middle: Its middle line, (n, 3) [m].
+        half: From there to its border [m].
+        start: Where details may begin along it [m].
+        end: Where they end [m].
+        name: Chance depends on it.
+    """
+
+    middle: Floats
+    half: float
+    start: float
+    end: float
+    name: str
+
+    def chance(self, word: str, low: float, high: float) -> float:
+        """A number between two bounds, always the same for a word."""
+        return low + (high - low) * share_of(0, "road", self.name, word)
+
+    def at(self, flat: Floats) -> Floats:
+        """Quads given by station and offset to the left, (n, 4, 2), as (n, 4, 3)."""
+        return on_lane(flat, self.middle)
+
+    def band(self, line: Floats, width: float) -> Floats:
+        """Quads of a ribbon along points beside the lane, (n, 2): station, offset to the left."""
+        points = on_lane(line, self.middle)
+        return band_along(points, right=-0.5 * width, left=0.5 * width).whole()
+
+    def box(self, along: tuple[float, float], across: tuple[float, float]) -> Floats:
+        """Quads between two stations and two offsets to the left."""
+        band: Band = band_along(self.middle, right=across[0], left=across[1])
+        return band.quads(*along)
+
+
+def road_details(
+    layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None, fast: frozenset[str]
+) -> dict[str, Graded]:
+    """Details of lanes near the camera's path, by surface key.
+
+    Args:
+        layout: The roads.
+        surfaces: Those that show wear.
+        focus: Box around the camera's path [m]; without one no lane is near.
+        fast: Edges outside towns.
+    """
+    chosen: dict[str, list[Graded]] = {}
+    # Sewers lie below streets with footways.
+    town = {key for key, group in layout.strips.items() if any(s.look.raised for s in group)}
+    for strip, edge, free in near_lanes(layout, surfaces, focus):
+        for place in _places(strip, free):
+            weights = _FAST if edge in fast else _CITY if edge in town else _VILLAGE
+            kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
+            found = [
+                of_one_tone(quads, factor)
+                for quads, factor in detail_quads(place, kind)
+                if len(quads)
+            ]
+            chosen.setdefault(strip.look.surface, []).extend(found)
+    return {surface: joined(pieces) for surface, pieces in chosen.items()}
+
+
+def is_fast(edge: Edge) -> bool:
+    """Whether an edge is a road outside towns, by its speed limit."""
+    return max(lane.speed for lane in edge.lanes) >= _FAST_FROM
+
+
+def near_lanes(
+    layout: RoadLayout, surfaces: frozenset[str], focus: BoundsXY | None
+) -> list[tuple[Strip, str, Bools]]:
+    """Driven strips near the camera's path, their edges, and which of their quads are whole."""
+    found = []
+    first = 0
+    for edge, group in layout.strips.items():
+        for strip in (s for s in group if not s.look.raised):
+            index = np.arange(first, first + len(strip.quads))
+            first += len(index)
+            if focus is None or strip.look.surface not in surfaces or not is_driven(strip):
+                continue
+            if distance_to(focus, strip.lane.shape).min() < _FARTHEST:
+                free = np.array([int(k) not in layout.cells.cutters for k in index])
+                found.append((strip, edge, free))
+    return found
+
+
+def _places(strip: Strip, free: Bools) -> list[Stretch]:
+    """Stretches of a strip that no other road covers."""
+    middle = 0.5 * (strip.right + strip.left)
+    stations = arc_length(middle)
+    half = 0.5 * float(np.linalg.norm((strip.left - strip.right)[:, :2], axis=1).min())
+    count = int(stations[-1] / _STRETCH)
+    if half < 1.2 or np.min(np.diff(stations), initial=1.0) < 1e-6:
+        return []
+    places = []
+    for k in range(count):
+        start, end = (k * _STRETCH + _MARGIN, (k + 1) * _STRETCH - _MARGIN)
+        touched = (stations[1:] > start) & (stations[:-1] < end)
+        if free[touched].all():
+            places.append(Stretch(middle, half, start, end, f"{strip.lane.id}:{k}"))
+    return places
+
+
+def detail_quads(place: Stretch, kind: str) -> list[tuple[Floats, float]]:
+    """Quads of one detail, with their factors of brightness.
+
+    Args:
+        place: Where it lies.
+        kind: `patch`, `snake`, `crack`, `joint`, `manhole` or `trench`; others are nothing.
+    """
+    makers = {"patch": _patch, "snake": _snake, "crack": _crack, "joint": _joint}
+    makers |= {"manhole": _manhole, "trench": _trench}
+    return makers[kind](place) if kind in makers else []
+
+
+def _patch(place: Stretch) -> list[tuple[Floats, float]]:
+    """A rectangle of other asphalt with a sealed seam."""
+    length, width = place.chance("length", 1.2, 7.5), place.chance("width", 0.7, 2.0)
+    width = min(width, 2.0 * place.half - 0.3)
+    room = place.half - 0.5 * width - 0.1
+    middle = place.chance("side", -room, room)
+    start = place.start + place.chance("start", 0.0, place.end - place.start - length)
+    right, left, end = middle - 0.5 * width, middle + 0.5 * width, start + length
+    tone = place.chance("tone", 0.66, 0.86) if place.chance("age", 0, 1) < 0.7 else 1.13
+    seam = 0.035
+    rims = [
+        place.box((start, end), (right - seam, right)),
+        place.box((start, end), (left, left + seam)),
+        place.box((start - seam, start), (right - seam, left + seam)),
+        place.box((end, end + seam), (right - seam, left + seam)),
+    ]
+    return [(place.box((start, end), (right, left)), tone), *((rim, _SEAL) for rim in rims)]
+
+
+def _trench(place: Stretch) -> list[tuple[Floats, float]]:
+    """A cable trench all along, filled with other asphalt between sealed seams."""
+    half, seam = place.chance("width", 0.25, 0.5), 0.03
+    along = (place.start, place.end)
+    tone = place.chance("tone", 0.7, 0.9)
+    return [
+        (place.box(along, (-half, half)), tone),
+        (place.box(along, (-half - seam, -half)), _SEAL),
+        (place.box(along, (half, half + seam)), _SEAL),
+    ]
+
+
+def _wander(place: Stretch, count: int, step: float) -> Floats:
+    """A random walk of small steps that begins and ends near 0, (count,)."""
+    steps = [place.chance(f"wander{k}", -step, step) for k in range(count)]
+    walk = np.cumsum(steps)
+    return np.asarray(walk - np.linspace(walk[0], walk[-1], count))
+
+
+def _snake(place: Stretch) -> list[tuple[Floats, float]]:
+    """A crack along the lane, sealed with bitumen."""
+    count = 14
+    length = place.chance("length", 4.0, place.end - place.start)
+    along = place.start + np.linspace(0.0, length, count)
+    side = place.chance("side", -0.6, 0.6) * place.half
+    across = np.clip(side + _wander(place, count, 0.16), 0.2 - place.half, place.half - 0.2)
+    width = place.chance("seal", 0.035, 0.075)
+    return [(place.band(np.stack([along, across], axis=1), width), _SEAL)]
+
+
+def _crack(place: Stretch) -> list[tuple[Floats, float]]:
+    """An open crack across the lane."""
+    count = 11
+    across = np.linspace(-0.96, place.chance("end", 0.1, 0.96), count) * place.half
+    along = 0.5 * (place.start + place.end) + _wander(place, count, 0.14)
+    width = place.chance("gap", 0.012, 0.03)
+    return [(place.band(np.stack([along, across], axis=1)[::-1], width), 0.45)]
+
+
+def _joint(place: Stretch) -> list[tuple[Floats, float]]:
+    """A straight sealed joint across the lane, where a day's work ended."""
+    at = place.chance("at", place.start, place.end)
+    return [(place.box((at, at + 0.06), (0.02 - place.half, place.half - 0.02)), _SEAL)]
+
+
+def _manhole(place: Stretch) -> list[tuple[Floats, float]]:
+    """A round cover with studs in a collar of fresh asphalt."""
+    at = np.array([0.5 * (place.start + place.end), place.chance("side", -0.25, 0.25)])
+    rows = [(0.0, 0.07), (0.07, 0.14), (0.14, 0.21), (0.21, 0.27)]
+    found = [(_ring(place, at, (0.31, 0.42), odd=None), 0.70)]
+    found.append((_ring(place, at, (0.27, 0.31), odd=None), 0.30))
+    for number, row in enumerate(rows):
+        found += [
+            (_ring(place, at, row, odd=bool(number % 2)), 0.33),
+            (_ring(place, at, row, odd=not number % 2), 0.55),
+        ]
+    return found
+
+
+def _ring(place: Stretch, at: Floats, radii: tuple[float, float], *, odd: bool | None) -> Floats:
+    """Quads of every second sector of a ring, or of all of them."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 17)
+    spoke = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    inner, outer = (at + radius * spoke for radius in radii)
+    flat = np.stack([inner[:-1], outer[:-1], outer[1:], inner[1:]], axis=1)
+    return place.at(flat if odd is None else flat[int(odd) :: 2])
+
+
+def of_one_tone(quads: Floats, factor: float) -> Graded:
+    """Quads of one brightness."""
+    shares = np.tile([0.0, 1.0], (len(quads), 1))
+    wear = np.tile([factor, 0.0, 0.0], (len(quads), 2, 2, 1))
+    return graded_on(quads, shares, wear, polygons=quad_polygons(quads))

@@ -1,0 +1,394 @@
+"""Where closed rows of houses stand along city streets that bring none of their own.
+
+Streets with footways, or in a dense net, and not too fast, have houses side by side
+behind their pavements. A building line runs around everything that is paved; houses
+stand on it wherever its nearest street is such a street. What the scenario brings
+(points of interest, areas, cameras) keeps its place: there the row has a gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from sumo3dviz_pt.library.buildings.parcels import Lot, lots_along
+from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, union
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.objects.kinds import kind_of
+from sumo3dviz_pt.world.placement.nearest import Nearest
+from sumo3dviz_pt.world.placement.sightlines import hides
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+
+REACH = 620.0
+"""Houses stand at most this far from a camera [m]."""
+
+SOURCE = "street_fronts"
+"""The `source` of areas that rows take."""
+
+FASTEST = 61.0 / 3.6
+"""On faster roads nobody lives at the kerb [m/s]."""
+
+DEPTHS = (12.5, 9.5, 7.0)
+"""Depths of houses, the first that fits [m]."""
+
+_SETBACK, _BARE = 2.2, 4.2  # between pavement, or kerb, and houses [m]
+_ROW, _TRUNK = 9.0, 2.6  # trees nearer to a pavement are street trees; houses keep off them [m]
+_SLIT = 4.0  # narrower gaps between pavements are no land [m]
+_RIM = 0.17  # how far forecourts cover the stones at the back of pavements [m]
+_NOISE = 16.0  # distance from fast roads [m]
+_DENSE, _AROUND = 2200.0, 200.0  # metres of streets within a radius that make a town [m]
+_YARDS = 0.06  # share of lots that stay open
+_HOUSE = {"homes": 11.0, "shops": 13.0, "blocks": 16.0, "trees": _TRUNK}  # radii [m]
+_LAND = ("boundary", "place", "admin", "landuse.residential", "landuse.commercial")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class House:
+    """A house in a row.
+
+    Attributes:
+        id: Unique.
+        plan: Counter-clockwise corners, (n, 2) [m]; its front walls come first.
+        fronts: How many walls look at a street.
+        blind: Numbers of walls that neighbours share.
+        corner: Whether it stands at a corner.
+        main: Whether its street has two lanes or more each way.
+    """
+
+    id: str
+    plan: Floats
+    fronts: int
+    blind: tuple[int, ...]
+    corner: bool
+    main: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Yard:
+    """A lot in a row on which no house stands.
+
+    Attributes:
+        id: Unique.
+        plan: As a house's, (n, 2) [m].
+        fronts: How many sides look at a street.
+    """
+
+    id: str
+    plan: Floats
+    fronts: int
+
+
+_Lot = TypeVar("_Lot", House, Yard)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Rows of houses.
+
+    Attributes:
+        houses: In no special order.
+        forecourts: What is paved between pavements and houses.
+        yards: Lots that stay open; they may overlap houses of another street.
+    """
+
+    houses: tuple[House, ...] = ()
+    forecourts: tuple[shapely.Polygon, ...] = ()
+    yards: tuple[Yard, ...] = ()
+
+    def polygons(self) -> tuple[Polygon, ...]:
+        """Houses and forecourts as areas on which nothing else may stand."""
+        found = [
+            Polygon(f"row:{house.id}", "building", house.plan, True, None, SOURCE)
+            for house in self.houses
+        ]
+        for number, area in enumerate(self.forecourts):
+            ring = shapely.get_coordinates(area.exterior)
+            found.append(Polygon(f"court:{number}", "forecourt", ring, True, None, SOURCE))
+        return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Streets:
+    """Sampled streets and what they are."""
+
+    tree: Nearest
+    city: Bools
+    main: Bools
+    walks: Bools
+    fast: shapely.Geometry
+
+    def fit(self, places: Floats, reach: float) -> Bools:
+        """Whether places, (n, 2) [m], lie at a city street, not farther than a reach [m]."""
+        away, nearest = self.tree.query(places)
+        good = self.city[nearest] & (away < reach)
+        if not self.fast.is_empty:
+            shapely.prepare(self.fast)
+            good &= ~shapely.contains_xy(self.fast, places)
+        return np.asarray(good)
+
+
+def why_none(polygons: Sequence[Polygon]) -> str | None:
+    """Why no rows of houses are grown beside a scenario's polygons, or None."""
+    if any(kind_of(item.type, item.source) == "buildings" for item in polygons):
+        return "the scenario has building polygons of its own"
+    return None
+
+
+def grow_rows(
+    network: Network,
+    paved: Sequence[shapely.Polygon],
+    given: tuple[Sequence[Poi], Sequence[Polygon]],
+    *,
+    around: Surroundings,
+) -> Rows:
+    """Grow rows of houses along the city streets around the cameras of a shot.
+
+    Args:
+        network: Says which streets are a city's.
+        paved: Outlines of roads and footways.
+        given: Points of interest and polygons, which keep their places.
+        around: Cameras and the seed.
+    """
+    pois, polygons = given
+    eyes = around.viewpoints[:, :2]
+    streets = _streets(network, around) if len(eyes) else None
+    if streets is None or not streets.city.any():
+        return Rows()
+    low, high = eyes.min(axis=0) - REACH, eyes.max(axis=0) + REACH
+    box = shapely.box(*low, *high)
+    ground = union(polygon_parts(shapely.intersection(union(list(paved)), box)))
+    trees = np.array(
+        [poi.position for poi in pois if kind_of(poi.type, poi.source) == "trees"]
+    ).reshape(-1, 2)
+    setback = _setback(ground, trees, streets)
+    grown = ground.buffer(setback + _SLIT, join_style="mitre", mitre_limit=2.0)
+    grown = grown.buffer(-_SLIT, join_style="mitre", mitre_limit=2.0)
+    land = shapely.difference(box, grown)
+    taken = _taken(pois, polygons)
+    lots: list[tuple[Lot, float]] = []
+    found = _Found(land, taken, around)
+    reach = setback + 14.0
+    for ring in _rings(land):
+        some = lots_along(
+            ring,
+            lambda places: streets.fit(places, reach),
+            depth=DEPTHS[0],
+            share=lambda place, word: _chance(around.seed, place, word),
+        )
+        for lot in some:
+            found.build(lot, streets)
+            lots.append((lot, setback))
+    houses = _neighbours(found.houses)
+    rim = _RIM if streets.walks.mean() > 0.5 else 0.0
+    courts = _forecourts(lots, ground.buffer(-rim, join_style="mitre"), houses)
+    return Rows(_in_view(houses, around), courts, _in_view(found.yards, around))
+
+
+class _Found:
+    """Houses while they are built."""
+
+    def __init__(
+        self, land: shapely.Geometry, taken: shapely.STRtree, around: Surroundings
+    ) -> None:
+        """Begin with none."""
+        self.land = land
+        shapely.prepare(self.land)
+        self.taken, self.around = taken, around
+        self.houses: list[House] = []
+        self.yards: list[Yard] = []
+        self.areas: list[shapely.Polygon] = []
+        self.bounds = np.zeros((0, 4))
+
+    def build(self, lot: Lot, streets: _Streets) -> None:
+        """Build a house on a lot, as deep as there is room for, or leave a yard."""
+        middle = settled(lot.line.mean(axis=0))
+        name, fronts = f"{middle[0]:.0f}:{middle[1]:.0f}", len(lot.line) - 1
+        depths = [depth - 1.5 * share_of(self.around.seed, "depth", name) for depth in DEPTHS]
+        plans = [plan for depth in depths if (plan := lot.plan(depth)) is not None]
+        free = (plan for plan in plans if self._free(plan))
+        plan = next((plan for plan in free if not hides(shapely.Polygon(plan), self.around)), None)
+        open_lot = share_of(self.around.seed, "yard", name) < _YARDS and not lot.corner
+        if plan is None or open_lot:
+            room = next(filter(self._free, plans), None)
+            self.yards += [] if room is None else [Yard(name, room, fronts)]
+            return
+        ends = (len(plan) - 1, fronts)  # the wall where the line begins comes last
+        blind = tuple(wall for wall, joined in zip(ends, lot.joined, strict=True) if joined)
+        main = bool(streets.main[streets.tree.query(middle[None])[1][0]])
+        self.houses.append(House(name, plan, fronts, blind, lot.corner, main))
+        area = shapely.Polygon(plan)
+        self.areas.append(area)
+        self.bounds = np.vstack([self.bounds, area.bounds])
+
+    def _free(self, plan: Floats) -> bool:
+        """Whether a house has room on its land, and nothing else stands there."""
+        # Straightened fronts may reach a little over the building line.
+        inner = shapely.Polygon(plan).buffer(-0.7)
+        if inner.is_empty or not self.land.contains(inner):
+            return False
+        area = shapely.Polygon(plan).buffer(-0.15)
+        if len(self.taken.query(area, predicate="intersects")):
+            return False
+        x0, y0, x1, y1 = area.bounds
+        b = self.bounds
+        near = np.flatnonzero((b[:, 0] < x1) & (b[:, 2] > x0) & (b[:, 1] < y1) & (b[:, 3] > y0))
+        return not any(self.areas[k].intersects(area) for k in near.tolist())
+
+
+def _neighbours(houses: Sequence[House]) -> list[House]:
+    """Houses that do not stand alone, with walls blind only where a neighbour stands."""
+    areas = [shapely.Polygon(house.plan) for house in houses]
+    tree = shapely.STRtree(areas)
+    found = []
+    for number, house in enumerate(houses):
+        after = np.roll(house.plan, -1, axis=0)
+        blind = []
+        for wall in house.blind:
+            spot = shapely.Point(0.5 * (house.plan[wall] + after[wall]))
+            others = tree.query(spot, predicate="dwithin", distance=1.5)
+            if (others != number).any():
+                blind.append(wall)
+        if blind or house.corner:
+            found.append(replace(house, blind=tuple(blind)))
+    return found
+
+
+def _in_view(lots: Sequence[_Lot], around: Surroundings) -> tuple[_Lot, ...]:
+    """Those that some camera sees, or whose shadows it sees."""
+    if not lots:
+        return ()
+    middles = np.array([lot.plan.mean(axis=0) for lot in lots])
+    keep = around.seen(middles, radius=40.0) & (around.distances(middles) < REACH)
+    return tuple(lot for lot, kept in zip(lots, keep, strict=True) if kept)
+
+
+def _streets(network: Network, around: Surroundings) -> _Streets | None:
+    """Streets near the cameras, sampled."""
+    points, rank, length, fast = [], [], [], []
+    for _, edge in sorted(network.edges.items()):
+        roads = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus", "delivery"}]
+        if edge.function != "normal" or not roads:
+            continue
+        line = shapely.LineString(roads[0].shape[:, :2])
+        at = np.linspace(0.0, line.length, max(int(line.length / 5.0), 1) + 1)
+        some = shapely.get_coordinates(shapely.line_interpolate_point(line, at))
+        if around.distances(some).min() > REACH + _AROUND:
+            continue
+        quick = _is_fast(edge)
+        fast += [_beyond(network, edge, end) for end in (0, -1)]
+        walks = any(lane.allowed and lane.allowed <= {"pedestrian"} for lane in edge.lanes)
+        if quick:
+            fast.append(line.buffer(_width(edge) + _NOISE, cap_style="flat"))
+        for lane in edge.lanes:  # all lanes, so that the nearest point is the nearest street's
+            track = shapely.LineString(lane.shape[:, :2])
+            spots = shapely.line_interpolate_point(track, at / line.length, normalized=True)
+            points.append(shapely.get_coordinates(spots))
+            rank += [(not quick, len(roads) > 1, walks)] * len(at)
+            own = lane is roads[0]
+            length += [line.length / len(at) * own] * len(at)
+    if not points:
+        return None
+    places, kinds = settled(np.concatenate(points)), np.array(rank, dtype=np.bool_)
+    tree = Nearest(places)
+    total = _density(places, np.array(length) * kinds[:, 0])
+    city = kinds[:, 0] & (kinds[:, 2] | (total > _DENSE))
+    return _Streets(tree, city, kinds[:, 1], kinds[:, 2], shapely.union_all(fast))
+
+
+def _density(places: Floats, length: Floats) -> Floats:
+    """Metres of streets around places, (n,), counted on a grid of cells."""
+    cell = np.floor(places / _AROUND).astype(np.int64)
+    keys, own = np.unique(cell, axis=0, return_inverse=True)
+    sums = np.bincount(own.ravel(), weights=length)
+    near = cKDTree(keys.astype(np.float64)).query_ball_point(keys, 1.01)
+    mean = np.array([sums[some].sum() / 5.0 for some in near])
+    return np.asarray(mean[own.ravel()] * np.pi)  # a disc has pi cells of its radius
+
+
+def _width(edge: Edge) -> float:
+    """Of all lanes of an edge [m]."""
+    return sum(lane.width for lane in edge.lanes)
+
+
+def _beyond(network: Network, edge: Edge, end: int) -> shapely.Geometry:
+    """Where a road that ends at the network's rim would go on."""
+    junction = network.junctions.get(edge.to_junction if end else edge.from_junction)
+    if junction is None or junction.type != "dead_end":
+        return shapely.Polygon()
+    shape = edge.lanes[0].shape[:, :2]
+    step = shape[-1] - shape[-2] if end else shape[0] - shape[1]
+    away = shape[end] + 60.0 * step / max(float(np.hypot(*step)), 1e-6)
+    return shapely.LineString([shape[end], away]).buffer(_width(edge) + 1.0, cap_style="flat")
+
+
+def _is_fast(edge: Edge) -> bool:
+    """Whether nobody lives at a road."""
+    named = any(word in edge.type for word in ("motorway", "trunk"))
+    return named or max(lane.speed for lane in edge.lanes) > FASTEST
+
+
+def _setback(ground: shapely.Geometry, trees: Floats, streets: _Streets) -> float:
+    """How far houses stand behind pavements: behind the street trees, if there are any [m]."""
+    usual = _SETBACK if streets.walks.mean() > 0.5 else _BARE
+    if not len(trees):
+        return usual
+    near = streets.fit(trees, _ROW + 12.0)
+    away = shapely.distance(ground, shapely.points(trees))
+    row = away[near & (away < _ROW)]
+    return max(usual, float(np.percentile(row, 80)) + _TRUNK + 0.2) if len(row) > 12 else usual
+
+
+def _taken(pois: Sequence[Poi], polygons: Sequence[Polygon]) -> shapely.STRtree:
+    """What the scenario has put somewhere."""
+    found: list[shapely.Geometry] = []
+    for poi in pois:
+        radius = _HOUSE.get(kind_of(poi.type, poi.source) or "", 1.0)
+        found.append(shapely.Point(poi.position).buffer(radius, quad_segs=3))
+    for item in polygons:
+        if item.type.startswith(_LAND) or len(item.shape) < 2:
+            continue
+        if item.fill and len(item.shape) > 2:
+            found.append(shapely.make_valid(shapely.Polygon(item.shape[:, :2])))
+        elif kind_of(item.type, item.source) is not None:
+            found.append(shapely.LineString(item.shape[:, :2]))
+    return shapely.STRtree(found)
+
+
+def _rings(land: shapely.Geometry) -> list[Floats]:
+    """Borders of all pieces of land, which lies on their left, each (n, 2) [m]."""
+    parts = [shapely.orient_polygons(part) for part in polygon_parts(land) if part.area > 250.0]
+    return [
+        shapely.get_coordinates(ring) for part in parts for ring in (part.exterior, *part.interiors)
+    ]
+
+
+def _forecourts(
+    lots: Sequence[tuple[Lot, float]], ground: shapely.Geometry, houses: Sequence[House]
+) -> tuple[shapely.Polygon, ...]:
+    """What is paved between pavements and the lots whose houses stand, a little under them."""
+    shown = shapely.STRtree([shapely.Polygon(house.plan) for house in houses])
+    strips = []
+    for lot, setback in lots:
+        line = shapely.LineString(lot.line)
+        if len(shown.query(line, predicate="dwithin", distance=25.0)):
+            strips.append(line.buffer(-(setback + 1.2), single_sided=True, join_style="mitre"))
+            strips.append(line.buffer(0.4, single_sided=True, join_style="mitre"))
+    if not strips:
+        return ()
+    whole = closing(union(strips), 0.6)
+    near = shapely.intersection(ground.buffer(30.0), whole)
+    area = shapely.difference(near, ground)
+    return tuple(part for part in polygon_parts(area.buffer(0)) if part.area > 4.0)
+
+
+def _chance(seed: int, place: Floats, word: str) -> float:
+    """Chance of a place, whatever else is built."""
+    return share_of(seed, "row", f"{place[0]:.0f}", f"{place[1]:.0f}", word)

@@ -1,0 +1,161 @@
+"""Meshes of signal heads, of what carries them, and of everything in them that shines."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from sumo3dviz_pt.library.street import figures, traffic_light
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.lamps import LampSet, Lobe
+from sumo3dviz_pt.model.scene import Part, StaticPart
+from sumo3dviz_pt.world.signals.aspects import GREEN, RED, YELLOW
+from sumo3dviz_pt.world.signals.sites import ARM_BOTTOM, Head, Support
+
+LAMP_SET = "signals"
+"""Id of the only lamp set."""
+
+STACK: Mapping[int, tuple[str, ...]] = {2: (GREEN, RED), 3: (GREEN, YELLOW, RED)}
+"""Lamps of a head from the lowest up."""
+
+LOBE = Lobe(0.06, 40.0)
+"""Of a lens by night: half of its light beyond 10 degrees from the axis, as lenses have that
+are to be seen along a street (EN 12368 tells them apart as extra wide, wide, medium and
+narrow), and enough at the side to be seen lit."""
+
+FAR = 150.0
+"""Distance beyond which heads and poles are plainer [m]."""
+
+GLASS: Mapping[str, Colour] = {
+    RED: (0.12, 0.006, 0.006),
+    YELLOW: (0.13, 0.055, 0.004),
+    GREEN: (0.004, 0.075, 0.045),
+}
+"""Reflectance of lenses that are not lit."""
+
+_DARK: Colour = (0.02, 0.02, 0.02)
+_ARM = ARM_BOTTOM + 1.0
+
+
+def static_parts(
+    heads: Sequence[Head], supports: Sequence[Support], *, distances: tuple[Floats, Floats]
+) -> tuple[StaticPart, ...]:
+    """Housings and poles, merged by material.
+
+    Args:
+        heads: All of them.
+        supports: All of them.
+        distances: Of each head and of each support from the nearest camera [m].
+    """
+    levels = [(away > FAR).astype(np.int64) for away in distances]
+    found: dict[str, list[Mesh]] = {}
+    for head, level in zip(heads, levels[0], strict=True):
+        for material, mesh in _head(head, int(level)).items():
+            where = traffic_light.placed(mesh, head.position, head.yaw)
+            found.setdefault(material, []).append(where)
+    poles = [_support(support, int(k)) for support, k in zip(supports, levels[1], strict=True)]
+    found.setdefault("signal_pole", []).extend(poles)
+    return tuple(
+        StaticPart(f"signals/{material}", "signals", Part(merge_meshes(meshes), material))
+        for material, meshes in sorted(found.items())
+    )
+
+
+def lamp_set(heads: Sequence[Head]) -> LampSet:
+    """All that shines as one mesh: the lamps of every head, then the bars of every counter."""
+    meshes: list[Mesh] = []
+    names: list[str] = []
+    glass: list[Colour] = []
+    titles = _titles(heads)
+    for head, title in zip(heads, titles, strict=True):
+        for i, colour in enumerate(STACK[head.lamps]):
+            meshes.append(_placed(_lamp(head, i, colour), head))
+            names.append(f"{title}/{colour}")
+            glass.append(_DARK if head.walks else GLASS[colour])
+    for head, title in zip(heads, titles, strict=True):
+        for place in (0, 1) if head.counter else ():
+            bars = figures.digit(place, head.lamps)
+            meshes += [_placed(mesh, head) for mesh in bars]
+            names += [f"{title}/countdown/{place}{bar}" for bar in figures.BARS]
+            glass += [_DARK] * len(bars)
+    index = _lamp_of_face(meshes)
+    tint = np.array(glass)[index]
+    mesh = merge_meshes(meshes)
+    return LampSet(LAMP_SET, "signals", mesh, index, tuple(names), weight=1.5, tint=tint, lobe=LOBE)
+
+
+def counter_rows(
+    number: int | None, colour: tuple[float, float, float]
+) -> list[tuple[float, float, float]]:
+    """Radiance of the fourteen bars of a counter that shows a number, or nothing."""
+    lit = figures.bars_of(number)
+    return [
+        colour if (place, bar) in lit else (0.0, 0.0, 0.0)
+        for place in (0, 1)
+        for bar in figures.BARS
+    ]
+
+
+def _titles(heads: Sequence[Head]) -> list[str]:
+    """The beginning of the names of a head's lamps: light, link and number."""
+    count: Counter[tuple[str, int]] = Counter()
+    titles = []
+    for head in heads:
+        key = (head.tls, head.links[0])
+        titles.append(f"{head.tls}/{head.links[0]}/{count[key]}")
+        count[key] += 1
+    return titles
+
+
+def _lamp_of_face(meshes: Sequence[Mesh]) -> Ints:
+    """Number of the mesh that each face of them all belongs to."""
+    return np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
+
+
+def _lamp(head: Head, index: int, colour: str) -> Mesh:
+    """What shines: a lens, or a person for people."""
+    if head.walks:
+        return figures.walker(index, walking=colour == GREEN)
+    return traffic_light.lens(index)
+
+
+def _placed(mesh: Mesh, head: Head) -> Mesh:
+    """A mesh of a head where it hangs."""
+    return traffic_light.placed(mesh, head.position, head.yaw)
+
+
+def _head(head: Head, level: int) -> dict[str, Mesh]:
+    """Everything of a head that does not shine, by material."""
+    over = head.over_road
+    boxes = head.lamps + head.counter
+    parts = {
+        "signal_housing": traffic_light.housing(
+            head.lamps, backing=not head.walks, counter=head.counter, level=level
+        )
+    }
+    if not head.walks:
+        parts["signal_border"] = traffic_light.border(boxes)
+    else:
+        parts["glass"] = merge_meshes(
+            [figures.window(i, sides=20 - 12 * level) for i in range(head.lamps)]
+        )
+    if over:
+        top = _ARM - float(head.position[2] - head.foot[2])
+        parts["signal_pole"] = traffic_light.hanger(head.lamps, top)
+    elif not level:
+        parts["signal_pole"] = traffic_light.bracket(head.lamps)
+    return parts
+
+
+def _support(support: Support, level: int) -> Mesh:
+    """A pole or a mast, with a crossbar for several heads."""
+    if support.reach:
+        mesh = traffic_light.mast(support.height, support.reach, level=level)
+    else:
+        mesh = traffic_light.pole(support.height, level=level)
+    if support.bar:
+        height = support.height - 0.4 if not support.reach else 2.9
+        mesh = merge_meshes([mesh, traffic_light.crossbar(support.bar, height)])
+    return traffic_light.placed(mesh, support.position, support.yaw)

@@ -1,0 +1,212 @@
+"""Traffic lights: heads at every signalled stop line, lit as the log says."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import SignalSettings
+from sumo3dviz_pt.model.geometry import Floats, frozen
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.model.scene import LeftOut, StaticPart
+from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.signals.aspects import GREEN, RED, YELLOW, Course, course_of, with_yellow
+from sumo3dviz_pt.world.signals.bodies import LAMP_SET, STACK, counter_rows, lamp_set, static_parts
+from sumo3dviz_pt.world.signals.sites import Head, Support, sites
+
+_LOG = logging.getLogger(__name__)
+
+RADIANCE: Mapping[str, tuple[float, float, float]] = {
+    RED: (1.5, 0.013, 0.008),
+    YELLOW: (0.78, 0.31, 0.006),
+    GREEN: (0.006, 0.52, 0.18),
+}
+"""Of a lit lens on its axis, in scene units, where a sunlit white wall has about 1.
+
+On a lens of 200 mm these are 330 cd of red and 390 cd of yellow and green. EN 12368 has 100
+to 400 cd for heads of performance level 1, class 1.
+"""
+
+
+NIGHT_POWER = 0.35
+"""Factor of `RADIANCE` by night, when signals are dimmed so that they do not dazzle."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signals:
+    """Everything about traffic lights of a scene.
+
+    Attributes:
+        static: Poles and housings.
+        lamps: One lamp set with every lens, or nothing.
+        heads: All heads; lamps follow them in order, from the lowest lamp up,
+            and then the digits of their counters.
+        left_out: What was left out, and why.
+        power: Factor of `RADIANCE`.
+    """
+
+    static: tuple[StaticPart, ...] = ()
+    lamps: tuple[LampSet, ...] = ()
+    heads: tuple[Head, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    power: float = 1.0
+
+    @property
+    def feet(self) -> Floats:
+        """Where poles stand, (heads, 2) [m]."""
+        return np.array([head.foot[:2] for head in self.heads]).reshape(-1, 2)
+
+    def radiance_at(self, time: float) -> dict[str, Floats]:
+        """Radiance of every lamp at a time [s], (lamps, 3), by lamp set id."""
+        if not self.lamps:
+            return {}
+        known: dict[tuple[int, int], frozenset[str]] = {}
+        rows = []
+        counters = []
+        for head in self.heads:
+            key = (id(head.course), head.lamps)
+            if key not in known:
+                known[key] = head.course.lit_at(time, lamps=head.lamps)
+            lit = [colour for colour in STACK[head.lamps] if colour in known[key]]
+            rows += [RADIANCE[c] if c in lit else (0.0, 0.0, 0.0) for c in STACK[head.lamps]]
+            if head.counter:
+                number = head.course.seconds_left(time) if lit else None
+                counters += counter_rows(number, RADIANCE[lit[-1]] if lit else (0.0, 0.0, 0.0))
+        return {LAMP_SET: frozen(self.power * np.array(rows + counters))}
+
+    def heads_of(self, tls: str, link: int) -> tuple[int, ...]:
+        """Indices of the heads that show a link's state."""
+        return tuple(
+            i for i, head in enumerate(self.heads) if head.tls == tls and link in head.links
+        )
+
+    def aspect_at(self, tls: str, link: int, time: float) -> frozenset[str]:
+        """Which lamps are lit for a link at a time [s]; empty for an unknown link."""
+        found = self.heads_of(tls, link)
+        if not found:
+            return frozenset()
+        head = self.heads[found[0]]
+        return head.course.lit_at(time, lamps=head.lamps)
+
+
+def build_signals(
+    network: Network,
+    phases: Mapping[str, SignalPhases],
+    settings: SignalSettings,
+    *,
+    around: Surroundings | None = None,
+    raised: HeightAt | None = None,
+) -> Signals:
+    """Build the traffic lights of a network.
+
+    Args:
+        network: The road network; its connections say where lights stand.
+        phases: The signal log by tls id.
+        settings: Design, and what to do about missing yellow.
+        around: Lanes and cameras, if somebody indexed them already; without, all is near.
+        raised: How much higher than the carriageway people walk at places.
+
+    Returns:
+        Empty, and saying why, without lights in the network or without a log.
+    """
+    links, left_out = _signalled(network, phases, settings)
+    if not links:
+        return Signals(left_out=left_out)
+    lamps = 2 if settings.design == "two_heads" else 3
+    courses: dict[tuple[str, int, bool], Course] = {}
+    unique: dict[Course, Course] = {}
+
+    def shown(link: Connection, lamps_of_head: int) -> Course:
+        walks = network.edges[network.lanes[link.from_lane].edge_id].function != "normal"
+        fill = settings.yellow == "auto" and lamps_of_head == 3 and not walks
+        key = (link.tls, link.link_index, fill)
+        if key not in courses:
+            course = course_of(phases[link.tls], link.link_index)
+            course = with_yellow(course, settings.yellow_time) if fill else course
+            courses[key] = unique.setdefault(course, course)
+        return courses[key]
+
+    index = build_lane_index(network) if around is None else around.index
+    heads, supports = sites(network, links, index=index, course_of=shown, lamps=lamps)
+    if not heads:
+        return Signals(left_out=left_out)
+    if settings.design == "countdown":
+        heads = [replace(head, counter=not head.walks) for head in heads]
+    heads = [
+        replace(head, position=head.position + up, foot=head.foot + up)
+        for head, up in zip(heads, _lift(heads, raised), strict=True)
+    ]
+    supports = [
+        replace(support, position=support.position + up)
+        for support, up in zip(supports, _lift(supports, raised), strict=True)
+    ]
+    static = static_parts(
+        heads, supports, distances=(_distances(heads, around), _distances(supports, around))
+    )
+    power = NIGHT_POWER if around is not None and around.dark else 1.0
+    return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)
+
+
+def _lift(things: list[Head] | list[Support], raised: HeightAt | None) -> Floats:
+    """By how much things move up to stand where people walk, (n, 3) [m]."""
+    up = np.zeros((len(things), 3))
+    if raised is not None and things:
+        up[:, 2] = raised(np.array([thing.foot[:2] for thing in things]))
+    return up
+
+
+def _distances(things: list[Head] | list[Support], around: Surroundings | None) -> Floats:
+    """How far things are from the nearest camera, (n,) [m]; 0 without one."""
+    if around is None or not len(around.viewpoints):
+        return np.zeros(len(things))
+    return around.distances(np.array([thing.position[:2] for thing in things]).reshape(-1, 2))
+
+
+def _signalled(
+    network: Network, phases: Mapping[str, SignalPhases], settings: SignalSettings
+) -> tuple[list[Connection], tuple[LeftOut, ...]]:
+    """Connections with a light whose states are known, and why others have none."""
+    if not settings.show:
+        return [], (LeftOut("signals", "switched off by `signals.show`"),)
+    links = [link for link in network.connections if link.tls and link.link_index >= 0]
+    if not links:
+        return [], (LeftOut("signals", "the network has none"),)
+    if not any(entry.states for entry in phases.values()):
+        return [], (LeftOut("signals", "there is no signal log"),)
+    silent = {link.tls for link in links if not (link.tls in phases and phases[link.tls].states)}
+    known = [link for link in links if link.tls not in silent]
+    right = [
+        link
+        for link in known
+        if any(link.link_index < len(state) for state in phases[link.tls].states)
+    ]
+    left_out = []
+    if silent:
+        left_out.append(
+            LeftOut(
+                f"signals of {len(silent)} traffic lights",
+                f"the signal log does not know them: {_some(silent)}",
+            )
+        )
+    if len(right) < len(known):
+        left_out.append(
+            LeftOut(
+                f"signals of {len(known) - len(right)} links",
+                "the log's state strings are too short for them",
+            )
+        )
+    for item in left_out:
+        _LOG.warning("left out %s: %s", item.what, item.why)
+    return right, tuple(left_out)
+
+
+def _some(names: set[str]) -> str:
+    """The first few names."""
+    listed = sorted(names)
+    return ", ".join(listed[:3]) + (", ..." if len(listed) > 3 else "")

@@ -1,0 +1,262 @@
+"""Where signal heads stand: at every signalled stop line and crossing.
+
+Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traffic),
+sidewalk and bicycle lane included, 3.5 m behind the stop line, so that who waits at the
+line sees it, or nearer where a carriageway is in the way; it carries one head per
+different course of the edge, in lane order. Edges with three or more signalled lanes
+also get an arm with heads over each lane. Pedestrians: a pole at either end of a crossing.
+
+References:
+    Distance from stop line to signal: FGSV, Richtlinien fuer Lichtsignalanlagen (RiLSA),
+    which asks for 2.5 m at least and 3.5 m usually.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Connection, Edge, Network
+from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.signals.aspects import Course
+
+POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.2, 4.7, 2.1
+"""Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
+_BESIDE, _SPACING = 0.7, 0.56
+_BEHIND = (3.5, 2.0)  # places behind the stop line that are tried first [m]
+_LAST = 0.5  # and the last one [m]
+_WIDE = 3  # signalled lanes from which an arm reaches over the road
+_STEPS = np.arange(0.0, 8.0, 0.5)  # how far a pole may move outwards [m]
+_UP = np.array([0.0, 0.0, 1.0])
+_WALKS = ("crossing", "walkingarea")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Head:
+    """A signal head to be built.
+
+    Attributes:
+        tls: Id of its traffic light.
+        links: Every link whose state it shows; the first names it.
+        course: What it shows.
+        lamps: 2 or 3.
+        position: Below the middle of its housing, (3,) [m].
+        yaw: Driving or walking direction of those who see it [rad].
+        foot: Where its pole stands, (3,) [m].
+        walks: Whether it is for people on foot.
+        counter: Whether it has digits that count seconds.
+    """
+
+    tls: str
+    links: tuple[int, ...]
+    course: Course
+    lamps: int
+    position: Floats
+    yaw: float
+    foot: Floats
+    walks: bool = False
+    counter: bool = False
+
+    @property
+    def over_road(self) -> bool:
+        """Whether it hangs on an arm."""
+        return float(self.position[2] - self.foot[2]) > ARM_BOTTOM - 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Support:
+    """A pole, or a mast with an arm.
+
+    Attributes:
+        position: Its foot, (3,) [m].
+        yaw: As its heads' [rad].
+        height: [m].
+        reach: Length of the arm, to the left positive [m]; 0 for a pole.
+        bar: Width of the crossbar that several heads hang on [m]; 0 for none.
+    """
+
+    position: Floats
+    yaw: float
+    height: float
+    reach: float = 0.0
+    bar: float = 0.0
+
+    @property
+    def foot(self) -> Floats:
+        """Where it stands, (3,) [m]."""
+        return self.position
+
+
+CourseOf = Callable[[Connection, int], Course]
+"""The course of a connection's link as a head with 2 or 3 lamps shows it."""
+
+Group = tuple[str, Course, tuple[int, ...]]
+"""Traffic light, what it shows, and the links that share it."""
+
+
+def sites(
+    network: Network,
+    links: Sequence[Connection],
+    *,
+    index: LaneIndex,
+    course_of: CourseOf,
+    lamps: int,
+) -> tuple[list[Head], list[Support]]:
+    """Place heads and what carries them.
+
+    Args:
+        network: The road network.
+        links: Signalled connections.
+        index: Keeps poles off carriageways.
+        course_of: Says what a head for a link shows.
+        lamps: Of a head for vehicles, 2 or 3.
+    """
+    heads: list[Head] = []
+    supports: list[Support] = []
+    for edge, own in _by_edge(network, links).items():
+        if network.edges[edge].function in _WALKS:
+            groups = _groups(own, course_of, 2)
+            made = _crossing(network.edges[edge], groups, index)
+        else:
+            made = _approach(network, network.edges[edge], own, (index, course_of, lamps))
+        heads += made[0]
+        supports += made[1]
+    return heads, supports
+
+
+def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list[Connection]]:
+    """Links by the edge whose end they guard, or by the crossing they let people onto."""
+    found: dict[str, list[Connection]] = {}
+    for link in links:
+        start, end = (
+            network.edges[network.lanes[lane].edge_id] for lane in (link.from_lane, link.to_lane)
+        )
+        if start.function in _WALKS:
+            crossing = end if end.function == "crossing" else start
+            found.setdefault(crossing.id, []).append(link)
+        elif start.function != "internal":
+            found.setdefault(start.id, []).append(link)
+    return found
+
+
+def _groups(links: Sequence[Connection], course_of: CourseOf, lamps: int) -> list[Group]:
+    """Links that always show the same, in the order given."""
+    found: dict[tuple[str, Course], list[int]] = {}
+    for link in links:
+        key = (link.tls, course_of(link, lamps))
+        if link.link_index not in found.setdefault(key, []):
+            found[key].append(link.link_index)
+    return [(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()]
+
+
+def _approach(
+    network: Network,
+    edge: Edge,
+    links: list[Connection],
+    how: tuple[LaneIndex, CourseOf, int],
+) -> tuple[list[Head], list[Support]]:
+    """Heads at the end of an edge."""
+    index, course_of, lamps = how
+    number = {lane.id: lane.index for lane in edge.lanes}
+    links = sorted(links, key=lambda link: (number[link.from_lane], link.link_index))
+    groups = _groups(links, course_of, lamps)
+    along, yaw = _direction(edge.lanes[0].shape)
+    outward = _left(along) if network.left_hand else -_left(along)
+    bar = (len(groups) - 1) * _SPACING
+    # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
+    probes = (0.0 * along, -2.0 * along, -4.5 * along, -bar / 2 * outward)
+    foot = _freest(_feet(edge, along, outward, bar), probes, index)
+    heads = _row(groups, (foot, foot + POLE_BOTTOM * _UP), (-outward, along, yaw), lamps)
+    lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
+    if len(lanes) < _WIDE:
+        height = POLE_BOTTOM + 0.3 * lamps + 0.12
+        return heads, [Support(foot, yaw, height, bar=bar)]
+    for lane in lanes:
+        own = _groups([k for k in links if k.from_lane == lane.id], course_of, lamps)
+        across = float((lane.shape[-1] - foot) @ -outward)
+        bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * _UP
+        heads += _row(own, (foot, bottom), (-outward, along, yaw), lamps)
+    reach = max((float((lane.shape[-1] - foot) @ _left(along)) for lane in lanes), key=abs)
+    reach += 0.5 * float(np.sign(reach))
+    return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar)]
+
+
+def _row(
+    groups: Sequence[Group],
+    place: tuple[Floats, Floats],
+    frame: tuple[Floats, Floats, float],
+    lamps: int,
+) -> list[Head]:
+    """Heads beside each other, from the outer lanes' inwards; `place` is foot and bottom."""
+    foot, bottom = place
+    inward, along, yaw = frame
+    offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
+    return [
+        Head(tls, links, course, lamps, bottom + offset * inward - 0.19 * along, yaw, foot)
+        for (tls, course, links), offset in zip(groups, offsets, strict=True)
+    ]
+
+
+def _crossing(
+    edge: Edge, groups: Sequence[Group], index: LaneIndex
+) -> tuple[list[Head], list[Support]]:
+    """Heads at both ends of a crossing, each looking over the road."""
+    lane = edge.lanes[0]
+    heads: list[Head] = []
+    supports: list[Support] = []
+    for shape in (lane.shape, lane.shape[::-1]):
+        along, yaw = _direction(shape)
+        beside = -_left(along) * (lane.width / 2 + 0.35)
+        places = [
+            shape[-1] + out * along + side * beside
+            for side in (1.0, -1.0, 1.5, -1.5)
+            for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
+        ]
+        foot = _freest(np.array(places), (0.0 * along,), index)
+        row = _row(groups, (foot, foot + WALK_BOTTOM * _UP), (_left(along), along, yaw), 2)
+        heads += [replace(head, walks=True) for head in row]
+        bar = (len(groups) - 1) * _SPACING
+        supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
+    return heads, supports
+
+
+def _feet(edge: Edge, along: Floats, outward: Floats, bar: float) -> Floats:
+    """Places for a pole with a crossbar at an edge's end, best first, (n, 3) [m]."""
+    outer, inner = edge.lanes[0], edge.lanes[-1]
+    border = outer.shape[-1] + (outer.width / 2 + _BESIDE + bar / 2) * outward
+    near = [border + behind * along + _STEPS[:4, None] * outward for behind in _BEHIND]
+    far = border + _LAST * along + _STEPS[:, None] * outward
+    opposite = inner.shape[-1] + _LAST * along - (inner.width / 2 + _BESIDE) * outward
+    return np.vstack([*near, far, opposite])
+
+
+def _freest(candidates: Floats, probes: Sequence[Floats], index: LaneIndex) -> Floats:
+    """The first place that is most clear of carriageways.
+
+    Args:
+        candidates: Places for a pole, best first, (n, 3) [m].
+        probes: Vectors from the pole to what must not be over a carriageway, (3,) each.
+        index: The network's lanes.
+    """
+    blocked = [index.covers((candidates + probe)[:, :2], margin=0.3) for probe in probes]
+    best: Floats = candidates[int(np.argmin(np.sum(blocked, axis=0)))]
+    return best
+
+
+def _direction(shape: Floats) -> tuple[Floats, float]:
+    """Horizontal unit direction at a polyline's end, (3,), and its yaw [rad]."""
+    away = np.linalg.norm(shape[:, :2] - shape[-1, :2], axis=1)
+    far = np.flatnonzero(away > 1.0)
+    step = shape[-1] - shape[far[-1] if len(far) else 0]
+    length = float(np.hypot(step[0], step[1]))
+    if length < 1e-9:
+        return np.array([1.0, 0.0, 0.0]), 0.0
+    return np.array([step[0], step[1], 0.0]) / length, float(np.arctan2(step[1], step[0]))
+
+
+def _left(along: Floats) -> Floats:
+    """The horizontal direction to the left of another."""
+    return np.array([-along[1], along[0], 0.0])

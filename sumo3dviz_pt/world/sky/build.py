@@ -1,0 +1,326 @@
+"""Builds the sky of a scene from its settings.
+
+There are three kinds, registered in `KINDS` by the setting that asks for them: a
+user's radiance map (`file`), a preset of ours with or without clouds (`preset`),
+and the clear sky of a date, time and place (`sun`).
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import SkySettings, SunSettings
+from sumo3dviz_pt.library.skies.maps import cloud_layer
+from sumo3dviz_pt.library.skies.radiance_maps import read_exr_map, read_radiance_map
+from sumo3dviz_pt.model.geometry import Colour, Image
+from sumo3dviz_pt.model.network import Location
+from sumo3dviz_pt.model.scene import CloudLayer, Sky
+from sumo3dviz_pt.world.sky.sun import SunPosition, convergence, local_time, sun_position
+
+DEFAULT_PRESET = "sky_blue"
+"""Used where a scene says nothing about its sky."""
+
+NIGHT = (4.0e-7, 5.0e-7, 8.0e-7)
+"""Radiance of a moonless sky over a city, about 0.016 cd/m^2 [scene units]."""
+
+NOON_IRRADIANCE = 3.1
+"""On the ground at clear noon [scene units]: 100 klx, 32 kcd/m^2 per unit."""
+
+DARK = float(np.radians(-7.0))
+"""Sun below which stars, moon and city glow are there [rad]."""
+
+STARS = 17
+"""Seed of the stars of a sky that has no preset."""
+
+# Elevation of the sun [deg] and stops that make up for 0.8 of the light that the mean
+# of ground and sunlit wall lacks against noon: dusk stays darker than noon. Below
+# -6 degrees lamps take over: at night a street lit by 15 to 20 lx shows its asphalt at a
+# tenth of white, 8 cd/m^2. Noon itself lies a little above 0, because a picture with
+# asphalt and sky at their true place beside a white wall looks dim.
+_EXPOSURE = np.array(
+    [
+        (-14.0, 12.0),
+        (-10.0, 11.8),
+        (-6.0, 10.9),
+        (-4.0, 9.3),
+        (-2.0, 7.3),
+        (0.0, 5.5),
+        (2.0, 4.4),
+        (5.0, 3.4),
+        (10.0, 2.4),
+        (20.0, 1.3),
+        (30.0, 0.85),
+        (45.0, 0.5),
+        (60.0, 0.4),
+        (90.0, 0.4),
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True)
+class SkyPreset:
+    """Content of a file in `scene_templates/sky`.
+
+    Attributes:
+        sun: `azimuth` clockwise from north and `elevation` [deg]; default: the one
+            that the clouds were baked for.
+        turbidity: Of the clear sky behind the clouds, [1, 10].
+        clouds: A sky asset's name, or None.
+        exposure: Added to the exposure that the sun asks for [EV].
+        tint: What the sun's light and sky are multiplied with.
+        night: Radiance of the sky without sun and moon, scene units.
+        moon: `azimuth` and `elevation` of a full moon [deg], or None.
+        stars: Their seed, or None for none.
+        glow: Radiance of a city's light at the horizon, scene units.
+        purpose: What it is for.
+    """
+
+    sun: Mapping[str, float] | None = None
+    turbidity: float = 3.0
+    clouds: str | None = None
+    exposure: float = 0.0
+    tint: Sequence[float] = (1.0, 1.0, 1.0)
+    night: Sequence[float] = NIGHT
+    moon: Mapping[str, float] | None = None
+    stars: int | None = None
+    glow: Sequence[float] = (0.0, 0.0, 0.0)
+    purpose: str = ""
+
+
+def base_exposure(elevation: float) -> float:
+    """Exposure at which a clear sky and its ground look right.
+
+    Depends on nothing but the sun, so that all frames and all variants of a study
+    share it.
+
+    Args:
+        elevation: Of the sun [rad].
+
+    Returns:
+        EV; falls smoothly with the sun's elevation from 12 at night to 0.4.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    curve = PchipInterpolator(_EXPOSURE[:, 0], _EXPOSURE[:, 1])
+    lowest, highest = _EXPOSURE[0, 0], _EXPOSURE[-1, 0]
+    return float(curve(np.clip(np.degrees(elevation), lowest, highest)))
+
+
+def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
+    """Where the sun stands in the network's north, by angles or by clock and place.
+
+    Args:
+        settings: The scene file's.
+        location: The network's, for scenes that give no place.
+
+    Raises:
+        ConfigError: If the place is needed and unknown.
+    """
+    if settings.azimuth is not None and settings.elevation is not None:
+        return _angles({"azimuth": settings.azimuth, "elevation": settings.elevation})
+    where = np.radians(place_of(settings, location))
+    sun = sun_position(moment_of(settings, location), latitude=where[0], longitude=where[1])
+    turned = 0.0
+    if location is not None:
+        turned = convergence(location.projection, latitude=where[0], longitude=where[1])
+    return SunPosition((sun.azimuth - turned) % (2 * np.pi), sun.elevation)
+
+
+def moment_of(settings: SunSettings, location: Location | None) -> dt.datetime:
+    """The moment that date and time mean, with its zone.
+
+    Raises:
+        ConfigError: If place or zone are needed and unknown.
+    """
+    assert settings.date is not None and settings.time is not None
+    latitude, longitude = place_of(settings, location)
+    return local_time(
+        settings.date,
+        settings.time,
+        zone=settings.zone,
+        latitude=latitude,
+        longitude=longitude,
+    )
+
+
+def place_of(settings: SunSettings, location: Location | None) -> tuple[float, float]:
+    """Latitude and longitude from which the sun is seen [deg].
+
+    Raises:
+        ConfigError: If the scene gives none and the network has none.
+    """
+    return settings.place or _place(location)
+
+
+def _place(location: Location | None) -> tuple[float, float]:
+    """Latitude and longitude of the network's middle [deg]."""
+    if location is None or location.projection == "!":
+        raise ConfigError(
+            "the network does not lie on the Earth; give latitude and longitude",
+            key="sky.sun.place",
+        )
+    west, south, east, north = location.geo_boundary
+    return (south + north) / 2, (west + east) / 2
+
+
+def _angles(angles: Mapping[str, float]) -> SunPosition:
+    """A sun by `azimuth` and `elevation` [deg]."""
+    return SunPosition(
+        float(np.radians(angles["azimuth"])) % (2 * np.pi), float(np.radians(angles["elevation"]))
+    )
+
+
+def read_clouds(name: str) -> tuple[CloudLayer, SunPosition]:
+    """A baked cloud layer and the sun that lights it.
+
+    Raises:
+        ConfigError: If there is no such sky asset.
+    """
+    entry = catalog.find("skies", name)
+    maps = read_exr_map(entry.folder / entry.meta["map"])
+    lit_by = _angles(entry.meta["sun"])
+    return cloud_layer(maps, lit_from=lit_by.elevation), lit_by
+
+
+def preset_sky(settings: SkySettings, location: Location | None) -> Sky:
+    """A preset, perhaps with the sun moved.
+
+    Clouds turn with the sun or moon, so that they stay lit from its side.
+
+    Raises:
+        ConfigError: If the preset or its clouds do not exist, or are wrong.
+    """
+    name = settings.preset or DEFAULT_PRESET
+    preset = _preset(name)
+    clouds, lit_by = read_clouds(preset.clouds) if preset.clouds else (None, None)
+    own = lit_by if preset.sun is None else _angles(preset.sun)
+    if own is None:
+        raise ConfigError(f"sky preset {name!r} has neither sun nor clouds")
+    sun = own if settings.sun is None else sun_of(settings.sun, location=location)
+    dark = sun.elevation < DARK
+    light = _angles(preset.moon) if dark and preset.moon is not None else sun
+    turned = 0.0 if lit_by is None else light.azimuth - lit_by.azimuth
+    sky = Sky(
+        sun.direction,
+        turbidity=preset.turbidity if settings.turbidity is None else settings.turbidity,
+        clouds=clouds,
+        rotation=float(np.radians(settings.rotation)) + turned,
+        night=_colour(preset.night),
+        tint=_colour(preset.tint),
+        exposure=base_exposure(sun.elevation) + preset.exposure,
+    )
+    return _by_night(sky, preset) if dark else sky
+
+
+def _preset(name: str) -> SkyPreset:
+    """A preset by its name."""
+    try:
+        return SkyPreset(**catalog.template("sky", name))
+    except TypeError as error:
+        raise ConfigError(f"sky preset {name!r}: {error}") from error
+
+
+def _by_night(sky: Sky, preset: SkyPreset) -> Sky:
+    """Add what only shows when the sun is far down; by day nothing of it is built."""
+    moon = None if preset.moon is None else _angles(preset.moon).direction
+    return replace(sky, moon_direction=moon, stars=preset.stars, glow=_colour(preset.glow))
+
+
+def _colour(values: Sequence[float]) -> Colour:
+    """Three numbers of a preset."""
+    red, green, blue = (float(value) for value in values)
+    return red, green, blue
+
+
+def sun_sky(settings: SkySettings, location: Location | None) -> Sky:
+    """A clear sky by the sun alone.
+
+    Raises:
+        ConfigError: If the place is needed and unknown.
+    """
+    assert settings.sun is not None
+    sun = sun_of(settings.sun, location=location)
+    return Sky(
+        sun.direction,
+        turbidity=3.0 if settings.turbidity is None else settings.turbidity,
+        night=NIGHT,
+        stars=STARS if sun.elevation < DARK else None,
+        exposure=base_exposure(sun.elevation),
+    )
+
+
+def file_sky(settings: SkySettings, location: Location | None) -> Sky:
+    """A user's radiance map, whatever its unit.
+
+    Its exposure brings the map's own light on the ground to that of noon, so
+    `scale` makes the picture brighter.
+
+    Raises:
+        InputError: If the file cannot be used.
+    """
+    del location
+    assert settings.file is not None
+    image = read_radiance_map(settings.file)
+    light = max(_irradiance(image), 1e-9)
+    return Sky(
+        None,
+        image=image,
+        image_scale=settings.scale,
+        rotation=float(np.radians(settings.rotation)),
+        exposure=base_exposure(np.pi / 2) + float(np.log2(NOON_IRRADIANCE / light)),
+    )
+
+
+def _irradiance(image: Image) -> float:
+    """Luminance-weighted light on the ground under a map, in the map's units."""
+    rows = len(image)
+    theta = (np.arange(rows) + 0.5) / rows * np.pi
+    weight = np.sin(theta) * np.maximum(np.cos(theta), 0.0) * (np.pi / rows)
+    luminance = image.mean(axis=1, dtype=np.float64) @ np.array([0.2126, 0.7152, 0.0722])
+    return float((luminance * weight).sum() * 2 * np.pi)
+
+
+Kind = Callable[[SkySettings, Location | None], Sky]
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {"file": file_sky, "preset": preset_sky, "sun": sun_sky}
+)
+"""Ways to make a sky, by the setting that asks for them; the first one given wins."""
+
+
+def build_sky(settings: SkySettings, *, location: Location | None = None) -> Sky:
+    """Build the sky that a scene asks for; `sky_blue` if it says nothing.
+
+    Args:
+        settings: The scene file's.
+        location: The network's, for suns by clock without a place.
+
+    Raises:
+        ConfigError: If settings contradict each other or name what is unknown.
+        InputError: If a radiance map cannot be used.
+    """
+    check_sky(settings)
+    kind = next((name for name in KINDS if getattr(settings, name) is not None), "preset")
+    return KINDS[kind](settings, location)
+
+
+def check_sky(settings: SkySettings) -> None:
+    """Refuse settings that contradict each other.
+
+    Raises:
+        ConfigError: Names one of them.
+    """
+    if settings.file is not None and settings.preset is not None:
+        raise ConfigError("give either preset or file", key="sky.file")
+    if settings.scale != 1.0 and settings.file is None:
+        raise ConfigError("only a sky from a file has a scale", key="sky.scale")
+    own = settings.sun is not None or settings.turbidity is not None
+    if settings.file is not None and own:
+        raise ConfigError("a sky from a file has its own sun and haze", key="sky.file")

@@ -1,0 +1,153 @@
+"""Furniture on the corners of streets: at their outer border, out of everybody's way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.mesh.planar import areal
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.world.street.furniture import Piece, off_lanes
+from sumo3dviz_pt.world.street.places import Site
+
+REACH = 120.0
+"""Corners farther than this from every camera stay empty [m]."""
+
+RADII: Mapping[str, float] = {
+    "cabinet": 0.6,
+    "post_box": 0.35,
+    "advertising_column": 0.75,
+    "bicycle_stand": 0.6,
+    "bin": 0.25,
+    "bench": 0.95,
+}
+"""How much room a piece needs around its middle [m]."""
+
+_CHANCE: Mapping[str, float] = {
+    "cabinet": 0.75,
+    "advertising_column": 0.3,
+    "bicycle_stand": 0.55,
+    "post_box": 0.4,
+    "bin": 0.7,
+    "bench": 0.4,
+}
+_HALVES: Mapping[str, float] = {
+    "cabinet": 0.18,
+    "post_box": 0.22,
+    "advertising_column": 0.72,
+    "bicycle_stand": 0.42,
+    "bin": 0.22,
+    "bench": 0.32,
+}
+"""Half of how deep a piece is [m]."""
+
+_GAPS = (0.12, 0.5, 1.2, 1.9, 2.6)
+"""From the outer border to the back of a piece, the first that fits [m]."""
+
+_SMALLEST = 25.0
+"""Smaller corners stay empty [m2]."""
+
+_PATH = 0.5
+"""From walkers' shortest lines to a piece [m]."""
+
+_ROAD = 2.0
+"""Borders with a carriageway, a crossing or a footway this near are no outer ones [m]."""
+
+
+def place_corners(network: Network, site: Site) -> list[Piece]:
+    """Furniture on the corners near cameras, by a seed.
+
+    Args:
+        network: Its walking areas are the corners.
+        site: What is free; furniture is added to it.
+    """
+    pieces: list[Piece] = []
+    for _, edge in sorted(network.edges.items()):
+        outline = edge.lanes[0].shape if edge.function == "walkingarea" else np.zeros((0, 3))
+        if len(outline) < 3 or site.around.distances(outline).min() > REACH:
+            continue
+        area = areal(shapely.make_valid(shapely.Polygon(outline[:, :2])))
+        if area.area > _SMALLEST:
+            pieces += _on_corner(edge, area, network, site)
+    return pieces
+
+
+def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site) -> list[Piece]:
+    """Pieces along the outer border of one corner."""
+    seed = site.around.seed
+    doors = _doors(edge, network)
+    paths = shapely.union_all([shapely.LineString(pair) for pair in combinations(doors, 2)])
+    spots, inward = _outer_border(area, doors, site)
+    pieces: list[Piece] = []
+    for name, chance in _CHANCE.items():
+        if not len(spots) or share_of(seed, edge.id, name) > chance:
+            continue
+        for gap in _GAPS:
+            places = spots + (gap + _HALVES[name]) * inward
+            good = np.flatnonzero(_is_good(name, places, (area, paths), site))
+            if not len(good):
+                continue
+            k = int(good[int(share_of(seed, edge.id, name, "at") * len(good))])
+            z = float(site.standing(places[k : k + 1])[0])
+            yaw = float(np.arctan2(inward[k, 1], inward[k, 0]))
+            piece = Piece(name, (float(places[k, 0]), float(places[k, 1]), z), yaw)
+            if off_lanes(piece, site):
+                site.use(places[k : k + 1])
+                pieces.append(piece)
+                break
+    return pieces
+
+
+def _is_good(
+    name: str, places: Floats, inside: tuple[shapely.Geometry, shapely.Geometry], site: Site
+) -> Bools:
+    """Whether a piece has room at places, (n, 2) [m], on an area and beside walkers' paths."""
+    area, paths = inside
+    dots = shapely.points(places)
+    good = site.free(places, radius=RADII[name]) & site.around.seen(places, radius=2.0)
+    good &= shapely.contains(area.buffer(-_HALVES[name]), dots)
+    return np.asarray(good & (shapely.distance(dots, paths) > _PATH + _HALVES[name]))
+
+
+def _doors(edge: Edge, network: Network) -> list[Floats]:
+    """Where walkers enter a corner: ends of crossings and footways that touch it."""
+    outline = shapely.Polygon(edge.lanes[0].shape[:, :2]).buffer(0.4)
+    junction = edge.id[1:].rpartition("_")[0]
+    doors: list[Floats] = []
+    for other in network.edges.values():
+        near = (
+            other.id.startswith(f":{junction}_")
+            if other.function == "crossing"
+            else (junction in {other.from_junction, other.to_junction})
+        )
+        if not near or other.function in {"walkingarea", "internal"}:
+            continue
+        for lane in other.lanes:
+            if "pedestrian" not in lane.allowed or not len(lane.shape):
+                continue
+            for end in (lane.shape[0, :2], lane.shape[-1, :2]):
+                if outline.contains(shapely.Point(end)):
+                    doors.append(end)
+    return doors
+
+
+def _outer_border(
+    area: shapely.Geometry, doors: Sequence[Floats], site: Site
+) -> tuple[Floats, Floats]:
+    """Points of the border away from roads and doors, and unit vectors inwards, (n, 2) each."""
+    part = max(getattr(area, "geoms", [area]), key=lambda one: one.area)
+    ring = shapely.orient_polygons(part).exterior
+    at = np.arange(0.25, ring.length, 0.5)
+    points = shapely.get_coordinates(shapely.line_interpolate_point(ring, at))
+    ahead = shapely.get_coordinates(shapely.line_interpolate_point(ring, at + 0.05)) - points
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-9)
+    inward = np.column_stack([-ahead[:, 1], ahead[:, 0]])
+    outer = ~site.around.index.covers(points, margin=_ROAD)
+    for door in doors:
+        outer &= np.hypot(*(points - door).T) > _ROAD
+    return points[outer], inward[outer]

@@ -1,0 +1,262 @@
+"""Benches, bins, bollards and meters along sidewalks and at POIs; shelters at bus stops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.street import signs
+from sumo3dviz_pt.library.street.furniture import FURNITURE, SHELTER
+from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.traffic import Poi, Stop
+from sumo3dviz_pt.world.objects.build import facing_roads
+from sumo3dviz_pt.world.street.places import Border, Site, border_of, is_urban, spread
+
+REACH = 220.0
+"""Furniture farther than this from every camera is left out; shelters at twice that [m]."""
+
+WORDS: Mapping[str, str] = {
+    "bench": "bench",
+    "bin": "bin",
+    "waste_basket": "bin",
+    "bollard": "bollard",
+    "bus_shelter": "bus_shelter",
+    "shelter": "bus_shelter",
+    "parking_meter": "parking_meter",
+    "vending_machine": "parking_meter",
+}
+"""Types of POIs, in lower case, and the piece that they mean."""
+
+RADII: Mapping[str, float] = {
+    "bollard": 0.06,
+    "bin": 0.25,
+    "bench": 0.4,
+    "parking_meter": 0.2,
+    "bus_shelter": 0.9,
+    "bicycle_stand": 0.5,
+}
+"""How much room a piece needs around its middle, across the sidewalk [m]."""
+
+_LEVEL = 60.0
+_ENDS = (16.0, 16.0)  # kept clear at both ends of an edge, where people wait and turn [m]
+_SPACING = 38.0
+_WALK = 1.9  # narrowest sidewalk that benches stand on [m]
+_BOLLARDS = (7.0, 8.6, 10.2, 11.8)  # a row of them near a junction [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """Something that stands.
+
+    Attributes:
+        name: In `FURNITURE`.
+        place: x, y, z [m].
+        yaw: Towards the road [rad].
+    """
+
+    name: str
+    place: tuple[float, float, float]
+    yaw: float
+
+
+def off_lanes(piece: Piece, site: Site) -> bool:
+    """Whether no part of a piece stands on or hangs over a carriageway."""
+    foot = Transform.from_pose(piece.place, yaw=piece.yaw).points(_foot(piece.name))
+    return not site.around.index.meets(shapely.Polygon(foot[:, :2]))
+
+
+@cache
+def _foot(name: str) -> Floats:
+    """The rectangle around a piece in its own frame, (4, 3) [m]."""
+    bounds = np.stack([part.mesh.bounds for part in _body(name, 0)])
+    (x0, y0, _), (x1, y1, _) = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    return np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+
+
+def place_furniture(
+    borders: Sequence[Border], pois: Sequence[Poi], site: Site, *, auto: bool
+) -> list[Piece]:
+    """Furniture at POIs and, if wanted, along the sidewalks of towns.
+
+    Args:
+        borders: Of the edges near the camera.
+        pois: All of the scenario.
+        site: What is free; furniture is added to it.
+        auto: Whether sidewalks get some that nobody asked for.
+    """
+    pieces = _at_pois(pois, site)
+    for border in borders if auto else ():
+        if is_urban(border) and border.walk >= _WALK:
+            pieces += _bollards(border, site)
+            pieces += _benches(border, site)
+    return pieces
+
+
+def furniture_parts(pieces: Sequence[Piece], site: Site) -> list[Part]:
+    """Meshes of all pieces."""
+    places = np.array([piece.place[:2] for piece in pieces]).reshape(-1, 2)
+    far = site.around.distances(places) > _LEVEL
+    parts: list[Part] = []
+    for piece, is_far in zip(pieces, far, strict=True):
+        stand = Transform.from_pose(piece.place, yaw=piece.yaw)
+        for part in _body(piece.name, int(is_far)):
+            parts.append(Part(stand.mesh(part.mesh), part.material, part.tint))
+    return parts
+
+
+@cache
+def _body(name: str, level: int) -> tuple[Part, ...]:
+    """The parts of a piece in its own frame."""
+    return tuple(FURNITURE[name](level))
+
+
+def place_stops(
+    network: Network, stops: Sequence[Stop], site: Site
+) -> tuple[list[Piece], list[Part], int]:
+    """Shelters and signs at bus stops.
+
+    Returns:
+        Shelters, parts of the signs, and how many stops have no room for a shelter.
+    """
+    shelters: list[Piece] = []
+    parts: list[Part] = []
+    cramped = 0
+    for stop in stops:
+        lane = network.lanes.get(stop.lane)
+        border = None if lane is None else border_of(network, network.edges[lane.edge_id])
+        if lane is None or border is None:
+            continue
+        begin, end = (share * border.length for share in stop.span(lane.length))
+        spot, _, _ = border.at(np.array([(begin + end) / 2]), 0.0)
+        if site.around.distances(spot)[0] > 2 * REACH:
+            continue
+        shelter = _shelter(border, (begin + end) / 2, site)
+        parts += _stop_sign(border, end, site)
+        if shelter is None:
+            cramped += 1
+        else:
+            shelters.append(shelter)
+    return shelters, parts, cramped
+
+
+def _shelter(border: Border, along: float, site: Site) -> Piece | None:
+    """A shelter whose back stands at the outer border of the sidewalk, or beyond the verge."""
+    back = max(border.walk, 2.4)
+    tries = along + np.array([0.0, 2.0, -2.0, 4.0, -4.0, 6.0, -6.0])
+    tries = tries[(tries > 3.0) & (tries < border.length - 3.0)]
+    places, road, yaw = border.at(tries, back - SHELTER[1] / 2 + 0.45)
+    good = site.level_with(places, road)
+    # All of its length must be clear.
+    for shift in (-SHELTER[0] / 2 + 0.7, 0.0, SHELTER[0] / 2 - 0.7):
+        spots, _, _ = border.at(tries + shift, back - SHELTER[1] / 2 + 0.45)
+        good &= site.free(spots, radius=0.85)
+    heights, yaws = site.standing(border.at(tries, back - SHELTER[1])[0]), border.inward(yaw)
+    for i in np.flatnonzero(good).tolist():
+        x, y, z = (float(value) for value in (*places[i], heights[i]))
+        shelter = Piece("bus_shelter", (x, y, z), float(yaws[i]))
+        if off_lanes(shelter, site):
+            for shift in (-1.5, 0.0, 1.5):
+                site.use(border.at(tries[i : i + 1] + shift, back - 0.5)[0])
+            return shelter
+    return None
+
+
+def _stop_sign(border: Border, along: float, site: Site) -> list[Part]:
+    """The sign of a stop at its head end."""
+    tries = np.clip(along - np.array([0.5, 1.5, 2.5, 4.0]), 0.5, max(border.length - 0.5, 0.5))
+    places, road, yaw = border.at(tries, 0.5)
+    good = site.free(places, radius=0.1) & site.level_with(places, road)
+    if not good.any():
+        return []
+    i = int(np.argmax(good))
+    site.use(places[i : i + 1])
+    z = float(site.standing(places[i : i + 1])[0])
+    stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
+    return [
+        Part(stand.mesh(part.mesh), part.material, part.tint)
+        for part in signs.on_post(signs.bus_stop(), bottom=2.2)
+    ]
+
+
+def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
+    """What the scenario asks for; nothing on a road."""
+    wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
+    places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
+    index = site.around.index
+    good = (site.around.distances(places) < REACH) & ~index.covers(places, margin=0.1)
+    yaws, heights = facing_roads(places, index), np.zeros(len(places))
+    if good.any():
+        heights[good] = site.standing(places[good])
+    pieces = []
+    for i in np.flatnonzero(good):
+        poi = wanted[i]
+        yaw = float(yaws[i]) if poi.yaw is None else poi.yaw
+        x, y = map(float, places[i])
+        name = WORDS[poi.type.lower().split(".")[0]]
+        piece = Piece(name, (x, y, float(heights[i])), yaw)
+        if off_lanes(piece, site):
+            pieces.append(piece)
+            site.use(places[i : i + 1])
+    return pieces
+
+
+def _benches(border: Border, site: Site) -> list[Piece]:
+    """Benches, each with a bin, meters and bicycle stands, at the far side of a sidewalk."""
+    seed, name = site.around.seed, border.edge.id
+    at = spread(border.length, _SPACING, ends=_ENDS, shift=share_of(seed, name, "bench"))
+    pieces: list[Piece] = []
+    for i, along in enumerate(at.tolist()):
+        chance = share_of(seed, name, "piece", str(i))
+        if chance < 0.4:
+            pieces += _stood("bench", border, (along, border.walk - 0.42), site)
+            pieces += _stood("bin", border, (along + 2.1, border.walk - 0.4), site)
+        elif chance < 0.6:
+            pieces += _stood("bin", border, (along, 0.6), site)
+        elif chance < 0.75:
+            pieces += _stood("parking_meter", border, (along, border.walk - 0.3), site)
+        elif chance < 0.92:
+            pieces += _stood("bicycle_stand", border, (along, border.walk - 0.5), site)
+    return pieces
+
+
+def _bollards(border: Border, site: Site) -> list[Piece]:
+    """Rows of bollards at some kerbs near junctions."""
+    if border.length < 50.0 or share_of(site.around.seed, border.edge.id, "bollards") > 0.5:
+        return []
+    rows = [_stood("bollard", border, (along, 0.45), site, alone=False) for along in _BOLLARDS]
+    return [piece for row in rows for piece in row]
+
+
+def _stood(
+    name: str, border: Border, where: tuple[float, float], site: Site, *, alone: bool = True
+) -> list[Piece]:
+    """A piece at a distance along and out from a border, if there is room; else nothing."""
+    places, road, yaw = border.at(np.array([where[0]]), where[1])
+    if not 0.0 < where[0] < border.length or not _room(name, places, road, site):
+        return []
+    x, y = map(float, places[0])
+    z = float(site.standing(places)[0])
+    piece = Piece(name, (x, y, z), float(border.inward(yaw)[0]))
+    if not off_lanes(piece, site):
+        return []
+    if alone:
+        site.use(places)
+    return [piece]
+
+
+def _room(name: str, places: Floats, road: Floats, site: Site) -> bool:
+    """Whether a piece has room at a place, (1, 2) [m]."""
+    good = (
+        site.free(places, radius=RADII[name])
+        & site.level_with(places, road)
+        & (site.around.distances(places) < REACH)
+        & site.around.seen(places, radius=4.0)
+    )
+    return bool(good[0])

@@ -1,0 +1,227 @@
+"""Street lamps along urban roads and at POIs; by night they shine.
+
+Heads have `FLUX` lumens and throw them to the sides as `LOBE` says, more than Lambert's law
+would, so that roads are lit evenly: 17 to 20 lx below a lamp, and 10 to 17 lx on average.
+
+References:
+    EN 13201-2:2015, Road lighting, table 1 (M3: 1.0 cd/m^2, M4: 0.75 cd/m^2 on average,
+    about 15 and 11 lx on asphalt of 0.07 cd/(m^2 lx)).
+    Colour: Planck's law at 4000 K, the usual colour of such lamps, as a camera set to 5000 K
+    sees it, in linear sRGB.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from sumo3dviz_pt.library.street.lamp import LENS, head, lens, pole
+from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.lamps import LampSet, Lobe
+from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.traffic import Poi
+from sumo3dviz_pt.world.objects.build import facing_roads
+from sumo3dviz_pt.world.street.places import Border, Site, is_urban, spread
+
+LAMP_SET = "street_lamps"
+"""Beginning of the ids of lamp sets."""
+
+WORDS = frozenset({"street_lamp", "lamp", "street_light"})
+"""Types of POIs that are lamps, in lower case."""
+
+LIT = 350.0
+"""Lamps farther than this from the camera's path shine no more [m]."""
+
+REACH = 600.0
+"""Lamps farther than this are not built [m]."""
+
+LOW, HIGH = 8.0, 10.0
+"""Height of the lens along ordinary and along wide roads [m]."""
+
+FLUX = {LOW: 7600.0, HIGH: 13500.0}
+"""Luminous flux of a head by its height [lm]."""
+
+LOBE = Lobe(3.0, 4.0)
+"""Of a head: most candelas 50 degrees from straight down."""
+
+_COLOUR = (1.0, 0.78, 0.56)
+_WEIGHT = (0.2126, 0.7152, 0.0722)
+_CANDELAS = 32_000.0  # cd/m^2 in a scene unit
+_SPACING = 30.0
+_SHIFTS = np.array([0.0, 2.5, -2.5, 5.0, -5.0, 7.5, -7.5])  # other places of a lamp [m]
+_BACK = 0.55  # from the kerb to the pole [m]
+_VERGE = 1.1  # the same where there is no sidewalk [m]
+_ENDS = (4.0, 14.0)  # kept clear after junctions and before them, where signals stand [m]
+_WIDE = 9.5  # carriageways from which lamps are high [m]
+_NARROW = 10.0  # both directions together; below, the two sides take turns [m]
+_LEVELS = (60.0, 150.0)
+# Distances and weights; the weights as those in render/lights/running.py, by measuring.
+_RINGS = ((0.0, 70.0, 1.6), (70.0, 160.0, 1.2), (160.0, LIT, 0.5))
+_SHOWN = 14.0
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """A lamp.
+
+    Attributes:
+        place: Of its foot, x, y, z [m].
+        yaw: Towards the road [rad].
+        height: Of its lens above the foot [m].
+    """
+
+    place: tuple[float, float, float]
+    yaw: float
+    height: float
+
+
+def radiance(height: float) -> tuple[float, float, float]:
+    """Radiance of a lens that hangs at a height [m] straight down, in scene units."""
+    area = LENS[0] * LENS[1]
+    luminance = FLUX[height] / (LOBE.flux * area) / _CANDELAS
+    scale = luminance / float(np.dot(_COLOUR, _WEIGHT))
+    red, green, blue = (scale * channel for channel in _COLOUR)
+    return red, green, blue
+
+
+def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> list[Lamp]:
+    """Lamps at POIs, and along urban edges.
+
+    Args:
+        borders: Of the edges near the camera.
+        pois: All of the scenario.
+        site: What is free; lamps are added to it.
+    """
+    lamps = _at_pois(pois, site)
+    given = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
+    widths = {(b.edge.from_junction, b.edge.to_junction): b.road for b in borders}
+    for border in borders:
+        if is_urban(border):
+            lamps += _along(border, widths, site, given)
+    return lamps
+
+
+def lamp_parts(lamps: Sequence[Lamp], site: Site, *, dark: bool) -> list[Part]:
+    """Poles, heads and, by day, lenses."""
+    around = site.around
+    places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
+    away = around.distances(places)
+    seen = around.seen(places, radius=_SHOWN)
+    shining = away < LIT
+    parts: list[Part] = []
+    for lamp, far, shown, lit in zip(lamps, away, seen, shining, strict=True):
+        if not shown:
+            continue
+        level = int(np.searchsorted(_LEVELS, far))
+        stand = Transform.from_pose(lamp.place, yaw=lamp.yaw)
+        parts.append(Part(stand.mesh(_body(lamp.height, level)), "galvanised"))
+        if not (dark and lit):
+            parts.append(Part(stand.mesh(lens(lamp.height)), "lamp_lens"))
+    return parts
+
+
+@cache
+def _body(height: float, level: int) -> Mesh:
+    """Pole and head of a lamp."""
+    return merge_meshes([pole(height, level=level), head(height, level=level)])
+
+
+def lamp_sets(lamps: Sequence[Lamp], site: Site) -> tuple[LampSet, ...]:
+    """What shines by night, near the camera's path, in rings of distance.
+
+    A path picks a set by its weight and then a lamp by its area. In one set of all, a near
+    lamp would rarely be picked and then count so much that the firefly cap cut it off.
+    """
+    places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
+    away = site.around.distances(places)
+    found = []
+    for number, (low, high, weight) in enumerate(_RINGS):
+        ring = [lamp for lamp, d in zip(lamps, away.tolist(), strict=True) if low <= d < high]
+        if ring:
+            found.append(_ring(f"{LAMP_SET}_{number}", ring, weight))
+    return tuple(found)
+
+
+def _ring(name: str, lamps: Sequence[Lamp], weight: float) -> LampSet:
+    """One lamp set."""
+    meshes = [
+        Transform.from_pose(lamp.place, yaw=lamp.yaw).mesh(lens(lamp.height)) for lamp in lamps
+    ]
+    mesh = merge_meshes(meshes)
+    return LampSet(
+        name,
+        "street lamps",
+        mesh,
+        np.repeat(np.arange(len(lamps)), [len(lens.faces) for lens in meshes]),
+        tuple(f"{name}/{i}" for i in range(len(lamps))),
+        sampled=True,
+        radiance=np.array([radiance(lamp.height) for lamp in lamps]),
+        weight=weight,
+        tint=np.full((len(mesh.faces), 3), 0.5),
+        lobe=LOBE,
+    )
+
+
+def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
+    """Lamps that the scenario asks for; none on a road."""
+    wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
+    places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
+    near = site.around.distances(places) < REACH
+    free = near & ~site.around.index.covers(places, margin=0.1)
+    yaws = facing_roads(places, site.around.index)
+    heights = site.standing(places[free]) if free.any() else np.zeros(0)
+    site.use(places[free])
+    lamps = []
+    for i, z in zip(np.flatnonzero(free), heights, strict=True):
+        given = wanted[i].yaw
+        yaw = float(yaws[i]) if given is None else given
+        x, y = map(float, places[i])
+        lamps.append(Lamp((x, y, float(z)), yaw, LOW))
+    return lamps
+
+
+def _along(
+    border: Border, widths: Mapping[tuple[str, str], float], site: Site, given: Floats
+) -> list[Lamp]:
+    """Lamps along one edge, away from given ones."""
+    edge = border.edge
+    twin = widths.get((edge.to_junction, edge.from_junction), 0.0)
+    wide = border.road > _WIDE or border.road + twin > 2 * _WIDE
+    # Narrow roads have lamps on their two sides in turn.
+    turns = bool(twin) and border.road + twin < _NARROW
+    spacing, shift = _SPACING, 0.5
+    if turns:
+        # Each side measures along its own direction, so a quarter makes them take turns.
+        spacing, shift = 2 * _SPACING, 0.25
+    at = spread(border.length, spacing, ends=_ENDS, shift=shift)
+    back = _BACK if border.walk > 0.0 else _VERGE
+    if not len(at):
+        return []
+    # Where something else stands, the lamp moves along a little.
+    tries = np.clip(at[:, None] + _SHIFTS, 1.0, max(border.length - 1.0, 1.0))
+    places, road, yaw = border.at(tries.reshape(-1), back)
+    good = (
+        (site.around.distances(places) < REACH)
+        & site.free(places, radius=0.2)
+        & site.level_with(places, road)
+        & ~_near_any(places, given, _SPACING / 2)
+    ).reshape(tries.shape)
+    first = np.flatnonzero(good.any(axis=1)) * len(_SHIFTS) + good.argmax(axis=1)[good.any(axis=1)]
+    places, yaws = places[first], border.inward(yaw[first])
+    heights = site.standing(places) if len(places) else np.zeros(0)
+    site.use(places)
+    return [
+        Lamp((float(x), float(y), float(z)), float(turn), HIGH if wide else LOW)
+        for (x, y), z, turn in zip(places, heights, yaws, strict=True)
+    ]
+
+
+def _near_any(places: Floats, others: Floats, distance: float) -> Bools:
+    """Which places, (n, 2), lie closer to others, (m, 2), than a distance [m]."""
+    if not len(places) or not len(others):
+        return np.zeros(len(places), dtype=np.bool_)
+    away = np.linalg.norm(places[:, None] - others[None], axis=2)
+    return np.asarray(away.min(axis=1) < distance)

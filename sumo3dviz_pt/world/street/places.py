@@ -1,0 +1,222 @@
+"""Where street furniture may stand: along the borders of roads, never on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.network import Edge, Lane, Network
+from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+
+MARGIN = 0.25
+"""Distance that everything keeps from carriageways and bicycle lanes [m]."""
+
+_STEP = 1.0  # highest difference between the ground and the road beside it [m]
+_CAMERA = 2.5  # distance that things keep from cameras that are not high above [m]
+_WALKS = ("crossing",)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Border:
+    """The outer border of an edge's carriageway: a kerb, or where the verge begins.
+
+    Attributes:
+        edge: The edge.
+        line: Along the driving direction, (n, 3) [m].
+        outward: 1 if away from the road is left of the line, -1 if right.
+        walk: Width of the sidewalk beyond it [m]; 0 without one.
+        road: Width of the carriageway [m].
+    """
+
+    edge: Edge
+    line: Floats
+    outward: int
+    walk: float
+    road: float
+
+    @property
+    def length(self) -> float:
+        """[m]."""
+        return float(np.linalg.norm(np.diff(self.line[:, :2], axis=0), axis=1).sum())
+
+    def at(self, along: Floats, out: Floats | float) -> tuple[Floats, Floats, Floats]:
+        """Points beside the border.
+
+        Args:
+            along: Distances from its begin, (n,) [m].
+            out: Distances away from the road, (n,) or one [m].
+
+        Returns:
+            Places (n, 2) [m], the road's height there (n,) [m] and its direction (n,) [rad].
+        """
+        step = np.diff(self.line, axis=0)
+        knots = np.append(0.0, np.cumsum(np.linalg.norm(step[:, :2], axis=1)))
+        points = np.column_stack([np.interp(along, knots, column) for column in self.line.T])
+        which = np.clip(np.searchsorted(knots, along, side="right") - 1, 0, len(step) - 1)
+        yaw = np.arctan2(step[which, 1], step[which, 0])
+        away = self.outward * np.column_stack([-np.sin(yaw), np.cos(yaw)])
+        places = points[:, :2] + np.broadcast_to(out, len(yaw))[:, None] * away
+        return settled(places), points[:, 2], yaw
+
+    def inward(self, yaw: Floats) -> Floats:
+        """Directions towards the road where it runs in directions, (n,) [rad]."""
+        return np.asarray(yaw - self.outward * np.pi / 2)
+
+
+def border_of(network: Network, edge: Edge) -> Border | None:
+    """The outer border of an edge, or None for one without a carriageway."""
+    roads = [lane for lane in edge.lanes if _drives(lane)]
+    if edge.function != "normal" or not roads:
+        return None
+    outermost = min(lane.index for lane in edge.lanes if lane.allowed - {"pedestrian"})
+    lane = edge.lanes[[k.index for k in edge.lanes].index(outermost)]
+    walks = [k for k in edge.lanes if k.index < outermost and "pedestrian" in k.allowed]
+    outward = 1 if network.left_hand else -1
+    line = _offset(lane.shape, outward * lane.width / 2)
+    walk = sum(walk.width for walk in walks)
+    return Border(edge, line, outward, walk, sum(k.width for k in edge.lanes) - walk)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Site:
+    """Ground that things are put on, and what already stands there.
+
+    Attributes:
+        around: Lanes, cameras and chance.
+        standing: Height of whatever people walk on at places, (n, 2) -> (n,) [m].
+        crossings: Areas that people cross roads on.
+        taken: Places of other things, (n, 2) [m].
+        lines: Fences.
+        used: What was put here; it grows.
+    """
+
+    around: Surroundings
+    standing: HeightAt
+    crossings: shapely.STRtree
+    taken: Floats
+    lines: shapely.STRtree
+    used: list[Floats] = field(default_factory=list)
+
+    def free(self, places: Floats, *, radius: float, walks: bool = True) -> Bools:
+        """Which places are clear of lanes, crossings, other things and cameras.
+
+        Args:
+            places: (n, 2) [m].
+            radius: Of what shall stand there [m].
+            walks: Whether crossings are kept clear, too.
+        """
+        if not len(places):
+            return np.zeros(0, dtype=np.bool_)
+        spots = shapely.points(places)
+        clear = ~self.around.index.covers(places, margin=radius + MARGIN)
+        if walks and len(self.crossings.geometries):
+            clear[self.crossings.query(spots, predicate="dwithin", distance=radius + 1.0)[0]] = (
+                False
+            )
+        if len(self.lines.geometries):
+            clear[self.lines.query(spots, predicate="dwithin", distance=radius + 0.3)[0]] = False
+        others = np.concatenate([self.taken, *self.used])
+        if len(others):
+            away = np.hypot(*(places[:, None] - others[None]).transpose(2, 0, 1))
+            clear &= away.min(axis=1) > radius + 1.0
+        return np.asarray(clear & (self.around.clearance.distances(places) > radius + _CAMERA))
+
+    def level_with(self, places: Floats, road: Floats) -> Bools:
+        """Whether the ground at places is about as high as the road beside it, (n,) [m]."""
+        return np.asarray(np.abs(self.standing(places) - road) < _STEP)
+
+    def use(self, places: Floats) -> None:
+        """Remember that something stands at places, (n, 2) [m]."""
+        if len(places):
+            self.used.append(np.asarray(places, dtype=np.float64))
+
+
+def crossing_areas(network: Network) -> shapely.STRtree:
+    """Areas of all crossings."""
+    lanes = [
+        lane
+        for edge in network.edges.values()
+        if edge.function in _WALKS
+        for lane in edge.lanes
+        if len(lane.shape) > 1
+    ]
+    return shapely.STRtree(
+        [shapely.LineString(k.shape[:, :2]).buffer(k.width / 2, cap_style="flat") for k in lanes]
+    )
+
+
+def borders_near(network: Network, around: Surroundings, *, reach: float) -> list[Border]:
+    """Borders of edges of which a point lies within a distance of a camera [m], by edge id."""
+    found: list[Border] = []
+    for _, edge in sorted(network.edges.items()):
+        if edge.function != "normal" or not edge.lanes:
+            continue
+        shape = edge.lanes[0].shape[:, :2]
+        if around.distances(_dense(shape)).min() > reach:
+            continue
+        border = border_of(network, edge)
+        if border is not None and border.length > 1.0:
+            found.append(border)
+    return found
+
+
+def is_urban(border: Border) -> bool:
+    """Whether lamps and benches stand along an edge: in town, and no motorway."""
+    if "motorway" in border.edge.type or "trunk" in border.edge.type:
+        return False
+    fastest = max(lane.speed for lane in border.edge.lanes)
+    return border.walk > 0.0 or fastest <= 60.0 / 3.6 + 0.1
+
+
+def spread(
+    length: float, spacing: float, *, ends: tuple[float, float], shift: float = 0.5
+) -> Floats:
+    """Evenly spaced distances along a length, clear of both ends, (n,) [m].
+
+    Args:
+        length: [m].
+        spacing: About [m].
+        ends: Kept clear at the begin and at the end [m].
+        shift: Where the first one stands within a spacing, in [0, 1].
+    """
+    room = length - sum(ends)
+    if room < 0.0:
+        return np.zeros(0)
+    count = max(1, round(room / spacing))
+    at: Floats = ends[0] + (np.arange(count) + shift) * room / count
+    return at
+
+
+def _drives(lane: Lane) -> bool:
+    """Whether cars or buses drive on a lane."""
+    return bool(lane.allowed & {"passenger", "bus", "truck", "delivery"})
+
+
+def _dense(shape: Floats, step: float = 100.0) -> Floats:
+    """Points along a polyline at most a step apart, (m, 2) [m]."""
+    pieces: list[Sequence[float] | Floats] = []
+    for a, b in pairwise(shape):
+        count = int(np.hypot(*(b - a)) // step) + 1
+        pieces += [a + (b - a) * k / count for k in range(count)]
+    return np.array([*pieces, shape[-1]])
+
+
+def _offset(shape: Floats, left: float) -> Floats:
+    """A polyline moved to its left [m]; bends are mitred."""
+    step = np.diff(shape[:, :2], axis=0)
+    length = np.linalg.norm(step, axis=1)
+    shape, step = shape[np.append(True, length > 1e-3)], step[length > 1e-3]
+    if not len(step):
+        return shape
+    step = step / np.linalg.norm(step, axis=1, keepdims=True)
+    normal = np.column_stack([-step[:, 1], step[:, 0]])
+    before, after = np.vstack([normal[:1], normal]), np.vstack([normal, normal[-1:]])
+    mitre = (before + after) / np.maximum(1.0 + (before * after).sum(axis=1), 0.5)[:, None]
+    moved: Floats = shape.copy()
+    moved[:, :2] += left * mitre
+    return moved

@@ -1,0 +1,249 @@
+"""Traffic signs from the network: limits where they change, priority, exits and gantries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.library.street import signs as shapes
+from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.network import Connection, Edge, Network
+from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.world.street.places import Border, Site
+
+REACH = 400.0
+"""Signs farther than this from every camera are left out [m]."""
+
+GANTRY_REACH = 1500.0
+"""The same for gantries [m]."""
+
+FAST = 80.0 / 3.6
+"""Speed limit from which roads of two lanes or more have gantries [m/s]."""
+
+_BESIDE = 0.45  # from the kerb to a post on a sidewalk [m]
+_VERGE = 1.2  # the same without a sidewalk [m]
+_FAR = 150.0
+_GANTRY_FEET = (1.6, 2.2, 3.0, 4.0)  # how far out a gantry's post is tried [m]
+_BEFORE_EXIT = 180.0
+_TOWNS = ("NORD", "ZENTRUM", "HAFEN", "WEST", "ALTSTADT", "MESSE")
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A sign that a road should have.
+
+    Attributes:
+        face: Its plate.
+        along: Where, from the begin of the edge [m].
+        bottom: Height of its lowest edge [m].
+    """
+
+    face: tuple[Part, ...]
+    along: float
+    bottom: float = 2.2
+
+
+def place_signs(network: Network, borders: Sequence[Border], site: Site) -> list[Part]:
+    """Everything that signs are made of, in the world.
+
+    Args:
+        network: The road network.
+        borders: Of the edges near the camera.
+        site: What is free; signs are added to it.
+    """
+    links = _links(network)
+    parts: list[Part] = []
+    for border in borders:
+        if "railway" in border.edge.type:
+            continue
+        for wish in (*_limit(network, border, links), *_priority(border, links)):
+            parts += _posted(wish, border, site)
+        parts += _exit(network, border, links, site)
+    return parts
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Connections between normal edges.
+
+    Attributes:
+        into: Those that lead into an edge, by its id.
+        out: Those that lead out of it.
+        at: Those that cross a junction, by its id.
+    """
+
+    into: Mapping[str, list[Connection]]
+    out: Mapping[str, list[Connection]]
+    at: Mapping[str, list[Connection]]
+
+
+def _links(network: Network) -> Links:
+    """Sort connections by the normal edges that they join."""
+    into: dict[str, list[Connection]] = {}
+    out: dict[str, list[Connection]] = {}
+    at: dict[str, list[Connection]] = {}
+    for link in network.connections:
+        start, end = (
+            network.edges[network.lanes[k].edge_id] for k in (link.from_lane, link.to_lane)
+        )
+        if start.function == end.function == "normal":
+            out.setdefault(start.id, []).append(link)
+            into.setdefault(end.id, []).append(link)
+            at.setdefault(start.to_junction, []).append(link)
+    return Links(into, out, at)
+
+
+def limit_of(edge: Edge) -> int:
+    """An edge's speed limit, rounded to tens [km/h]."""
+    fastest = max(
+        (lane.speed for lane in edge.lanes if lane.allowed & {"passenger", "bus"}), default=0.0
+    )
+    return 10 * round(fastest * 3.6 / 10)
+
+
+def _limit(network: Network, border: Border, links: Links) -> list[Wish]:
+    """A speed limit where it differs from that of a road that leads here."""
+    number = limit_of(border.edge)
+    before = {
+        limit_of(network.edges[network.lanes[link.from_lane].edge_id])
+        for link in links.into.get(border.edge.id, [])
+        if link.direction not in ("t", "T")
+    }
+    if not 10 <= number <= 130 or before == {number} or border.length < 40.0:
+        return []
+    return [Wish(shapes.speed_limit(number), min(9.0, border.length / 3))]
+
+
+def _priority(border: Border, links: Links) -> list[Wish]:
+    """Stop, give way or priority where an edge ends without a signal."""
+    own = [k for k in links.out.get(border.edge.id, []) if k.direction not in ("t", "T")]
+    if not own or any(link.tls for link in own) or border.length < 15.0:
+        return []
+    states = {link.state for link in own}
+    at = border.length - 2.0
+    if states & {"s", "w"}:
+        return [Wish(shapes.stop(), at)]
+    # A left turn out of a main road waits, too, but straight on goes first.
+    main = {link.state for link in own if link.direction in ("s", "R", "L")} or states
+    if "m" in main or "=" in states:
+        return [Wish(shapes.give_way(), at)]
+    others = links.at.get(border.edge.to_junction, [])
+    fast = "motorway" in border.edge.type
+    if not fast and "M" in main and any(link.state in ("m", "s") for link in others):
+        return [Wish(shapes.priority_road(), max(border.length - 35.0, border.length / 2))]
+    return []
+
+
+def _posted(wish: Wish, border: Border, site: Site) -> list[Part]:
+    """A sign on a post beside the road, if there is room near its place."""
+    tries = wish.along + np.array([0.0, 1.5, -1.5, 3.0, -3.0, 5.0, -5.0])
+    tries = tries[(tries > 1.0) & (tries < border.length - 0.8)]
+    places, road, yaw = border.at(tries, _BESIDE if border.walk > 0.0 else _VERGE)
+    good = (
+        site.free(places, radius=0.15, walks=False)
+        & site.level_with(places, road)
+        & (site.around.distances(places) < REACH)
+        & site.around.seen(places, radius=4.0)
+    )
+    if not good.any():
+        return []
+    i = int(np.argmax(good))
+    site.use(places[i : i + 1])
+    z = float(site.standing(places[i : i + 1])[0])
+    level = int(site.around.distances(places[i : i + 1])[0] > _FAR)
+    stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
+    return _moved(shapes.on_post(wish.face, bottom=wish.bottom, level=level), stand)
+
+
+def _exit(network: Network, border: Border, links: Links, site: Site) -> list[Part]:
+    """A gantry before a motorway's exit, and a board at the exit's nose."""
+    edge = border.edge
+    drives = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus"}]
+    if len(drives) < 2 or max(lane.speed for lane in drives) < FAST - 0.1:
+        return []
+    targets = {network.lanes[k.to_lane].edge_id for k in links.out.get(edge.id, [])}
+    slow = sorted(t for t in targets if _leaves(network.edges[t], edge))
+    if not slow or len(targets) < 2:
+        return []
+    return [*_gantry(border, site), *_nose(network.edges[slow[0]], network, site)]
+
+
+def _leaves(target: Edge, edge: Edge) -> bool:
+    """Whether an edge is the exit of another: a link, or with fewer lanes and slower."""
+    if target.type.endswith("_link"):
+        return True
+    return len(target.lanes) < len(edge.lanes) and limit_of(target) < limit_of(edge)
+
+
+def _gantry(border: Border, site: Site) -> list[Part]:
+    """A gantry over an edge, about 180 m before its end."""
+    at = max(border.length - _BEFORE_EXIT, min(20.0, border.length / 2))
+    span = border.road
+    feet = np.array(_GANTRY_FEET)
+    places, road, _ = border.at(np.full(len(feet), at), feet)
+    good = site.free(places, radius=0.5) & site.level_with(places, road)
+    near = site.around.distances(places).min() < GANTRY_REACH
+    if not good.any() or not near or not site.around.seen(places[:1], radius=20.0).any():
+        return []
+    out = float(feet[int(np.argmax(good))])
+    insides = -(span + np.array([1.0, 1.4, 1.8, 2.4]))
+    others, _, _ = border.at(np.full(len(insides), at), insides)
+    inner = site.free(others, radius=0.35)
+    portal = bool(inner.any())
+    reach = -float(insides[int(np.argmax(inner))]) if portal else span - 0.6
+    point, height, turn = border.at(np.array([at]), 0.0)
+    stand = Transform.from_pose((*point[0], float(height[0])), yaw=float(turn[0]))
+    site.use(places[int(np.argmax(good))][None])
+    # In the frame of the border's point +y is left: away from the road on left-hand roads.
+    side = float(-border.outward)
+    boards = [(side * y, face) for y, face in _boards(border, site.around.seed)]
+    ends = (side * reach, -side * out)
+    return _moved(shapes.gantry(*ends, boards, portal=portal), stand)
+
+
+def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
+    """Boards by their distance from the outer border [m]: the exit's, and straight on."""
+    names = list(_TOWNS)
+    exit_name = names.pop(pick([1.0] * len(names), share_of(seed, border.edge.id, "exit")))
+    ahead = names[pick([1.0] * len(names), share_of(seed, border.edge.id, "ahead"))]
+    span = border.road
+    return [
+        (min(2.2, span / 4), shapes.board((exit_name,), "exit", height=0.5)),
+        (0.68 * span, shapes.board((ahead,), "down", height=0.5)),
+    ]
+
+
+def _nose(edge: Edge, network: Network, site: Site) -> list[Part]:
+    """The board between an exit and the road it leaves."""
+    lane = edge.lanes[-1]
+    step = np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
+    knots = np.append(0.0, np.cumsum(step))
+    tries = np.arange(6.0, min(knots[-1], 90.0), 3.0)
+    points = np.column_stack([np.interp(tries, knots, column) for column in lane.shape.T])
+    ahead = np.column_stack([np.interp(tries + 1.0, knots, column) for column in lane.shape.T])
+    yaw = np.arctan2(ahead[:, 1] - points[:, 1], ahead[:, 0] - points[:, 0])
+    inner = -1.0 if network.left_hand else 1.0
+    normal = inner * np.column_stack([-np.sin(yaw), np.cos(yaw)])
+    places = points[:, :2] + normal * (lane.width / 2 + 1.9)
+    good = (
+        site.free(places, radius=1.3)
+        & site.level_with(places, points[:, 2])
+        & (site.around.distances(places) < GANTRY_REACH / 2)
+        & site.around.seen(places, radius=4.0)
+    )
+    if not good.any():
+        return []
+    i = int(np.argmax(good))
+    site.use(places[i : i + 1])
+    z = float(site.standing(places[i : i + 1])[0])
+    return _moved(
+        shapes.exit_board(("EXIT",)), Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
+    )
+
+
+def _moved(parts: Sequence[Part], stand: Transform) -> list[Part]:
+    """Parts carried into the world."""
+    return [Part(stand.mesh(part.mesh), part.material, part.tint) for part in parts]
