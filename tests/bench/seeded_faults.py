@@ -37,11 +37,11 @@ class Fault:
 
 
 PICTURES = "tests/statistical/test_pictures.py"
-FRAMES = "tests/unit/package/test_frames.py"
+FRAMES = "tests/unit/pipeline/films/test_frames.py"
 LIGHT = "tests/statistical/test_stability_light.py"
 PLACES = "tests/statistical/test_stability_places.py"
 BROKEN = "tests/statistical/test_stability_broken.py"
-DARK = "tests/unit/package/test_day_and_night.py"
+DARK = "tests/unit/pipeline/test_day_and_night.py"
 STIFF = "tests/unit/motion/test_stiff_cases.py"
 DRIVES = "tests/unit/motion/test_stiff_drives.py"
 MANOEUVRES = "tests/unit/motion/test_stiff_manoeuvres.py"
@@ -62,7 +62,7 @@ FAULTS = {
     ),
     "the cap ignores exempt pixels": Fault(
         "render/passes/build.py", "np.where(self.exempt[..., None], kept + lost, kept)", "kept",
-        ("tests/unit/render/test_passes.py", LIGHT),
+        ("tests/unit/render/passes/test_passes.py", LIGHT),
     ),
     "colour table is off by one": Fault(
         "render/materials/paint.py", "return int(pointer[0]) & (TABLE_SIZE - 1)",
@@ -71,7 +71,7 @@ FAULTS = {
     "haze veils the sky": Fault(
         "render/passes/haze.py", "veil = both * fade",
         "veil = fade + 0.5 * (1 - hit[..., None])",
-        ("tests/unit/render/test_haze.py",),
+        ("tests/unit/render/passes/test_haze.py",),
     ),
     "bodies stand half a metre ahead": Fault(
         "cast/articulation.py", "matrices[:, :3, 3] = positions",
@@ -83,15 +83,15 @@ FAULTS = {
     ),
     "dashes begin without half a gap": Fault(
         "library/mesh/bands.py", "self.stations[0] + 0.5 * gap", "self.stations[0] + 0.9 * gap",
-        ("tests/unit/shapes", "tests/unit/scene/test_roads.py"),
+        ("tests/unit/shapes", "tests/unit/world/roads/test_roads.py"),
     ),
     "a signal shows its neighbour's letter": Fault(
         "world/signals/aspects.py", "letter = state[link] if", "letter = state[link - 1] if",
-        ("tests/unit/scene/test_aspects.py", "tests/unit/package/test_leave_out.py"),
+        ("tests/unit/world/signals/test_aspects.py", "tests/unit/pipeline/test_leave_out.py"),
     ),
     "the seed of a frame forgets its time": Fault(
         "render/passes/build.py", "words = [seed, microseconds % 2**32,", "words = [seed, 0,",
-        ("tests/unit/render/test_passes.py",),
+        ("tests/unit/render/passes/test_passes.py",),
     ),
     "the sun's azimuth is mirrored": Fault(
         "render/sky/entries.py", "place = direction * SUN_DISTANCE",
@@ -109,29 +109,29 @@ FAULTS = {
     "trailers follow a tangent, not the path": Fault(
         "cast/articulation.py", "heading = _unit(ahead - behind)",
         "heading = _unit(ahead - _points(path, spacing, place - 0.5 * (second - first)))",
-        ("tests/unit/scene/test_articulation.py",),
+        ("tests/unit/cast/test_articulation.py",),
     ),
     "outer wheels turn no faster than inner ones": Fault(
         "cast/rolling.py", "places = np.stack([_places(units, hub) for hub in hubs], axis=1)",
         "places = np.stack([units[:, hub.unit, :3, 3] for hub in hubs], axis=1)",
-        ("tests/unit/scene/test_rolling.py",),
+        ("tests/unit/cast/test_rolling.py",),
     ),
     "wheels roll backwards": Fault(
         "cast/drawing.py", "[[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]]",
-        "[[ct, 0.0, -st], [0.0, 1.0, 0.0], [st, 0.0, ct]]", ("tests/unit/scene/test_rolling.py",),
+        "[[ct, 0.0, -st], [0.0, 1.0, 0.0], [st, 0.0, ct]]", ("tests/unit/cast/test_rolling.py",),
     ),
     "brake lamps have one threshold": Fault(
         "cast/derived_lamps.py",
         "leaves = (change > -_RELEASES * lost)", "leaves = (change > -lost)",
-        ("tests/unit/scene/test_derived_lamps.py",),
+        ("tests/unit/cast/test_derived_lamps.py",),
     ),
     "bodies roll into the bend": Fault(
         "cast/sway.py", "roll = springs.roll *", "roll = -springs.roll *",
-        ("tests/unit/scene/test_sway.py",),
+        ("tests/unit/cast/test_sway.py",),
     ),
     "a block of frames shows its first time": Fault(
         "cast/presence.py", "column = int(np.searchsorted(block.times, time))", "column = 0",
-        ("tests/unit/scene/test_presence.py",),
+        ("tests/unit/cast/test_presence.py",),
     ),
     # Law 3: what shines by day and by night.
     "lamps count as lit by day": Fault(
@@ -196,7 +196,7 @@ FAULTS = {
     "slim triangles have no colour": Fault(
         "render/materials/untiled_shading.py",
         "dr.select(sound, wear, mi.Color3f(*UNWORN))", "wear",
-        ("tests/unit/render/test_untiled.py",),
+        ("tests/unit/render/materials/test_untiled.py",),
     ),
     "broken pixels are counted but stay": Fault(
         "render/passes/build.py",
@@ -264,11 +264,11 @@ FAULTS = {
     ),
     "stretched bodies lose their wheels": Fault(
         "cast/fitted_models.py", "replace(place, at=stretch.moved_point(place.at))", "place",
-        ("tests/unit/scene/test_heroes.py",),
+        ("tests/unit/cast/test_full_detail.py",),
     ),
     "roaming cameras run out of slots": Fault(
         "shot/build.py", "if self.places is not None:", "if False:",
-        ("tests/unit/scene/test_roaming.py",),
+        ("tests/unit/shot/test_roaming.py",),
     ),
     "parts of large pictures are mirrored": Fault(
         "render/passes/quick.py", "part.column - middle", "middle - part.column",
@@ -285,12 +285,12 @@ FAULTS = {
     "rows of houses ignore other cameras": Fault(
         "world/placement/sightlines.py",
         "around.clearance.tracks, wide", "around.clearance.tracks[:0], wide",
-        ("tests/unit/scene/test_street_fronts.py",),
+        ("tests/unit/world/rows/test_fronts.py",),
     ),
     "a side joins a road's outline and its hole": Fault(
         "library/mesh/planar.py", "shapely.get_parts(shapely.boundary(list(areas)))",
         "shapely.boundary(list(areas))",
-        ("tests/unit/scene/test_planting.py",),
+        ("tests/unit/world/plants/test_planting.py",),
     ),
 }  # fmt: skip
 

@@ -6,7 +6,7 @@ nearer by.
 
 References:
     UN Regulation No. 112, class B, tables of the passing beam: what is asked for at the
-    points named in tests/unit/shapes/test_beam.py.
+    points named in tests/unit/library/vehicles/test_beam.py.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ from sumo3dviz_pt.world.roads.markings.arrows import arrow_paint
 from sumo3dviz_pt.world.roads.strips import distance_to
 from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE, wear_across
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[5] / "examples"
 FOCI = {"crossing": (320.0, 290.0, 330.0, 300.0), "ronda": (450.0, 700.0, 720.0, 715.0)}
 QUAD = np.array([[[0.0, 0.0, 1.0], [50.0, 0.0, 1.0], [50.0, 3.0, 1.0], [0.0, 3.0, 1.0]]])
 SHARES = np.array([[0.0, 0.02, 0.5, 1.0]])

@@ -11,7 +11,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.shot.cameras.clearances import clearance_of
 from sumo3dviz_pt.world.placement.clearance import Clearance
 
-CROSSING = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
+CROSSING = Path(__file__).parents[4] / "examples" / "crossing" / "scene.yaml"
 
 
 def flight(*keys):

@@ -30,7 +30,7 @@ from sumo3dviz_pt.world.roads.markings.build import road_paint
 from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.rails import GAUGE
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
 CARS = frozenset({"passenger", "bus", "truck", "bicycle"})
 PLAIN = RoadSettings()
 WALK = frozenset({"pedestrian"})

@@ -81,7 +81,7 @@ def test_no_garden_overlaps_a_house_or_another_garden():
 
 @pytest.mark.slow
 def test_where_nothing_is_planted_no_garden_grows():
-    crossing = Path(__file__).parents[3] / "examples" / "crossing" / "scene.yaml"
+    crossing = Path(__file__).parents[4] / "examples" / "crossing" / "scene.yaml"
     camera_path = CameraPath.all_round(np.array([[300.0, 300.0, 8.0]]))
     grown = {}
     for planting in ("auto", "none"):

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import shutil
 import subprocess
 import sys
 
@@ -190,3 +191,21 @@ def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
     moved = [one.at[0] - other.at[0] for one, other in zip(own.wheels, longer.wheels, strict=True)]
     assert min(moved) == 0.0 and max(moved) == pytest.approx(rears[0] - rears[1])
     assert made[longer.hero].lamps == longer.prototype.lamps
+
+
+def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):
+    def known_as():
+        full_detail._code.cache_clear()
+        return full_detail._folder(SMALL).name
+
+    shutil.copytree(catalog.package_folder("library"), tmp_path / "library")
+    own = known_as()
+    monkeypatch.setattr(catalog, "package_folder", lambda name: tmp_path / name)
+    assert known_as() == own, "not where the library lies"
+    car = tmp_path / "library" / "vehicles" / "car"
+    (car / "build.py").rename(car / "assembly.py")
+    assert known_as() == own, "nor how its files are called"
+    with (car / "panels.py").open("a", encoding="utf-8") as file:
+        file.write("\n")
+    assert known_as() != own
+    full_detail._code.cache_clear()

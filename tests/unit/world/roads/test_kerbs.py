@@ -21,7 +21,7 @@ from sumo3dviz_pt.world.roads.wear.traffic import way_lines, wheels_at
 from sumo3dviz_pt.world.street.corners import _doors, place_corners
 from sumo3dviz_pt.world.street.places import Site, crossing_areas
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
 FOCUS = (320.0, 280.0, 330.0, 290.0)
 
 
