@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import singledispatch
+from functools import cache, singledispatch
 from typing import Any
 
 import numpy as np
@@ -152,7 +152,7 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
 def _(choice: FigureChoice, shelf: Shelf) -> Body:
     """Somebody on foot, in all poses."""
     meta = catalog.find("people", choice.look).meta
-    prototype = shelved(shelf, choice.look, lambda: _person(choice.look, meta["recipe"]))
+    prototype = shelved(shelf, choice.look, lambda: _person(choice.look))
     scale = choice.height / float(meta["height"])
     bounds = np.stack([part.mesh.bounds for part in prototype.parts])
     size = sizes(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
@@ -162,8 +162,10 @@ def _(choice: FigureChoice, shelf: Shelf) -> Body:
     return Body(Assembly(choice.look, (unit,)), np.full(3, scale), size, seat, stride=stride)
 
 
-def _person(look: str, recipe: Mapping[str, Any]) -> Prototype:
-    """Both levels of somebody on foot."""
+@cache
+def _person(look: str) -> Prototype:
+    """Both levels of somebody on foot; a process makes each once, for all its shots."""
+    recipe = catalog.find("people", look).meta["recipe"]
     parts, poses = figure(recipe)
     far, far_poses = figure(recipe, "far")
     return Prototype(look, parts, far, poses=poses, far_poses=far_poses)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -194,8 +196,14 @@ def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
 
 
 def _shelved_vehicle(entry: catalog.Entry, shelf: Shelf) -> Prototype:
-    """A baked model as it is."""
-    return shelved(shelf, entry.name, lambda: read_vehicle(entry))
+    """A baked model as it is; a process reads each once, for all its shots."""
+    return shelved(shelf, entry.name, lambda: _read_once(entry.folder))
+
+
+@cache
+def _read_once(folder: Path) -> Prototype:
+    """The vehicle of a folder of the catalogue."""
+    return read_vehicle(catalog.find("vehicles", folder.name))
 
 
 def _wheel(row: Mapping[str, Any]) -> WheelPlace:
