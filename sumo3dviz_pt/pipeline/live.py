@@ -16,11 +16,12 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats, Image
-from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.production import check_tone, read
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.worlds import world_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.passes.quick import Quick
@@ -39,12 +40,14 @@ class Ground:
     """A simulation as it was read.
 
     Attributes:
+        files: Where it lies.
         scenario: Network, objects, types and the log.
         trajectories: Its smoothed motion.
         begin: First time that can be shown [s].
         end: Last one [s].
     """
 
+    files: ScenarioFiles
     scenario: Scenario
     trajectories: tuple[Trajectory, ...]
     begin: float
@@ -58,7 +61,7 @@ class Ground:
             InputError: If a file is wrong.
             ConfigError: If the log has nothing in the window.
         """
-        _, scenario, trajectories = read(job, begin=begin, end=end)
+        files, scenario, trajectories = read(job, begin=begin, end=end)
         log = scenario.traffic
         first = log.begin if begin is None else max(begin, log.begin)
         last = log.end if end is None else min(end, log.end)
@@ -67,7 +70,7 @@ class Ground:
                 f"the log goes from {log.begin:g} s to {log.end:g} s: nothing lies in the window",
                 key="from",
             )
-        return cls(scenario, trajectories, first, last)
+        return cls(files, scenario, trajectories, first, last)
 
 
 class Live:
@@ -183,9 +186,8 @@ class Live:
 
         ground = self.ground
         times = (ground.begin, ground.end)
-        return build_roam(
-            ground.scenario, ground.trajectories, job, times=times, eyes=eyes, riding=riding
-        )
+        world = world_of(ground.scenario, job, ground.files)
+        return build_roam(world, ground.trajectories, times=times, eyes=eyes, riding=riding)
 
     def _open(self) -> None:
         """Give the shot to the renderer."""

@@ -36,6 +36,7 @@ from sumo3dviz_pt.pipeline.riders import check_rider
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
 from sumo3dviz_pt.pipeline.stills.still import Still as Still
 from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
+from sumo3dviz_pt.pipeline.worlds import world_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.render.backend import Backend
@@ -247,7 +248,8 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
         times = _within_log(scenario, times)
     check_rider(camera, name=name, times=times, trajectories=trajectories, logs=files.trajectories)
     announce(Doing.BUILD)
-    shot = build_shot(scenario, trajectories, job, camera=camera, times=times)
+    world = world_of(scenario, job, files)
+    shot = build_shot(world, trajectories, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(
         job, name, shot, times, quality, request.variant, files, spent, request.command

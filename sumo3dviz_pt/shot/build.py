@@ -11,7 +11,7 @@ import numpy as np
 from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
 from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
-from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Lights, SkySettings
+from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
@@ -24,7 +24,6 @@ from sumo3dviz_pt.model.scene import (
     Mover,
     Prototype,
     SceneData,
-    Sky,
     Slots,
     View,
 )
@@ -41,7 +40,7 @@ from sumo3dviz_pt.shot.crowd import (
     heroic,
     plan_crowd,
 )
-from sumo3dviz_pt.world.build import Place, build_place
+from sumo3dviz_pt.world.build import Place, World, build_place
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
@@ -173,50 +172,38 @@ class Shot:
 
 
 def build_shot(
-    scenario: Scenario,
-    trajectories: Sequence[Trajectory],
-    job: Job,
-    *,
-    camera: CameraSettings,
-    times: Floats,
+    world: World, trajectories: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
 ) -> Shot:
     """Build everything that a shot needs, and nothing else.
 
     Args:
-        scenario: The simulation.
-        trajectories: Its smoothed motion.
-        job: The scene file.
+        world: What exists.
+        trajectories: The smoothed motion of everyone on the road.
         camera: The shot's camera.
         times: Of all frames of the whole shot, (n,) [s].
 
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    sky = build_sky(job.sky, location=scenario.network.location)
-    dark = is_dark(sky, job.lights)
-    left_hand = scenario.network.left_hand
-    fleet = replace(everyone(scenario, trajectories, job, dark=dark), times=times)
+    job, left_hand = world.job, world.left_hand
+    fleet = replace(everyone(world, trajectories), times=times)
     fleet = with_seat(fleet, camera, left_hand=left_hand)
     built = build_camera(camera, fleet=fleet, left_hand=left_hand)
     aspect = job.output.size[1] / job.output.size[0]
     camera_path = _camera_path(built, times, aspect)
-    making = Making(scenario, job, sky, dark, aspect)
     others = [other for other in job.cameras.values() if other != camera]
     clear = clearance_of([camera, *others], aspect=aspect)
     if isinstance(camera, LagrangianCamera):
         clear = clear.beside(camera_path)
     crowd = partial(_crowd, fleet, built, times, aspect)
-    return making.shot(fleet, built, camera_path, plan=crowd, clearance=clear)
+    return Making(world, aspect).shot(fleet, built, camera_path, plan=crowd, clearance=clear)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Making:
     """What a shot is made of, whatever its cameras."""
 
-    scenario: Scenario
-    job: Job
-    sky: Sky
-    dark: bool
+    world: World
     aspect: float
 
     def shot(
@@ -237,9 +224,9 @@ class Making:
             plan: Makes room for road users in so many triangles, `budget`.
             clearance: Cameras that nothing grows into or before.
         """
-        scenario, dark = self.scenario, self.dark
-        left_hand = scenario.network.left_hand
-        place = build_place(scenario, self.job, camera_path, clearance=clearance, dark=dark)
+        scenario, dark = self.world.scenario, self.world.dark
+        left_hand = self.world.left_hand
+        place = build_place(self.world, camera_path, clearance=clearance)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_heroes(crowd.heroes)
@@ -249,7 +236,7 @@ class Making:
             static=place.static,
             prototypes=opened,
             lamps=place.lamps,
-            sky=self.sky,
+            sky=self.world.sky,
             slots=crowd.slots,
             haze=Haze(),
             running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
@@ -260,23 +247,20 @@ class Making:
         return Shot(data, fleet, camera, signals, footway, self.aspect, limit, heroes, phases, dark)
 
 
-def everyone(
-    scenario: Scenario, trajectories: Sequence[Trajectory], job: Job, *, dark: bool
-) -> Fleet:
+def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
     """Everyone on the road.
 
     Args:
-        scenario: The simulation.
-        trajectories: Its smoothed motion.
-        job: The scene file.
-        dark: Whether they have lights on.
+        world: Says which types there are, and whether they have lights on.
+        trajectories: Their smoothed motion.
     """
+    scenario, job = world.scenario, world.job
     return build_fleet(
         trajectories,
         scenario.vehicle_types,
         job.vehicles,
         seed=job.seed,
-        lights=vehicle_lights(scenario.traffic.traces, dark=dark, seed=job.seed),
+        lights=vehicle_lights(scenario.traffic.traces, dark=world.dark, seed=job.seed),
         suspension=job.motion.suspension,
     )
 

@@ -25,8 +25,7 @@ from sumo3dviz_pt.shot.build import Making, Shot, everyone, with_seat
 from sumo3dviz_pt.shot.cameras.build import StandingCamera, build_camera
 from sumo3dviz_pt.shot.cameras.clearances import clearance_of
 from sumo3dviz_pt.shot.crowd import CrowdPlan, plan_crowd
-from sumo3dviz_pt.world.sky.build import build_sky
-from sumo3dviz_pt.world.sky.darkness import is_dark
+from sumo3dviz_pt.world.build import World
 
 _STEP = 1.0
 """Between the times at which room is made [s]."""
@@ -39,9 +38,8 @@ _ABOVE = 25.0
 
 
 def build_roam(
-    scenario: Scenario,
+    world: World,
     trajectories: Sequence[Trajectory],
-    job: Job,
     *,
     times: tuple[float, float],
     eyes: Floats | None = None,
@@ -50,9 +48,8 @@ def build_roam(
     """Build everything around some places, and room for everyone.
 
     Args:
-        scenario: The simulation.
-        trajectories: Its smoothed motion.
-        job: The scene file; the cabins that its cameras sit in can be opened.
+        world: What exists; the cabins that its scene file's cameras sit in can be opened.
+        trajectories: The smoothed motion of everyone on the road.
         times: First and last that can be shown [s].
         eyes: Places around which there is detail, (n, 3) [m]; default: where the scene's
             cameras are.
@@ -64,15 +61,14 @@ def build_roam(
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    sky = build_sky(job.sky, location=scenario.network.location)
-    dark, left_hand = is_dark(sky, job.lights), scenario.network.left_hand
-    fleet = everyone(scenario, trajectories, job, dark=dark)
+    scenario, job, left_hand = world.scenario, world.job, world.left_hand
+    fleet = everyone(world, trajectories)
     for camera in (*job.cameras.values(), *riding):
         fleet = with_seat(fleet, camera, left_hand=left_hand)
     views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
     places = np.stack([view.position for view in views]) if eyes is None else eyes
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
-    making = Making(scenario, job, sky, dark, job.output.size[1] / job.output.size[0])
+    making = Making(world, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
     camera_path = CameraPath.all_round(places)
     clear = clearance_of(job.cameras.values(), aspect=making.aspect)

@@ -1,22 +1,25 @@
-"""Everything of a shot that does not move."""
+"""What exists, and what of it stands around a camera's path."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.model.scene import Bsdf, LeftOut, StaticPart
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.far_woods import Room, occupied
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.build import BUDGET, Scenery, build_scenery
 from sumo3dviz_pt.world.objects.guard_rails import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.guard_rails import Rails, guard_rails
@@ -34,6 +37,8 @@ from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, grow_rows, why_none
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
+from sumo3dviz_pt.world.sky.build import build_sky
+from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.street.build import build_street, site_of
 
 STATIC_BUDGET = 880_000
@@ -43,6 +48,12 @@ _LEAST_SCENERY = 250_000
 
 ROAD_REACH = 2500.0
 """Roads farther from every eye than this vanish in the haze [m]."""
+
+_GRID = 250.0
+"""Where roads end is a multiple of this [m]."""
+
+_WIDEST = 100.0
+"""Roads reach no farther beyond the middles of lanes [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,28 +77,66 @@ class Place:
     left_out: tuple[LeftOut, ...]
 
 
-def build_place(
-    scenario: Scenario, job: Job, camera_path: CameraPath, *, clearance: Clearance, dark: bool
-) -> Place:
+@dataclass(frozen=True, slots=True, eq=False)
+class World:
+    """What exists, whatever looks at it.
+
+    Attributes:
+        scenario: Roads, objects and signals; nobody who moves.
+        job: The scene file; its cameras, shots, output and quality say nothing here.
+        sky: What lights it.
+        memory: What was built of it. All shots of a scene file share one.
+    """
+
+    scenario: Scenario
+    job: Job
+    sky: Sky
+    memory: Memory
+
+    @classmethod
+    def of(cls, scenario: Scenario, job: Job, *, memory: Memory | None = None) -> World:
+        """The world of a scene file.
+
+        Args:
+            scenario: As read.
+            job: The scene file.
+            memory: What was built of the same world before.
+
+        Raises:
+            ConfigError: If the sky's settings contradict each other.
+        """
+        sky = build_sky(job.sky, location=scenario.network.location)
+        return cls(scenario, job, sky, memory or Memory())
+
+    @property
+    def dark(self) -> bool:
+        """Whether lamps are lit."""
+        return is_dark(self.sky, self.job.lights)
+
+    @property
+    def left_hand(self) -> bool:
+        """Whether traffic keeps left."""
+        return self.scenario.network.left_hand
+
+
+def build_place(world: World, camera_path: CameraPath, *, clearance: Clearance) -> Place:
     """Build roads, ground, scenery, street furniture and signals around a camera's path.
 
     Args:
-        scenario: The simulation.
-        job: The scene file.
+        world: What exists.
         camera_path: Where the camera is and looks.
         clearance: Cameras that nothing grows into or before.
-        dark: Whether lamps are lit.
 
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    land = _land(scenario, job, camera_path, clearance=clearance, dark=dark)
+    scenario, job, dark = world.scenario, world.job, world.dark
+    region = _region(world, camera_path)
+    land = _land(world, camera_path, region, clearance=clearance)
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     signals = build_signals(
-        replace(
-            scenario.network, connections=_connections_in(scenario.network, _region(camera_path))
-        ),
+        replace(scenario.network, connections=_connections_in(scenario.network, region)),
         scenario.signals,
         job.signals,
         around=around,
@@ -119,10 +168,29 @@ def build_place(
     )
 
 
-def _region(camera_path: CameraPath) -> BoundsXY:
-    """Where roads and signals are built."""
-    x0, y0, x1, y1 = _path(camera_path)
-    return x0 - ROAD_REACH, y0 - ROAD_REACH, x1 + ROAD_REACH, y1 + ROAD_REACH
+def _region(world: World, camera_path: CameraPath) -> BoundsXY | None:
+    """Where roads and signals are built; None is everywhere.
+
+    It ends at lines of a grid, so that most cameras of a scene share their roads.
+    """
+    path = np.array(_path(camera_path))
+    low = np.floor((path[:2] - ROAD_REACH) / _GRID) * _GRID
+    high = np.ceil((path[2:] + ROAD_REACH) / _GRID) * _GRID
+    first, last = world.memory.of(("extent",), partial(_extent, world.scenario.network))
+    if (low <= first).all() and (high >= last).all():
+        return None
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _extent(network: Network) -> Floats:
+    """The south-western and the north-eastern corner of all that is drawn, (2, 2) [m]."""
+    shapes = [lane.shape for lane in network.lanes.values()]
+    shapes += [junction.outline for junction in network.junctions.values()]
+    points = np.concatenate([np.zeros((0, 2)), *(shape[:, :2] for shape in shapes)])
+    if not len(points):
+        return np.zeros((2, 2))
+    # Lanes are wider than their middles.
+    return np.stack([points.min(axis=0) - _WIDEST, points.max(axis=0) + _WIDEST])
 
 
 def _path(camera_path: CameraPath) -> BoundsXY:
@@ -141,12 +209,18 @@ class _Land:
 
 
 def _land(
-    scenario: Scenario, job: Job, camera_path: CameraPath, *, clearance: Clearance, dark: bool
+    world: World, camera_path: CameraPath, region: BoundsXY | None, *, clearance: Clearance
 ) -> _Land:
     """Roads and ground around a camera's path."""
+    scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
     roads = build_roads(
-        network, job.roads, textured=textured, region=_region(camera_path), focus=_path(camera_path)
+        network,
+        job.roads,
+        textured=textured,
+        region=region,
+        focus=_path(camera_path),
+        memory=world.memory,
     )
     room = Room(occupied(scenario.pois, scenario.polygons, clearance.places), camera_path)
     ground = build_ground(
@@ -159,7 +233,7 @@ def _land(
         height_at=ground.height_at,
         clearance=clearance,
     )
-    return _Land(roads, ground, replace(around, dark=dark))
+    return _Land(roads, ground, replace(around, dark=world.dark, memory=world.memory))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -281,8 +355,10 @@ def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
     return build_meadow(lawn, around=around)
 
 
-def _connections_in(network: Network, region: BoundsXY) -> tuple[Connection, ...]:
-    """Connections that begin within a box."""
+def _connections_in(network: Network, region: BoundsXY | None) -> tuple[Connection, ...]:
+    """Connections that begin within a box; None holds all."""
+    if region is None:
+        return network.connections
     x0, y0, x1, y1 = region
 
     def inside(connection: Connection) -> bool:

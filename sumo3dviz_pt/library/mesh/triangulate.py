@@ -33,6 +33,16 @@ def triangulate(polygon: Polygon) -> tuple[Floats, Ints]:
     return vertices, _counter_clockwise(vertices, faces)
 
 
+Triangles = tuple[Floats, Ints]
+"""Vertices, (n, 2) [m], and counter-clockwise faces, (m, 3)."""
+
+
+def triangulate_all(polygons: Sequence[Polygon]) -> Triangles:
+    """Cut polygons into triangles that need not know theirs."""
+    vertices, faces, _ = triangulate_many(polygons)
+    return vertices, faces
+
+
 def triangulate_many(polygons: Sequence[Polygon]) -> tuple[Floats, Ints, Ints]:
     """Cut many polygons into triangles.
 

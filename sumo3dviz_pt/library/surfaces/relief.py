@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 from scipy import ndimage
@@ -13,15 +15,16 @@ from sumo3dviz_pt.model.geometry import Floats, settled
 _TILE = 14_000.0  # the relief repeats after this far [m]
 _FIELD = 210.0  # width of a field [m]
 _SIZE = 256
+_EDGE: Literal["grid-wrap"] = "grid-wrap"  # it repeats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Relief:
-    """Noise over the plane.
+    """Noise over the plane, as coefficients of cubic splines.
 
     Attributes:
-        swell: Hills, (n, n) in about [-2, 2].
-        woods: Where forests stand, (n, n), likewise.
+        swell: Hills, (n, n); their values lie in about [-2, 2].
+        woods: Where forests stand, (n, n), in the same range.
     """
 
     swell: Floats
@@ -49,11 +52,12 @@ class Relief:
         return smoothstep(-0.12, 0.12, value)
 
 
+@lru_cache(maxsize=4)
 def relief(seed: int) -> Relief:
     """The relief of a seed; the same everywhere and always."""
     swell = fractal((_SIZE, _SIZE), Band(2.0, 4.0, 60.0), seed=seed)
     woods = fractal((_SIZE, _SIZE), Band(1.6, 3.0, 60.0), seed=seed + 1)
-    return Relief(swell, woods)
+    return Relief(*(ndimage.spline_filter(noise, order=3, mode=_EDGE) for noise in (swell, woods)))
 
 
 def field_tints(points: Floats, mean: Floats, *, seed: int, variety: float) -> Floats:
@@ -78,7 +82,8 @@ def field_tints(points: Floats, mean: Floats, *, seed: int, variety: float) -> F
     return np.asarray(mean * (1.0 + variety * (factor - 1.0)))
 
 
-def _sampled(noise: Floats, points: Floats, tile: float) -> Floats:
+def _sampled(splines: Floats, points: Floats, tile: float) -> Floats:
     """Periodic noise at places, smoothly interpolated, (n,)."""
-    at = points.T / tile * len(noise)
-    return np.asarray(ndimage.map_coordinates(noise, at, order=3, mode="grid-wrap"))
+    at = points.T / tile * len(splines)
+    found = ndimage.map_coordinates(splines, at, order=3, mode=_EDGE, prefilter=False)
+    return np.asarray(found)

@@ -14,7 +14,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -40,14 +40,22 @@ class Curve:
 
     times: Floats
     values: Floats
+    _between: PchipInterpolator | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Find the slopes once."""
+        between = None
+        if len(self.times) > 1:
+            with np.errstate(over="ignore"):  # slopes so small that their inverse is infinite
+                between = PchipInterpolator(self.times, self.values, axis=0)
+        object.__setattr__(self, "_between", between)
 
     def at(self, time: float) -> Floats:
         """The value at any time [s], (k,)."""
-        if len(self.times) == 1:
+        if self._between is None:
             return np.asarray(self.values[0])
         inside = min(max(time, float(self.times[0])), float(self.times[-1]))
-        with np.errstate(over="ignore"):  # slopes so small that their inverse is infinite
-            value = PchipInterpolator(self.times, self.values, axis=0)(inside)
+        value = self._between(inside)
         # Between two key frames lies nothing outside them, not even by rounding.
         k = min(int(np.searchsorted(self.times, inside, side="right")), len(self.times) - 1)
         low, high = self.values[k - 1], self.values[k]

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from sumo3dviz_pt.model.camera_path import CameraPath, in_picture, in_view
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex, build_lane_index
 
@@ -33,6 +34,7 @@ class Surroundings:
         camera_path: Where cameras look, or None: then everything counts as seen.
         clearance: Cameras that nothing grows into or before.
         dark: Whether lamps are lit.
+        memory: What was built of the world.
     """
 
     index: LaneIndex
@@ -42,6 +44,7 @@ class Surroundings:
     camera_path: CameraPath | None = None
     clearance: Clearance = field(default_factory=Clearance)
     dark: bool = False
+    memory: Memory = field(default_factory=Memory)
 
     def distances(self, places: Floats) -> Floats:
         """Horizontal distance of places, (n, 2) [m], to the nearest camera; 100 m without any."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
@@ -14,6 +15,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.drops import Drops, find_drops, rise_at
 from sumo3dviz_pt.world.roads.kerbs import kerb_parts
 from sumo3dviz_pt.world.roads.layers import make_base, road_layers, unworn
@@ -50,6 +52,7 @@ def build_roads(
     textured: bool,
     region: BoundsXY | None = None,
     focus: BoundsXY | None = None,
+    memory: Memory | None = None,
 ) -> RoadParts:
     """Build the roads of a network.
 
@@ -59,14 +62,18 @@ def build_roads(
         textured: False gives matt constant colours.
         region: x0, y0, x1, y1 [m]; only lanes that touch it are built.
         focus: Box around the camera's path [m], near which wear is finer.
+        memory: What was built of this network.
 
     Raises:
         ConfigError: If a surface is unknown.
     """
-    layout = layout_roads(network, settings, region=region)
+    lay = partial(layout_roads, network, settings, region=region)
+    layout = (memory or Memory()).of(("roads", region), lay)
     near = network.location.boundary[:2]
     drops = find_drops(network, layout.cells, focus)
-    surfaces = surface_meshes(layout.cells, raised=layout.raised, near=near, drops=drops)
+    surfaces = surface_meshes(
+        layout.cells, raised=layout.raised, near=near, drops=drops, memory=layout.memory
+    )
     base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
     verge = settings.colour or settings.surface
     found = [("road", _material(key), mesh) for key, mesh in base.surfaces.items()]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -30,7 +31,7 @@ Polygons = NDArray[Any]
 """Shapely geometries, (n,)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Cells:
     """Pieces of surface in order of precedence.
 
@@ -53,7 +54,7 @@ class Cells:
     owners: tuple[str, ...]
     cutters: Mapping[int, Ints]
 
-    @property
+    @cached_property
     def is_flat(self) -> bool:
         """Whether all cells have one height."""
         heights = [k[:, 2] for k in self.knots.values()] + [self.quads[..., 2].ravel()]

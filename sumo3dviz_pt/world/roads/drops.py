@@ -41,6 +41,7 @@ class Drops:
         ends: (n, 2) [m].
         ahead: Unit vectors off the carriageway, (n, 2).
         halves: Half the crossings' widths, (n,) [m].
+        names: Crossing and number of the end, (n,).
         roads: Carriageways.
         focus: Box around the camera's path [m].
         ramps: Areas of the ramps.
@@ -49,6 +50,7 @@ class Drops:
     ends: Floats
     ahead: Floats
     halves: Floats
+    names: tuple[str, ...]
     roads: shapely.STRtree
     focus: BoundsXY | None
     ramps: shapely.STRtree
@@ -76,6 +78,11 @@ class Drops:
         quads = np.stack([flat[:-1, :-1], flat[1:, :-1], flat[1:, 1:], flat[:-1, 1:]], axis=2)
         return list(shapely.polygons(quads.reshape(-1, 4, 2)))
 
+    def at(self, shape: shapely.Geometry) -> tuple[str, ...]:
+        """Names of the ends whose ramps meet a shape."""
+        met = self.ramps.query(shape, predicate="intersects")
+        return tuple(self.names[k] for k in sorted(met.tolist()))
+
     def area(self, k: int) -> shapely.Geometry:
         """The ramp's whole area."""
         wide = self.halves[k] + _BESIDE
@@ -91,14 +98,15 @@ def find_drops(network: Network, cells: Cells, focus: BoundsXY | None) -> Drops:
         cells: The surface.
         focus: Box around the camera's path [m].
     """
-    ends, ahead, halves = [], [], []
+    ends, ahead, halves, names = [], [], [], []
     for edge in network.edges.values() if focus is not None else ():
         if edge.function != "crossing":
             continue
         line = without_repeats(edge.lanes[0].shape)[:, :2]
         if len(line) < 2 or distance_to(focus, line).min() > _FARTHEST:
             continue
-        for end, before in ((line[0], line[1]), (line[-1], line[-2])):
+        for number, (end, before) in enumerate(((line[0], line[1]), (line[-1], line[-2]))):
+            names.append(f"{edge.id}/{number}")
             ends.append(end)
             ahead.append((end - before) / np.hypot(*(end - before)))
             halves.append(0.5 * edge.lanes[0].width)
@@ -106,6 +114,7 @@ def find_drops(network: Network, cells: Cells, focus: BoundsXY | None) -> Drops:
         np.array(ends).reshape(-1, 2),
         np.array(ahead).reshape(-1, 2),
         np.array(halves),
+        tuple(names),
         shapely.STRtree(cells.polygons[~cells.raised]),
         focus,
         shapely.STRtree([]),

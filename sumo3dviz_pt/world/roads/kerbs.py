@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -10,11 +12,12 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.bands import Band
 from sumo3dviz_pt.library.mesh.polyline import arc_length, mitres
-from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Mesh
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT, Drops
 from sumo3dviz_pt.world.roads.layers import Base
+from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.build import lifted
 from sumo3dviz_pt.world.roads.mesh import KERB_WIDTH, kerb_rings
 from sumo3dviz_pt.world.roads.strips import distance_to
@@ -31,8 +34,11 @@ _STONE, _GAP, _LIFT = 1.0, 0.009, 0.001
 _GUTTER, _CHANNEL, _GUTTER_LIFT = 0.30, 0.5, 0.0028
 """Width of gutters, length of their stones, and how far they lie above the road [m]."""
 
-_DRAINS, _DRAIN = 19.0, 0.5
-"""Distance of drains, and their length [m]."""
+_DRAINS = 19.0
+"""Distance of drains [m]."""
+
+_RUN = 16
+"""Stones that are built together."""
 
 _BARS = 7
 _SETT, _SETT_GAP, _SETT_LIFT, _SETT_ROWS = 0.105, 0.014, 0.003, 3
@@ -68,35 +74,45 @@ def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
     """
     if base.focus is None:
         return []
-    layout = base.layout
+    layout, keep = base.layout, base.layout.memory
     roads = shapely.STRtree(layout.cells.polygons[~layout.cells.raised])
     stones, joints, gutters = [_NONE], [np.zeros((0, 4, 3))], [_NONE]
     setts = [_NONE]
     for number, (foot, top) in enumerate(kerb_rings(layout.cells, layout.raised, drops)):
         if distance_to(base.focus, foot).min() >= _FARTHEST:
             continue
+        lowered = drops.at(shapely.LinearRing(foot[:, :2]))
         ring = _Ring(f"kerb{number}", foot, top)
         bands = [ring.band(top, 0.0, KERB_WIDTH + _LIFT, lift=_LIFT), ring.face()]
-        for band in bands:
-            stones.append(_stones(band, ring, base))
-            joints.append(_joints(band, base))
-        gutters += _gutter(ring, base, roads)
+        for side, band in enumerate(bands):
+            for run in _near_runs(band, _STONE, base):
+                name = ("kerb", number, lowered, side, run.first)
+                stones.append(keep.of((*name, "stones"), partial(_stones, run, ring)))
+                joints.append(keep.of((*name, "joints"), partial(_joints, run)))
+        channel = ring.band(ring.foot, -_GUTTER, 0.0, lift=0.0)
+        for run in _near_runs(channel, _CHANNEL, base):
+            name = ("gutter", number, lowered, 0, run.first)
+            gutters.append(keep.of(name, partial(_gutter, run, ring, roads)))
         setts.append(_setts(ring, base))
-    found = [("stones", STONE, _mesh(_joined(stones).quads), _joined(stones).colours)]
-    small = _joined(setts)
-    flat = _mesh(small.quads)
     paving = [mesh for key, mesh in base.surfaces.items() if key == PAVING]
-    high = lifted(flat.vertices, flat.faces, layout=layout, surface=paving, lift=_SETT_LIFT)
-    found.append(("setts", STONE, high, small.colours))
-    channel = _joined(gutters)
-    mesh = _mesh(channel.quads)
-    low = lifted(mesh.vertices, mesh.faces, layout=layout, surface=base.below, lift=_GUTTER_LIFT)
-    found.append(("gutter", STONE, low, channel.colours))
-    slabs, tones = tactile_slabs(base, drops)
-    found.append(("tactile", STONE, slabs, tones))
-    static = [_part(name, key, mesh, colours) for name, key, mesh, colours in found]
-    edges = StaticPart(f"road/joints/{JOINT}", "roads", Part(_mesh(np.concatenate(joints)), JOINT))
-    return [part for part in [*static, edges] if len(part.part.mesh.faces)]
+    whole = _joined(stones)
+    static = [
+        _part("stones", STONE, _mesh(whole.quads), whole.colours),
+        _laid("setts", _joined(setts), layout, (paving, _SETT_LIFT)),
+        _laid("gutter", _joined(gutters), layout, (base.below, _GUTTER_LIFT)),
+        _part("tactile", STONE, *tactile_slabs(base, drops)),
+        StaticPart(f"road/joints/{JOINT}", "roads", Part(_mesh(np.concatenate(joints)), JOINT)),
+    ]
+    return [part for part in static if len(part.part.mesh.faces)]
+
+
+def _laid(
+    name: str, stones: _Tinted, layout: RoadLayout, below: tuple[Sequence[Mesh], float]
+) -> StaticPart:
+    """Stones that lie on meshes, so high above them [m]."""
+    flat, (surface, lift) = _mesh(stones.quads), below
+    mesh = lifted(flat.vertices, flat.faces, layout=layout, surface=surface, lift=lift)
+    return _part(name, STONE, mesh, stones.colours)
 
 
 _NONE = _Tinted(np.zeros((0, 4, 3)), np.zeros((0, 3)))
@@ -128,25 +144,51 @@ def _closed(right: Floats, left: Floats, ring: Floats) -> Band:
     return Band(lines[0], lines[1], arc_length(lines[2]) + 1e-9 * np.arange(len(lines[2])))
 
 
-def _pieces(band: Band, length: float, gap: float) -> list[Floats]:
-    """Quads of each stone of a length, with gaps between them [m]."""
-    count = max(1, round(float(band.stations[-1]) / length))
-    marks = np.linspace(0.0, band.stations[-1], count + 1)
-    return [band.quads(float(a) + 0.5 * gap, float(b) - 0.5 * gap) for a, b in pairwise(marks)]
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """Some stones of a band, one after the other.
+
+    Attributes:
+        band: All of them.
+        length: Of a stone, about [m].
+        first: Number of the run's first stone.
+    """
+
+    band: Band
+    length: float
+    first: int
+
+    @property
+    def marks(self) -> Floats:
+        """Where its stones begin along the band, and where the last one ends, (n + 1,) [m]."""
+        return _marks(self.band, self.length)[self.first : self.first + _RUN + 1]
+
+    def pieces(self) -> list[tuple[int, Floats]]:
+        """Numbers of stones, and quads of each, with gaps between them."""
+        pairs = enumerate(pairwise(self.marks.tolist()), start=self.first)
+        return [(k, self.band.quads(a + 0.5 * _GAP, b - 0.5 * _GAP)) for k, (a, b) in pairs]
 
 
-def _near(quads: Floats, base: Base) -> Bools:
-    """Which quads lie near the camera."""
-    return np.asarray(distance_to(base.focus, quads.mean(axis=1)) < _FARTHEST)
+def _marks(band: Band, length: float) -> Floats:
+    """Where stones of about a length begin and end along a band, (n,) [m]."""
+    end = float(band.stations[-1])
+    return np.linspace(0.0, end, max(1, round(end / length)) + 1)
 
 
-def _stones(band: Band, ring: _Ring, base: Base) -> _Tinted:
+def _near_runs(band: Band, length: float, base: Base) -> list[_Run]:
+    """Runs of stones of which one lies near the camera."""
+    marks = _marks(band, length)
+    middles = 0.5 * (marks[1:] + marks[:-1])
+    line = 0.5 * (band.right + band.left)
+    at = np.stack([np.interp(middles, band.stations, c) for c in line.T[:2]], axis=1)
+    near = np.flatnonzero(distance_to(base.focus, at) < _FARTHEST)
+    return [_Run(band, length, first) for first in np.unique(near // _RUN * _RUN).tolist()]
+
+
+def _stones(run: _Run, ring: _Ring) -> _Tinted:
     """Kerb stones, each of its own tone."""
-    found = []
-    for k, quads in enumerate(_pieces(band, _STONE, _GAP)):
-        if len(quads) and _near(quads, base).any():
-            found.append(_toned(quads, _GRANITE, f"{ring.name}:{k}"))
-    return _joined(found)
+    pieces = run.pieces()
+    return _joined([_toned(quads, _GRANITE, f"{ring.name}:{k}") for k, quads in pieces])
 
 
 def _toned(quads: Floats, colour: Colour, name: str) -> _Tinted:
@@ -158,18 +200,13 @@ def _toned(quads: Floats, colour: Colour, name: str) -> _Tinted:
     return _Tinted(quads, np.tile(np.minimum(reflectance, 0.85), (len(quads), 1)))
 
 
-def _joints(band: Band, base: Base) -> Floats:
-    """What lies between stones, (n, 4, 3) [m]."""
-    count = max(1, round(float(band.stations[-1]) / _STONE))
-    marks = np.linspace(0.0, band.stations[-1], count + 1)[1:-1]
-    quads = np.concatenate(
-        [
-            np.zeros((0, 4, 3)),
-            # A band gives no quads shorter than 2 cm; a joint is cut out of one.
-            *(_slimmed(band.quads(float(at) - 0.012, float(at) + 0.012)) for at in marks),
-        ]
-    )
-    return quads[_near(quads, base)]
+def _joints(run: _Run) -> Floats:
+    """What lies after each stone but a band's last one, (n, 4, 3) [m]."""
+    ends = run.marks[1:]
+    inner = ends[ends < run.band.stations[-1] - 0.5 * run.length]
+    # A band gives no quads shorter than 2 cm; a joint is cut out of one.
+    cut = [_slimmed(run.band.quads(at - 0.012, at + 0.012)) for at in inner.tolist()]
+    return np.concatenate([np.zeros((0, 4, 3)), *cut])
 
 
 def _slimmed(quads: Floats) -> Floats:
@@ -182,26 +219,21 @@ def _slimmed(quads: Floats) -> Floats:
     return np.array([[right - ahead[0], right + ahead[0], left + ahead[1], left - ahead[1]]])
 
 
-def _gutter(ring: _Ring, base: Base, roads: shapely.STRtree) -> list[_Tinted]:
+def _gutter(run: _Run, ring: _Ring, roads: shapely.STRtree) -> _Tinted:
     """Channel stones where a carriageway lies beside the kerb, with drains among them."""
-    band = ring.band(ring.foot, -_GUTTER, 0.0, lift=0.0)
+    shift = _DRAINS * share_of(0, "drains", ring.name)
     found = []
-    since = _DRAINS * share_of(0, "drains", ring.name)
-    for k, quads in enumerate(_pieces(band, _CHANNEL, _GAP)):
-        since += _CHANNEL
-        if not len(quads) or not _near(quads, base).any():
-            continue
+    for k, quads in run.pieces():
         spots = shapely.points(quads.mean(axis=1)[:, :2])
-        beside = np.zeros(len(quads), dtype=bool)
-        beside[roads.query(spots, predicate="within")[0]] = True
-        if not beside.all():
+        beside = np.unique(roads.query(spots, predicate="within")[0])
+        if len(beside) < max(len(quads), 1):
             continue
-        if since > _DRAINS and len(quads) == 1:
-            since = 0.0
+        # One stone in every so many metres, wherever one begins to count.
+        if (shift + k * _CHANNEL) % _DRAINS < _CHANNEL and len(quads) == 1:
             found.append(_drain(quads[0]))
         else:
             found.append(_toned(quads, _CONCRETE, f"{ring.name}:gutter:{k}"))
-    return found
+    return _joined(found)
 
 
 def _setts(ring: _Ring, base: Base) -> _Tinted:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -114,19 +115,19 @@ def road_layers(
         for key, piece in pieces.items()
         if len(piece.faces)
     ]
-    paint = road_paint(network, settings, layout, region=region)
+    paint = partial(road_paint, network, settings, layout, region=region)
     if settings.surface in base.worn and not settings.colour:
-        piece = graded_paint(paint, layout, focus=base.focus)
+        piece = graded_paint("roads", paint, layout, focus=base.focus)
         key = settings.surface
         layers.append(("markings", material_name(key), base.laid(piece, key, _PAINT)))
     else:
-        layers += _plain("markings", paint, base, _PAINT)
-    cycles = cycle_paint(layout.strips)
+        layers += _plain("markings", paint(), base, _PAINT)
+    cycles = partial(cycle_paint, layout.strips)
     if BICYCLE in base.worn:
-        piece = graded_paint(cycles, layout, focus=base.focus)
+        piece = graded_paint("cycles", cycles, layout, focus=base.focus)
         layers.append(("markings", material_name(BICYCLE), base.laid(piece, BICYCLE, _PAINT)))
     else:
-        layers += _plain("markings/cycles", cycles, base, _PAINT)
+        layers += _plain("markings/cycles", cycles(), base, _PAINT)
     layers += _plain("rails/sleepers", sleeper_paint(layout), base, _PAINT)
     return layers + _plain("rails", rail_paint(layout), base, _RAILS)
 

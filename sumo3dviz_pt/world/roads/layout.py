@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.areas import (
     JunctionInside,
     junction_cells,
@@ -35,6 +36,7 @@ class RoadLayout:
         insides: Contents of junctions, by junction id.
         raised: Connected footways from above, (n,) polygons.
         outline: Connected pieces of everything that is paved, (n,) polygons.
+        memory: What was built on it, by cells and strips.
     """
 
     cells: Cells
@@ -42,6 +44,7 @@ class RoadLayout:
     insides: Mapping[str, JunctionInside]
     raised: Polygons
     outline: Polygons
+    memory: Memory = field(default_factory=Memory)
 
 
 def layout_roads(

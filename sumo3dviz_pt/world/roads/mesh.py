@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -10,14 +11,21 @@ import shapely
 from sumo3dviz_pt.library.materials.by_key import KERB, metres_per_tile, planar_uvs
 from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract, union
 from sumo3dviz_pt.library.mesh.polyline import mitres
-from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
+from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
 from sumo3dviz_pt.library.mesh.walls import between, walls
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
-from sumo3dviz_pt.world.roads.wear.stains import STAINED, cut_for_stains
+from sumo3dviz_pt.world.roads.wear.stains import (
+    STAINED,
+    Tile,
+    cut_for_stains,
+    stain_tiles,
+    without_tiles,
+)
 
 KERB_WIDTH = 0.15
 """Width of a kerb stone's top [m]."""
@@ -33,7 +41,12 @@ _KERB_FOOT = 0.06
 
 
 def surface_meshes(
-    cells: Cells, *, raised: Polygons, near: tuple[float, float], drops: Drops
+    cells: Cells,
+    *,
+    raised: Polygons,
+    near: tuple[float, float],
+    drops: Drops,
+    memory: Memory | None = None,
 ) -> dict[str, Mesh]:
     """Triangles of all cells, by surface key.
 
@@ -42,12 +55,14 @@ def surface_meshes(
         raised: What `raised_area` gave.
         near: A point of the network [m] near which texture coordinates are small.
         drops: Where kerbs are lowered.
+        memory: What was built of these cells.
     """
-    cells = with_kerb_tops(cells, raised)
+    memory = memory or Memory()
+    cells = memory.of(("kerb tops",), lambda: with_kerb_tops(cells, raised))
     meshes = {}
     for surface in sorted(set(cells.surfaces)):
         index = np.flatnonzero(np.array(cells.surfaces) == surface)
-        mesh = _mesh_of(cells, index, near=near, drops=drops)
+        mesh = _mesh_of(_Cutting(cells, drops, memory), index, near=near)
         if len(mesh.faces):
             meshes[surface] = mesh
     return meshes
@@ -203,13 +218,54 @@ def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
 
 
-def _mesh_of(cells: Cells, index: Ints, *, near: tuple[float, float], drops: Drops) -> Mesh:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Cutting:
+    """Cells that are cut into triangles.
+
+    Attributes:
+        cells: With the tops of kerbs.
+        drops: Where kerbs are lowered.
+        memory: Triangles of cells.
+    """
+
+    cells: Cells
+    drops: Drops
+    memory: Memory
+
+    def triangles(self, index: int) -> list[Triangles]:
+        """Triangles of a cell: small ones where it ramps or shows stains."""
+        polygon = self.cells.polygons[index]
+        ramps = self.drops.at(polygon) if self.cells.raised[index] else ()
+        stained = self.cells.surfaces[index] in STAINED
+        tiles = stain_tiles(polygon, self.drops.focus) if stained else ()
+
+        def pieces() -> list[shapely.Geometry]:
+            cut = partial(cut_for_ramps, polygon, self.drops)
+            return self.memory.of(("ramps", index, ramps), cut) if ramps else polygon_parts(polygon)
+
+        def rest() -> Triangles:
+            return triangulate_all([p for one in pieces() for p in without_tiles(one, tiles)])
+
+        def within(tile: Tile) -> Triangles:
+            return triangulate_all([p for one in pieces() for p in cut_for_stains(one, tile)])
+
+        found = [self.memory.of(("rest", index, ramps, tiles), rest)]
+        return found + [
+            self.memory.of(("stained", index, ramps, tile), partial(within, tile)) for tile in tiles
+        ]
+
+
+def _mesh_of(cutting: _Cutting, index: Ints, *, near: tuple[float, float]) -> Mesh:
     """Triangles of some cells of one surface."""
-    parts = [(part, i) for i in index for part in _pieces_of(cells, int(i), drops)]
-    flat, faces, owner = triangulate_many([part for part, _ in parts])
+    cells, drops = cutting.cells, cutting.drops
+    found = [(flat, faces, i) for i in index for flat, faces in cutting.triangles(int(i))]
+    starts = np.cumsum([0, *(len(flat) for flat, _, _ in found)])
+    moved = [some + start for (_, some, _), start in zip(found, starts[:-1], strict=True)]
+    faces = np.concatenate([np.zeros((0, 3), np.int64), *moved])
     if not len(faces):
         return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
-    cell = np.array([i for _, i in parts])[owner]
+    flat = np.concatenate([some for some, _, _ in found])
+    cell = np.repeat([i for _, _, i in found], [len(some) for some, _, _ in found])
     heights = surface_heights(cells, cell, flat)
     raised = cells.raised[cell]
     heights[raised] += rise_at(drops, flat[raised])
@@ -217,12 +273,3 @@ def _mesh_of(cells: Cells, index: Ints, *, near: tuple[float, float], drops: Dro
     normals = None if cells.is_flat else smooth_normals(vertices, faces)
     tile = metres_per_tile(cells.surfaces[int(index[0])])
     return Mesh(vertices, faces, normals, planar_uvs(flat, tile=tile, near=near))
-
-
-def _pieces_of(cells: Cells, index: int, drops: Drops) -> list[shapely.Geometry]:
-    """A cell in pieces that are small where it ramps or shows stains."""
-    polygon = cells.polygons[index]
-    pieces = cut_for_ramps(polygon, drops) if cells.raised[index] else polygon_parts(polygon)
-    if cells.surfaces[index] not in STAINED:
-        return pieces
-    return [part for piece in pieces for part in cut_for_stains(piece, drops.focus)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -85,7 +86,8 @@ def build_fronts(
     heights = np.split(heights_near(layout.cells, np.concatenate(spots)) + SIDEWALK_HEIGHT, ends)
     levels = _levels(rows.houses, around)
     for house, own, level in zip(rows.houses, heights, levels, strict=True):
-        parts += house_of_row(house, own, around=around, level=level)
+        make = partial(house_of_row, house, own, around=around, level=level)
+        parts += around.memory.of((FAMILY, *house.name, own.tobytes(), level), make)
     shining = [part for part in parts if part.material.startswith("lamp:")]
     plain = [part for part in parts if not part.material.startswith("lamp:")]
     static = merged(FAMILY, plain)

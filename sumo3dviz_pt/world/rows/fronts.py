@@ -70,6 +70,11 @@ class House:
     corner: bool
     main: bool
 
+    @property
+    def name(self) -> tuple[str | bytes | int | tuple[int, ...], ...]:
+        """All that it hangs on, as a name."""
+        return self.id, self.plan.tobytes(), self.fronts, self.blind, self.corner, self.main
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Yard:

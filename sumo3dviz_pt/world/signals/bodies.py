@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -128,25 +129,23 @@ def _placed(mesh: Mesh, head: Head) -> Mesh:
 
 def _head(head: Head, level: int) -> dict[str, Mesh]:
     """Everything of a head that does not shine, by material."""
-    over = head.over_road
-    boxes = head.lamps + head.counter
-    parts = {
-        "signal_housing": traffic_light.housing(
-            head.lamps, backing=not head.walks, counter=head.counter, level=level
-        )
-    }
-    if not head.walks:
-        parts["signal_border"] = traffic_light.border(boxes)
-    else:
-        parts["glass"] = merge_meshes(
-            [figures.window(i, sides=20 - 12 * level) for i in range(head.lamps)]
-        )
-    if over:
+    parts = dict(_box(head.lamps, level, walks=head.walks, counter=head.counter))
+    if head.over_road:
         top = _ARM - float(head.position[2] - head.foot[2])
         parts["signal_pole"] = traffic_light.hanger(head.lamps, top)
     elif not level:
         parts["signal_pole"] = traffic_light.bracket(head.lamps)
     return parts
+
+
+@cache
+def _box(lamps: int, level: int, *, walks: bool, counter: bool) -> Mapping[str, Mesh]:
+    """The housing of a head, and what lies on it, by material."""
+    housing = traffic_light.housing(lamps, backing=not walks, counter=counter, level=level)
+    if not walks:
+        return {"signal_housing": housing, "signal_border": traffic_light.border(lamps + counter)}
+    windows = [figures.window(i, sides=20 - 12 * level) for i in range(lamps)]
+    return {"signal_housing": housing, "glass": merge_meshes(windows)}
 
 
 def _support(support: Support, level: int) -> Mesh:

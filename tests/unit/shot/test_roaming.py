@@ -11,6 +11,7 @@ from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.pipeline.live import Ground
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.shot.roaming import build_roam, camera_view
+from sumo3dviz_pt.world.build import World
 
 RIDE = LagrangianCamera(mode="lagrangian", vehicle="v1", view="driver")
 
@@ -20,7 +21,7 @@ def opened(tmp_path_factory):
     job = load_job(write_scenario(tmp_path_factory.mktemp("roam"), vehicles=6, persons=2))
     ground = Ground.of(job)
     times = (ground.begin, ground.end)
-    shot = build_roam(ground.scenario, ground.trajectories, job, times=times)
+    shot = build_roam(World.of(ground.scenario, job), ground.trajectories, times=times)
     return job, ground, times, shot
 
 
@@ -64,7 +65,9 @@ def test_its_own_camera_is_the_first_of_the_scene(opened):
 
 def test_cabins_of_riding_cameras_can_be_opened(opened):
     job, ground, times, shot = opened
-    made = build_roam(ground.scenario, ground.trajectories, job, times=times, riding=[RIDE])
+    made = build_roam(
+        World.of(ground.scenario, job), ground.trajectories, times=times, riding=[RIDE]
+    )
     key = "vehicle:v1"
     assert key not in shot.fleet.cockpits and key in made.fleet.cockpits
     assert made.data.slots.near[made.fleet.cockpits[key]] == 1
@@ -84,7 +87,7 @@ def test_a_scene_without_cameras_is_seen_from_above(tmp_path):
     job = load_job(write_scenario(tmp_path, vehicles=2)).model_copy(update={"cameras": {}})
     ground = Ground.of(job)
     times = (ground.begin, ground.end)
-    shot = build_roam(ground.scenario, ground.trajectories, job, times=times)
+    shot = build_roam(World.of(ground.scenario, job), ground.trajectories, times=times)
     view = shot.camera.view_at(times[0])
     lanes = np.concatenate([lane.shape for lane in ground.scenario.network.lanes.values()])
     assert view.position[2] > lanes[:, 2].max() + 10.0 and view.forward[2] < -0.2
@@ -96,7 +99,7 @@ def test_who_was_planned_far_away_is_a_stand_in_near_by(opened):
     """Built around a place 7 km off there are no bodies in detail, and still everyone is drawn."""
     job, ground, times, shot = opened
     eyes = shot.camera.view_at(times[0]).position + np.array([[5e3, 5e3, 50.0]])
-    made = build_roam(ground.scenario, ground.trajectories, job, times=times, eyes=eyes)
+    made = build_roam(World.of(ground.scenario, job), ground.trajectories, times=times, eyes=eyes)
     time = (times[0] + times[1]) / 2.0
     frame = made.frame_of(time, shot.camera.view_at(time))
     assert set(made.data.slots.near) <= set(made.fleet.cockpits.values())

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -22,7 +23,7 @@ from sumo3dviz_pt.world.roads.markings.across import stop_paint, zebra_paint
 from sumo3dviz_pt.world.roads.markings.arrows import arrow_paint
 from sumo3dviz_pt.world.roads.markings.lines import YELLOW, Paint, centre_paint, edge_paint
 from sumo3dviz_pt.world.roads.markings.through import through_paint
-from sumo3dviz_pt.world.roads.markings.wear import Coats, worn_paint
+from sumo3dviz_pt.world.roads.markings.wear import Coats, loose_ends, worn_paint
 from sumo3dviz_pt.world.roads.mesh import smooth_normals
 from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
 from sumo3dviz_pt.world.roads.wear.traffic import way_lines
@@ -86,27 +87,27 @@ def decal_meshes(
 
 
 def graded_paint(
-    paint: Sequence[Paint], layout: RoadLayout, *, focus: BoundsXY | None = None
+    name: str,
+    paint: Callable[[], Sequence[Paint]],
+    layout: RoadLayout,
+    *,
+    focus: BoundsXY | None = None,
 ) -> Graded:
     """White and yellow paint at the height of the surface, near the camera with worn edges.
 
     Args:
-        paint: As in `decal_meshes`.
+        name: Of what is painted.
+        paint: As in `decal_meshes`, when somebody asks first.
         layout: The roads.
         focus: Box around the camera's path [m]; None takes all paint as near.
     """
-    cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
-    yellow = np.array([name == YELLOW for name in cells.surfaces], dtype=np.float64)
-    names = zip(cells.owners, cells.surfaces, strict=True)
-    ages = np.array([share_of(0, "paint", owner, name) for owner, name in names])
-    quads = _lengthwise(cells.quads)
+    coats = layout.memory.of(("paint", name), lambda: _coats(paint(), layout))
+    quads, fresh, yellow = coats.quads, coats.fresh, coats.yellow
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
     rim = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
     away = distance_to(focus, quads.mean(axis=1))
     close, soft = away < _CLOSE, (away >= _CLOSE) & (away < _FAR)
-    fresh = 1.0 - _AGEING * ages
-    coats = Coats(quads[close], cells.polygons[close], fresh[close], yellow[close])
-    pieces = [worn_paint(coats, way_lines(layout, focus))] if focus is not None else []
+    pieces = [] if focus is None else _worn(name, coats, np.flatnonzero(close), layout)
     soft |= close & (focus is None)
     for chosen, places, share in (
         (soft, ((0.0, 0.0), (0.0, 1.0), (1.0, -1.0), (1.0, 0.0)), _SOFT),
@@ -118,8 +119,27 @@ def graded_paint(
         wear[..., 1] = np.array(share) * fresh[chosen, None, None]
         wear[..., 2] = yellow[chosen, None, None]
         if chosen.any():
-            pieces.append(graded_on(quads[chosen], shares, wear, polygons=cells.polygons[chosen]))
+            pieces.append(graded_on(quads[chosen], shares, wear, polygons=coats.polygons[chosen]))
     return joined(pieces)
+
+
+def _coats(paint: Sequence[Paint], layout: RoadLayout) -> Coats:
+    """Paint without what lies under other paint or off its road."""
+    cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
+    names = zip(cells.owners, cells.surfaces, strict=True)
+    ages = np.array([share_of(0, "paint", owner, name) for owner, name in names])
+    yellow = np.array([name == YELLOW for name in cells.surfaces], dtype=np.float64)
+    quads = _lengthwise(cells.quads)
+    return Coats(quads, cells.polygons, 1.0 - _AGEING * ages, yellow, loose_ends(quads))
+
+
+def _worn(name: str, coats: Coats, near: Ints, layout: RoadLayout) -> list[Graded]:
+    """Paint that wheels have thinned, piece by piece."""
+    ways = way_lines(layout)
+    return [
+        layout.memory.of(("worn", name, k), partial(worn_paint, coats[slice(k, k + 1)], ways))
+        for k in near.tolist()
+    ]
 
 
 def _lengthwise(quads: Floats) -> Floats:

@@ -5,7 +5,7 @@ How paint flakes and cracks between these points is the material's business.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import shapely
@@ -38,12 +38,18 @@ class Coats:
         polygons: What is left of each quad from above, (n,).
         fresh: Share of paint that age has left, (n,).
         yellow: 1 for yellow paint, (n,).
+        loose: Whether no other quad begins or ends at its beginning and at its end, (n, 2).
     """
 
     quads: Floats
     polygons: Polygons
     fresh: Floats
     yellow: Floats
+    loose: Bools
+
+    def __getitem__(self, chosen: slice | Bools) -> Coats:
+        """Some of them."""
+        return Coats(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
 def worn_paint(coats: Coats, ways: shapely.STRtree) -> Graded:
@@ -56,7 +62,7 @@ def worn_paint(coats: Coats, ways: shapely.STRtree) -> Graded:
     quads = coats.quads
     width = _length(quads[:, [3, 2]] - quads[:, [0, 1]])
     length = _length(quads[:, [1, 2]] - quads[:, [0, 3]])
-    loose = _loose_ends(quads)
+    loose = coats.loose
     whole = whole_quads(quads, coats.polygons)
     pieces = []
     for k, quad in enumerate(quads):
@@ -116,7 +122,7 @@ def _cut_along(quad: Floats, at: Floats) -> Floats:
     return np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
 
 
-def _loose_ends(quads: Floats) -> Bools:
+def loose_ends(quads: Floats) -> Bools:
     """Whether no other quad begins or ends where one begins and ends, (n, 2)."""
     ends = 0.5 * np.stack([quads[:, 0] + quads[:, 3], quads[:, 1] + quads[:, 2]], axis=1)
     _, place, count = np.unique(

@@ -6,6 +6,7 @@ Lanes are divided into stretches; each holds one detail at most, so none overlap
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -93,13 +94,15 @@ def road_details(
         for place in _places(strip, free):
             weights = _FAST if edge in fast else _CITY if edge in town else _VILLAGE
             kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
-            found = [
-                of_one_tone(quads, factor)
-                for quads, factor in detail_quads(place, kind)
-                if len(quads)
-            ]
-            chosen.setdefault(strip.look.surface, []).extend(found)
+            made = layout.memory.of(("detail", place.name, kind), partial(_detail, place, kind))
+            chosen.setdefault(strip.look.surface, []).extend(made)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
+
+
+def _detail(place: Stretch, kind: str) -> list[Graded]:
+    """One detail."""
+    quads = detail_quads(place, kind)
+    return [of_one_tone(some, factor) for some, factor in quads if len(some)]
 
 
 def is_fast(edge: Edge) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import shapely
@@ -53,12 +54,17 @@ def junction_details(
     cells = layout.cells
     for index, surface, polygon, ways in near_junctions(layout, surfaces=surfaces, focus=focus):
         if polygon.area > _LEAST:
-            tones = [*_repairs(cells.owners[index], polygon, ways), *_rubber(ways)]
-            piece = _laid(tones, cells, index)
-            worn = brightness(piece.vertices[:, :2], ways)[:, None] ** [1.0, 0.0, 0.0]
-            piece = Graded(piece.vertices, piece.faces, piece.wear * worn)
-            chosen.setdefault(surface, []).append(piece)
+            made = partial(_repaired, cells, index, polygon, ways)
+            chosen.setdefault(surface, []).append(layout.memory.of(("repairs", index), made))
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
+
+
+def _repaired(cells: Cells, index: int, polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:
+    """Details of one junction, as dirty as what they lie on."""
+    tones = [*_repairs(cells.owners[index], polygon, ways), *_rubber(ways)]
+    piece = _laid(tones, cells, index)
+    worn = brightness(piece.vertices[:, :2], ways)[:, None] ** [1.0, 0.0, 0.0]
+    return Graded(piece.vertices, piece.faces, piece.wear * worn)
 
 
 def _repairs(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> _Tones:

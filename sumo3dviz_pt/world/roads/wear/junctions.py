@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -48,10 +50,8 @@ def junction_wear(
     """
     chosen: dict[str, list[Graded]] = {}
     for index, surface, polygon, ways in near_junctions(layout, surfaces=surfaces, focus=focus):
-        piece = _worn(polygon, ways)
-        heights = layout.cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
-        vertices = np.column_stack([piece.vertices[:, :2], heights])
-        chosen.setdefault(surface, []).append(Graded(vertices, piece.faces, piece.wear))
+        worn = partial(_worn_inside, layout, index, polygon, ways)
+        chosen.setdefault(surface, []).append(layout.memory.of(("tracks", index), worn))
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 
 
@@ -78,6 +78,15 @@ def near_junctions(
         middle = shapely.get_coordinates(polygon.centroid)
         if ways and polygon.area <= _LARGEST and distance_to(focus, middle)[0] <= _FARTHEST:
             yield index, surface, polygon, ways
+
+
+def _worn_inside(
+    layout: RoadLayout, index: int, polygon: shapely.Geometry, ways: Sequence[Strip]
+) -> Graded:
+    """Wear of one junction, at its height."""
+    piece = _worn(polygon, ways)
+    heights = layout.cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
+    return replace(piece, vertices=np.column_stack([piece.vertices[:, :2], heights]))
 
 
 def _worn(polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:

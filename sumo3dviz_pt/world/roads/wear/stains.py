@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 
@@ -12,41 +14,85 @@ from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
 from sumo3dviz_pt.world.roads.style import BICYCLE, PAVING
 from sumo3dviz_pt.world.roads.wear.noise import patchy
 
+Tile = tuple[int, int]
+"""A square of the ground by its numbers east and north of the origin."""
+
 STAINED = frozenset({PAVING, BICYCLE})
 """Surfaces that show stains."""
 
 _STEP = 0.7
 """Size of the pieces whose corners know their stains [m]."""
 
+_PER_TILE = 24
+"""Pieces along a side of a tile."""
+
+_TILE = _PER_TILE * _STEP
+
 _FARTHEST = 55.0
 """Stains fade up to this distance from the camera's path [m]."""
 
 
-def cut_for_stains(piece: shapely.Geometry, focus: BoundsXY | None) -> list[shapely.Geometry]:
-    """A polygon in small pieces near the camera."""
-    if focus is None:
-        return [piece]
-    reach = shapely.box(*focus).buffer(_FARTHEST)
-    if piece.area < _STEP**2 or not piece.intersects(reach):
-        return [piece]
-    x0, y0, x1, y1 = shapely.intersection(piece, reach).bounds
+def stain_tiles(area: shapely.Geometry, focus: BoundsXY | None) -> tuple[Tile, ...]:
+    """Tiles of an area near the camera, in which its pieces are small.
+
+    Args:
+        area: A polygon [m].
+        focus: Box around the camera's path [m]; without one no tile is near.
+    """
+    if focus is None or is_small(area):
+        return ()
+    x0, y0, x1, y1 = area.bounds
+    low = np.maximum([x0, y0], np.array(focus[:2]) - _FARTHEST)
+    high = np.minimum([x1, y1], np.array(focus[2:]) + _FARTHEST)
+    if (low >= high).any():
+        return ()
+    first, last = (np.floor(corner / _TILE).astype(np.int64) for corner in (low, high))
+    tiles = [(i, j) for i in range(first[0], last[0] + 1) for j in range(first[1], last[1] + 1)]
+    boxes = [_box(tile) for tile in tiles]
+    shapely.prepare(area)
+    near = shapely.intersects(area, boxes)
+    return tuple(tile for tile, kept in zip(tiles, near, strict=True) if kept)
+
+
+def is_small(piece: shapely.Geometry) -> bool:
+    """Whether a polygon knows its stains well enough by its own corners."""
+    return bool(piece.area < _STEP**2)
+
+
+def cut_for_stains(piece: shapely.Geometry, tile: Tile) -> list[shapely.Geometry]:
+    """What of a polygon lies in a tile, in small pieces; nothing of one that is small."""
+    if is_small(piece):
+        return []
     # One grid for all polygons, so that neighbours meet in the same points.
-    x, y = (
-        _STEP * np.arange(np.floor(low / _STEP), np.ceil(high / _STEP) + 1)
-        for low, high in ((x0, x1), (y0, y1))
-    )
+    low, high = np.floor(np.array(piece.bounds).reshape(2, 2) / _STEP).astype(np.int64)
+    first = np.maximum(np.array(tile) * _PER_TILE, low)
+    last = np.minimum((np.array(tile) + 1) * _PER_TILE, high + 1)
+    if (first >= last).any():
+        return []
+    x, y = (_STEP * np.arange(a, b + 1) for a, b in zip(first, last, strict=True))
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     quads = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2)
-    squares = np.asarray(shapely.polygons(quads.reshape(-1, 4, 2)))
-    covered = shapely.box(x[0], y[0], x[-1], y[-1])
-    return [*polygon_parts(subtract(piece, [covered])), *cut_on_grid(piece, squares)]
+    return cut_on_grid(piece, np.asarray(shapely.polygons(quads.reshape(-1, 4, 2))))
+
+
+def without_tiles(piece: shapely.Geometry, tiles: Sequence[Tile]) -> list[shapely.Geometry]:
+    """What of a polygon lies in none of some tiles; a small one as it is."""
+    if not tiles or is_small(piece):
+        return [piece]
+    return polygon_parts(subtract(piece, [_box(tile) for tile in tiles]))
+
+
+def _box(tile: Tile) -> shapely.Geometry:
+    """A tile's area."""
+    low, high = (_STEP * _PER_TILE * (np.array(tile) + more) for more in (0, 1))
+    return shapely.box(*low, *high)
 
 
 def stained_mesh(mesh: Mesh, focus: BoundsXY | None) -> Mesh:
     """A mesh whose vertices know how dirty they are.
 
     Args:
-        mesh: Cut by `cut_for_stains`.
+        mesh: Cut by `cut_for_stains` near the camera.
         focus: Box around the camera's path [m]; without one all is clean.
     """
     wear = np.tile(UNWORN, (len(mesh.vertices), 1))

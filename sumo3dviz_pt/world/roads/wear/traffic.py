@@ -7,7 +7,6 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
 from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE, TRACK_WIDTH, is_driven
 
 _REACH = 1.7
@@ -17,19 +16,20 @@ _FARTHEST = 160.0
 """Ways farther from the camera's path are left out [m]."""
 
 
-def way_lines(layout: RoadLayout, focus: BoundsXY | None) -> shapely.STRtree:
-    """Middles of all ways of motor vehicles near the camera, through junctions too."""
+def way_lines(layout: RoadLayout) -> shapely.STRtree:
+    """Middles of all ways of motor vehicles, through junctions too."""
+    return layout.memory.of(("ways",), lambda: shapely.STRtree(_middles(layout)))
+
+
+def _middles(layout: RoadLayout) -> list[shapely.LineString]:
+    """Middles of driven lanes, as lines."""
     strips = [strip for group in layout.strips.values() for strip in group]
     strips += [strip for inside in layout.insides.values() for strip in inside.ways]
-    lines = [
+    return [
         shapely.LineString(strip.lane.shape[:, :2])
         for strip in strips
-        if is_driven(strip)
-        and not strip.look.raised
-        and len(strip.lane.shape) > 1
-        and distance_to(focus, strip.lane.shape).min() < _FARTHEST
+        if is_driven(strip) and not strip.look.raised and len(strip.lane.shape) > 1
     ]
-    return shapely.STRtree(lines)
 
 
 def wheels_at(points: Floats, ways: shapely.STRtree) -> Floats:

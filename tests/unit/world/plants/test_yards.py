@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.pipeline.production import read
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.shot.cameras.clearances import clearance_of
-from sumo3dviz_pt.world.build import build_place
+from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
@@ -88,7 +88,7 @@ def test_where_nothing_is_planted_no_garden_grows():
         job = load_job(crossing, {"ground.planting": planting})
         _, scenario, _ = read(job, begin=450.0, end=451.0)
         clear = clearance_of(job.cameras.values(), aspect=0.5)
-        place = build_place(scenario, job, camera_path, clearance=clear, dark=False)
+        place = build_place(World.of(scenario, job), camera_path, clearance=clear)
         grown[planting] = {part.id.split("/")[0] for part in place.static}
     assert "hedges" in grown["auto"] and "hedges" not in grown["none"]
 

@@ -114,7 +114,7 @@ def test_stains_darken_footways_near_the_camera_only():
 
 def test_wheels_run_beside_the_middle_of_ways():
     layout = roads().layout
-    ways = way_lines(layout, FOCUS)
+    ways = way_lines(layout)
     line = max(ways.geometries, key=lambda one: one.length)
     at = np.array(line.interpolate(0.5 * line.length).coords)
     ahead = np.array(line.interpolate(0.5 * line.length + 0.1).coords) - at

@@ -1,0 +1,66 @@
+"""What was built of a world stays for the next shot of it, as long as a process runs."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.world.memory import Memory
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.world.build import World
+
+_APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
+"""Keys of a scene file that say nothing about what exists."""
+
+
+class _Last:
+    """The world that somebody asked for last: its name, and what was built of it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._name = ""
+        self._memory = Memory()
+
+    def of(self, name: str) -> Memory:
+        """The memory of a world; that of another world is forgotten."""
+        with self._lock:
+            if name != self._name:
+                self._name, self._memory = name, Memory()
+            return self._memory
+
+
+_LAST = _Last()
+
+
+def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
+    """The world of a scene file, with all that was built of it in this process.
+
+    What was built serves all of its cameras, shots, qualities and sizes, until a setting or
+    a file is another one. One world is remembered at a time.
+
+    Args:
+        scenario: As read, for any window of time.
+        job: The scene file.
+        files: The simulation's files.
+    """
+    from sumo3dviz_pt.world.build import World
+
+    settings = job.model_dump(mode="json", exclude=_APART)
+    stamps = _stamps((files.network, *files.additional))
+    memory = _LAST.of(json.dumps([settings, stamps], sort_keys=True, default=str))
+    return World.of(scenario, job, memory=memory)
+
+
+def _stamps(paths: Iterable[Path]) -> list[tuple[str, int, int]]:
+    """Name, time of the last change and size of files."""
+    found = []
+    for path in paths:
+        stat = path.stat()
+        found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
+    return found
