@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,7 @@ from sumo3dviz_pt.library.people.wardrobe import (
     colour_of,
     trimming,
 )
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part, Poses
 
 
@@ -86,11 +88,17 @@ def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Pos
         ConfigError: If a name in the recipe is unknown.
     """
     body = measures(recipe)
-    phases = np.arange(gait.PHASES) / gait.PHASES
-    postures = [gait.standing(body), *(gait.walking(body, p) for p in phases)]
     pieces = list(clothed(recipe, LEVELS[level]))
-    parts, poses = dressed(pieces, np.stack([matrices(body, posture) for posture in postures]))
+    parts, poses = dressed(pieces, _on_foot(body))
     return _grounded(parts, poses)
+
+
+@lru_cache(maxsize=2)
+def _on_foot(body: Measures) -> Floats:
+    """Matrices of the bones, standing and in the phases of a stride, for all levels of detail."""
+    phases = np.arange(gait.PHASES) / gait.PHASES
+    postures = [gait.standing(body), *(gait.walking(body, phase) for phase in phases)]
+    return np.stack([matrices(body, posture) for posture in postures])
 
 
 def stride_length(recipe: Recipe) -> float:

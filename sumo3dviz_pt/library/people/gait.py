@@ -12,6 +12,8 @@ References:
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -109,11 +111,16 @@ def _foot(body: Measures, phase: float, side: str) -> Step:
 
 def _pitches(phase: float) -> tuple[float, float]:
     """Angles of the sole and of the toes against the ground [rad]."""
-    # A stride repeats, so the curve does too.
-    angles = np.array(_FOOT)
-    spline = CubicSpline(angles[:, 0], angles[:, 1], bc_type="periodic")
-    pitch = float(np.radians(between(phase, _FOOT) if phase < TOE_OFF else spline(phase)))
+    turned = between(phase, _FOOT) if phase < TOE_OFF else _foot_curve()(phase)
+    pitch = float(np.radians(turned))
     return pitch, pitch if pitch > 0.0 else min(0.0, pitch + _TOE_BEND)
+
+
+@cache
+def _foot_curve() -> CubicSpline:
+    """Angle of the sole over a stride [deg]; a stride repeats, and so does the curve."""
+    angles = np.array(_FOOT)
+    return CubicSpline(angles[:, 0], angles[:, 1], bc_type="periodic")
 
 
 def _stance(body: Measures, phase: float, side: str, yaw: float) -> Step:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import shapely
 
@@ -9,6 +11,7 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
 from sumo3dviz_pt.world.roads.drops import Drops, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.roads.layers import Base
+from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.build import lifted
 from sumo3dviz_pt.world.roads.mesh import KERB_WIDTH
 from sumo3dviz_pt.world.roads.style import PAVING
@@ -36,10 +39,8 @@ def tactile_slabs(base: Base, drops: Drops) -> tuple[Mesh, Floats]:
     layout = base.layout
     quads = [np.zeros((0, 4, 2))]
     tones = [np.zeros((0, 3))]
-    area = shapely.union_all(layout.raised) if len(drops.ends) else shapely.Polygon()
-    shapely.prepare(area)
-    for k in range(len(drops.ends)):
-        found = _at_end(k, drops, area)
+    for k, name in enumerate(drops.names):
+        found = layout.memory.of(("tactile", name), partial(_at_end, k, drops, layout))
         quads.append(found[0])
         tones.append(found[1])
     flat = np.concatenate(quads).reshape(-1, 2)
@@ -55,8 +56,16 @@ def tactile_slabs(base: Base, drops: Drops) -> tuple[Mesh, Floats]:
     return mesh, np.repeat(np.concatenate(tones), 2, axis=0)
 
 
-def _at_end(k: int, drops: Drops, area: shapely.Geometry) -> tuple[Floats, Floats]:
+def _footways(layout: RoadLayout) -> shapely.Geometry:
+    """All footways."""
+    area = shapely.union_all(layout.raised)
+    shapely.prepare(area)
+    return area
+
+
+def _at_end(k: int, drops: Drops, layout: RoadLayout) -> tuple[Floats, Floats]:
     """Ribs and grooves along one end of a crossing, (n, 4, 2) [m], and their tones, (n, 3)."""
+    area = layout.memory.of(("footways",), partial(_footways, layout))
     count = int(2.0 * drops.halves[k] / _SLAB)
     half = 0.5 * count * _SLAB
     marks = np.linspace(-half, half, count * 2 * _RIBS + 1)
