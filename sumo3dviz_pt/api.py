@@ -326,11 +326,11 @@ class Scene:
         """
         from sumo3dviz_pt.viewer.choices import Choices, Outlook
         from sumo3dviz_pt.viewer.notebook import Viewer
-        from sumo3dviz_pt.viewer.render_thread import Studio
+        from sumo3dviz_pt.viewer.render_thread import RenderThread
 
         looks = Outlook(size, start, end, variant)
         choices = Choices(port, height=height, proxy=proxy)
-        studio = Studio(
+        render_thread = RenderThread(
             self.job,
             scene_file=self._source.file,
             size=looks.size,
@@ -338,7 +338,7 @@ class Scene:
             variant=looks.variant,
             reload=self._source.job,
         )
-        return Viewer(studio, size=looks.size, choices=choices)
+        return Viewer(render_thread, size=looks.size, choices=choices)
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:

@@ -26,7 +26,7 @@ from sumo3dviz_pt.cast.choice import (
     UserChoice,
 )
 from sumo3dviz_pt.cast.drawing import Assembly, Unit
-from sumo3dviz_pt.cast.fitted_models import Shelf, fitted_model, shelved, sizes
+from sumo3dviz_pt.cast.fitted_models import Prototypes, fitted_model, made_once, sizes
 from sumo3dviz_pt.cast.seats import Seat, car_seat, class_seat
 from sumo3dviz_pt.library.materials.named import MATERIALS, principled, two_sided
 from sumo3dviz_pt.library.people.build import figure, stride_length
@@ -77,12 +77,12 @@ class Body:
 
 
 @singledispatch
-def build_body(choice: Choice, shelf: Shelf) -> Body:
+def build_body(choice: Choice, prototypes: Prototypes) -> Body:
     """Make the body of a choice.
 
     Args:
         choice: From `choose`.
-        shelf: Prototypes made so far; new ones are added.
+        prototypes: Prototypes made so far; new ones are added.
 
     Raises:
         ConfigError: If a user's file cannot be read.
@@ -91,10 +91,10 @@ def build_body(choice: Choice, shelf: Shelf) -> Body:
 
 
 @build_body.register
-def _(choice: ModelChoice, shelf: Shelf) -> Body:
+def _(choice: ModelChoice, prototypes: Prototypes) -> Body:
     """A vehicle of the catalogue, from its baked meshes."""
     entry = catalog.find("vehicles", choice.model.name)
-    fitted = fitted_model(entry, shelf, choice)
+    fitted = fitted_model(entry, prototypes, choice)
     seat = _model_seat(entry, choice.vclass, fitted.scale, fitted.size)
     stride = DEVELOPMENT * float(fitted.scale[0]) if pedals(entry.meta) else None
     first = fitted.units[0]
@@ -129,7 +129,7 @@ def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) ->
 
 
 @build_body.register
-def _(choice: PlainChoice, shelf: Shelf) -> Body:
+def _(choice: PlainChoice, prototypes: Prototypes) -> Body:
     """A plain body; near sizes share one, scaled by the little that they differ."""
     near = [
         round(2 * side) / 2 if side >= 2.0 else max(round(side, 1), 0.1) for side in choice.size
@@ -144,15 +144,15 @@ def _(choice: PlainChoice, shelf: Shelf) -> Body:
 
     scale = np.array(choice.size) / near
     seat = class_seat(choice.vclass, np.array(choice.size))
-    unit = Unit(shelved(shelf, name, make))
+    unit = Unit(made_once(prototypes, name, make))
     return Body(Assembly(name, (unit,)), scale, choice.size, seat, vclass=choice.vclass)
 
 
 @build_body.register
-def _(choice: FigureChoice, shelf: Shelf) -> Body:
+def _(choice: FigureChoice, prototypes: Prototypes) -> Body:
     """Somebody on foot, in all poses."""
     meta = catalog.find("people", choice.look).meta
-    prototype = shelved(shelf, choice.look, lambda: _person(choice.look))
+    prototype = made_once(prototypes, choice.look, lambda: _person(choice.look))
     scale = choice.height / float(meta["height"])
     bounds = np.stack([part.mesh.bounds for part in prototype.parts])
     size = sizes(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
@@ -172,7 +172,7 @@ def _person(look: str) -> Prototype:
 
 
 @build_body.register
-def _(choice: UserChoice, shelf: Shelf) -> Body:
+def _(choice: UserChoice, prototypes: Prototypes) -> Body:
     """A user's own model, as large as it is or as long as its vType."""
     digest = hashlib.blake2b(str(choice.path).encode("utf-8"), digest_size=3).hexdigest()
     name = f"{choice.path.stem}-{digest}"
@@ -181,7 +181,7 @@ def _(choice: UserChoice, shelf: Shelf) -> Body:
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     factor = choice.length / float(size[0]) if made.fitted else 1.0
     parts, materials = _user_parts(made, name)
-    unit = Unit(shelved(shelf, name, lambda: Prototype(name, parts, parts, made.lamps)))
+    unit = Unit(made_once(prototypes, name, lambda: Prototype(name, parts, parts, made.lamps)))
     drawn = sizes(factor * size)
     seat = class_seat(choice.vclass, np.array(drawn))
     return Body(

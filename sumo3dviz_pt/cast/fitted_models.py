@@ -44,7 +44,7 @@ _LARGEST_SCALE = 1.12
 _OVAL = 0.04
 """Wheels that would be less oval than this are left alone."""
 
-Shelf = dict[str, Prototype]
+Prototypes = dict[str, Prototype]
 """Prototypes by name; each is made once."""
 
 
@@ -65,37 +65,37 @@ class Fitted:
     hinged: bool = False
 
 
-def fitted_model(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
+def fitted_model(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -> Fitted:
     """Fit a vehicle to a vType's size.
 
     Args:
         entry: The vehicle.
-        shelf: Prototypes made so far; new ones are added.
+        prototypes: Prototypes made so far; new ones are added.
         choice: Says the size.
     """
     if "units" in entry.meta:
-        units, length = _units(entry, shelf, choice)
+        units, length = _units(entry, prototypes, choice)
         own = (length, *choice.model.size[1:])
         scale = model_scale(own, wanted=choice.size, car=False)
         hinged = bool(entry.meta.get("hinged", False))
         return Fitted(units, scale, sizes(scale * own), hinged)
     if entry.meta.get("build") == "cycle":
-        return _scaled(entry, shelf, choice)
+        return _scaled(entry, prototypes, choice)
     if entry.meta.get("recipe", {}).get("stretch"):
-        return _given(entry, shelf, choice)
+        return _given(entry, prototypes, choice)
     scale = model_scale(choice.model.size, wanted=choice.size, car=choice.vclass in CAR_CLASSES)
-    unit = _rounded(_unit(entry, shelf, at=0.0), shelf, ratio=float(scale[0] / scale[2]))
+    unit = _rounded(_unit(entry, prototypes, at=0.0), prototypes, ratio=float(scale[0] / scale[2]))
     return Fitted((unit,), scale, sizes(scale * choice.model.size))
 
 
-def _scaled(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
+def _scaled(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -> Fitted:
     """As a whole: SUMO's default height of a bicycle says nothing about its rider."""
     factor = choice.size[0] / choice.model.size[0]
     scale = np.full(3, np.clip(factor, 1.0 / _LARGEST_STRETCH, _LARGEST_STRETCH))
-    return Fitted((_unit(entry, shelf, at=0.0),), scale, sizes(scale * choice.model.size))
+    return Fitted((_unit(entry, prototypes, at=0.0),), scale, sizes(scale * choice.model.size))
 
 
-def _given(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
+def _given(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -> Fitted:
     """Where it may give, so that cab and wheels keep their shape."""
     length, width, height = choice.model.size
     across = float(np.sqrt(choice.size[1] / width * choice.size[2] / height))
@@ -105,8 +105,8 @@ def _given(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
     wanted = round(2.0 * choice.size[0] / factor) / 2.0
     stretch = Stretch.to_length((float(first), float(last)), extra=wanted - length)
     name = f"{entry.name}@{length + stretch.gain:.1f}"
-    plain = _unit(entry, shelf, at=0.0)
-    body = shelved(shelf, name, lambda: stretched(plain.prototype, stretch, name=name))
+    plain = _unit(entry, prototypes, at=0.0)
+    body = made_once(prototypes, name, lambda: stretched(plain.prototype, stretch, name=name))
     wheels = tuple(replace(place, at=stretch.moved_point(place.at)) for place in plain.wheels)
     unit = Unit(body, wheels=wheels, model=entry.name, given=stretch)
     along = choice.size[0] / (length + stretch.gain)
@@ -114,20 +114,20 @@ def _given(entry: catalog.Entry, shelf: Shelf, choice: ModelChoice) -> Fitted:
     return Fitted((unit,), scale, sizes(scale * (length + stretch.gain, width, height)))
 
 
-def _rounded(unit: Unit, shelf: Shelf, *, ratio: float) -> Unit:
+def _rounded(unit: Unit, prototypes: Prototypes, *, ratio: float) -> Unit:
     """A unit whose wheels stay round under a scale."""
     step = round(20.0 * ratio) / 20.0
     if abs(ratio - 1.0) < _OVAL or not unit.wheels:
         return unit
     name = f"{unit.prototype.name}~{step:.2f}"
-    body = shelved(
-        shelf, name, lambda: round_wheels(unit.prototype, unit.wheels, ratio=step, name=name)
+    body = made_once(
+        prototypes, name, lambda: round_wheels(unit.prototype, unit.wheels, ratio=step, name=name)
     )
     return replace(unit, prototype=body, model=unit.prototype.name)
 
 
 def _units(
-    entry: catalog.Entry, shelf: Shelf, choice: ModelChoice
+    entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice
 ) -> tuple[tuple[Unit, ...], float]:
     """The units of a vehicle and their length in all [m].
 
@@ -140,18 +140,20 @@ def _units(
         length, pitch = float(entry.meta["length"]), pitch_of(rows)
         more = spare_units(length, pitch, wanted=choice.size[0])
         placed = coupled(rows, more)
-        units = [_coupled_unit(row, shelf, at=x) for row, x in placed]
-        return _joined(units, [row for row, _ in placed], shelf), length + more * pitch
+        units = [_coupled_unit(row, prototypes, at=x) for row, x in placed]
+        return _joined(units, [row for row, _ in placed], prototypes), length + more * pitch
     spans = choice.carriages.split(choice.size[0])
     chosen = numbered(rows, len(spans))
     units = [
-        _coupled_unit(row, shelf, at=-behind, length=own)
+        _coupled_unit(row, prototypes, at=-behind, length=own)
         for row, (behind, own) in zip(chosen, spans, strict=True)
     ]
-    return _joined(units, chosen, shelf), choice.size[0]
+    return _joined(units, chosen, prototypes), choice.size[0]
 
 
-def _coupled_unit(row: Row, shelf: Shelf, *, at: float, length: float | None = None) -> Unit:
+def _coupled_unit(
+    row: Row, prototypes: Prototypes, *, at: float, length: float | None = None
+) -> Unit:
     """A unit of a whole; of another length than its model's where that is given [m]."""
     entry = catalog.find("vehicles", str(row["model"]))
     own = float(entry.meta["length"])
@@ -159,20 +161,20 @@ def _coupled_unit(row: Row, shelf: Shelf, *, at: float, length: float | None = N
     if "pivots" in row:
         first, second = (float(value) for value in row["pivots"])
         pivots = (first, second)
-    unit = _unit(entry, shelf, at=at)
+    unit = _unit(entry, prototypes, at=at)
     return replace(unit, length=own, pivots=pivots, stretch=(length or own) / own)
 
 
-def _joined(units: list[Unit], rows: list[Row], shelf: Shelf) -> tuple[Unit, ...]:
+def _joined(units: list[Unit], rows: list[Row], prototypes: Prototypes) -> tuple[Unit, ...]:
     """Units with what hangs between them."""
     made = []
     for unit, after, row in zip(units, units[1:], rows, strict=False):
-        joint = _joint(unit, after, row["bellows"], shelf) if "bellows" in row else None
+        joint = _joint(unit, after, row["bellows"], prototypes) if "bellows" in row else None
         made.append(replace(unit, joint=joint))
     return (*made, units[-1])
 
 
-def _joint(unit: Unit, after: Unit, row: Mapping[str, Any], shelf: Shelf) -> Joint:
+def _joint(unit: Unit, after: Unit, row: Mapping[str, Any], prototypes: Prototypes) -> Joint:
     """A bellows between two units."""
     ahead, behind = float(row["from"]), float(row["to"])
     length = unit.at - after.at + behind * after.stretch - ahead * unit.stretch
@@ -185,19 +187,19 @@ def _joint(unit: Unit, after: Unit, row: Mapping[str, Any], shelf: Shelf) -> Joi
         far, far_poses = bellows(shape, far=True)
         return Prototype(name, (near,), (far,), poses=poses, far_poses=far_poses)
 
-    return Joint(shelved(shelf, name, make), shape.length, ahead, behind)
+    return Joint(made_once(prototypes, name, make), shape.length, ahead, behind)
 
 
-def _unit(entry: catalog.Entry, shelf: Shelf, *, at: float) -> Unit:
+def _unit(entry: catalog.Entry, prototypes: Prototypes, *, at: float) -> Unit:
     """One baked model."""
-    prototype = _shelved_vehicle(entry, shelf)
+    prototype = _baked_once(entry, prototypes)
     wheels = tuple(_wheel(row) for row in entry.meta.get("wheels", ()))
     return Unit(prototype, at, wheels if has_hero(entry.meta) else ())
 
 
-def _shelved_vehicle(entry: catalog.Entry, shelf: Shelf) -> Prototype:
+def _baked_once(entry: catalog.Entry, prototypes: Prototypes) -> Prototype:
     """A baked model as it is; a process reads each once, for all its shots."""
-    return shelved(shelf, entry.name, lambda: _read_once(entry.folder))
+    return made_once(prototypes, entry.name, lambda: _read_once(entry.folder))
 
 
 @cache
@@ -230,11 +232,11 @@ def model_scale(model: Size, *, wanted: Size, car: bool = True) -> Floats:
     return factors
 
 
-def shelved(shelf: Shelf, name: str, make: Callable[[], Prototype]) -> Prototype:
-    """A prototype from the shelf, made if it is not there."""
-    if name not in shelf:
-        shelf[name] = make()
-    return shelf[name]
+def made_once(prototypes: Prototypes, name: str, make: Callable[[], Prototype]) -> Prototype:
+    """A prototype by name, made if it is not there."""
+    if name not in prototypes:
+        prototypes[name] = make()
+    return prototypes[name]
 
 
 def read_vehicle(entry: catalog.Entry) -> Prototype:

@@ -23,12 +23,12 @@ from sumo3dviz_pt.cast.choice import (
 )
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
-from sumo3dviz_pt.cast.fitted_models import Shelf
+from sumo3dviz_pt.cast.fitted_models import Prototypes
 from sumo3dviz_pt.cast.full_detail import heroes_of
 from sumo3dviz_pt.cast.gait import effort, stride_phase
 from sumo3dviz_pt.cast.lights import VehicleLights
 from sumo3dviz_pt.cast.own_looks import OwnLooks
-from sumo3dviz_pt.cast.pose_sampler import Stances
+from sumo3dviz_pt.cast.pose_sampler import PoseSampler
 from sumo3dviz_pt.cast.presence import Presence, Present
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
@@ -71,7 +71,7 @@ class Fleet:
         lengths: As drawn, (v,) [m].
         on_foot: Who walks, (v,).
         presence: Who exists when.
-        stances: How they stand.
+        pose_sampler: How they stand.
     """
 
     trajectories: tuple[Trajectory, ...]
@@ -88,19 +88,21 @@ class Fleet:
     lengths: Floats = field(init=False)
     on_foot: Bools = field(init=False)
     presence: Presence = field(init=False)
-    stances: Stances = field(init=False)
+    pose_sampler: PoseSampler = field(init=False)
 
     def __post_init__(self) -> None:
         """Index the pieces of motion, so that a frame asks only those alive."""
         places = {trajectory.key: k for k, trajectory in enumerate(self.trajectories)}
         presence = Presence(self.trajectories, self.times)
-        stances = Stances(self.trajectories, self.bodies, presence, suspension=self.suspension)
+        pose_sampler = PoseSampler(
+            self.trajectories, self.bodies, presence, suspension=self.suspension
+        )
         on_foot = [trajectory.kind == "person" for trajectory in self.trajectories]
         object.__setattr__(self, "places", places)
         object.__setattr__(self, "lengths", np.array([body.size[0] for body in self.bodies]))
         object.__setattr__(self, "on_foot", np.array(on_foot, dtype=np.bool_))
         object.__setattr__(self, "presence", presence)
-        object.__setattr__(self, "stances", stances)
+        object.__setattr__(self, "pose_sampler", pose_sampler)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -151,9 +153,9 @@ class Fleet:
         body, piece = self.bodies[int(present.users[row])], int(present.pieces[row])
         hero, stance = level == "hero", AT_REST
         if hero or ridden or body.assembly.bends:
-            stance = self.stances.stance(piece, present.time, hero=hero, ridden=ridden)
+            stance = self.pose_sampler.stance(piece, present.time, hero=hero, ridden=ridden)
         if self.suspension and body.ride == "lean" and level != "far":
-            leant = Transform(self.stances.lean(piece, present.time))
+            leant = Transform(self.pose_sampler.lean(piece, present.time))
             whole = replace(whole, world_from_body=whole.world_from_body @ leant)
         yield from body.assembly.movers(whole, hero=hero, stance=stance)
 
@@ -236,7 +238,7 @@ class Fleet:
             share = effort(float(present.speeds[row]))
         lit = frozenset[str]()
         if self.lights is not None and body.prototype.lamps:
-            derived = partial(self.stances.derived, piece)
+            derived = partial(self.pose_sampler.derived, piece)
             lit = self.lights.lit(key, present.time, derived=derived)
         return Mover(key, name, Transform(frame), self.colours[k], lit, "", phase, share)
 
@@ -282,8 +284,8 @@ def build_fleet(
         )
         for t, k in zip(trajectories, kinds, strict=True)
     ]
-    shelf: Shelf = {}
-    made = {choice: build_body(choice, shelf) for choice in dict.fromkeys(choices)}
+    prototypes: Prototypes = {}
+    made = {choice: build_body(choice, prototypes) for choice in dict.fromkeys(choices)}
     _announce(choices)
     paints = [
         own.paint(t.id, k.id)
@@ -296,7 +298,7 @@ def build_fleet(
         tuple(trajectories),
         bodies,
         tuple(paints),
-        shelf,
+        prototypes,
         materials,
         lights=lights,
         seed=seed,

@@ -25,7 +25,7 @@ from sumo3dviz_pt.model.trajectory import Piece, Trajectory
 _ON_WATER = frozenset(["ship"])
 
 
-class Stances:
+class PoseSampler:
     """Looks up how road users stand."""
 
     def __init__(

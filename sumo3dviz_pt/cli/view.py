@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     """Show a scene until Ctrl-C."""
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.scene_file import load_job
-    from sumo3dviz_pt.viewer.render_thread import Studio
+    from sumo3dviz_pt.viewer.render_thread import RenderThread
     from sumo3dviz_pt.viewer.server import serve
 
     chosen = overrides_of(options)
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
         return load_job(options.scene, {**chosen, **choices})
 
     log.warning("opening %s: it is read, built and compiled in about a minute", options.scene)
-    studio = Studio(
+    render_thread = RenderThread(
         reload({}),
         scene_file=options.scene,
         size=options.size,
@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         reload=reload,
     )
     serve(
-        studio,
+        render_thread,
         port=options.port,
         token=options.token,
         announce=lambda address: print(address, flush=True),

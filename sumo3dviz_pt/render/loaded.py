@@ -15,7 +15,7 @@ from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
-from sumo3dviz_pt.render.materials.compound import Lump, lumps
+from sumo3dviz_pt.render.materials.compound import MergedMesh, merged_meshes
 from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
 from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.movers.crowd import Crowd
@@ -43,8 +43,8 @@ class LoadedScene:
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
-        self._static = lumps([part.part for part in data.static], data.materials)
-        floor = lowest([lump.mesh for lump in self._static])
+        self._static = merged_meshes([part.part for part in data.static], data.materials)
+        floor = lowest([merged.mesh for merged in self._static])
         self._running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
         self._crowds = (far, Crowd("posed", data, data.slots.posed, far=False, floor=floor))
@@ -84,8 +84,8 @@ class LoadedScene:
         self.drop()
         self.origin = frame.origin
         parts = {name: load(it) if isinstance(it, dict) else it for name, it in fixed.items()}
-        for number, lump in enumerate(self._static):
-            parts[f"static_{number}"] = self._place(lump, number, frame.origin)
+        for number, merged in enumerate(self._static):
+            parts[f"static_{number}"] = self._place(merged, number, frame.origin)
         parts |= self._lamps.entries(frame.origin)
         if self._running:
             parts |= self._running.entries(self._lens())
@@ -118,17 +118,17 @@ class LoadedScene:
 
     def _recentre(self, origin: Floats) -> None:
         """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
-        for number, lump in enumerate(self._static):
-            convert.shift(self._parameters, f"static_{number}", lump.mesh, origin)
+        for number, merged in enumerate(self._static):
+            convert.shift(self._parameters, f"static_{number}", merged.mesh, origin)
         self._lamps.recentre(self._parameters, origin)
         self.origin = origin
 
-    def _place(self, lump: Lump, number: int, origin: Floats) -> Any:
+    def _place(self, merged: MergedMesh, number: int, origin: Floats) -> Any:
         """A static mesh relative to an origin."""
-        mesh = replace(lump.mesh, vertices=lump.mesh.vertices - origin)
-        bsdf = self._materials.get(lump.material, convert.face_tint(), worn=is_worn(mesh))
-        wear = wear_attributes(self._materials.dicts.get(lump.material, {}), mesh)
-        attributes = {**lump.attributes, **wear}
+        mesh = replace(merged.mesh, vertices=merged.mesh.vertices - origin)
+        bsdf = self._materials.get(merged.material, convert.face_tint(), worn=is_worn(mesh))
+        wear = wear_attributes(self._materials.dicts.get(merged.material, {}), mesh)
+        attributes = {**merged.attributes, **wear}
         return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=attributes)
 
     def _lens(self) -> Any:

@@ -196,11 +196,11 @@ def build_shot(
     if isinstance(camera, LagrangianCamera):
         clear = clear.beside(camera_path)
     crowd = partial(_crowd, fleet, built, times, aspect)
-    return Making(world, aspect).shot(fleet, built, camera_path, plan=crowd, clearance=clear)
+    return ShotBuilder(world, aspect).shot(fleet, built, camera_path, plan=crowd, clearance=clear)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Making:
+class ShotBuilder:
     """What a shot is made of, whatever its cameras."""
 
     world: World

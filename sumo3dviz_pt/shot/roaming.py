@@ -1,4 +1,4 @@
-"""A shot for cameras that go anywhere, such as a visitor's in the viewer.
+"""A shot for cameras that go anywhere, such as a client's in the viewer.
 
 Where the camera will be and look is not known: so everything around some places is built,
 in all directions, and there is room for everyone on the road at least as a stand-in.
@@ -21,7 +21,7 @@ from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.build import Making, Shot, everyone, with_seat
+from sumo3dviz_pt.shot.build import Shot, ShotBuilder, everyone, with_seat
 from sumo3dviz_pt.shot.cameras.build import StandingCamera, build_camera
 from sumo3dviz_pt.shot.cameras.clearances import clearance_of
 from sumo3dviz_pt.shot.crowd import CrowdPlan, plan_crowd
@@ -68,11 +68,13 @@ def build_roam(
     views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
     places = np.stack([view.position for view in views]) if eyes is None else eyes
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
-    making = Making(world, job.output.size[1] / job.output.size[0])
+    builder = ShotBuilder(world, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
     camera_path = CameraPath.all_round(places)
-    clear = clearance_of(job.cameras.values(), aspect=making.aspect)
-    return replace(making.shot(fleet, home, camera_path, plan=room, clearance=clear), places=places)
+    clear = clearance_of(job.cameras.values(), aspect=builder.aspect)
+    return replace(
+        builder.shot(fleet, home, camera_path, plan=room, clearance=clear), places=places
+    )
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:

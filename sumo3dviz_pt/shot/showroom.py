@@ -12,7 +12,7 @@ from sumo3dviz_pt.cast.bodies import Body, build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN
 from sumo3dviz_pt.cast.drawing import Unit
-from sumo3dviz_pt.cast.fitted_models import Shelf
+from sumo3dviz_pt.cast.fitted_models import Prototypes
 from sumo3dviz_pt.cast.full_detail import heroes_of
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import ObjectSettings
@@ -96,12 +96,12 @@ def _levels() -> Iterator[Exhibit]:
 
 def _bodies(chosen: Collection[str] = ()) -> Iterator[Body]:
     """Vehicles in their own size; no names stand for all."""
-    shelf: Shelf = {}
+    prototypes: Prototypes = {}
     for model in models_for({}):
         if chosen and model.name not in chosen:
             continue
         choice = ModelChoice(model, sorted(model.vclasses)[0], model.size)
-        yield build_body(choice, shelf)
+        yield build_body(choice, prototypes)
 
 
 def _exhibit(body: Body, level: str, number: int) -> Exhibit:

@@ -13,42 +13,42 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages_in import Order, parsed
 from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
-from sumo3dviz_pt.viewer.state import Stand
+from sumo3dviz_pt.viewer.state import ViewerState
 
 _MOST_ORDERS = 20_000
 """Of those that wait longer, while a still is taken, the oldest are forgotten."""
 
 
-class Visitor:
+class Client:
     """A page that looks at the scene. Orders come from the server's thread.
 
-    What the render thread alone changes: `stand`, `mean`, `parts`, `began`, `pictured`, `ticked`,
+    What the render thread alone changes: `state`, `mean`, `parts`, `began`, `pictured`, `ticked`,
     `told`, the key frames that the page knows.
     """
 
     def __init__(
         self,
-        stand: Stand,
+        state: ViewerState,
         deliver: Callable[[Message], None],
         *,
         wake: Callable[[], None],
-        leave: Callable[[Visitor], None],
+        leave: Callable[[Client], None],
     ) -> None:
         """Begin a visit.
 
         Args:
-            stand: Where it begins.
+            state: Where it begins.
             deliver: Takes what the page is told.
             wake: Called when there is something to do.
             leave: Called at the end of the visit.
         """
-        self.stand = stand
+        self.state = state
         self.mean: Mean | None = None
         self.parts: list[Image] = []
         self.began = 0.0
         self.pictured: tuple[Any, ...] | None = None
         self.ticked: float | None = None
-        self.told: tuple[KeyFrame, ...] = stand.frames
+        self.told: tuple[KeyFrame, ...] = state.frames
         self._deliver, self._wake, self._leave = deliver, wake, leave
         self._lock = threading.Lock()
         self._orders: deque[tuple[float, Order]] = deque(maxlen=_MOST_ORDERS)

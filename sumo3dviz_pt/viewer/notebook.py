@@ -6,7 +6,7 @@ import atexit
 import html
 
 from sumo3dviz_pt.viewer.choices import Choices as Choices
-from sumo3dviz_pt.viewer.render_thread import Studio
+from sumo3dviz_pt.viewer.render_thread import RenderThread
 from sumo3dviz_pt.viewer.server import Server
 
 _BELOW = 120
@@ -20,7 +20,7 @@ class Viewer:
     """A viewer that runs until it is closed; notebooks show its page.
 
     Args:
-        studio: What renders; it is started here.
+        render thread: What renders; it is started here.
         size: Of its pictures [px].
         choices: How it listens and looks.
 
@@ -32,12 +32,14 @@ class Viewer:
     """
 
     def __init__(
-        self, studio: Studio, *, size: tuple[int, int], choices: Choices | None = None
+        self, render_thread: RenderThread, *, size: tuple[int, int], choices: Choices | None = None
     ) -> None:
         choices = choices or Choices()
         self._height = choices.height or round(_NARROW * size[1] / size[0]) + _BELOW
         way = choices.way
-        self._server = Server(studio, port=choices.port, token=choices.token, proxied=bool(way))
+        self._server = Server(
+            render_thread, port=choices.port, token=choices.token, proxied=bool(way)
+        )
         self._server.start()
         _, _, host, token, _ = self._server.address.split("/")
         self._port = host.rpartition(":")[2]

@@ -1,4 +1,4 @@
-"""Pictures for visitors: small while they move, large and better and better while they stand."""
+"""Pictures for clients: small while they move, large and better and better while they stand."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live, Size, encoded, joined
-from sumo3dviz_pt.viewer.client import Visitor
+from sumo3dviz_pt.viewer.client import Client
 from sumo3dviz_pt.viewer.mean import Mean
-from sumo3dviz_pt.viewer.state import Stand, said_of
+from sumo3dviz_pt.viewer.state import ViewerState, said_of
 from sumo3dviz_pt.viewer.walk import Eye
 
 _ROUNDS = 3
@@ -78,90 +78,90 @@ class Projector:
         """Something else was shown."""
         self._shown = None
 
-    def picture(self, visitor: Visitor) -> None:
-        """Take one more sample of what a visitor sees, and send it."""
+    def picture(self, client: Client) -> None:
+        """Take one more sample of what a client sees, and send it."""
         live, began = self._live, clock.perf_counter()
-        stand = visitor.stand
+        state = client.state
         try:
-            view = stand.view(live)
+            view = state.view(live)
         except ConfigError as error:
-            visitor.warn(error)
-            before = visitor.pictured[1] if visitor.pictured else live.home
+            client.warn(error)
+            before = client.pictured[1] if client.pictured else live.home
             eye = replace(Eye.of(before), roll=0.0)
-            stand = replace(stand, eye=eye, ride=None, flying=False, playing=False)
-            visitor.stand, view = stand, eye.view()
-        if moved := self._moved(visitor, view):
-            visitor.parts, visitor.mean = [], None
-        self._bring(stand, view, moved=moved)
-        visitor.pictured = (stand.time, view, stand.dynamic, live.shot)
-        if moved or stand.moves:
-            sample = live.glimpse(stand.time, view, number=0)
-            visitor.mean = Mean.of(sample)
-            self._send(visitor, view, still=False, began=began)
+            state = replace(state, eye=eye, ride=None, flying=False, playing=False)
+            client.state, view = state, eye.view()
+        if moved := self._moved(client, view):
+            client.parts, client.mean = [], None
+        self._bring(state, view, moved=moved)
+        client.pictured = (state.time, view, state.dynamic, live.shot)
+        if moved or state.moves:
+            sample = live.glimpse(state.time, view, number=0)
+            client.mean = Mean.of(sample)
+            self._send(client, view, still=False, began=began)
             return
-        visitor.began = visitor.began if visitor.parts else began
-        self._add_part(visitor, view)
-        if not visitor.parts:
-            self._send(visitor, view, still=True, began=visitor.began)
+        client.began = client.began if client.parts else began
+        self._add_part(client, view)
+        if not client.parts:
+            self._send(client, view, still=True, began=client.began)
 
-    def _add_part(self, visitor: Visitor, view: View) -> None:
+    def _add_part(self, client: Client, view: View) -> None:
         """One more part of a large picture's next sample; orders are heard in between."""
-        mean, parts = visitor.mean, visitor.parts
+        mean, parts = client.mean, client.parts
         if mean is None or mean.size != self.size:
             mean = Mean.empty(self.size)
         part = len(parts), self._cut
-        parts.append(self._live.glimpse(visitor.stand.time, view, number=mean.count, part=part))
+        parts.append(self._live.glimpse(client.state.time, view, number=mean.count, part=part))
         if len(parts) == self._cut**2:
-            mean, visitor.parts = mean.with_sample(joined(parts)), []
-        visitor.mean = mean
+            mean, client.parts = mean.with_sample(joined(parts)), []
+        client.mean = mean
 
-    def _moved(self, visitor: Visitor, view: View) -> bool:
-        """Whether a visitor sees something else than in his last picture."""
-        if visitor.pictured is None:
+    def _moved(self, client: Client, view: View) -> bool:
+        """Whether a client sees something else than in his last picture."""
+        if client.pictured is None:
             return True
-        time, before, dynamic, shot = visitor.pictured
-        stand = visitor.stand
-        same = (time, dynamic) == (stand.time, stand.dynamic) and shot is self._live.shot
+        time, before, dynamic, shot = client.pictured
+        state = client.state
+        same = (time, dynamic) == (state.time, state.dynamic) and shot is self._live.shot
         same &= before.fov == view.fov
         return not (
             same and np.array_equal(before.world_from_camera.matrix, view.world_from_camera.matrix)
         )
 
-    def _bring(self, stand: Stand, view: View, *, moved: bool) -> None:
-        """Bring the road users to a visitor's time; who stands gets levels for where he is."""
+    def _bring(self, state: ViewerState, view: View, *, moved: bool) -> None:
+        """Bring the road users to a client's time; who stands gets levels for where he is."""
         shown = self._shown
         rides = view.rides_in if view.cutaway else None
-        wanted = (stand.time, stand.dynamic, rides, self._live.shot)
+        wanted = (state.time, state.dynamic, rides, self._live.shot)
         if shown is not None and shown[:4] == wanted:
             away = float(np.linalg.norm(shown[4] - view.position))
             if away < (_WALKED if moved else _STOOD):
                 return
-        self._live.show(stand.time, view, dynamic=stand.dynamic)
+        self._live.show(state.time, view, dynamic=state.dynamic)
         self._shown = (*wanted, view.position)
 
-    def _send(self, visitor: Visitor, view: View, *, still: bool, began: float) -> None:
+    def _send(self, client: Client, view: View, *, still: bool, began: float) -> None:
         """Develop and send."""
-        stand, mean = visitor.stand, visitor.mean
+        state, mean = client.state, client.mean
         assert mean is not None
         often = mean.count & (mean.count - 1) == 0
-        smooth = stand.denoise and still
+        smooth = state.denoise and still
         if smooth and not often and mean.count % 32:
             return
-        pixels = self._live.develop(mean.value, view, extra=stand.exposure, smooth=smooth)
+        pixels = self._live.develop(mean.value, view, extra=state.exposure, smooth=smooth)
         error = None
         if still and (often or mean.count % 16 == 0):
-            error = mean.error(self._live, view, extra=stand.exposure)
-        visitor.send(
+            error = mean.error(self._live, view, extra=state.exposure)
+        client.send(
             {
-                "id": stand.heard,
+                "id": state.heard,
                 "spp": mean.count,
                 "error": error,
                 "ms": round(1e3 * (clock.perf_counter() - began), 1),
-                "time": stand.time,
+                "time": state.time,
                 "size": list(mean.size),
                 "eye": said_of(Eye.of(view)),
-                "riding": view.rides_in or (stand.ride.vehicle if stand.ride else None),
-                "playing": stand.playing,
+                "riding": view.rides_in or (state.ride.vehicle if state.ride else None),
+                "playing": state.playing,
                 "denoised": smooth,
             },
             encoded(pixels),

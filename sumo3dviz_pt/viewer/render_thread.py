@@ -1,7 +1,7 @@
 """The one thread that renders, for all pages in turn.
 
 Mitsuba's state belongs to a thread, and two cores gain nothing from two of them. While a
-visitor moves he gets small pictures of one sample a pixel; who stands still gets a large
+client moves he gets small pictures of one sample a pixel; who stands still gets a large
 one that gets better. Scenes that lack detail where somebody stands are built again there.
 """
 
@@ -23,11 +23,11 @@ from sumo3dviz_pt.job.settings import Job, SkySettings
 from sumo3dviz_pt.pipeline.live import Ground, Live, Size, encoded_still
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer import messages_in
-from sumo3dviz_pt.viewer.client import Visitor
+from sumo3dviz_pt.viewer.client import Client
 from sumo3dviz_pt.viewer.keyframes import camera_yaml, path_yaml, save_camera
 from sumo3dviz_pt.viewer.messages_out import Message
 from sumo3dviz_pt.viewer.projector import HALVES, Projector, part_of
-from sumo3dviz_pt.viewer.state import Stand, advanced, frames_said, obeyed
+from sumo3dviz_pt.viewer.state import ViewerState, advanced, frames_said, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
 log = logging.getLogger(__name__)
@@ -36,7 +36,7 @@ MOST_SPP = 512
 """A still picture gets no better after so many samples a pixel."""
 
 _LONGEST = 0.25
-"""No single step of a visitor is longer [s]: after a pause nobody jumps."""
+"""No single step of a client is longer [s]: after a pause nobody jumps."""
 
 _RESTING = 8
 """Who has so many samples of a place without detail gets some."""
@@ -48,8 +48,8 @@ _STILLS = 20
 """So many stills are kept."""
 
 
-class Studio:
-    """Renders for visitors until it is closed."""
+class RenderThread:
+    """Renders for clients until it is closed."""
 
     def __init__(
         self,
@@ -84,14 +84,14 @@ class Studio:
             self._reload = lambda choices: load_job(scene_file, choices)
         self._ground = Ground.of(job, begin=window[0], end=window[1])
         self._template: str | None = None
-        self._visitors: list[Visitor] = []
+        self._clients: list[Client] = []
         self._stills: dict[int, bytes] = {}
         self._changed = threading.Condition()
         self._closing = False
         self._opened = threading.Event()
         self._failure: BaseException | None = None
-        self._thread = threading.Thread(target=self._run, name="studio", daemon=True)
-        self._turn: tuple[Visitor | None, float] = None, 0.0
+        self._thread = threading.Thread(target=self._run, name="render thread", daemon=True)
+        self._turn: tuple[Client | None, float] = None, 0.0
         self._live: Live | None = None
         self._opened_projector: Projector | None = None
 
@@ -121,7 +121,7 @@ class Studio:
     @property
     def live(self) -> Live:
         """The open scene."""
-        assert self._live is not None, "start the studio first"
+        assert self._live is not None, "start the render thread first"
         return self._live
 
     @property
@@ -149,20 +149,20 @@ class Studio:
         if self._thread.is_alive():
             self._thread.join()
 
-    def join(self, deliver: Callable[[Message], None]) -> Visitor:
+    def join(self, deliver: Callable[[Message], None]) -> Client:
         """Begin a visit.
 
         Args:
             deliver: Takes what the page is told; called from the render thread, too.
         """
         live = self.live
-        stand = Stand(Eye.of(live.home), self._ground.begin)
-        visitor = Visitor(stand, deliver, wake=self._wake, leave=self._forget)
-        visitor.tell("scene", **self.about)
+        state = ViewerState(Eye.of(live.home), self._ground.begin)
+        client = Client(state, deliver, wake=self._wake, leave=self._forget)
+        client.tell("scene", **self.about)
         with self._changed:
-            self._visitors.append(visitor)
+            self._clients.append(client)
             self._changed.notify_all()
-        return visitor
+        return client
 
     def still(self, number: int) -> bytes | None:
         """A still that was taken, as a PNG file."""
@@ -173,15 +173,15 @@ class Studio:
         with self._changed:
             self._changed.notify_all()
 
-    def _forget(self, visitor: Visitor) -> None:
+    def _forget(self, client: Client) -> None:
         """A page is gone."""
         with self._changed:
-            self._visitors = [other for other in self._visitors if other is not visitor]
+            self._clients = [other for other in self._clients if other is not client]
 
     # The render thread --------------------------------------------------------------------
 
     def _run(self) -> None:
-        """Open the scene, serve visitors in turn, close it."""
+        """Open the scene, serve clients in turn, close it."""
         try:
             size = part_of(self._size, HALVES)
             self._live = Live(self._job, self._ground, size=size, variant=self._variant)
@@ -191,19 +191,19 @@ class Studio:
             return
         finally:
             self._opened.set()
-        while (visitor := self._next()) is not None:
+        while (client := self._next()) is not None:
             try:
-                self._serve(visitor)
+                self._serve(client)
             except Sumo3dvizError as error:
-                visitor.warn(error)
+                client.warn(error)
             except Exception as error:
                 # One page's trouble must not end the others' visits.
                 log.exception("the viewer failed")
-                visitor.warn(f"the viewer failed: {error}")
+                client.warn(f"the viewer failed: {error}")
         self._live.close()
 
-    def _next(self) -> Visitor | None:
-        """The next visitor for whom there is something to do; None at the end."""
+    def _next(self) -> Client | None:
+        """The next client for whom there is something to do; None at the end."""
         with self._changed:
             while not self._closing:
                 if (found := self._choice()) is not None:
@@ -211,62 +211,62 @@ class Studio:
                 self._changed.wait(timeout=0.2)
         return None
 
-    def _choice(self) -> Visitor | None:
+    def _choice(self) -> Client | None:
         """Who is next: those who move before those who stand, who have some time on end.
 
-        Each change of visitor may have to move all traffic.
+        Each change of client may have to move all traffic.
         """
-        waiting = [v for v in self._visitors if v.asks or (v.ready and self._wanting(v))]
-        waiting = [v for v in waiting if v.asks or v.stand.moves] or waiting
+        waiting = [v for v in self._clients if v.asks or (v.ready and self._wanting(v))]
+        waiting = [v for v in waiting if v.asks or v.state.moves] or waiting
         if not waiting:
             return None
         now, (current, since) = clock.perf_counter(), self._turn
         if current in waiting and now - since < _TURN:
             return current
         after = [v for v in waiting if v is not current] or waiting
-        self._visitors.remove(after[0])
-        self._visitors.append(after[0])
+        self._clients.remove(after[0])
+        self._clients.append(after[0])
         self._turn = after[0], now
         return after[0]
 
-    def _wanting(self, visitor: Visitor) -> bool:
+    def _wanting(self, client: Client) -> bool:
         """Whether another picture would differ."""
-        mean, stand = visitor.mean, visitor.stand
-        if stand.moves or mean is None or mean.count < MOST_SPP:
+        mean, state = client.mean, client.state
+        if state.moves or mean is None or mean.count < MOST_SPP:
             return True
-        visitor.ticked = None
+        client.ticked = None
         return False
 
-    def _serve(self, visitor: Visitor) -> None:
+    def _serve(self, client: Client) -> None:
         """Follow orders, let time pass, send a picture."""
-        for came, order in visitor.taken():
-            self._tick(visitor, came)
+        for came, order in client.taken():
+            self._tick(client, came)
             try:
-                self._follow(order, visitor)
+                self._follow(order, client)
             except ConfigError as error:
-                visitor.warn(error)
-        self._tick(visitor, clock.perf_counter())
-        if visitor.stand.frames is not visitor.told:
+                client.warn(error)
+        self._tick(client, clock.perf_counter())
+        if client.state.frames is not client.told:
             # Once for all orders: a flood of added key frames must not become one of notes.
-            visitor.told = visitor.stand.frames
-            visitor.tell("keyframes", frames=frames_said(visitor.told))
-        if visitor.ready:
-            self._projector.picture(visitor)
-            self._detail(visitor)
+            client.told = client.state.frames
+            client.tell("keyframes", frames=frames_said(client.told))
+        if client.ready:
+            self._projector.picture(client)
+            self._detail(client)
 
-    def _tick(self, visitor: Visitor, now: float) -> None:
+    def _tick(self, client: Client, now: float) -> None:
         """Let time pass until a moment: keys count from when they came, however slow we are."""
-        if visitor.ticked is None:
-            visitor.ticked = now
-        seconds = min(max(now - visitor.ticked, 0.0), _LONGEST)
-        visitor.stand = advanced(visitor.stand, seconds, self.live)
-        visitor.ticked = max(now, visitor.ticked)
+        if client.ticked is None:
+            client.ticked = now
+        seconds = min(max(now - client.ticked, 0.0), _LONGEST)
+        client.state = advanced(client.state, seconds, self.live)
+        client.ticked = max(now, client.ticked)
 
-    def _detail(self, visitor: Visitor) -> None:
-        """Build the scene again around visitors who have stood for long where it is coarse."""
-        stands = visitor.mean is not None and visitor.mean.count >= _RESTING
-        if stands and self.live.lacks_detail(visitor.stand.view(self.live).position):
-            seen = [other.pictured[1] for other in self._visitors if other.pictured]
+    def _detail(self, client: Client) -> None:
+        """Build the scene again around clients who have stood for long where it is coarse."""
+        stands = client.mean is not None and client.mean.count >= _RESTING
+        if stands and self.live.lacks_detail(client.state.view(self.live).position):
+            seen = [other.pictured[1] for other in self._clients if other.pictured]
             eyes = np.stack([view.position for view in seen])
             self._rebuild("bringing detail here", eyes=eyes)
 
@@ -277,45 +277,45 @@ class Studio:
             self.live.rebuild(**choices)
             self._projector.warm_up()
         finally:
-            for visitor in self._visitors:
-                visitor.mean = visitor.pictured = visitor.ticked = None
-                visitor.parts = []
+            for client in self._clients:
+                client.mean = client.pictured = client.ticked = None
+                client.parts = []
             self._tell_all("busy", text=None)
 
     def _tell_all(self, kind: str, **content: Any) -> None:
         """Tell all pages something."""
-        for visitor in self._visitors:
-            visitor.tell(kind, **content)
+        for client in self._clients:
+            client.tell(kind, **content)
 
     # Orders -------------------------------------------------------------------------------
 
     @singledispatchmethod
-    def _follow(self, order: Any, visitor: Visitor) -> None:
-        """Follow an order: most only move the visitor."""
-        visitor.stand = obeyed(order, visitor.stand, self.live)
-        ride = visitor.stand.ride
+    def _follow(self, order: Any, client: Client) -> None:
+        """Follow an order: most only move the client."""
+        client.state = obeyed(order, client.state, self.live)
+        ride = client.state.ride
         if ride is not None and self.live.sits_closed(ride):
             self._rebuild(f"opening the cabin of {ride.vehicle}", riding=ride)
 
     @_follow.register
-    def _(self, order: messages_in.Pick, visitor: Visitor) -> None:
-        live, stand = self.live, visitor.stand
-        seen = None if visitor.mean is None else visitor.mean.value
-        found = live.pick(stand.time, stand.view(live), (order.x, order.y), seen)
+    def _(self, order: messages_in.Pick, client: Client) -> None:
+        live, state = self.live, client.state
+        seen = None if client.mean is None else client.mean.value
+        found = live.pick(state.time, state.view(live), (order.x, order.y), seen)
         if found is None:
-            visitor.tell("note", level="info", text="nobody is there")
+            client.tell("note", level="info", text="nobody is there")
             return
-        self._follow(messages_in.Ride(do="ride", vehicle=found), visitor)
+        self._follow(messages_in.Ride(do="ride", vehicle=found), client)
 
     @_follow.register
-    def _(self, order: messages_in.UnderSky, visitor: Visitor) -> None:
+    def _(self, order: messages_in.UnderSky, client: Client) -> None:
         catalog.template("sky", order.preset)
         job = self.live.job.model_copy(update={"sky": SkySettings(preset=order.preset)})
         self._rebuild(f"putting up {order.preset}", job=job)
         self._tell_all("scene", **self.about)
 
     @_follow.register
-    def _(self, order: messages_in.Template, visitor: Visitor) -> None:
+    def _(self, order: messages_in.Template, client: Client) -> None:
         if self._reload is None:
             raise ConfigError("only a scene file can change its template", key="template")
         catalog.template("scene", order.name)
@@ -325,21 +325,21 @@ class Studio:
         self._tell_all("scene", **self.about)
 
     @_follow.register
-    def _(self, order: messages_in.TakeStill, visitor: Visitor) -> None:
-        stand = visitor.stand
+    def _(self, order: messages_in.TakeStill, client: Client) -> None:
+        state = client.state
         catalog.template("quality", order.quality)
 
         def progress(done: int, total: int) -> None:
-            visitor.tell("busy", text=f"taking a still: pass {done} of {total}")
+            client.tell("busy", text=f"taking a still: pass {done} of {total}")
 
         self._tell_all("busy", text="taking a still")
         try:
             pixels = self.live.still(
-                stand.time,
-                stand.view(self.live),
+                state.time,
+                state.view(self.live),
                 quality=order.quality,
-                extra=stand.exposure,
-                dynamic=stand.dynamic,
+                extra=state.exposure,
+                dynamic=state.dynamic,
                 after_pass=progress,
             )
         finally:
@@ -349,39 +349,39 @@ class Studio:
         self._stills[number] = encoded_still(pixels)
         self._stills.pop(number - _STILLS, None)
         size = f"{pixels.shape[1]}x{pixels.shape[0]}"
-        visitor.tell("still", url=f"stills/{number}.png", text=f"still {number}, {size}")
+        client.tell("still", url=f"stills/{number}.png", text=f"still {number}, {size}")
 
     @_follow.register
-    def _(self, order: messages_in.AskYaml, visitor: Visitor) -> None:
-        visitor.tell("yaml", text=camera_yaml(Eye.of(visitor.stand.view(self.live))))
+    def _(self, order: messages_in.AskYaml, client: Client) -> None:
+        client.tell("yaml", text=camera_yaml(Eye.of(client.state.view(self.live))))
 
     @_follow.register
-    def _(self, order: messages_in.SaveView, visitor: Visitor) -> None:
-        text = camera_yaml(Eye.of(visitor.stand.view(self.live)), order.name)
-        self._save(order.name, text, visitor)
+    def _(self, order: messages_in.SaveView, client: Client) -> None:
+        text = camera_yaml(Eye.of(client.state.view(self.live)), order.name)
+        self._save(order.name, text, client)
 
     @_follow.register
-    def _(self, order: messages_in.KeyFrameOrder, visitor: Visitor) -> None:
+    def _(self, order: messages_in.KeyFrameOrder, client: Client) -> None:
         if order.act == "save":
-            if len(visitor.stand.frames) < 2:
+            if len(client.state.frames) < 2:
                 raise ConfigError("drop at least two key frames first")
-            self._save(order.name, path_yaml(order.name, visitor.stand.frames), visitor)
+            self._save(order.name, path_yaml(order.name, client.state.frames), client)
             return
-        visitor.stand = obeyed(order, visitor.stand, self.live)
+        client.state = obeyed(order, client.state, self.live)
 
-    def _save(self, name: str, text: str, visitor: Visitor) -> None:
+    def _save(self, name: str, text: str, client: Client) -> None:
         """Put a camera into the scene file, and tell everybody."""
         if self._file is None:
-            visitor.tell("yaml", text=text)
+            client.tell("yaml", text=text)
             return
         try:
             save_camera(self._file, name, text)
         except ConfigError as error:
-            visitor.tell("yaml", text=text, why=str(error))
+            client.tell("yaml", text=text, why=str(error))
             return
         assert self._reload is not None
         cameras = self._reload({}).cameras
         self.live.job = self.live.job.model_copy(update={"cameras": cameras})
         self._tell_all("scene", **self.about)
         saved = f"saved as camera {name} in {self._file.name}"
-        visitor.tell("note", level="info", text=saved)
+        client.tell("note", level="info", text=saved)

@@ -36,8 +36,8 @@ except ImportError as error:
     raise MissingExtraError("the viewer needs aiohttp", extra="viewer") from error
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.viewer.client import Visitor
-    from sumo3dviz_pt.viewer.render_thread import Studio
+    from sumo3dviz_pt.viewer.client import Client
+    from sumo3dviz_pt.viewer.render_thread import RenderThread
 
 
 HOST = "127.0.0.1"
@@ -71,14 +71,14 @@ class _Site:
     """What the routes need.
 
     Attributes:
-        studio: Renders.
+        render thread: Renders.
         token: Opens.
         proxied: Whether a notebook server passes pages' requests on, under its own name.
         files: Text and content type of the page's files, by name.
         talks: Open conversations.
     """
 
-    studio: Studio
+    render_thread: RenderThread
     token: str
     proxied: bool
     files: Mapping[str, tuple[str, str]]
@@ -94,7 +94,7 @@ class Server:
     """A viewer in a thread of its own, until it is closed. Use in a `with` statement.
 
     Args:
-        studio: What renders; started and closed along with the server.
+        render_thread: What renders; started and closed along with the server.
         port: To listen on; 0 takes a free one.
         token: The secret in the address; None makes one up.
         proxied: Whether a notebook server passes pages' requests on, under its own name.
@@ -107,13 +107,18 @@ class Server:
     """
 
     def __init__(
-        self, studio: Studio, *, port: int = 0, token: str | None = None, proxied: bool = False
+        self,
+        render_thread: RenderThread,
+        *,
+        port: int = 0,
+        token: str | None = None,
+        proxied: bool = False,
     ) -> None:
         token = secrets.token_urlsafe(16) if token is None else token
         if not _TOKEN.fullmatch(token):
             raise ConfigError("1..200 letters, digits, - or _ are allowed", key="token")
-        self._studio = studio
-        self._application = application(studio, token, proxied=proxied)
+        self._render_thread = render_thread
+        self._application = application(render_thread, token, proxied=proxied)
         self._listening = _listen(port)
         self._stop, self._end, self._parted = asyncio.Event(), asyncio.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="viewer", daemon=True)
@@ -126,7 +131,7 @@ class Server:
             Sumo3dvizError: If the scene cannot be built or rendered.
         """
         try:
-            self._studio.start()
+            self._render_thread.start()
         except BaseException:
             self._listening.close()
             raise
@@ -139,7 +144,7 @@ class Server:
             self._tell(self._stop)
             self._parted.wait()
         # Here and not in a thread of the loop: there are none while the interpreter ends.
-        self._studio.close()
+        self._render_thread.close()
         if self.running:
             self._tell(self._end)
             self._thread.join()
@@ -178,15 +183,17 @@ class Server:
         finally:
             await runner.cleanup()
         self._parted.set()
-        # The loop goes on until the studio is closed, too: it may still deliver something.
+        # The loop goes on until the render thread is closed, too: it may still deliver something.
         await self._end.wait()
 
 
-def serve(studio: Studio, *, port: int, token: str | None, announce: Callable[[str], None]) -> None:
-    """Show a studio's scene until Ctrl-C or SIGTERM.
+def serve(
+    render_thread: RenderThread, *, port: int, token: str | None, announce: Callable[[str], None]
+) -> None:
+    """Show a render thread's scene until Ctrl-C or SIGTERM.
 
     Args:
-        studio: What renders; started and closed here.
+        render_thread: What renders; started and closed here.
         port: To listen on; 0 takes a free one.
         token: The secret in the address; None makes one up.
         announce: Told the page's address as soon as it answers.
@@ -197,16 +204,18 @@ def serve(studio: Studio, *, port: int, token: str | None, announce: Callable[[s
     """
     asked = threading.Event()
     # The signals are let go first: a second Ctrl-C ends the program at once.
-    with Server(studio, port=port, token=token) as server, _on_signals(asked.set):
+    with Server(render_thread, port=port, token=token) as server, _on_signals(asked.set):
         announce(server.address)
         while server.running and not asked.wait(0.5):
             pass
 
 
-def application(studio: Studio, token: str, *, proxied: bool = False) -> web.Application:
+def application(
+    render_thread: RenderThread, token: str, *, proxied: bool = False
+) -> web.Application:
     """The routes `/TOKEN/`, its files, `/TOKEN/ws` and `/TOKEN/stills/N.png`."""
     made = web.Application(middlewares=[_guarded])
-    made[_SITE] = _Site(studio, token, proxied, _page_files(), set())
+    made[_SITE] = _Site(render_thread, token, proxied, _page_files(), set())
     made.on_response_prepare.append(_sign)
     made.on_shutdown.append(_say_goodbye)
     for path, handler in (
@@ -271,7 +280,7 @@ async def _file(request: web.Request) -> web.StreamResponse:
 
 
 async def _still(request: web.Request) -> web.StreamResponse:
-    picture = request.app[_SITE].studio.still(int(request.match_info["number"]))
+    picture = request.app[_SITE].render_thread.still(int(request.match_info["number"]))
     if picture is None:
         raise web.HTTPNotFound(text="There is no such still.\n")
     return web.Response(body=picture, content_type="image/png")
@@ -285,21 +294,21 @@ async def _talk(request: web.Request) -> web.StreamResponse:
     await talk.prepare(request)
     request.app[_SITE].talks.add(talk)
     outbox = Outbox(asyncio.get_running_loop())
-    visitor = request.app[_SITE].studio.join(outbox.deliver)
+    client = request.app[_SITE].render_thread.join(outbox.deliver)
     sending = asyncio.create_task(_send(talk, outbox))
     try:
         async for message in talk:
             if message.type is WSMsgType.TEXT:
-                _hear(message.data, visitor, outbox)
+                _hear(message.data, client, outbox)
     finally:
-        visitor.leave()
+        client.leave()
         sending.cancel()
         request.app[_SITE].talks.discard(talk)
     return talk
 
 
 async def _send(talk: web.WebSocketResponse, outbox: Outbox) -> None:
-    """Pass on what the studio delivers; a line that breaks ends the conversation elsewhere."""
+    """Pass on what is delivered; a line that breaks ends the conversation elsewhere."""
     with suppress(ConnectionResetError):
         while True:
             message = await outbox.following()
@@ -310,14 +319,14 @@ async def _send(talk: web.WebSocketResponse, outbox: Outbox) -> None:
                 await talk.send_json(message.content)
 
 
-def _hear(text: str, visitor: Visitor, outbox: Outbox) -> None:
+def _hear(text: str, client: Client, outbox: Outbox) -> None:
     """Pass on what a page says; nonsense is answered with a note."""
     try:
         said = _parsed(text)
         if "ack" not in said:
-            visitor.order(said)
+            client.order(said)
         elif outbox.acknowledge(said["ack"]):
-            visitor.acknowledge(said["ack"])
+            client.acknowledge(said["ack"])
     except ConfigError as error:
         outbox.deliver(Note({"kind": "note", "level": "error", "text": str(error)}))
 

@@ -1,4 +1,4 @@
-"""How a visitor stands in a scene: place, time and switches; orders lead from one to the next."""
+"""How a client stands in a scene: place, time and switches; orders lead from one to the next."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ _LOOK = frozenset({"KeyI", "KeyJ", "KeyK", "KeyL"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stand:
-    """Where a visitor is and what is switched on.
+class ViewerState:
+    """Where a client is and what is switched on.
 
     Attributes:
         eye: The camera, while nobody is ridden with and nothing is flown.
@@ -66,7 +66,7 @@ class Stand:
         return self.playing or bool(self.keys)
 
     def view(self, live: Live) -> View:
-        """What the visitor sees.
+        """What the client sees.
 
         Raises:
             ConfigError: If who is ridden with is not there.
@@ -78,90 +78,90 @@ class Stand:
         return self.eye.view()
 
 
-def advanced(stand: Stand, seconds: float, live: Live) -> Stand:
+def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
     """Some time later."""
-    if stand.playing:
-        last = stand.frames[-1].time if stand.flying else live.ground.end
-        time = min(stand.time + seconds, last)
+    if state.playing:
+        last = state.frames[-1].time if state.flying else live.ground.end
+        time = min(state.time + seconds, last)
         on = time < last
-        stand = replace(stand, time=time, playing=on)
-        if not on and stand.flying:
-            stand = replace(stand, flying=False, eye=Eye.of(stand.view(live)))
-    if stand.flying or not stand.keys:
-        return stand
-    if stand.ride is not None:
-        before = Eye(np.zeros(3), stand.ride.heading, stand.ride.pitch or 0.0)
-        return _looking(stand, before, moved(before, stand.keys & _LOOK, seconds))
-    ground = live.ground_at(stand.eye.position)
-    return replace(stand, eye=moved(stand.eye, stand.keys, seconds, ground=ground))
+        state = replace(state, time=time, playing=on)
+        if not on and state.flying:
+            state = replace(state, flying=False, eye=Eye.of(state.view(live)))
+    if state.flying or not state.keys:
+        return state
+    if state.ride is not None:
+        before = Eye(np.zeros(3), state.ride.heading, state.ride.pitch or 0.0)
+        return _looking(state, before, moved(before, state.keys & _LOOK, seconds))
+    ground = live.ground_at(state.eye.position)
+    return replace(state, eye=moved(state.eye, state.keys, seconds, ground=ground))
 
 
-def _looking(stand: Stand, before: Eye, after: Eye) -> Stand:
+def _looking(state: ViewerState, before: Eye, after: Eye) -> ViewerState:
     """Who rides turns the head."""
-    if stand.ride is None or after is before:
-        return stand
+    if state.ride is None or after is before:
+        return state
     heading = (after.heading + 180.0) % 360.0 - 180.0
     turn = {"heading": heading, "pitch": after.pitch}
-    return replace(stand, ride=stand.ride.model_copy(update=turn))
+    return replace(state, ride=state.ride.model_copy(update=turn))
 
 
-def outside(stand: Stand, live: Live) -> Stand:
+def outside(state: ViewerState, live: Live) -> ViewerState:
     """Who rode or flew stands where the camera is, level."""
-    if stand.ride is None and not stand.flying:
-        return stand
-    eye = replace(Eye.of(stand.view(live)), roll=0.0)
-    return replace(stand, eye=eye, ride=None, flying=False)
+    if state.ride is None and not state.flying:
+        return state
+    eye = replace(Eye.of(state.view(live)), roll=0.0)
+    return replace(state, eye=eye, ride=None, flying=False)
 
 
 @singledispatch
-def obeyed(order: Any, stand: Stand, live: Live) -> Stand:
-    """How a visitor stands after an order.
+def obeyed(order: Any, state: ViewerState, live: Live) -> ViewerState:
+    """How a client stands after an order.
 
     Args:
-        order: One of `orders`.
-        stand: Before it.
+        order: One of `messages_in`.
+        state: Before it.
         live: The scene.
 
     Raises:
         ConfigError: If the order cannot be followed.
     """
-    raise TypeError(f"{type(order).__name__} does not move visitors")
+    raise TypeError(f"{type(order).__name__} does not move clients")
 
 
 @obeyed.register
-def _(order: messages_in.Keys, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Keys, state: ViewerState, live: Live) -> ViewerState:
     """Hold keys."""
-    return replace(stand, keys=frozenset(order.down), heard=max(order.id, stand.heard))
+    return replace(state, keys=frozenset(order.down), heard=max(order.id, state.heard))
 
 
 @obeyed.register
-def _(order: messages_in.Drag, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Drag, state: ViewerState, live: Live) -> ViewerState:
     """Turn the picture."""
-    stand = replace(stand, heard=max(order.id, stand.heard))
-    if stand.flying:
-        return stand
-    if stand.ride is None:
-        return replace(stand, eye=turned(stand.eye, order.dx, order.dy, order.width))
-    before = Eye(np.zeros(3), stand.ride.heading, stand.ride.pitch or 0.0, 0.0, stand.eye.fov)
-    return _looking(stand, before, turned(before, order.dx, order.dy, order.width))
+    state = replace(state, heard=max(order.id, state.heard))
+    if state.flying:
+        return state
+    if state.ride is None:
+        return replace(state, eye=turned(state.eye, order.dx, order.dy, order.width))
+    before = Eye(np.zeros(3), state.ride.heading, state.ride.pitch or 0.0, 0.0, state.eye.fov)
+    return _looking(state, before, turned(before, order.dx, order.dy, order.width))
 
 
 @obeyed.register
-def _(order: messages_in.GoTo, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.GoTo, state: ViewerState, live: Live) -> ViewerState:
     """See what one of the scene's cameras sees."""
     cameras = live.job.cameras
     if order.name not in cameras:
         raise ConfigError(f"no camera is called {order.name!r}", key="camera")
     camera = cameras[order.name]
-    stand = replace(stand, ride=None, flying=False)
+    state = replace(state, ride=None, flying=False)
     if isinstance(camera, LagrangianCamera):
-        return _riding(stand, camera, live)
+        return _riding(state, camera, live)
     if isinstance(camera, CinematicCamera):
         time = within(camera.keyframes[0].time, live)
-        stand = replace(stand, eye=Eye.of(live.view_of(camera, time)), time=time, playing=False)
-        return stand if _unsaved(stand.frames, live) else replace(stand, frames=_frames_of(camera))
+        state = replace(state, eye=Eye.of(live.view_of(camera, time)), time=time, playing=False)
+        return state if _unsaved(state.frames, live) else replace(state, frames=_frames_of(camera))
     assert isinstance(camera, EulerianCamera)
-    return replace(stand, eye=Eye.of(live.view_of(camera, stand.time)))
+    return replace(state, eye=Eye.of(live.view_of(camera, state.time)))
 
 
 def _frames_of(camera: CinematicCamera) -> tuple[KeyFrame, ...]:
@@ -177,101 +177,101 @@ def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
 
 
 @obeyed.register
-def _(order: messages_in.Place, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Place, state: ViewerState, live: Live) -> ViewerState:
     """Stand somewhere."""
     eye = Eye(np.array(order.position), order.heading, order.pitch, order.roll, order.fov)
-    return replace(stand, eye=eye, ride=None, flying=False)
+    return replace(state, eye=eye, ride=None, flying=False)
 
 
 @obeyed.register
-def _(order: messages_in.SetTime, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.SetTime, state: ViewerState, live: Live) -> ViewerState:
     """Show a time."""
-    return replace(stand, time=within(order.value, live))
+    return replace(state, time=within(order.value, live))
 
 
 @obeyed.register
-def _(order: messages_in.Play, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Play, state: ViewerState, live: Live) -> ViewerState:
     """Let time run; at the end of the log, from its beginning."""
-    ended = order.on and stand.time >= live.ground.end
-    return replace(stand, playing=order.on, time=live.ground.begin if ended else stand.time)
+    ended = order.on and state.time >= live.ground.end
+    return replace(state, playing=order.on, time=live.ground.begin if ended else state.time)
 
 
 @obeyed.register
-def _(order: messages_in.Step, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Step, state: ViewerState, live: Live) -> ViewerState:
     """Go by frames of the film."""
-    time = stand.time + order.frames / float(live.job.output.fps)
-    return replace(stand, time=within(time, live), playing=False)
+    time = state.time + order.frames / float(live.job.output.fps)
+    return replace(state, time=within(time, live), playing=False)
 
 
 @obeyed.register
-def _(order: messages_in.Dynamic, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Dynamic, state: ViewerState, live: Live) -> ViewerState:
     """Show road users or not."""
-    return replace(stand, dynamic=order.on)
+    return replace(state, dynamic=order.on)
 
 
 @obeyed.register
-def _(order: messages_in.Denoise, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Denoise, state: ViewerState, live: Live) -> ViewerState:
     """Clean standing pictures or not."""
-    return replace(stand, denoise=order.on)
+    return replace(state, denoise=order.on)
 
 
 @obeyed.register
-def _(order: messages_in.Exposure, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Exposure, state: ViewerState, live: Live) -> ViewerState:
     """Brighter or darker."""
-    return replace(stand, exposure=order.ev)
+    return replace(state, exposure=order.ev)
 
 
 @obeyed.register
-def _(order: messages_in.Ride, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Ride, state: ViewerState, live: Live) -> ViewerState:
     """Ride with somebody."""
     camera = LagrangianCamera(mode="lagrangian", vehicle=order.vehicle, view=order.view)
-    return _riding(stand, camera, live)
+    return _riding(state, camera, live)
 
 
 @obeyed.register
-def _(order: messages_in.Leave, stand: Stand, live: Live) -> Stand:
+def _(order: messages_in.Leave, state: ViewerState, live: Live) -> ViewerState:
     """Get out."""
-    return outside(stand, live)
+    return outside(state, live)
 
 
 @obeyed.register
-def _(order: messages_in.KeyFrameOrder, stand: Stand, live: Live) -> Stand:
-    """Work on the key frames; saving is not a visitor's own affair."""
+def _(order: messages_in.KeyFrameOrder, state: ViewerState, live: Live) -> ViewerState:
+    """Work on the key frames; saving is not a client's own affair."""
     if order.act == "add":
-        if len(stand.frames) >= MOST_FRAMES:
+        if len(state.frames) >= MOST_FRAMES:
             raise ConfigError(f"a path has at most {MOST_FRAMES} key frames; save or clear it")
-        return replace(stand, frames=with_frame(stand.frames, _dropped(stand, live)))
+        return replace(state, frames=with_frame(state.frames, _dropped(state, live)))
     if order.act == "remove":
-        if not -1 <= order.index < len(stand.frames) or not stand.frames:
+        if not -1 <= order.index < len(state.frames) or not state.frames:
             raise ConfigError("there is no such key frame")
-        kept = list(stand.frames)
+        kept = list(state.frames)
         del kept[order.index]
-        return replace(outside(stand, live), frames=tuple(kept))
+        return replace(outside(state, live), frames=tuple(kept))
     if order.act == "clear":
-        return replace(outside(stand, live), frames=())
+        return replace(outside(state, live), frames=())
     if order.act == "stop":
-        return replace(outside(stand, live), playing=False)
-    if len(stand.frames) < 2:
+        return replace(outside(state, live), playing=False)
+    if len(state.frames) < 2:
         raise ConfigError("drop at least two key frames first")
-    return replace(stand, ride=None, flying=True, playing=True, time=stand.frames[0].time)
+    return replace(state, ride=None, flying=True, playing=True, time=state.frames[0].time)
 
 
-def _dropped(stand: Stand, live: Live) -> KeyFrame:
+def _dropped(state: ViewerState, live: Live) -> KeyFrame:
     """A key frame here and now, or as much later as it takes to fly here."""
-    eye, time = Eye.of(stand.view(live)), stand.time
-    if stand.frames:
-        last = stand.frames[-1]
+    eye, time = Eye.of(state.view(live)), state.time
+    if state.frames:
+        last = state.frames[-1]
         way = float(np.linalg.norm(eye.position - np.array(last.position)))
-        if key_frame(eye, time).time in {frame.time for frame in stand.frames}:
+        if key_frame(eye, time).time in {frame.time for frame in state.frames}:
             time = last.time + max(way / _FLIGHT, _LEAST)
     return key_frame(eye, time)
 
 
-def _riding(stand: Stand, camera: LagrangianCamera, live: Live) -> Stand:
+def _riding(state: ViewerState, camera: LagrangianCamera, live: Live) -> ViewerState:
     """Ride with somebody, at a time when he is there."""
-    riding = replace(stand, ride=camera, flying=False)
+    riding = replace(state, ride=camera, flying=False)
     begin, end = live.life_of(camera)
-    if not begin <= stand.time <= end:
+    if not begin <= state.time <= end:
         riding = replace(riding, time=within(begin, live))
     riding.view(live)  # an error now, not later
     return riding

@@ -7,11 +7,11 @@ from builders import view_at, write_scenario
 from sumo3dviz_pt.job.settings import CinematicCamera, LagrangianCamera
 from sumo3dviz_pt.pipeline.live import Ground, Live, joined
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.viewer.client import Visitor
+from sumo3dviz_pt.viewer.client import Client
 from sumo3dviz_pt.viewer.messages_in import GoTo, KeyFrameOrder
 from sumo3dviz_pt.viewer.messages_out import Frame
 from sumo3dviz_pt.viewer.projector import Projector
-from sumo3dviz_pt.viewer.state import Stand, obeyed
+from sumo3dviz_pt.viewer.state import ViewerState, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
 SIZE, SMALL = (96, 54), (48, 27)
@@ -146,16 +146,16 @@ def test_who_loses_a_ride_keeps_his_switches(live):
     chosen = {"dynamic": False, "denoise": True, "exposure": 1.5}
     gone = live.life_of(ride)[1] + 1.0
     told = []
-    visitor = Visitor(
-        Stand(Eye.of(live.home), gone, playing=True, ride=ride, **chosen),
+    client = Client(
+        ViewerState(Eye.of(live.home), gone, playing=True, ride=ride, **chosen),
         told.append,
         wake=lambda: None,
         leave=lambda _: None,
     )
-    Projector(live, SIZE).picture(visitor)
-    stand = visitor.stand
-    assert {name: getattr(stand, name) for name in chosen} == chosen
-    assert stand.ride is None and not stand.playing and stand.time == gone
+    Projector(live, SIZE).picture(client)
+    state = client.state
+    assert {name: getattr(state, name) for name in chosen} == chosen
+    assert state.ride is None and not state.playing and state.time == gone
     assert any("v1" in str(m.content) for m in told if not isinstance(m, Frame))
     assert any(isinstance(message, Frame) for message in told)
 
@@ -169,10 +169,10 @@ def test_going_to_a_flight_keeps_key_frames_that_are_not_saved(live, monkeypatch
     job = live.job.model_copy(update={"cameras": {**live.job.cameras, "flight": flight}})
     monkeypatch.setattr(live, "job", job)
     go, add = GoTo(do="camera", name="flight"), KeyFrameOrder(do="keyframe", act="add")
-    there = obeyed(go, Stand(Eye.of(live.home), 5.0), live)
+    there = obeyed(go, ViewerState(Eye.of(live.home), 5.0), live)
     assert there.time == 1.0 and there.eye.position.tolist() == [0, 0, 9]
     assert [frame.time for frame in there.frames] == [1.0, 2.0]
     assert obeyed(go, there, live).frames == there.frames
-    dropped = obeyed(add, Stand(Eye.of(live.home), 5.0), live)
+    dropped = obeyed(add, ViewerState(Eye.of(live.home), 5.0), live)
     back = obeyed(go, dropped, live)
     assert back.frames == dropped.frames and back.time == 1.0

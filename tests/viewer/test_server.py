@@ -22,7 +22,7 @@ from PIL import Image
 
 from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.viewer.render_thread import Studio
+from sumo3dviz_pt.viewer.render_thread import RenderThread
 from sumo3dviz_pt.viewer.server import Server, application
 
 TOKEN = "open-sesame"
@@ -40,8 +40,8 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_scenario(tmp_path_factory.mktemp("server"))
 
 
-def studio_of(scene: Path) -> Studio:
-    return Studio(load_job(scene), scene_file=scene, size=SIZE)
+def studio_of(scene: Path) -> RenderThread:
+    return RenderThread(load_job(scene), scene_file=scene, size=SIZE)
 
 
 # Who is let in, and what lies there: nothing has to be rendered for this --------------------
@@ -50,11 +50,11 @@ def studio_of(scene: Path) -> Studio:
 @pytest.fixture(scope="module")
 def ask(scene: Path) -> Callable[..., tuple[int, dict[str, str], bytes]]:
     """Asks the routes of a viewer that renders nothing yet: status, headers, body."""
-    studio = studio_of(scene)
+    render_thread = studio_of(scene)
 
     def ask(path: str, method: str = "GET", **headers: str) -> tuple[int, dict[str, str], bytes]:
         async def talk() -> tuple[int, dict[str, str], bytes]:
-            async with TestClient(TestServer(application(studio, TOKEN))) as client:
+            async with TestClient(TestServer(application(render_thread, TOKEN))) as client:
                 given = {name.replace("_", "-"): value for name, value in headers.items()}
                 answer = await client.request(
                     method, path, headers=given, allow_redirects=False, skip_auto_headers=["Accept"]
@@ -216,7 +216,7 @@ def test_without_its_extra_it_says_what_to_install() -> None:
     )
 
 
-# Conversations, with a studio that renders ---------------------------------------------------
+# Conversations, with a render thread that renders ------------------------------------------
 
 
 class Talk:
@@ -478,9 +478,9 @@ import sys
 from pathlib import Path
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer.server import serve
-from sumo3dviz_pt.viewer.render_thread import Studio
-studio = Studio(load_job(Path(sys.argv[1])), size=(64, 36))
-serve(studio, port=0, token=None, announce=lambda text: print(text, flush=True))
+from sumo3dviz_pt.viewer.render_thread import RenderThread
+render_thread = RenderThread(load_job(Path(sys.argv[1])), size=(64, 36))
+serve(render_thread, port=0, token=None, announce=lambda text: print(text, flush=True))
 print("ended", flush=True)
 """
 

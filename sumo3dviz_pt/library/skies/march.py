@@ -173,9 +173,9 @@ def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) ->
     shape = (0.66 * strength + 0.26) * profile - 0.6 * (1.0 - _smooth(0.0, 0.25, strength))
     shape += 1.30 * (puffs - 0.56)
     if fine:
-        lumps = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
+        merged_meshes = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
         # Tops boil in lumps; bases fray.
-        shape -= 0.46 * (1.0 - lumps) * (1.0 - 0.75 * _smooth(0.30, 0.75, shape))
+        shape -= 0.46 * (1.0 - merged_meshes) * (1.0 - 0.75 * _smooth(0.30, 0.75, shape))
     else:
         shape -= np.float32(0.46 * 0.42)
     result[inside] = _smooth(0.04, 0.26, shape) * (0.55 + 0.45 * _smooth(0.0, 0.5, height))
@@ -218,8 +218,8 @@ def _skylight(clouds: _Field, points: Singles, density: Singles) -> Singles:
     above = points + np.array([0.0, 0.0, 0.12 * recipe.depth], np.float32)
     over = _density(clouds, above, chance, fine=False)
     open_sky = (0.60 + 0.55 * np.sqrt(height)) * (1.0 - 0.22 * density)
-    lumps = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
-    return np.asarray(open_sky * (1.0 - 0.20 * over) * (0.78 + 0.45 * lumps))
+    merged_meshes = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
+    return np.asarray(open_sky * (1.0 - 0.20 * over) * (0.78 + 0.45 * merged_meshes))
 
 
 def march(recipe: Cumulus, towards: Floats) -> Floats:

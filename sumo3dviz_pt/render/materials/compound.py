@@ -33,7 +33,7 @@ _PLAIN_KEYS = {"type", "base_color", "roughness", "metallic", "specular"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Lump:
+class MergedMesh:
     """Meshes that share a material.
 
     Attributes:
@@ -55,9 +55,9 @@ def is_plain(bsdf: Bsdf) -> bool:
     return numbers and bsdf["base_color"].get("type") in ("rgb", "tint")
 
 
-def lumps(
+def merged_meshes(
     parts: Iterable[Part], materials: Mapping[str, Bsdf], *, own_tint: bool = True
-) -> list[Lump]:
+) -> list[MergedMesh]:
     """Merge parts into as few meshes as their materials allow.
 
     Args:
@@ -83,12 +83,14 @@ def lumps(
     return [_merge(key[0], members, materials) for key, members in groups.items()]
 
 
-def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Lump:
+def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> MergedMesh:
     """Join parts of one group."""
     meshes = [part.mesh for part in parts]
     if not name:
         meshes = [Mesh(mesh.vertices, mesh.faces, mesh.normals) for mesh in meshes]
-    return Lump(name, merge_meshes(meshes), face_attributes(parts, materials, compound=not name))
+    return MergedMesh(
+        name, merge_meshes(meshes), face_attributes(parts, materials, compound=not name)
+    )
 
 
 def face_attributes(

@@ -20,7 +20,7 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData, is_tinted
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load
-from sumo3dviz_pt.render.materials.compound import COMPOUND, lumps
+from sumo3dviz_pt.render.materials.compound import COMPOUND, merged_meshes
 from sumo3dviz_pt.render.materials.paint import colour_table, table_index
 
 
@@ -44,15 +44,17 @@ class Materials:
 def shape_group(prototype: Prototype, materials: Materials, tint: Mapping[str, Any]) -> Any:
     """The detailed body of a prototype, ready to be instanced."""
     group: dict[str, Any] = {"type": "shapegroup"}
-    for index, lump in enumerate(lumps(prototype.parts, materials.dicts, own_tint=False)):
+    for index, merged in enumerate(merged_meshes(prototype.parts, materials.dicts, own_tint=False)):
         attributes = {
             name: values
-            for name, values in lump.attributes.items()
-            if name != convert.TINT_ATTRIBUTE or not lump.material
+            for name, values in merged.attributes.items()
+            if name != convert.TINT_ATTRIBUTE or not merged.material
         }
-        bsdf = materials.get(lump.material, tint)
+        bsdf = materials.get(merged.material, tint)
         name = f"{prototype.name}_{index}"
-        group[f"part{index}"] = convert.make_mesh(name, lump.mesh, bsdf=bsdf, attributes=attributes)
+        group[f"part{index}"] = convert.make_mesh(
+            name, merged.mesh, bsdf=bsdf, attributes=attributes
+        )
     return load(group)
 
 

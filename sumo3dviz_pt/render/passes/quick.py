@@ -1,6 +1,6 @@
 """Quick pictures of a scene that is held open: one sample a pixel.
 
-A film's session renders its own size with all that a preset asks for. A visitor who flies
+A film's session renders its own size with all that a preset asks for. A client who flies
 through a scene wants a small picture at once and a better one when he stands still: so a
 large picture is made of parts of the small one's size, each seen through a lens that is shifted
 aside. One recording serves both, and no step takes longer than a small picture. What the haze

@@ -34,7 +34,7 @@ def fleet_of(type_id, piece, *, suspension=True):
 
 
 def stance_of(fleet, *, hero=True, ridden=False):
-    return fleet.stances.stance(0, 9.0, hero=hero, ridden=ridden)
+    return fleet.pose_sampler.stance(0, 9.0, hero=hero, ridden=ridden)
 
 
 def parts_of(fleet, *, level="near", time=9.0):
@@ -138,5 +138,5 @@ def test_trams_show_no_turn_and_cars_do():
             return np.stack([x, 8.0 * (1.0 - np.cos(bend)) + rest, 0.0 * x], axis=-1)
 
     piece = Corner(speed=5.0, start=-40.0)
-    assert "left" in fleet_of("car", piece).stances.derived(0).spans
-    assert "left" not in fleet_of("tram", piece).stances.derived(0).spans
+    assert "left" in fleet_of("car", piece).pose_sampler.derived(0).spans
+    assert "left" not in fleet_of("tram", piece).pose_sampler.derived(0).spans

@@ -9,20 +9,20 @@ import pytest
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.viewer.messages_in import KeyFrameOrder
-from sumo3dviz_pt.viewer.state import MOST_FRAMES, Stand, obeyed
+from sumo3dviz_pt.viewer.state import MOST_FRAMES, ViewerState, obeyed
 from sumo3dviz_pt.viewer.walk import Eye
 
-HERE = Stand(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
+HERE = ViewerState(Eye(np.array([1.0, 2.0, 3.0]), 90.0), 455.1234567)
 
 
-def ordered(stand, **words):
-    return obeyed(KeyFrameOrder(do="keyframe", **words), stand, None)
+def ordered(state, **words):
+    return obeyed(KeyFrameOrder(do="keyframe", **words), state, None)
 
 
 @pytest.mark.parametrize("time", [455.0, 455.1234567, 1 / 3])
 def test_key_frames_dropped_at_one_moment_follow_each_other(time):
-    stand = ordered(replace(HERE, time=time), act="add")
-    there = replace(stand, eye=Eye(np.array([61.0, 2.0, 3.0]), 90.0))
+    state = ordered(replace(HERE, time=time), act="add")
+    there = replace(state, eye=Eye(np.array([61.0, 2.0, 3.0]), 90.0))
     further = replace(ordered(there, act="add"), eye=HERE.eye)
     first, second, third = ordered(further, act="add").frames
     assert first.time == pytest.approx(time, abs=0.001)
@@ -31,19 +31,19 @@ def test_key_frames_dropped_at_one_moment_follow_each_other(time):
 
 
 def test_key_frames_of_another_time_go_where_they_belong():
-    stand = ordered(HERE, act="add")
-    stand = ordered(replace(stand, time=450.0), act="add")
-    assert [frame.time for frame in stand.frames] == [450.0, 455.123]
+    state = ordered(HERE, act="add")
+    state = ordered(replace(state, time=450.0), act="add")
+    assert [frame.time for frame in state.frames] == [450.0, 455.123]
 
 
 def test_a_path_has_a_bound():
     """Thousands of key frames once took quadratic time and gigabytes."""
-    stand = HERE
+    state = HERE
     for _ in range(MOST_FRAMES):
-        stand = ordered(stand, act="add")
+        state = ordered(state, act="add")
     with pytest.raises(ConfigError, match=f"at most {MOST_FRAMES} key frames; save or clear it"):
-        ordered(stand, act="add")
-    assert len(ordered(ordered(stand, act="clear"), act="add").frames) == 1
+        ordered(state, act="add")
+    assert len(ordered(ordered(state, act="clear"), act="add").frames) == 1
 
 
 def test_there_is_nothing_to_take_away_or_to_fly_through():

@@ -35,7 +35,7 @@ def test_what_was_asked_for_longest_ago_goes_first():
 
 
 def test_a_thing_larger_than_all_room_is_handed_out_nevertheless():
-    memory, (made, make) = Memory(most=10), counted()
+    memory, (_, make) = Memory(most=10), counted()
     assert len(memory.of(("big",), lambda: make("big"))) == 1000
 
 

@@ -12,7 +12,7 @@ from sumo3dviz_pt.render.materials.compound import (
     METALLIC_ATTRIBUTE,
     ROUGHNESS_ATTRIBUTE,
     is_plain,
-    lumps,
+    merged_meshes,
     tint_mask,
 )
 
@@ -56,22 +56,26 @@ def test_which_materials_are_plain(name, plain):
 
 
 def test_plain_parts_become_one_mesh_with_their_values_by_face():
-    (lump,) = lumps([part("red"), part("grey"), part("bare"), part("tint", tint=[0, 1, 0])], OWN)
-    assert lump.material == "" and len(lump.mesh.faces) == 48
-    colours = lump.attributes[TINT_ATTRIBUTE].reshape(4, 12, 3)
+    (merged,) = merged_meshes(
+        [part("red"), part("grey"), part("bare"), part("tint", tint=[0, 1, 0])], OWN
+    )
+    assert merged.material == "" and len(merged.mesh.faces) == 48
+    colours = merged.attributes[TINT_ATTRIBUTE].reshape(4, 12, 3)
     for colour, expected in zip(colours, (RED, GREY, (0.5,) * 3, (0, 1, 0)), strict=True):
         np.testing.assert_allclose(colour, np.tile(expected, (12, 1)))
-    rough = lump.attributes[ROUGHNESS_ATTRIBUTE].reshape(4, 12)
+    rough = merged.attributes[ROUGHNESS_ATTRIBUTE].reshape(4, 12)
     np.testing.assert_allclose(rough[:, 0], [0.3, 0.6, 0.5, 0.4])
-    metal = lump.attributes[METALLIC_ATTRIBUTE].reshape(4, 12)
+    metal = merged.attributes[METALLIC_ATTRIBUTE].reshape(4, 12)
     np.testing.assert_allclose(metal[:, 0], [0, 1, 0, 0])
 
 
 def test_other_materials_stay_apart_and_keep_uvs():
     uvs = np.zeros((8, 2))
     mesh = Mesh(CUBE.vertices, CUBE.faces, uvs=uvs)
-    result = lumps([part("road", mesh=mesh), part("red", mesh=mesh), part("road", mesh=mesh)], OWN)
-    assert [lump.material for lump in result] == ["road", ""]
+    result = merged_meshes(
+        [part("road", mesh=mesh), part("red", mesh=mesh), part("road", mesh=mesh)], OWN
+    )
+    assert [merged.material for merged in result] == ["road", ""]
     assert result[0].mesh.uvs is not None and len(result[0].mesh.faces) == 24
     assert result[1].mesh.uvs is None
     assert result[0].attributes == {}
@@ -79,26 +83,28 @@ def test_other_materials_stay_apart_and_keep_uvs():
 
 def test_flat_and_smooth_meshes_stay_apart():
     smooth = ball((0, 0, 0), 1, rows=4, columns=6)
-    result = lumps([part("red"), part("red", mesh=smooth)], OWN)
-    assert [lump.mesh.normals is None for lump in result] == [True, False]
+    result = merged_meshes([part("red"), part("red", mesh=smooth)], OWN)
+    assert [merged.mesh.normals is None for merged in result] == [True, False]
 
 
 def test_parts_coloured_by_movers_stay_apart():
-    result = lumps([part("tint"), part("tint", tint=RED), part("leaf")], OWN, own_tint=False)
-    assert [lump.material for lump in result] == ["tint", "", "leaf"]
-    grey = lumps([part("tint"), part("tint", tint=RED)], OWN)
-    assert [lump.material for lump in grey] == [""]
+    result = merged_meshes(
+        [part("tint"), part("tint", tint=RED), part("leaf")], OWN, own_tint=False
+    )
+    assert [merged.material for merged in result] == ["tint", "", "leaf"]
+    grey = merged_meshes([part("tint"), part("tint", tint=RED)], OWN)
+    assert [merged.material for merged in grey] == [""]
     np.testing.assert_allclose(grey[0].attributes[TINT_ATTRIBUTE][0], 0.5)
 
 
 def test_empty_parts_vanish():
     empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), int))
-    assert lumps([Part(empty, "red")], OWN) == []
+    assert merged_meshes([Part(empty, "red")], OWN) == []
 
 
 def test_no_face_is_lost():
     parts = [part(name) for name in OWN]
-    assert sum(len(lump.mesh.faces) for lump in lumps(parts, OWN)) == 12 * len(OWN)
+    assert sum(len(merged.mesh.faces) for merged in merged_meshes(parts, OWN)) == 12 * len(OWN)
 
 
 def test_tint_mask():

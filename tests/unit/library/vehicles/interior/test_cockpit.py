@@ -85,9 +85,9 @@ def test_meshes_have_area_and_unit_normals_that_agree_with_faces():
 
 def test_shelf_looks_up_and_the_rim_outwards():
     pieces = made()
-    shelf = shelf_of(pieces)
+    prototypes = shelf_of(pieces)
     rim = next(mesh for material, mesh in pieces if material == "leather_rim")
-    flat = shelf.normals[shelf.vertices[:, 0] > CAR["front"] - 0.25]
+    flat = prototypes.normals[prototypes.vertices[:, 0] > CAR["front"] - 0.25]
     assert (flat[:, 2] > 0.0).all()
     middle = rim.vertices.mean(axis=0)
     away = rim.vertices - middle
