@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import threading
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,25 +17,6 @@ if TYPE_CHECKING:
 
 _APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
 """Keys of a scene file that say nothing about what exists."""
-
-
-class _Last:
-    """The world that somebody asked for last: its name, and what was built of it."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._name = ""
-        self._memory = Memory()
-
-    def of(self, name: str) -> Memory:
-        """The memory of a world; that of another world is forgotten."""
-        with self._lock:
-            if name != self._name:
-                self._name, self._memory = name, Memory()
-            return self._memory
-
-
-_LAST = _Last()
 
 
 def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
@@ -53,8 +34,14 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
 
     settings = job.model_dump(mode="json", exclude=_APART)
     stamps = _stamps((files.network, *files.additional))
-    memory = _LAST.of(json.dumps([settings, stamps], sort_keys=True, default=str))
+    memory = _memory_of(json.dumps([settings, stamps], sort_keys=True, default=str))
     return World.of(scenario, job, memory=memory)
+
+
+@lru_cache(maxsize=1)
+def _memory_of(name: str) -> Memory:
+    """What was built of the world of a name; whoever asks for another one forgets this one."""
+    return Memory()
 
 
 def _stamps(paths: Iterable[Path]) -> list[tuple[str, int, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import fields, is_dataclass
@@ -26,6 +27,7 @@ class Memory:
         self._most = most
         self._made: OrderedDict[tuple[Hashable, ...], tuple[Any, int]] = OrderedDict()
         self._bytes = 0
+        self._lock = threading.Lock()
 
     def of(self, name: tuple[Hashable, ...], make: Callable[[], _T]) -> _T:
         """The thing of a name, made if it is not there.
@@ -34,17 +36,25 @@ class Memory:
             name: Begins with what kind of thing it is.
             make: Makes it; nobody changes it afterwards.
         """
-        if name in self._made:
-            self._made.move_to_end(name)
-            kept: _T = self._made[name][0]
-            return kept
+        with self._lock:
+            if name in self._made:
+                self._made.move_to_end(name)
+                kept: _T = self._made[name][0]
+                return kept
+        # Not under the lock: what is made is often made of other things.
         made = make()
-        size = _size_of(made)
-        self._made[name] = (made, size)
-        self._bytes += size
-        while self._bytes > self._most and len(self._made) > 1:
-            self._bytes -= self._made.popitem(last=False)[1][1]
+        self._keep(name, made)
         return made
+
+    def _keep(self, name: tuple[Hashable, ...], made: Any) -> None:
+        """Keep a thing, and as many others as there is room for."""
+        size = _size_of(made)
+        with self._lock:
+            _, before = self._made.pop(name, (None, 0))
+            self._made[name] = (made, size)
+            self._bytes += size - before
+            while self._bytes > self._most and len(self._made) > 1:
+                self._bytes -= self._made.popitem(last=False)[1][1]
 
 
 def _size_of(value: Any) -> int:

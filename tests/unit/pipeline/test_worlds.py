@@ -22,8 +22,8 @@ def scene(tmp_path_factory):
 
 
 @pytest.fixture(autouse=True)
-def _nothing_remembered(monkeypatch):
-    monkeypatch.setattr(worlds, "_LAST", worlds._Last())
+def _nothing_remembered():
+    worlds._memory_of.cache_clear()
 
 
 def world(scene, **changes):
@@ -75,7 +75,7 @@ def built(scene, camera):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", ["flight", "driver"])
-def test_what_was_built_for_another_shot_changes_nothing(camera, monkeypatch):
+def test_what_was_built_for_another_shot_changes_nothing(camera):
     job, times = load_job(example("crossing")), np.array([460.0, 461.0])
 
     def digests(name):
@@ -84,7 +84,7 @@ def test_what_was_built_for_another_shot_changes_nothing(camera, monkeypatch):
 
     digests("corner")
     after = digests(camera)
-    monkeypatch.setattr(worlds, "_LAST", worlds._Last())
+    worlds._memory_of.cache_clear()
     assert digests(camera) == after
 
 
