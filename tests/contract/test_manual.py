@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from types import ModuleType
 
 import pytest
-from manual import DOCS
+from manual import DOCS, ROOT, text_of
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import Job, Quality
 
+PACKAGE = ROOT / "sumo3dviz_pt"
 COMMANDS = (
     "demo", "init", "check", "still", "render", "develop", "converge", "report", "compare",
     "motion", "view", "doctor", "vehicles", "completion", "schema",
@@ -61,3 +63,20 @@ def test_every_template_and_sky_has_its_picture_or_row() -> None:
         assert f"\n## {name}\n" in page and f"](images/template_{name}.jpg)" in page
     for name in catalog.template_names("sky"):
         assert f"\n| `{name}` | " in page
+
+
+def test_contributing_names_places_that_are_there() -> None:
+    text = text_of(ROOT / "CONTRIBUTING.md")
+    named = [name for quoted in re.findall(r"`([a-z_/{},.]+)`", text) for name in spread(quoted)]
+    places = [name for name in named if "/" in name and not name.startswith("tests/")]
+    assert len(places) > 40
+    missing = [n for n in places if not any((root / n).exists() for root in (ROOT, PACKAGE))]
+    assert not missing
+
+
+def spread(name: str) -> list[str]:
+    """`a/{b,c}` as its two meanings."""
+    found = re.fullmatch(r"(.*)\{(.*)\}(.*)", name)
+    if found is None:
+        return [name]
+    return [f"{found[1]}{word}{found[3]}" for word in found[2].split(",")]
