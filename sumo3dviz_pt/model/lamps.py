@@ -1,4 +1,4 @@
-"""Lamps as the scene stage hands them to the renderer: on vehicles, and standing.
+"""Lamps as a shot hands them to the renderer: on vehicles, and standing.
 
 Radiances are in scene units, linear sRGB primaries.
 """

@@ -1,4 +1,4 @@
-"""What the scene stage hands to the renderer: plain values, no Mitsuba.
+"""What a shot hands to the renderer: plain values, no Mitsuba.
 
 Everything is in world coordinates of the network (float64 metres); the renderer
 recentres. Materials are dicts in Mitsuba's words with two words of our own:

@@ -23,6 +23,7 @@ from sumo3dviz_pt.world.street.places import Site, crossing_areas
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
 FOCUS = (320.0, 280.0, 330.0, 290.0)
+AWAY = (360.0, 300.0, 370.0, 310.0)
 
 
 @cache
@@ -152,3 +153,19 @@ def test_corners_get_furniture_out_of_the_way():
     assert shapely.distance(shapely.points(spots), shapely.union_all(paths)).min() > 0.5
     again = Site(around, flat, crossing_areas(net), nothing, shapely.STRtree([]))
     assert place_corners(net, again) == pieces
+
+
+def tones_of(made, name):
+    """Tone of every face of stones by its middle, to a millimetre."""
+    part = next(p.part for p in made.static if p.id == f"road/{name}/kerb_stone")
+    places = np.round(part.mesh.vertices[part.mesh.faces].mean(axis=1), 3)
+    return dict(zip(map(tuple, places.tolist()), part.tint.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("name", ["stones", "gutter"])
+def test_stones_do_not_hang_on_where_the_camera_is(name):
+    aside = build_roads(network(), RoadSettings(), textured=True, focus=AWAY)
+    here, there = tones_of(roads(), name), tones_of(aside, name)
+    both = here.keys() & there.keys()
+    assert len(both) > 200 and len(there) > len(both)
+    assert all(here[place] == there[place] for place in both)
