@@ -39,6 +39,6 @@ def run(options: argparse.Namespace) -> int:
         options.codec,
         options.overwrite,
     )
-    develop_frames(options.frames, order)
-    print(f"wrote {options.output}")
+    first, *others = develop_frames(options.frames, order)
+    print(f"wrote {first}" + (f" to {others[-1].name}" if others else ""))
     return 0

@@ -39,12 +39,15 @@ class DevelopOrder:
     overwrite: bool = False
 
 
-def develop_frames(source: Path, order: DevelopOrder) -> None:
+def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     """Develop one frame to a .png, or a folder of frames to a film or numbered pictures.
 
     Args:
         source: An .exr, or a folder of them; of a folder, the frames of its film.
         order: What to make of it.
+
+    Returns:
+        The files that were written: one, or all numbered pictures.
 
     Raises:
         InputError: If there are no frames, they cannot be read, or belong to several films.
@@ -63,15 +66,16 @@ def develop_frames(source: Path, order: DevelopOrder) -> None:
         glare=account.get("glare"),
     )
     if is_sequence(target):
+        places = pictures_of(target, film.files)
         if not order.overwrite:
-            check_free(*pictures_of(target, film.files))
+            check_free(*places)
         write_sequence(target, film.files, pictures)
-        return
+        return places
     if target.suffix.lower() == ".png":
         from sumo3dviz_pt.image.png import write_png
 
         write_png(target, (next(pictures) * 255 + 0.5).astype("uint8"))
-        return
+        return [target]
     from sumo3dviz_pt.image.exr import read_exr
     from sumo3dviz_pt.video import check_film, encode
 
@@ -79,6 +83,7 @@ def develop_frames(source: Path, order: DevelopOrder) -> None:
     rate = order.fps or film.fps or _FPS
     check_film(target, size=(width, height), fps=rate, codec=order.codec)
     encode(pictures, target, size=(width, height), fps=rate, codec=order.codec)
+    return [target]
 
 
 def _film(source: Path) -> StoredFilm:

@@ -202,3 +202,11 @@ def test_comments_of_a_png_come_back(tmp_path):
     words = {"provenance": "größer ü", "other": "x"}
     write_png(tmp_path / "a.png", np.zeros((4, 4), np.uint8), text=words)
     assert read_text(tmp_path / "a.png") == words
+
+
+def test_numbered_pictures_are_told_by_their_names(tmp_path, capsys):
+    folder = write_film(tmp_path / "drive.frames", range(3), account_of())
+    assert develop(folder, tmp_path / "p_{frame}.png") == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'p_000000.png'} to p_000002.png\n"
+    assert develop(folder, tmp_path / "d.mp4") == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'd.mp4'}\n"
