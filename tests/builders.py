@@ -254,9 +254,9 @@ def view_at(position, *, heading=0.0, pitch=0.0, fov=60.0) -> View:
     )
 
 
-def frame_of(view, *, time=0.0, movers=(), distant=(), lamps=None) -> FrameState:
+def frame_of(view, *, time=0.0, movers=(), far=(), lamps=None) -> FrameState:
     """The state of a frame."""
-    return FrameState(time, view, tuple(movers), tuple(distant), lamps or {})
+    return FrameState(time, view, tuple(movers), tuple(far), lamps or {})
 
 
 def cube(name="cube", *, material="matt_tint", side=2.0) -> Prototype:

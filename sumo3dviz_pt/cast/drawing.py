@@ -23,16 +23,16 @@ class Drawn:
         model: What it is a copy of.
         near: Names, one for each rigid part.
         far: One for each part.
-        hero: Likewise, of rigid ones in full detail; empty if there is none.
-        posed: Of parts that take poses, and so are never instanced, near and in full detail.
+        full: Likewise, of rigid ones in full detail; empty if there is none.
+        deforming: Of parts that take poses, and so are never instanced, near and in full detail.
         length: As drawn [m].
     """
 
     model: str
     near: tuple[str, ...]
     far: tuple[str, ...]
-    hero: tuple[str, ...] = ()
-    posed: tuple[str, ...] = ()
+    full: tuple[str, ...] = ()
+    deforming: tuple[str, ...] = ()
     length: float = 0.0
 
 
@@ -86,9 +86,9 @@ class Unit:
         return self.model or self.prototype.name
 
     @property
-    def hero(self) -> str:
+    def full(self) -> str:
         """Name of its body at full detail."""
-        return f"{self.source if self.given is None else self.prototype.name}/hero"
+        return f"{self.source if self.given is None else self.prototype.name}/full"
 
     @property
     def wheel(self) -> str:
@@ -136,13 +136,13 @@ class Assembly:
         """List the prototypes."""
         folds = [unit.joint.prototype for unit in self.units if unit.joint is not None]
         bodies = [unit.prototype for unit in self.units]
-        posed = tuple(p.name for p in (*bodies, *folds) if p.poses is not None)
+        deforming = tuple(p.name for p in (*bodies, *folds) if p.poses is not None)
         rigid = tuple(p.name for p in bodies if p.poses is None)
         # Those that take poses have all their detail near by.
-        full = len(rigid) == len(bodies) and all(unit.wheels for unit in self.units)
-        hero = [name for unit in self.units for name in (unit.hero, *_wheels(unit))] if full else []
+        able = len(rigid) == len(bodies) and all(unit.wheels for unit in self.units)
+        full = [name for unit in self.units for name in (unit.full, *_wheels(unit))] if able else []
         far = tuple(p.name for p in (*bodies, *folds))
-        object.__setattr__(self, "drawn", Drawn(self.model, rigid, far, tuple(hero), posed))
+        object.__setattr__(self, "drawn", Drawn(self.model, rigid, far, tuple(full), deforming))
 
     @property
     def prototypes(self) -> Mapping[str, Prototype]:
@@ -171,16 +171,16 @@ class Assembly:
         )
 
     def movers(
-        self, whole: Mover, *, hero: bool = False, stance: Stance = AT_REST
+        self, whole: Mover, *, full: bool = False, stance: Stance = AT_REST
     ) -> Iterator[Mover]:
         """The parts of a road user at its place.
 
         Args:
             whole: The road user; its prototype names what the first unit shows.
-            hero: Whether it is drawn in full detail.
+            full: Whether it is drawn in full detail.
             stance: How it stands.
         """
-        if len(self.units) == 1 and not hero and stance is AT_REST:
+        if len(self.units) == 1 and not full and stance is AT_REST:
             yield whole
             return
         frames = self._frames(whole.world_from_body.matrix, stance)
@@ -191,9 +191,9 @@ class Assembly:
             swayed = frames[index] if stance.sway is None else frames[index] @ stance.sway[index]
             placed = Transform(swayed @ np.diag([*_scale(whole, unit), 1.0]))
             yield replace(
-                whole, prototype=unit.hero if hero else name, part=part, world_from_body=placed
+                whole, prototype=unit.full if full else name, part=part, world_from_body=placed
             )
-            rims = unit.wheels if hero else ()
+            rims = unit.wheels if full else ()
             for wheel, place in enumerate(rims):
                 turned, steered = (0.0, 0.0)
                 if stance.wheels is not None:

@@ -25,7 +25,7 @@ from sumo3dviz_pt.cast.choice import (
 from sumo3dviz_pt.cast.coupling import Row, coupled, numbered, pitch_of, spare_units
 from sumo3dviz_pt.cast.drawing import Joint, Unit
 from sumo3dviz_pt.library.mesh.ply import read_ply
-from sumo3dviz_pt.library.vehicles.bake import has_hero
+from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 from sumo3dviz_pt.library.vehicles.bellows import Bellows, bellows
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedalling, pedals
@@ -194,7 +194,7 @@ def _unit(entry: catalog.Entry, prototypes: Prototypes, *, at: float) -> Unit:
     """One baked model."""
     prototype = _baked_once(entry, prototypes)
     wheels = tuple(_wheel(row) for row in entry.meta.get("wheels", ()))
-    return Unit(prototype, at, wheels if has_hero(entry.meta) else ())
+    return Unit(prototype, at, wheels if has_full_detail(entry.meta) else ())
 
 
 def _baked_once(entry: catalog.Entry, prototypes: Prototypes) -> Prototype:

@@ -24,7 +24,7 @@ from sumo3dviz_pt.cast.choice import (
 from sumo3dviz_pt.cast.colours import own_palette, paint_of
 from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.fitted_models import Prototypes
-from sumo3dviz_pt.cast.full_detail import heroes_of
+from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
 from sumo3dviz_pt.cast.lights import VehicleLights
 from sumo3dviz_pt.cast.own_looks import OwnLooks
@@ -41,7 +41,7 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 
 _LOG = logging.getLogger(__name__)
 
-Level = Literal["near", "far", "hero"]
+Level = Literal["near", "far", "full"]
 """In detail, by a stand-in, in full detail."""
 
 _UNKNOWN_TYPES: Mapping[str, VehicleType] = {
@@ -151,13 +151,13 @@ class Fleet:
             ridden: Whether the camera rides with it.
         """
         body, piece = self.bodies[int(present.users[row])], int(present.pieces[row])
-        hero, stance = level == "hero", AT_REST
-        if hero or ridden or body.assembly.bends:
-            stance = self.pose_sampler.stance(piece, present.time, hero=hero, ridden=ridden)
+        full, stance = level == "full", AT_REST
+        if full or ridden or body.assembly.bends:
+            stance = self.pose_sampler.stance(piece, present.time, full=full, ridden=ridden)
         if self.suspension and body.ride == "lean" and level != "far":
             leant = Transform(self.pose_sampler.lean(piece, present.time))
             whole = replace(whole, world_from_body=whole.world_from_body @ leant)
-        yield from body.assembly.movers(whole, hero=hero, stance=stance)
+        yield from body.assembly.movers(whole, full=full, stance=stance)
 
     def positions(self, times: Floats) -> tuple[Bools, Floats, Floats]:
         """Where everyone is, for culling.
@@ -209,11 +209,11 @@ class Fleet:
         cockpit = self.cockpits.get(self.trajectories[k].key)
         if not (opened and cockpit):
             return drawn
-        return replace(drawn, near=(cockpit, *drawn.near[1:]), hero=())
+        return replace(drawn, near=(cockpit, *drawn.near[1:]), full=())
 
-    def with_heroes(self, models: frozenset[str]) -> Fleet:
+    def with_full_detail(self, models: frozenset[str]) -> Fleet:
         """The same fleet with some models in full detail, built if need be."""
-        made = heroes_of(
+        made = full_bodies(
             unit
             for body in self.bodies
             if body.assembly.model in models

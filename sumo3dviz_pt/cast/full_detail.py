@@ -16,25 +16,25 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.files.kept import Files, keep, read_whole
 from sumo3dviz_pt.library.mesh.ply import decoded, encoded
-from sumo3dviz_pt.library.vehicles.bake import hero_vehicle
+from sumo3dviz_pt.library.vehicles.bake import full_vehicle
 from sumo3dviz_pt.library.vehicles.stretching import stretched
 from sumo3dviz_pt.model.scene import Part, Prototype
 
 _LOG = logging.getLogger(__name__)
 
-_LEVELS = ("hero", "wheel")
+_LEVELS = ("full", "wheel")
 _DIGITS = 16  # of a digest
 _KEPT = 30 * 86_400.0  # how long a body of another version stays [s]
 
 
-def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
+def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     """Bodies and wheels in full detail of vehicles of the catalogue.
 
     Args:
         names: Of vehicles that have them.
 
     Returns:
-        `<name>/hero` and `<name>/wheel` by their names.
+        `<name>/full` and `<name>/wheel` by their names.
     """
     found = {}
     for name in sorted(names):
@@ -44,17 +44,17 @@ def hero_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     return found
 
 
-def heroes_of(units: Iterable[Unit]) -> dict[str, Prototype]:
+def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
     """Bodies and wheels in full detail by the names that units give them, lamps included.
 
     Args:
         units: Of models that have full detail.
     """
-    wanted = {unit.hero: unit for unit in units}
-    made = hero_prototypes({unit.source for unit in wanted.values()})
+    wanted = {unit.full: unit for unit in units}
+    made = full_prototypes({unit.source for unit in wanted.values()})
     found = {}
     for name, unit in wanted.items():
-        body = made[f"{unit.source}/hero"]
+        body = made[f"{unit.source}/full"]
         if unit.given is not None:
             body = stretched(body, unit.given, name=name)
         found[name] = replace(body, lamps=unit.prototype.lamps)
@@ -84,7 +84,7 @@ def _built(name: str, known_as: str) -> Files:
         known_as: In the cache: another recipe, and so another vehicle, is known by another name.
     """
     _LOG.info("building %s in full detail", name)
-    made = hero_vehicle(catalog.find("vehicles", name).meta)
+    made = full_vehicle(catalog.find("vehicles", name).meta)
     assert made is not None, known_as
     levels = zip(_LEVELS, (made.body, made.wheel), strict=True)
     return {

@@ -49,21 +49,21 @@ class PoseSampler:
         self._rolling: dict[int, Rolling] = {}
         self._derived: dict[int, DerivedLamps] = {}
 
-    def stance(self, piece: int, time: float, *, hero: bool, ridden: bool) -> Stance:
+    def stance(self, piece: int, time: float, *, full: bool, ridden: bool) -> Stance:
         """How a road user stands.
 
         Args:
             piece: Index of its stretch of motion.
             time: SUMO's [s].
-            hero: Whether it is drawn in full detail, with wheels of their own.
+            full: Whether it is drawn in full detail, with wheels of their own.
             ridden: Whether the camera rides with it.
         """
         body = self._bodies[self._presence.owners[piece]]
         motion, links = self._presence.pieces[piece], links_of(body)
         units = None if links is None else unit_frames(motion, np.array([time]), links)[0]
-        springs = springs_of(body) if self._suspension and (hero or ridden) else None
+        springs = springs_of(body) if self._suspension and (full or ridden) else None
         sway = None if springs is None else _swayed(body, sway_at(motion, time, springs=springs))
-        wheels = self._wheels(piece).at(time) if hero else None
+        wheels = self._wheels(piece).at(time) if full else None
         if units is None and sway is None and wheels is None:
             return AT_REST
         return Stance(units, sway, wheels)

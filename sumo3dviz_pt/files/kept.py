@@ -16,7 +16,7 @@ from pathlib import Path
 _LIST = "files.json"
 
 Files = Mapping[str, bytes]
-"""Content by name, such as `hero/paint.ply`."""
+"""Content by name, such as `full/paint.ply`."""
 
 
 def read_whole(folder: Path) -> Files | None:

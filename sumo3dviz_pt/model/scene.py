@@ -234,17 +234,17 @@ class Slots:
     Attributes:
         near: Detailed bodies by prototype name.
         far: Stand-ins by prototype name.
-        posed: Detailed bodies that take poses, by prototype name.
+        deforming: Detailed bodies that take poses, by prototype name.
     """
 
     near: Mapping[str, int] = field(default_factory=dict)
     far: Mapping[str, int] = field(default_factory=dict)
-    posed: Mapping[str, int] = field(default_factory=dict)
+    deforming: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def detailed(self) -> Mapping[str, int]:
         """Detailed bodies, whether they take poses or not."""
-        return {**self.near, **self.posed}
+        return {**self.near, **self.deforming}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -324,22 +324,22 @@ class FrameState:
         time: SUMO's time [s].
         view: The camera.
         movers: Road users, or parts of them, that are drawn in detail.
-        distant: Those that are drawn by their stand-ins.
+        far: Those that are drawn by their stand-ins.
         lamps: Radiance of each lamp that changes, (lamps, 3), by lamp set id.
-        posed: Those that are drawn in detail and take poses.
+        deforming: Those that are drawn in detail and take poses.
     """
 
     time: float
     view: View
     movers: tuple[Mover, ...]
-    distant: tuple[Mover, ...] = ()
+    far: tuple[Mover, ...] = ()
     lamps: Mapping[str, Floats] = field(default_factory=dict)
-    posed: tuple[Mover, ...] = ()
+    deforming: tuple[Mover, ...] = ()
 
     @property
     def everyone(self) -> tuple[Mover, ...]:
         """All that is drawn, at any level."""
-        return (*self.movers, *self.posed, *self.distant)
+        return (*self.movers, *self.deforming, *self.far)
 
     @property
     def users(self) -> frozenset[str]:

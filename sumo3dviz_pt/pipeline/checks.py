@@ -90,7 +90,9 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
         count * sum(len(part.mesh.faces) for part in data.prototypes[name].far)
         for name, count in data.slots.far.items()
     )
-    far += sum(count * data.prototypes[name].triangles for name, count in data.slots.posed.items())
+    far += sum(
+        count * data.prototypes[name].triangles for name, count in data.slots.deforming.items()
+    )
     total = sum(families.values()) + bodies + far
     return {
         "frames": frames,
@@ -120,7 +122,7 @@ def _parts(data: SceneData) -> dict[str, int]:
         "materials": len(data.materials),
         "near slots": sum(data.slots.near.values()),
         "far slots": sum(data.slots.far.values()),
-        "posed slots": sum(data.slots.posed.values()),
+        "posed slots": sum(data.slots.deforming.values()),
         "lamps": sum(len(lamps.lamps) for lamps in data.lamps),
     }
 

@@ -323,7 +323,7 @@ class Live:
     def _frame(self, time: float, view: View, *, dynamic: bool) -> FrameState:
         """What is on the road at a time, or nobody."""
         frame = self.shot.frame_of(time, view)
-        return frame if dynamic else replace(frame, movers=(), distant=(), posed=())
+        return frame if dynamic else replace(frame, movers=(), far=(), deforming=())
 
 
 def joined(parts: Sequence[Image]) -> Image:

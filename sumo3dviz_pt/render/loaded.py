@@ -47,7 +47,7 @@ class LoadedScene:
         floor = lowest([merged.mesh for merged in self._static])
         self._running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
-        self._crowds = (far, Crowd("posed", data, data.slots.posed, far=False, floor=floor))
+        self._crowds = (far, Crowd("deforming", data, data.slots.deforming, far=False, floor=floor))
         self._pool = InstancePool(data, self._materials, floor=floor) if jit else None
         self._scalar = None if jit else ScalarMovers(data, self._materials)
         running = data.running is not None and data.running.sampled
@@ -109,7 +109,7 @@ class LoadedScene:
             parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.fov))
         if self._pool is not None:
             self._pool.update(parameters, frame)
-        for crowd, movers in zip(self._crowds, (frame.distant, frame.posed), strict=True):
+        for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):
             if crowd:
                 crowd.update(parameters, movers, frame.origin)
         self._lamps.update(parameters, frame)

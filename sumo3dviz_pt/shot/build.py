@@ -36,8 +36,8 @@ from sumo3dviz_pt.shot.crowd import (
     FAR_TRIANGLES,
     SHOT_TRIANGLES,
     CrowdPlan,
+    can_be_full,
     fitting,
-    heroic,
     plan_crowd,
 )
 from sumo3dviz_pt.world.build import Place, World, build_place
@@ -64,7 +64,7 @@ class Shot:
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
-        heroes: Models that are drawn in full detail where they are near enough.
+        full_models: Models that are drawn in full detail where they are near enough.
         phases: The signal log.
         dark: Whether everyone has lights on.
         places: Around which there is detail for cameras that may go anywhere, (n, 3) [m];
@@ -78,7 +78,7 @@ class Shot:
     footway: Callable[[Floats], Floats]
     aspect: float
     limit: int
-    heroes: frozenset[str]
+    full_models: frozenset[str]
     phases: Mapping[str, SignalPhases]
     dark: bool
     places: Floats | None = None
@@ -116,32 +116,32 @@ class Shot:
             np.ones((len(drawn), 1), dtype=np.bool_),
             present.positions[:, None],
             limit=self.limit,
-            heroic=heroic(drawn, self.heroes) & (present.users != opened),
+            can_be_full=can_be_full(drawn, self.full_models) & (present.users != opened),
             lengths=self.fleet.lengths[present.users],
         )
         if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
-        near, posed, far = self._parts(present, choice, view)
-        return FrameState(time, view, near, far, self.signals.radiance_at(time), posed)
+        near, deforming, far = self._parts(present, choice, view)
+        return FrameState(time, view, near, far, self.signals.radiance_at(time), deforming)
 
     def _parts(
         self, present: Present, choice: visibility.Choice, view: View
     ) -> tuple[tuple[Mover, ...], tuple[Mover, ...], tuple[Mover, ...]]:
         """The parts of all that is seen: in detail, in detail with poses, by stand-ins."""
         near: list[Mover] = []
-        posed: list[Mover] = []
+        deforming: list[Mover] = []
         far: list[Mover] = []
-        heroes, distant = choice.hero[:, 0], choice.far[:, 0]
-        seen = np.flatnonzero(choice.near[:, 0] | heroes | distant)
+        whole_detail, by_proxy = choice.full[:, 0], choice.far[:, 0]
+        seen = np.flatnonzero(choice.near[:, 0] | whole_detail | by_proxy)
         wholes = self.fleet.wholes(present, seen, view=view)
         for row, whole in zip(seen.tolist(), wholes, strict=True):
-            level: Level = "far" if distant[row] else "hero" if heroes[row] else "near"
+            level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
             ridden = whole.id == view.rides_in
             for part in self.fleet.parts(present, row, whole, level=level, ridden=ridden):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
-                (far if distant[row] else posed if moves else near).append(part)
-        return tuple(near), tuple(posed), tuple(far)
+                (far if by_proxy[row] else deforming if moves else near).append(part)
+        return tuple(near), tuple(deforming), tuple(far)
 
     def under_sky(self, settings: SkySettings, lights: Lights = "auto") -> Shot | None:
         """The same shot under another sky; nothing else is built again.
@@ -229,7 +229,7 @@ class ShotBuilder:
         place = build_place(self.world, camera_path, clearance=clearance)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         crowd = plan(budget=SHOT_TRIANGLES - standing)
-        fleet = fleet.with_heroes(crowd.heroes)
+        fleet = fleet.with_full_detail(crowd.full_models)
         opened = _shown(fleet.prototypes, crowd.slots)
         data = SceneData(
             materials=_materials(place, opened.values(), fleet.materials),
@@ -243,8 +243,10 @@ class ShotBuilder:
             left_out=place.left_out + _nobody(scenario, fleet, crowd),
         )
         signals, footway = place.signals, place.roads.surface_height_at
-        phases, limit, heroes = scenario.signals, crowd.limit, crowd.heroes
-        return Shot(data, fleet, camera, signals, footway, self.aspect, limit, heroes, phases, dark)
+        phases, limit, full_models = scenario.signals, crowd.limit, crowd.full_models
+        return Shot(
+            data, fleet, camera, signals, footway, self.aspect, limit, full_models, phases, dark
+        )
 
 
 def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
@@ -296,7 +298,7 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget
 
 def _shown(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
     """The bodies that somebody shows."""
-    names = sorted({*slots.near, *slots.far, *slots.posed})
+    names = sorted({*slots.near, *slots.far, *slots.deforming})
     return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
 
 
@@ -345,7 +347,7 @@ def _nobody(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut
     if "person" not in kinds:
         out.append(LeftOut("persons", "the log has none in this time"))
     slots = crowd.slots
-    unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.posed})
+    unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.deforming})
     if unused:
         out.append(LeftOut(f"{len(unused)} bodies", "nobody in view of the shot shows them"))
     return tuple(out)

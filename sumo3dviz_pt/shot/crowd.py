@@ -21,10 +21,10 @@ from sumo3dviz_pt.shot.visibility import MOST_NEAR, Choice, choose
 MOST_SLOTS = 240
 """Instances in one scene; the cost of recording them grows faster than their number."""
 
-MOST_HERO_MODELS = 8
+MOST_FULL_MODELS = 8
 """Models in full detail in one shot, at most."""
 
-HERO_TRIANGLES = 54_000
+FULL_TRIANGLES = 54_000
 """Of a car in full detail and one of its wheels: instances count once."""
 
 FAR_TRIANGLES = 110_000
@@ -44,12 +44,12 @@ class CrowdPlan:
     Attributes:
         slots: Room for each body.
         limit: Road users in detail in one frame, at most.
-        heroes: Models that are drawn in full detail where they are near enough.
+        full_models: Models that are drawn in full detail where they are near enough.
     """
 
     slots: Slots
     limit: int
-    heroes: frozenset[str] = frozenset()
+    full_models: frozenset[str] = frozenset()
 
 
 def plan_crowd(
@@ -70,18 +70,20 @@ def plan_crowd(
         limit: Road users in detail at once, at most.
     """
     plain = _slots(bodies, frames, limit=limit, able=np.zeros(len(bodies), dtype=np.bool_))
-    heroes = _heroes(bodies, frames, most=_most_heroes(plain, triangles or {}, budget))
-    able = heroic(bodies, heroes)
+    full_models = _full_models(bodies, frames, most=_most_full(plain, triangles or {}, budget))
+    able = can_be_full(bodies, full_models)
     while True:
         slots = _slots(bodies, frames, limit=limit, able=able)
         if sum(slots.near.values()) <= MOST_SLOTS or limit <= 8:
-            return CrowdPlan(slots, limit, heroes)
+            return CrowdPlan(slots, limit, full_models)
         limit = limit * 3 // 4
 
 
-def heroic(bodies: Sequence[Drawn], heroes: frozenset[str]) -> Bools:
+def can_be_full(bodies: Sequence[Drawn], full_models: frozenset[str]) -> Bools:
     """Who can be drawn in full detail, (k,)."""
-    return np.array([bool(body.hero) and body.model in heroes for body in bodies], dtype=np.bool_)
+    return np.array(
+        [bool(body.full) and body.model in full_models for body in bodies], dtype=np.bool_
+    )
 
 
 def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Floats) -> Choice:
@@ -96,22 +98,22 @@ def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Fl
         distances: From the camera, (k,) [m].
     """
     detailed, distant = Counter(slots.detailed), Counter(slots.far)
-    found = {level: np.zeros_like(choice.near) for level in ("hero", "near", "far")}
-    wanted = choice.near | choice.hero | choice.far
+    found = {level: np.zeros_like(choice.near) for level in ("full", "near", "far")}
+    wanted = choice.near | choice.full | choice.far
     for k in sorted(np.flatnonzero(wanted[:, 0]).tolist(), key=lambda k: float(distances[k])):
         body = bodies[k]
         levels = [("far", body.far, distant)]
         if not choice.far[k, 0]:
-            levels.insert(0, ("near", (*body.near, *body.posed), detailed))
-        if choice.hero[k, 0]:
-            levels.insert(0, ("hero", (*body.hero, *body.posed), detailed))
+            levels.insert(0, ("near", (*body.near, *body.deforming), detailed))
+        if choice.full[k, 0]:
+            levels.insert(0, ("full", (*body.full, *body.deforming), detailed))
         for level, names, room in levels:
             needed = Counter(names)
             if needed <= room:
                 room.subtract(needed)
                 found[level][k] = True
                 break
-    return Choice(found["near"], found["far"], found["hero"])
+    return Choice(found["near"], found["far"], found["full"])
 
 
 def lengths_of(bodies: Sequence[Drawn]) -> Floats:
@@ -119,48 +121,53 @@ def lengths_of(bodies: Sequence[Drawn]) -> Floats:
     return np.array([body.length for body in bodies], dtype=np.float64)
 
 
-def _most_heroes(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
+def _most_full(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
     """How many models in full detail the budget allows: instances count once."""
     detailed = sum(triangles.get(name, 0) for name in slots.near)
-    detailed += sum(count * triangles.get(name, 0) for name, count in slots.posed.items())
+    detailed += sum(count * triangles.get(name, 0) for name, count in slots.deforming.items())
     spare = budget - FAR_TRIANGLES - detailed
-    return int(np.clip(spare // HERO_TRIANGLES, 1, MOST_HERO_MODELS))
+    return int(np.clip(spare // FULL_TRIANGLES, 1, MOST_FULL_MODELS))
 
 
-def _heroes(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[str]:
+def _full_models(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[str]:
     """The models that are near enough for full detail in most frames."""
-    able = np.array([bool(body.hero) for body in bodies], dtype=np.bool_)
+    able = np.array([bool(body.full) for body in bodies], dtype=np.bool_)
     seen: Counter[str] = Counter()
     for camera_path, alive, positions in frames:
         choice = choose(
-            camera_path, alive, positions, limit=MOST_NEAR, heroic=able, lengths=lengths_of(bodies)
+            camera_path,
+            alive,
+            positions,
+            limit=MOST_NEAR,
+            can_be_full=able,
+            lengths=lengths_of(bodies),
         )
-        for k in np.flatnonzero(choice.hero.any(axis=1)).tolist():
-            seen[bodies[k].model] += int(choice.hero[k].sum())
+        for k in np.flatnonzero(choice.full.any(axis=1)).tolist():
+            seen[bodies[k].model] += int(choice.full[k].sum())
     ranked = sorted(seen, key=lambda model: (-seen[model], model))
     return frozenset(ranked[:most])
 
 
 def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) -> Slots:
     """Most bodies of each kind at once."""
-    near, far, hero, moving = (
+    near, far, full, moving = (
         _Members.of([getattr(body, level) for body in bodies])
-        for level in ("near", "far", "hero", "posed")
+        for level in ("near", "far", "full", "deforming")
     )
     lengths = lengths_of(bodies)
     rigid: Counter[str] = Counter()
-    posed: Counter[str] = Counter()
+    deforming: Counter[str] = Counter()
     distant: Counter[str] = Counter()
-    full: Counter[str] = Counter()
+    instanced: Counter[str] = Counter()
     for camera_path, alive, positions in frames:
         choice: Choice = choose(
-            camera_path, alive, positions, limit=limit, heroic=able, lengths=lengths
+            camera_path, alive, positions, limit=limit, can_be_full=able, lengths=lengths
         )
         rigid |= near.most(choice.near)
-        posed |= moving.most(choice.near | choice.hero)
+        deforming |= moving.most(choice.near | choice.full)
         distant |= far.most(choice.far)
-        full |= hero.most(choice.hero)
-    return Slots(_sorted(rigid + full), _sorted(distant), _sorted(posed))
+        instanced |= full.most(choice.full)
+    return Slots(_sorted(rigid + instanced), _sorted(distant), _sorted(deforming))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

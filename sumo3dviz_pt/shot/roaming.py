@@ -119,7 +119,7 @@ def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPla
     Nobody is drawn in full detail, which takes instances and triangles and would be seen in
     stills only. Each opened cabin has a slot of its own, as the vehicle may also be seen closed.
     """
-    bodies = [replace(fleet.drawn(k), hero=()) for k in range(len(fleet.keys))]
+    bodies = [replace(fleet.drawn(k), full=()) for k in range(len(fleet.keys))]
     frames, most = [], Counter[str]()
     for part in visibility.chunks(len(times)):
         alive, positions, _ = fleet.positions(times[part])
@@ -132,5 +132,5 @@ def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPla
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     plan = plan_crowd(bodies, frames, triangles=triangles, budget=budget, limit=_MOST_NEAR)
     near = {**plan.slots.near, **dict.fromkeys(fleet.cockpits.values(), 1)}
-    slots = Slots(dict(sorted(near.items())), dict(sorted(most.items())), plan.slots.posed)
+    slots = Slots(dict(sorted(near.items())), dict(sorted(most.items())), plan.slots.deforming)
     return replace(plan, slots=slots)

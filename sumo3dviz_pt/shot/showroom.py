@@ -13,7 +13,7 @@ from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.colours import CLOTHES, EUROPEAN
 from sumo3dviz_pt.cast.drawing import Unit
 from sumo3dviz_pt.cast.fitted_models import Prototypes
-from sumo3dviz_pt.cast.full_detail import heroes_of
+from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.materials.by_key import metres_per_tile, surface_material
@@ -27,7 +27,7 @@ from sumo3dviz_pt.world.objects.build import material_of
 from sumo3dviz_pt.world.objects.houses import STYLES, Chance, house_parts
 from sumo3dviz_pt.world.objects.kinds import KINDS, PLANTS, body_of
 
-LEVELS = ("hero", "middle", "far")
+LEVELS = ("full", "middle", "far")
 """Of vehicles."""
 
 _LEVELLED = frozenset(
@@ -118,11 +118,11 @@ def _exhibit(body: Body, level: str, number: int) -> Exhibit:
 def _unit_parts(unit: Unit, level: str) -> list[Part]:
     """The meshes of one unit in the whole's frame."""
     place = Transform.from_pose((unit.at, 0.0, 0.0))
-    if level != "hero":
+    if level != "full":
         parts = unit.prototype.far if level == "far" else unit.prototype.parts
         return [Part(place.mesh(part.mesh), part.material, part.tint) for part in parts]
-    made = heroes_of([unit])
-    found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.hero].parts]
+    made = full_bodies([unit])
+    found = [Part(place.mesh(p.mesh), p.material, p.tint) for p in made[unit.full].parts]
     for wheel in unit.wheels:
         back = (wheel.at[1] < 0.0) != wheel.reversed
         turned = place @ Transform.from_pose(wheel.at, yaw=np.pi if back else 0.0)
@@ -151,11 +151,11 @@ def _people() -> Iterator[Exhibit]:
     for number, look in enumerate(catalog.names("people")):
         parts, poses = figure(catalog.find("people", look).meta["recipe"])
         colour = CLOTHES.colours[(5 * number) % len(CLOTHES.colours)]
-        dressed = (_painted(part, colour) for part in _posed(parts, poses, 1 + number % 8))
+        dressed = (_painted(part, colour) for part in _in_pose(parts, poses, 1 + number % 8))
         yield Exhibit(look, tuple(dressed), MATERIALS)
 
 
-def _posed(parts: Sequence[Part], poses: Poses, pose: int) -> Iterator[Part]:
+def _in_pose(parts: Sequence[Part], poses: Poses, pose: int) -> Iterator[Part]:
     """The parts of a body in one of its poses."""
     first = 0
     for part in parts:

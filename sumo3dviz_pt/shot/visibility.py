@@ -20,7 +20,7 @@ FAR_END = 3000.0
 NEAR_END = 250.0
 """Farther road users are drawn by their stand-ins, through a lens of 50 degrees or wider [m]."""
 
-HERO_END = 32.0
+FULL_END = 32.0
 """Nearer road users are drawn in full detail through a lens of 50 degrees [m]."""
 
 _LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
@@ -31,7 +31,7 @@ _CAST = 25.0  # of those beyond the rear of a longer one [m]
 MOST_NEAR = 120
 """Road users in detail in one frame, at most."""
 
-MOST_HEROES = 16
+MOST_FULL = 16
 """Road users in full detail in one frame, at most: wheels are parts of their own."""
 
 _CHUNK = 200
@@ -44,12 +44,12 @@ class Choice:
     Attributes:
         near: In detail.
         far: By their stand-ins.
-        hero: In full detail.
+        full: In full detail.
     """
 
     near: Bools
     far: Bools
-    hero: Bools
+    full: Bools
 
 
 def choose(
@@ -58,7 +58,7 @@ def choose(
     positions: Floats,
     *,
     limit: int,
-    heroic: Bools | None = None,
+    can_be_full: Bools | None = None,
     lengths: Floats | None = None,
 ) -> Choice:
     """Choose the nearest visible road users for detail and the others for stand-ins.
@@ -68,7 +68,7 @@ def choose(
         alive: (k, n).
         positions: (k, n, 3) [m]; anything where not alive.
         limit: How many are drawn in detail at once, at most.
-        heroic: Who can be drawn in full detail, (k,); None is nobody.
+        can_be_full: Who can be drawn in full detail, (k,); None is nobody.
         lengths: Of their bodies, (k,) [m]: a train is seen long after its front; None is short.
     """
     long = np.zeros(len(alive)) if lengths is None else lengths
@@ -83,12 +83,12 @@ def choose(
     near = _nearest(distance, among=shown & (distance < near_end(camera_path)), limit=limit)
     able = (
         near
-        & (distance < _hero_end(camera_path))
+        & (distance < _full_end(camera_path))
         & in_picture(camera_path, places, radius=np.maximum(_LONGEST, long)[:, None])
     )
-    able &= False if heroic is None else heroic[:, None]
-    hero = _nearest(distance, among=able, limit=MOST_HEROES)
-    return Choice(near & ~hero, shown & ~near, hero)
+    able &= False if can_be_full is None else can_be_full[:, None]
+    full = _nearest(distance, among=able, limit=MOST_FULL)
+    return Choice(near & ~full, shown & ~near, full)
 
 
 def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:
@@ -100,9 +100,9 @@ def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:
     return np.asarray(among & (rank < limit))
 
 
-def _hero_end(camera_path: CameraPath) -> Floats:
+def _full_end(camera_path: CameraPath) -> Floats:
     """Where full detail ends, (n,) [m]: a telephoto lens shows it from farther away."""
-    return np.clip(HERO_END * _LENS / np.tan(camera_path.half_angles), 12.0, 120.0)
+    return np.clip(FULL_END * _LENS / np.tan(camera_path.half_angles), 12.0, 120.0)
 
 
 def near_end(camera_path: CameraPath) -> Floats:

@@ -1,6 +1,6 @@
 """What there is in the library and in a scene, as arrays that two processors can compare.
 
-An account maps names such as `sedan/hero/paint/faces` to arrays. Whole numbers and words
+An account maps names such as `sedan/full/paint/faces` to arrays. Whole numbers and words
 decide what exists, floats where it lies.
 """
 
@@ -20,7 +20,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.library.people.build import figure
 from sumo3dviz_pt.library.plants.build import LEVELS, tree
-from sumo3dviz_pt.library.vehicles.bake import bake_vehicle, has_hero, hero_vehicle
+from sumo3dviz_pt.library.vehicles.bake import bake_vehicle, full_vehicle, has_full_detail
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -117,8 +117,8 @@ def _vehicles() -> Made:
         meta = catalog.find("vehicles", name).meta
         if "units" not in meta:
             yield f"vehicles/{name}/baked", partial(_baked, meta)
-            if has_hero(meta):
-                yield f"vehicles/{name}/hero", partial(_hero, meta)
+            if has_full_detail(meta):
+                yield f"vehicles/{name}/full", partial(_full, meta)
     for model in models_for({}):
         yield f"fitted/{model.name}", partial(_fitted, model)
 
@@ -133,9 +133,9 @@ def _parts(meshes: Mapping[str, Mesh]) -> tuple[Part, ...]:
     return tuple(Part(mesh, material) for material, mesh in meshes.items())
 
 
-def _hero(meta: Mapping[str, Any]) -> Account:
+def _full(meta: Mapping[str, Any]) -> Account:
     """The level for close views."""
-    made = hero_vehicle(meta)
+    made = full_vehicle(meta)
     assert made is not None
     return joined("body", meshes_account(made.body)) | joined("wheel", meshes_account(made.wheel))
 
@@ -252,10 +252,10 @@ def plan(production: Production) -> Account:
         "keys": np.array(shot.fleet.keys, dtype=str),
         "models": np.array([body.assembly.model for body in shot.fleet.bodies], dtype=str),
         "colours": np.array(shot.fleet.colours),
-        "heroes": np.array(sorted(shot.heroes), dtype=str),
+        "full_models": np.array(sorted(shot.full_models), dtype=str),
         "limit": np.array(shot.limit),
     }
-    for level in ("near", "far", "posed"):
+    for level in ("near", "far", "deforming"):
         room = getattr(shot.data.slots, level)
         account[f"slots/{level}/names"] = np.array(list(room), dtype=str)
         account[f"slots/{level}/room"] = np.array(list(room.values()), dtype=np.int64)
@@ -267,7 +267,7 @@ def plan(production: Production) -> Account:
 def frame_account(frame: FrameState) -> Account:
     """Who is drawn how in a frame."""
     account: Account = {"camera": frame.view.world_from_camera.matrix}
-    for level in ("movers", "posed", "distant"):
+    for level in ("movers", "deforming", "far"):
         some: tuple[Mover, ...] = getattr(frame, level)
         account[f"{level}/ids"] = np.array([f"{m.id} {m.part} {m.prototype}" for m in some], str)
         account[f"{level}/lit"] = np.array([" ".join(sorted(m.lit)) for m in some], dtype=str)

@@ -102,8 +102,8 @@ FAULTS = {
         "render/convert.py", 'if "scalar" in mi.variant():', "if key:", (PICTURES,),
     ),
     "far road users beyond the detailed ones are dropped": Fault(
-        "shot/visibility.py", "return Choice(near & ~hero, shown & ~near, hero)",
-        "return Choice(near & ~hero, shown & ~near & (distance > NEAR_END), hero)",
+        "shot/visibility.py", "return Choice(near & ~full, shown & ~near, full)",
+        "return Choice(near & ~full, shown & ~near & (distance > NEAR_END), full)",
         ("tests/property/test_needs_properties.py",),
     ),
     # Bodies on their path.

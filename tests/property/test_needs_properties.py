@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sumo3dviz_pt.cast.drawing import Drawn
 from sumo3dviz_pt.model.camera_path import AROUND, CameraPath, in_view
 from sumo3dviz_pt.shot import crowd, visibility
-from sumo3dviz_pt.shot.crowd import heroic, plan_crowd
+from sumo3dviz_pt.shot.crowd import can_be_full, plan_crowd
 from sumo3dviz_pt.shot.visibility import choose, chunks
 
 ASPECT = 9 / 16
@@ -126,7 +126,7 @@ def test_frames_do_not_know_of_each_other(seed):
 
 
 def body_of(kind):
-    return Drawn(kind, (kind,), (kind,), (f"{kind}/hero", *[f"{kind}/wheel"] * 4))
+    return Drawn(kind, (kind,), (kind,), (f"{kind}/full", *[f"{kind}/wheel"] * 4))
 
 
 @pytest.mark.parametrize("people", [1, 150, 1500])
@@ -146,21 +146,21 @@ def test_slots_suffice_for_every_frame(people):
     for camera_path, alive, positions in frames:
         for n in range(len(camera_path.positions)):
             part = slice(n, n + 1)
-            able = heroic(bodies, plan.heroes)
+            able = can_be_full(bodies, plan.full_models)
             choice = choose(
                 camera_path.slice(part),
                 alive[:, part],
                 positions[:, part],
                 limit=plan.limit,
-                heroic=able,
+                can_be_full=able,
             )
             for kind in kinds:
                 own = np.array([body.model == kind for body in bodies])
-                heroes = choice.hero[own].sum()
+                full_models = choice.full[own].sum()
                 assert choice.near[own].sum() <= plan.slots.near.get(kind, 0)
                 assert choice.far[own].sum() <= plan.slots.far.get(kind, 0)
-                assert heroes <= plan.slots.near.get(f"{kind}/hero", 0)
-                assert 4 * heroes <= plan.slots.near.get(f"{kind}/wheel", 0)
+                assert full_models <= plan.slots.near.get(f"{kind}/full", 0)
+                assert 4 * full_models <= plan.slots.near.get(f"{kind}/wheel", 0)
     backwards = plan_crowd(bodies, frames[::-1])
     assert backwards == plan
 

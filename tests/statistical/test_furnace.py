@@ -104,7 +104,7 @@ def furnace(image_file):
     scene = scene_of(
         parts, materials, prototypes=bodies.values(), slots=Slots(near=slots, far=slots)
     )
-    movers, distant = (
+    movers, far = (
         [mover(n, places[f"{kind} {n}"], WHITE, prototype=n) for n in bodies]
         for kind in ("near", "far")
     )
@@ -112,7 +112,7 @@ def furnace(image_file):
     quality = RAW.model_copy(update={"spp": 64, "pass_spp": 64, "max_depth": 16})
     size = (200, 160)
     with session_of(scene, size=size, quality=quality) as session:
-        image = session.render(frame_of(view, movers=movers, distant=distant)).radiance
+        image = session.render(frame_of(view, movers=movers, far=far)).radiance
     half = np.tan(view.fov / 2)
     rows, columns = np.mgrid[: size[1], : size[0]]
     x = (1 - 2 * (columns + 0.5) / size[0]) * half

@@ -171,14 +171,14 @@ def test_every_body_shows_its_own_colour(road, order):
         mover(f"vehicle:{n}", place, COLOURS[name])
         for n, (place, name) in enumerate(zip(PLACES, names, strict=True))
     ]
-    frame = frame_of(EYE, **{"distant" if far else "movers": movers})
+    frame = frame_of(EYE, **{"far" if far else "movers": movers})
     assert seen(session, frame) == names
 
 
 def test_free_slots_are_out_of_sight(road):
     session, far = road
     one = [mover("vehicle:0", PLACES[1], RED)]
-    assert seen(session, frame_of(EYE, **{"distant" if far else "movers": one})) == [
+    assert seen(session, frame_of(EYE, **{"far" if far else "movers": one})) == [
         None,
         "red",
         None,
@@ -190,7 +190,7 @@ def test_too_many_bodies_are_an_error(road):
     session, far = road
     crowd = [mover(f"vehicle:{n}", PLACES[0], RED) for n in range(4)]
     with pytest.raises(RenderError, match=r"slot is free for vehicle:\d \(cube\)"):
-        session.render(frame_of(EYE, **{"distant" if far else "movers": crowd}))
+        session.render(frame_of(EYE, **{"far" if far else "movers": crowd}))
 
 
 def test_bodies_point_forward(road):
@@ -200,7 +200,7 @@ def test_bodies_point_forward(road):
     view = view_at([0, 0, 60], pitch=-89.99, fov=60)
     for yaw in (0.0, 0.5 * np.pi, 2.2):
         body = [mover("vehicle:0", (0.0, 0.0, 0.0), RED, yaw=yaw)]
-        image = session.render(frame_of(view, **{"distant" if far else "movers": body})).radiance
+        image = session.render(frame_of(view, **{"far" if far else "movers": body})).radiance
         back = -4.0 * np.array([np.cos(yaw), np.sin(yaw)]) / 4.0
         assert hue(image[pixel_of(view, [*back, 2.0], size)]) == "red"
         assert hue(image[pixel_of(view, [*(-2.5 * back), 0.0], size)]) is None

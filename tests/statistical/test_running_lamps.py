@@ -134,11 +134,11 @@ def test_light_goes_with_the_car(session):
     np.testing.assert_allclose(again, first, rtol=1e-4, atol=1e-9)
 
 
-@pytest.mark.parametrize("level", ["movers", "distant"])
+@pytest.mark.parametrize("level", ["movers", "far"])
 @pytest.mark.parametrize("yaw", [0.0, 1.1])
 def test_brake_lamps_shine_backwards(level, yaw):
     """The ground behind gets what two small lamps of 110 cd give it through their lobes."""
-    scene = night([plane(60.0)], near=level == "movers", far=level == "distant")
+    scene = night([plane(60.0)], near=level == "movers", far=level == "far")
     turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
     spot = np.append(turn @ [-7.0, 0.0], 0.0)
     view = view_at([*spot[:2], 30.0], pitch=-89.99, fov=0.5)

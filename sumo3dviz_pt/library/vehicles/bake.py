@@ -15,7 +15,7 @@ from sumo3dviz_pt.library.mesh.ply import write_ply
 from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
-    HeroVehicle,
+    FullVehicle,
     Meshes,
     builder_of,
 )
@@ -63,19 +63,19 @@ def _with_area(meshes: Meshes) -> Meshes:
     return {material: kept(mesh) for material, mesh in meshes.items()}
 
 
-def has_hero(recipe: Mapping[str, Any]) -> bool:
+def has_full_detail(recipe: Mapping[str, Any]) -> bool:
     """Whether vehicles of this kind have a level for close views."""
-    return "units" not in recipe and builder_of(recipe, BUILDERS).hero is not None
+    return "units" not in recipe and builder_of(recipe, BUILDERS).full is not None
 
 
-def hero_vehicle(recipe: Mapping[str, Any]) -> HeroVehicle | None:
+def full_vehicle(recipe: Mapping[str, Any]) -> FullVehicle | None:
     """Build a vehicle's level for close views, or None if its kind has none.
 
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    hero = builder_of(recipe, BUILDERS).hero
-    return None if hero is None else hero(recipe)
+    full = builder_of(recipe, BUILDERS).full
+    return None if full is None else full(recipe)
 
 
 def bake_folder(folder: Path) -> tuple[Path, ...]:

@@ -49,7 +49,7 @@ class BakedVehicle:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HeroVehicle:
+class FullVehicle:
     """The level for close views, built when first needed; fewer than 80,000 triangles.
 
     Attributes:
@@ -72,11 +72,11 @@ class Builder:
 
     Attributes:
         bake: Makes the levels that travel with the package.
-        hero: Makes the level for close views, or None where there is none.
+        full: Makes the level for close views, or None where there is none.
     """
 
     bake: Callable[[Recipe], BakedVehicle]
-    hero: Callable[[Recipe], HeroVehicle] | None = None
+    full: Callable[[Recipe], FullVehicle] | None = None
 
 
 def builder_of(recipe: Recipe, builders: Mapping[str, Builder]) -> Builder:

@@ -74,9 +74,9 @@ def _plan(shot: Shot) -> dict[str, Any]:
             name: [_counts(part.mesh) for part in (*body.parts, *body.far)]
             for name, body in data.prototypes.items()
         },
-        "slots": [dict(level) for level in (slots.near, slots.far, slots.posed)],
+        "slots": [dict(level) for level in (slots.near, slots.far, slots.deforming)],
         "limit": shot.limit,
-        "heroes": sorted(shot.heroes),
+        "full_models": sorted(shot.full_models),
     }
 
 
@@ -108,7 +108,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "inputs": dict(sorted(inputs.hashes.items())),
         "world": world_digest(data),
         "light": light_digest(data),
-        "plan": plan_digest(data, production.shot.heroes),
+        "plan": plan_digest(data, production.shot.full_models),
         "versions": versions(),
         "package": package_hashes(),
     }

@@ -35,14 +35,14 @@ def light_digest(data: SceneData) -> str:
     return _digest(data.sky, data.haze)
 
 
-def plan_digest(data: SceneData, heroes: frozenset[str]) -> str:
+def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
     """A digest of who can be shown, and how: bodies, their levels of detail, room for them.
 
     Args:
         data: Of a shot.
-        heroes: Models that it draws in full detail.
+        full_models: Models that it draws in full detail.
     """
-    return _digest(data.prototypes, data.slots, data.running, sorted(heroes))
+    return _digest(data.prototypes, data.slots, data.running, sorted(full_models))
 
 
 def _digest(*values: Any) -> str:

@@ -119,7 +119,7 @@ class GlowingLenses:
 
     def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
         """Put the lamps of a frame to their places."""
-        movers = frame.distant if self._far else (*frame.movers, *frame.posed)
+        movers = frame.far if self._far else (*frame.movers, *frame.deforming)
         vertices, radiance, lobes = self._places(movers, frame.origin)
         convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices.reshape(-1, 3))
         # The triangles of a fan are alike, whatever ellipse it fills.
@@ -218,7 +218,7 @@ class Beams:
     def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
         """Where lamps are and how strong they are, those that matter most first."""
         found = []
-        for mover in (*frame.movers, *frame.posed, *frame.distant):
+        for mover in (*frame.movers, *frame.deforming, *frame.far):
             if "head" in mover.lit and mover.prototype in self._heads:
                 place = _unscaled(mover.world_from_body, self._heads[mover.prototype])
                 power = self._power.get(mover.prototype, 1.0)

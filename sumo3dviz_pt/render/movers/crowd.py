@@ -42,10 +42,10 @@ class _Body:
         """Vertices and normals in the pose of a road user, (v, 3) each."""
         if self.poses is None:
             return self.mesh.vertices, self.mesh.normals
-        return _posed(self.poses.vertices, mover), _posed(self.poses.normals, mover)
+        return _in_pose(self.poses.vertices, mover), _in_pose(self.poses.normals, mover)
 
 
-def _posed(poses: Floats, mover: Mover) -> Floats:
+def _in_pose(poses: Floats, mover: Mover) -> Floats:
     """Between the two nearest phases, and between rest and movement, (v, 3)."""
     count = len(poses) - 1
     place = (mover.phase % 1.0) * count

@@ -25,7 +25,7 @@ def test_a_single_body_is_the_whole():
     whole = whole_at((1.0, 1.0, 1.0))
     assembly = Assembly("cube", (Unit(cube()),))
     assert assembly.drawn.near == assembly.drawn.far == ("cube",)
-    assert assembly.drawn.hero == () and assembly.drawn.posed == ()
+    assert assembly.drawn.full == () and assembly.drawn.deforming == ()
     (drawn,) = assembly.movers(whole)
     assert (drawn.prototype, drawn.part, drawn.lit) == ("cube", "", whole.lit)
     np.testing.assert_array_equal(drawn.world_from_body.matrix, whole.world_from_body.matrix)
@@ -56,10 +56,10 @@ def test_units_are_coupled_where_the_scaled_body_says(scale):
 @pytest.mark.parametrize("scale", SCALES)
 def test_wheels_stay_round_and_stand_on_the_ground(scale):
     assembly = Assembly("cube", (Unit(cube(), wheels=AXLES),))
-    assert assembly.drawn.hero == ("cube/hero", "cube/wheel", "cube/wheel")
+    assert assembly.drawn.full == ("cube/full", "cube/wheel", "cube/wheel")
     whole = whole_at(scale)
-    body, *wheels = assembly.movers(whole, hero=True)
-    assert (body.prototype, body.part) == ("cube/hero", "")
+    body, *wheels = assembly.movers(whole, full=True)
+    assert (body.prototype, body.part) == ("cube/full", "")
     assert [wheel.part for wheel in wheels] == ["wheel0", "wheel1"]
     up = whole.world_from_body.matrix[:3, 2] / scale[2]
     for wheel, place in zip(wheels, AXLES, strict=True):
@@ -79,30 +79,30 @@ def test_outer_faces_of_wheels_look_outwards(reversed_):
     places = tuple(WheelPlace(place.at, 0.3, reversed=reversed_) for place in AXLES)
     assembly = Assembly("cube", (Unit(cube(), wheels=places),))
     whole = whole_at((1.0, 1.0, 1.0), yaw=0.0, pitch=0.0)
-    _, *wheels = assembly.movers(whole, hero=True)
+    _, *wheels = assembly.movers(whole, full=True)
     looks = [wheel.world_from_body.matrix[1, 1] for wheel in wheels]
     assert looks == ([-1.0, 1.0] if reversed_ else [1.0, -1.0])
 
 
 def test_full_detail_needs_all_units():
     bare = Assembly("lorry", (Unit(cube("tractor"), wheels=AXLES), Unit(cube("trailer"), at=-3.0)))
-    assert bare.drawn.hero == ()
+    assert bare.drawn.full == ()
     both = (Unit(cube("tractor"), wheels=AXLES), Unit(cube("trailer"), at=-3.0, wheels=AXLES[:1]))
     full = Assembly("lorry", both)
-    assert full.drawn.hero == (
-        *("tractor/hero", "tractor/wheel", "tractor/wheel"),
-        *("trailer/hero", "trailer/wheel"),
+    assert full.drawn.full == (
+        *("tractor/full", "tractor/wheel", "tractor/wheel"),
+        *("trailer/full", "trailer/wheel"),
     )
     names = [
-        (mover.part, mover.prototype) for mover in full.movers(whole_at((1.0,) * 3), hero=True)
+        (mover.part, mover.prototype) for mover in full.movers(whole_at((1.0,) * 3), full=True)
     ]
     assert len({part for part, _ in names}) == len(names), "parts have names of their own"
-    assert sorted(name for _, name in names) == sorted(full.drawn.hero)
+    assert sorted(name for _, name in names) == sorted(full.drawn.full)
 
 
 def test_a_changed_body_keeps_the_full_detail_of_its_model():
     unit = Unit(cube("sedan~1.10"), wheels=AXLES, model="sedan")
-    assert (unit.source, unit.hero, unit.wheel) == ("sedan", "sedan/hero", "sedan/wheel")
+    assert (unit.source, unit.full, unit.wheel) == ("sedan", "sedan/full", "sedan/wheel")
     assert Assembly("sedan", (unit,)).drawn.near == ("sedan~1.10",)
 
 
@@ -111,16 +111,16 @@ def test_bodies_with_poses_are_told_apart():
     still = np.zeros((3, 8, 3))
     walker = Prototype("walker", plain.parts, plain.far, poses=Poses(still, still))
     drawn = Assembly("walker", (Unit(walker),)).drawn
-    assert (drawn.near, drawn.posed, drawn.far) == ((), ("walker",), ("walker",))
+    assert (drawn.near, drawn.deforming, drawn.far) == ((), ("walker",), ("walker",))
 
 
 def test_bodies_sway_and_their_wheels_do_not():
     assembly = Assembly("cube", (Unit(cube(), wheels=AXLES),))
     whole = whole_at((1.0, 1.0, 1.0))
-    still = list(assembly.movers(whole, hero=True))
+    still = list(assembly.movers(whole, full=True))
     sway = Transform.from_pose((0.0, 0.0, 0.0), pitch=0.02).matrix[None]
     turned = np.array([[0.5, 0.2], [0.5, 0.0]])
-    moved = list(assembly.movers(whole, hero=True, stance=Stance(sway=sway, wheels=turned)))
+    moved = list(assembly.movers(whole, full=True, stance=Stance(sway=sway, wheels=turned)))
     assert not np.allclose(moved[0].world_from_body.matrix, still[0].world_from_body.matrix)
     for before, after in zip(still[1:], moved[1:], strict=True):
         np.testing.assert_allclose(after.world_from_body.position, before.world_from_body.position)

@@ -13,10 +13,10 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast import full_detail
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
-from sumo3dviz_pt.cast.full_detail import hero_prototypes, heroes_of
+from sumo3dviz_pt.cast.full_detail import full_bodies, full_prototypes
 from sumo3dviz_pt.files.kept import read_whole
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.vehicles.bake import has_hero
+from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 
 SMALL = "e_scooter"
 
@@ -28,17 +28,19 @@ def cache(tmp_path, monkeypatch):
 
 
 def test_who_has_full_detail():
-    assert all(has_hero(catalog.find("vehicles", name).meta) for name in ("sedan", SMALL))
-    assert not has_hero(catalog.find("vehicles", "tram").meta), "coupled vehicles show their units"
+    assert all(has_full_detail(catalog.find("vehicles", name).meta) for name in ("sedan", SMALL))
+    assert not has_full_detail(catalog.find("vehicles", "tram").meta), (
+        "coupled vehicles show their units"
+    )
 
 
 def test_body_and_wheel_in_known_materials(cache):
-    made = hero_prototypes([SMALL])
-    assert set(made) == {f"{SMALL}/hero", f"{SMALL}/wheel"}
+    made = full_prototypes([SMALL])
+    assert set(made) == {f"{SMALL}/full", f"{SMALL}/wheel"}
     for name, prototype in made.items():
         assert prototype.name == name and prototype.parts and not prototype.far
         assert {part.material for part in prototype.parts} <= set(MATERIALS)
-    body = np.concatenate([p.mesh.vertices for p in made[f"{SMALL}/hero"].parts])
+    body = np.concatenate([p.mesh.vertices for p in made[f"{SMALL}/full"].parts])
     length = catalog.find("vehicles", SMALL).meta["length"]
     assert body[:, 0].min() == pytest.approx(-length, abs=0.3)
     wheel = np.concatenate([p.mesh.vertices for p in made[f"{SMALL}/wheel"].parts])
@@ -50,13 +52,13 @@ def test_body_and_wheel_in_known_materials(cache):
 def test_built_once_and_read_again(cache, caplog):
     full_detail._built.cache_clear()
     with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
-        first = hero_prototypes([SMALL])
+        first = full_prototypes([SMALL])
         assert [record.getMessage() for record in caplog.records if "building" in record.msg] == [
             f"building {SMALL} in full detail"
         ]
         stamps = {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
         caplog.clear()
-        again = hero_prototypes([SMALL])
+        again = full_prototypes([SMALL])
     assert not caplog.records and stamps
     assert stamps == {path: path.stat().st_mtime_ns for path in cache.rglob("*.ply")}
     for name, prototype in first.items():
@@ -66,13 +68,13 @@ def test_built_once_and_read_again(cache, caplog):
 
 
 def test_another_recipe_lies_elsewhere(cache, monkeypatch, tmp_path):
-    hero_prototypes([SMALL])
+    full_prototypes([SMALL])
     entry = catalog.find("vehicles", SMALL)
     changed = tmp_path / "asset.yaml"
     text = (entry.folder / "asset.yaml").read_text(encoding="utf-8")
     changed.write_text(text + "# changed\n", encoding="utf-8")
     monkeypatch.setattr(catalog, "recipe_files", lambda _: (changed,))
-    hero_prototypes([SMALL])
+    full_prototypes([SMALL])
     assert len(list(cache.iterdir())) == 2
 
 
@@ -109,24 +111,24 @@ def flip(path):
 @pytest.mark.parametrize("which", ["*/*.ply", "*"])
 def test_a_damaged_cache_heals(cache, harm, which):
     """One file less drew other pixels; a cut one stopped every render for ever."""
-    first = hero_prototypes([SMALL])
+    first = full_prototypes([SMALL])
     (folder,) = cache.iterdir()
     stored = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     harm(next(path for path in sorted(folder.glob(which)) if path.is_file()))
-    assert_same_bodies(hero_prototypes([SMALL]), first)
+    assert_same_bodies(full_prototypes([SMALL]), first)
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == stored
     assert list(cache.iterdir()) == [folder], "nothing is left lying about"
 
 
 def test_without_a_place_to_write_bodies_stay_in_memory(cache, caplog, tmp_path, monkeypatch):
     """No writable cache ended in errno 2; one note says so, and nothing is built twice."""
-    first = hero_prototypes([SMALL])
+    first = full_prototypes([SMALL])
     full_detail._built.cache_clear()
     (tmp_path / "a file").write_text("no folder", encoding="utf-8")
     monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "a file"))
     with caplog.at_level(logging.INFO, logger="sumo3dviz_pt"):
         for _ in range(2):
-            assert_same_bodies(hero_prototypes([SMALL]), first)
+            assert_same_bodies(full_prototypes([SMALL]), first)
     said = [record.getMessage() for record in caplog.records]
     assert len([words for words in said if words.startswith("building")]) == 1
     (note,) = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
@@ -138,12 +140,12 @@ def test_a_full_disk_leaves_nothing_and_stops_nothing(cache, monkeypatch, caplog
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("pathlib.Path.write_bytes", fail)
-    assert hero_prototypes([SMALL])[f"{SMALL}/hero"].parts
+    assert full_prototypes([SMALL])[f"{SMALL}/full"].parts
     assert list(cache.iterdir()) == [] and "No space left" in caplog.text
 
 
 def test_nobody_near_builds_nothing(cache):
-    assert hero_prototypes([]) == {}
+    assert full_prototypes([]) == {}
     assert not cache.exists()
 
 
@@ -155,7 +157,7 @@ def test_what_old_code_left_goes_after_a_month(cache):
         folder.mkdir(parents=True)
     for folder in (old, other):
         os.utime(folder, (1e9, 1e9))
-    hero_prototypes([SMALL])
+    full_prototypes([SMALL])
     assert not old.exists() and young.is_dir() and other.is_dir()
 
 
@@ -163,10 +165,10 @@ def test_what_old_code_left_goes_after_a_month(cache):
 def test_two_processes_build_at_once(cache, broken):
     """The slower one takes what the faster one made; both heal a broken one."""
     if broken:
-        hero_prototypes([SMALL])
+        full_prototypes([SMALL])
         lose(sorted(cache.glob("*/wheel/*.ply"))[0])
     name = "sumo3dviz_pt.cast.full_detail"
-    code = f"from {name} import hero_prototypes as h; print(len(h(['{SMALL}'])))"
+    code = f"from {name} import full_prototypes as h; print(len(h(['{SMALL}'])))"
     both = [subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) for _ in "ab"]
     assert [process.communicate()[0].strip() for process in both] == [b"2", b"2"]
     (folder,) = cache.iterdir()
@@ -181,16 +183,16 @@ def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
         build_body(ModelChoice(model, "delivery", (size, *other)), {}).assembly.units[0]
         for size in (length, length + 1.0)
     )
-    assert own.hero != longer.hero and own.wheel == longer.wheel
-    made = heroes_of([own, longer])
-    assert set(made) == {own.hero, longer.hero, own.wheel}
+    assert own.full != longer.full and own.wheel == longer.wheel
+    made = full_bodies([own, longer])
+    assert set(made) == {own.full, longer.full, own.wheel}
     rears = [
-        min(part.mesh.vertices[:, 0].min() for part in made[u.hero].parts) for u in (own, longer)
+        min(part.mesh.vertices[:, 0].min() for part in made[u.full].parts) for u in (own, longer)
     ]
     assert rears[0] - rears[1] == pytest.approx(1.0, abs=0.26), "bodies come in half metres"
     moved = [one.at[0] - other.at[0] for one, other in zip(own.wheels, longer.wheels, strict=True)]
     assert min(moved) == 0.0 and max(moved) == pytest.approx(rears[0] - rears[1])
-    assert made[longer.hero].lamps == longer.prototype.lamps
+    assert made[longer.full].lamps == longer.prototype.lamps
 
 
 def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):

@@ -33,8 +33,8 @@ def fleet_of(type_id, piece, *, suspension=True):
     return build_fleet(users, TYPES, VehicleSettings(), seed=0, suspension=suspension)
 
 
-def stance_of(fleet, *, hero=True, ridden=False):
-    return fleet.pose_sampler.stance(0, 9.0, hero=hero, ridden=ridden)
+def stance_of(fleet, *, full=True, ridden=False):
+    return fleet.pose_sampler.stance(0, 9.0, full=full, ridden=ridden)
 
 
 def parts_of(fleet, *, level="near", time=9.0):
@@ -45,7 +45,7 @@ def parts_of(fleet, *, level="near", time=9.0):
 
 def test_only_full_detail_has_wheels_that_turn_and_springs():
     fleet = fleet_of("car", BRAKING)
-    full, plain, own = (stance_of(fleet, hero=h, ridden=r) for h, r in ((1, 0), (0, 0), (0, 1)))
+    full, plain, own = (stance_of(fleet, full=h, ridden=r) for h, r in ((1, 0), (0, 0), (0, 1)))
     assert full.wheels.shape == (4, 2) and full.sway.shape == (1, 4, 4)
     assert plain.wheels is None and plain.sway is None
     assert own.wheels is None and own.sway is not None
@@ -71,8 +71,8 @@ def test_buses_bend_at_every_level():
 
 
 def test_rails_and_people_have_no_springs():
-    assert stance_of(fleet_of("tram", BEND), hero=False, ridden=True).sway is None
-    assert stance_of(fleet_of("ped", BEND), hero=False, ridden=True).sway is None
+    assert stance_of(fleet_of("tram", BEND), full=False, ridden=True).sway is None
+    assert stance_of(fleet_of("ped", BEND), full=False, ridden=True).sway is None
 
 
 def test_cyclists_lean_near_by_and_only_if_wanted():

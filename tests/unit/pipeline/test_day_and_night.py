@@ -55,7 +55,7 @@ def parade(folder, *, length=1.0, **overrides):
 def shining(data, frame):
     """Keys of the vehicles whose lamps of a role can be seen, by role."""
     found = {}
-    for mover in (*frame.movers, *frame.distant, *frame.posed):
+    for mover in (*frame.movers, *frame.far, *frame.deforming):
         for lamp in data.prototypes[mover.prototype].lamps:
             if lamp.role in mover.lit and lamp.role in data.running.intensity:
                 found.setdefault(lamp.role, set()).add(mover.id)
@@ -83,7 +83,7 @@ def test_by_night_whoever_drives_is_lit(tmp_path, template, length):
     data, frame = shot.data, shot.frame_at(4.0)
     assert shot.dark and data.running.sampled and data.running.beam is not None
     assert all(lamps.sampled for lamps in data.lamps if lamps.radiance is None)
-    there = {mover.id for mover in (*frame.movers, *frame.distant, *frame.posed)}
+    there = {mover.id for mover in (*frame.movers, *frame.far, *frame.deforming)}
     assert len(there) == len(LIT), "all of them are in view"
     plain = [name for name in data.prototypes if name.split()[0] in CLASS_DEFAULTS]
     assert (length == 1.0) or len(plain) > 5, "no models are that long"

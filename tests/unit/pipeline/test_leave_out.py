@@ -23,7 +23,7 @@ def test_without(tmp_path):
     assert {part.family for part in data.static} & FAMILIES == set()
     assert data.lamps == ()
     assert not PEOPLE & set(data.prototypes)
-    assert not data.slots.posed
+    assert not data.slots.deforming
     # Leaves stay: grass blades and woods on the horizon are part of the ground. Lenses stay:
     # vehicles have lamps.
     for word in ("bark", "signal_h", "signal_p", "signal_b", "cloth", "skin"):
@@ -38,7 +38,7 @@ def test_with(tmp_path, kind):
     families = {part.family for part in data.static}
     if kind == "persons":
         assert PEOPLE & set(data.prototypes)
-        assert set(data.slots.posed) <= PEOPLE
+        assert set(data.slots.deforming) <= PEOPLE
         assert "persons" not in {item.what for item in data.left_out}
     else:
         assert families & FAMILIES == {kind}
@@ -56,8 +56,8 @@ def test_every_material_is_used(tmp_path):
         used |= {part.material for part in (*prototype.parts, *prototype.far)}
     assert set(data.materials) == used | {"signal_lens"}
     slots = data.slots
-    assert slots.posed
-    assert {*slots.near, *slots.far, *slots.posed} == set(data.prototypes)
+    assert slots.deforming
+    assert {*slots.near, *slots.far, *slots.deforming} == set(data.prototypes)
 
 
 def test_states_are_the_logs(tmp_path):

@@ -70,7 +70,7 @@ def test_a_changed_file_is_another_world(scene):
 def built(scene, camera):
     """Digests of a shot's world and plan."""
     shot = prepare(load_job(scene, {"template": "city_day"}), Request(camera=camera), TIMES).shot
-    return world_digest(shot.data), plan_digest(shot.data, shot.heroes)
+    return world_digest(shot.data), plan_digest(shot.data, shot.full_models)
 
 
 @pytest.mark.slow
@@ -80,7 +80,7 @@ def test_what_was_built_for_another_shot_changes_nothing(camera):
 
     def digests(name):
         shot = prepare(job, Request(camera=name), times).shot
-        return world_digest(shot.data), plan_digest(shot.data, shot.heroes)
+        return world_digest(shot.data), plan_digest(shot.data, shot.full_models)
 
     digests("corner")
     after = digests(camera)

@@ -7,18 +7,18 @@ from sumo3dviz_pt.cast.drawing import Drawn
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.shot.crowd import (
-    MOST_HERO_MODELS,
+    MOST_FULL_MODELS,
     MOST_SLOTS,
     CrowdPlan,
+    can_be_full,
     fitting,
-    heroic,
     plan_crowd,
 )
 from sumo3dviz_pt.shot.visibility import Choice
 
-CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/hero", *(["sedan/wheel"] * 4)))
+CAR = Drawn("sedan", ("sedan",), ("sedan",), ("sedan/full", *(["sedan/wheel"] * 4)))
 TRAIN = Drawn("train", ("engine", "car", "car"), ("engine", "car", "car"))
-WALKER = Drawn("walker", (), ("walker",), posed=("walker",))
+WALKER = Drawn("walker", (), ("walker",), deforming=("walker",))
 
 
 def frames_of(positions, *, alive=None, times=1):
@@ -38,14 +38,14 @@ def in_a_row(count, *, first, step=0.0):
 
 def test_nobody_needs_no_room():
     plan = plan_crowd([CAR], frames_of([(5000.0, 0.0, 0.0)]))
-    assert plan.heroes == frozenset()
-    assert not plan.slots.near and not plan.slots.far and not plan.slots.posed
+    assert plan.full_models == frozenset()
+    assert not plan.slots.near and not plan.slots.far and not plan.slots.deforming
 
 
 def test_every_distance_has_its_level():
     plan = plan_crowd([CAR] * 3, frames_of([(8.0, 0, 0), (100.0, 0, 0), (600.0, 0, 0)]))
-    assert plan.heroes == {"sedan"}
-    assert plan.slots.near == {"sedan": 1, "sedan/hero": 1, "sedan/wheel": 4}
+    assert plan.full_models == {"sedan"}
+    assert plan.slots.near == {"sedan": 1, "sedan/full": 1, "sedan/wheel": 4}
     assert plan.slots.far == {"sedan": 1}
 
 
@@ -56,16 +56,16 @@ def test_units_need_a_slot_each():
 
 def test_who_takes_poses_is_not_instanced():
     plan = plan_crowd([WALKER, CAR], frames_of([(50.0, 0, 0), (60.0, 0, 0)]))
-    assert plan.slots.posed == {"walker": 1} and plan.slots.near == {"sedan": 1}
+    assert plan.slots.deforming == {"walker": 1} and plan.slots.near == {"sedan": 1}
 
 
 def test_what_joins_units_takes_poses_in_full_detail_too():
-    hero = ("front/hero", "front/wheel", "rear/hero", "rear/wheel")
-    bus = Drawn("bus", ("front", "rear"), ("front", "rear", "fold"), hero, ("fold",), 18.0)
+    full = ("front/full", "front/wheel", "rear/full", "rear/wheel")
+    bus = Drawn("bus", ("front", "rear"), ("front", "rear", "fold"), full, ("fold",), 18.0)
     plan = plan_crowd([bus] * 3, frames_of([(12.0, 0, 0), (60.0, 0, 0), (600.0, 0, 0)]))
-    assert plan.slots.posed == {"fold": 2}
+    assert plan.slots.deforming == {"fold": 2}
     assert plan.slots.far == {"front": 1, "rear": 1, "fold": 1}
-    assert plan.slots.near["front"] == plan.slots.near["front/hero"] == 1
+    assert plan.slots.near["front"] == plan.slots.near["front/full"] == 1
 
 
 def test_a_train_is_seen_after_its_front_has_gone():
@@ -104,9 +104,9 @@ def test_detail_gives_way_where_instances_would_be_too_many():
 
 def test_only_some_models_are_shown_in_full_detail():
     """The most seen ones; who is no copy of them is drawn in the middle level."""
-    count = MOST_HERO_MODELS + 3
+    count = MOST_FULL_MODELS + 3
     bodies = [
-        Drawn(f"m{k:02}", (f"m{k:02}",), (f"m{k:02}",), (f"m{k:02}/hero",)) for k in range(count)
+        Drawn(f"m{k:02}", (f"m{k:02}",), (f"m{k:02}",), (f"m{k:02}/full",)) for k in range(count)
     ]
     # One at a time stands near the camera, the later ones longer.
     times = sum(range(1, count + 1))
@@ -114,13 +114,13 @@ def test_only_some_models_are_shown_in_full_detail():
     alive[np.repeat(np.arange(count), np.arange(1, count + 1)), np.arange(times)] = True
     places = np.full((count, times, 3), (8.0, 0.0, 0.0))
     plan = plan_crowd(bodies, frames_of(places, alive=alive))
-    assert plan.heroes == {f"m{k:02}" for k in range(3, count)}
-    assert heroic(bodies, plan.heroes).tolist() == [k >= 3 for k in range(count)]
+    assert plan.full_models == {f"m{k:02}" for k in range(3, count)}
+    assert can_be_full(bodies, plan.full_models).tolist() == [k >= 3 for k in range(count)]
     assert {name for name in plan.slots.near if "/" not in name} == {"m00", "m01", "m02"}
 
 
-def test_models_without_full_detail_are_never_heroic():
-    assert not heroic([TRAIN], frozenset(["train"])).any()
+def test_models_without_full_detail_never_show_it():
+    assert not can_be_full([TRAIN], frozenset(["train"])).any()
 
 
 def test_the_order_of_frames_does_not_matter():
@@ -137,11 +137,11 @@ def chosen(levels):
 
 def levels_of(choice):
     """The level of each road user, or None."""
-    rows = zip(choice.near[:, 0], choice.far[:, 0], choice.hero[:, 0], strict=True)
+    rows = zip(choice.near[:, 0], choice.far[:, 0], choice.full[:, 0], strict=True)
     return [next((name for name, on in zip(LEVELS, row, strict=True) if on), None) for row in rows]
 
 
-LEVELS = ("near", "far", "hero")
+LEVELS = ("near", "far", "full")
 
 
 def test_who_finds_no_room_in_detail_is_drawn_by_a_stand_in():
@@ -157,13 +157,13 @@ def test_who_finds_no_room_at_all_is_not_drawn():
 
 
 def test_full_detail_gives_way_to_the_middle_level():
-    slots = Slots(near={"sedan": 2, "sedan/hero": 1, "sedan/wheel": 4}, far={"sedan": 2})
-    choice = fitting(chosen(["hero", "hero"]), [CAR] * 2, slots, np.array([8.0, 4.0]))
-    assert levels_of(choice) == ["near", "hero"]
+    slots = Slots(near={"sedan": 2, "sedan/full": 1, "sedan/wheel": 4}, far={"sedan": 2})
+    choice = fitting(chosen(["full", "full"]), [CAR] * 2, slots, np.array([8.0, 4.0]))
+    assert levels_of(choice) == ["near", "full"]
 
 
 def test_nobody_is_brought_nearer_than_was_chosen():
-    slots = Slots(near={"sedan": 9}, far={"sedan": 9}, posed={"walker": 9})
+    slots = Slots(near={"sedan": 9}, far={"sedan": 9}, deforming={"walker": 9})
     wanted = chosen(["far", None, "near"])
     choice = fitting(wanted, [CAR, CAR, WALKER], slots, np.array([1.0, 2.0, 3.0]))
     assert levels_of(choice) == ["far", None, "near"]

@@ -16,7 +16,7 @@ from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
 from sumo3dviz_pt.motion import smooth
-from sumo3dviz_pt.shot.visibility import HERO_END, MOST_NEAR, NEAR_END, choose
+from sumo3dviz_pt.shot.visibility import FULL_END, MOST_NEAR, NEAR_END, choose
 
 EYE = (0.0, 0.0, 1.5)
 ALL = np.ones(1, dtype=bool)
@@ -37,8 +37,8 @@ def levels_of(places, *, fov=50.0):
         [view_at(EYE, heading=90.0, fov=fov)] * places.shape[1], aspect=9 / 16
     )
     alive = np.ones(places.shape[:2], dtype=bool)
-    choice = choose(camera_path, alive, places, limit=MOST_NEAR, heroic=ALL)
-    codes = choice.near[0] + 2 * choice.far[0] + 3 * choice.hero[0]
+    choice = choose(camera_path, alive, places, limit=MOST_NEAR, can_be_full=ALL)
+    codes = choice.near[0] + 2 * choice.far[0] + 3 * choice.full[0]
     return ["-nfh"[code] for code in codes]
 
 
@@ -57,7 +57,7 @@ def switch(distances, levels, before):
 def test_who_drives_away_changes_level_twice():
     distances = np.arange(5.0, 400.0, 0.31)
     levels = levels_of(ahead(distances))
-    assert switch(distances, levels, "h") == pytest.approx(HERO_END, abs=0.5)
+    assert switch(distances, levels, "h") == pytest.approx(FULL_END, abs=0.5)
     assert switch(distances, levels, "n") == pytest.approx(NEAR_END, abs=0.5)
 
 
@@ -68,7 +68,7 @@ def test_levels_change_where_bodies_are_as_large_through_any_lens(fov):
     levels = levels_of(ahead(distances), fov=fov)
     larger = np.tan(np.radians(25.0)) / np.tan(np.radians(fov / 2.0))
     assert switch(distances, levels, "n") == pytest.approx(NEAR_END * larger, rel=0.01)
-    far = min(HERO_END * larger, 120.0)
+    far = min(FULL_END * larger, 120.0)
     assert switch(distances, levels, "h") == pytest.approx(far, rel=0.01)
 
 

@@ -39,8 +39,8 @@ def test_no_view_asks_for_more_than_there_is(opened, away, heading):
     for time in np.linspace(*times, 5):
         frame = shot.frame_of(float(time), view_at(tuple(home + np.array(away)), heading=heading))
         assert needed(frame.movers) <= Counter(shot.data.slots.near)
-        assert needed(frame.posed) <= Counter(shot.data.slots.posed)
-        assert needed(frame.distant) <= Counter(shot.data.slots.far)
+        assert needed(frame.deforming) <= Counter(shot.data.slots.deforming)
+        assert needed(frame.far) <= Counter(shot.data.slots.far)
 
 
 def test_everyone_in_view_is_drawn(opened):
@@ -103,5 +103,5 @@ def test_who_was_planned_far_away_is_a_stand_in_near_by(opened):
     time = (times[0] + times[1]) / 2.0
     frame = made.frame_of(time, shot.camera.view_at(time))
     assert set(made.data.slots.near) <= set(made.fleet.cockpits.values())
-    assert not frame.movers and frame.distant
+    assert not frame.movers and frame.far
     assert frame.users == shot.frame_of(time, shot.camera.view_at(time)).users

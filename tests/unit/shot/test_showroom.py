@@ -61,11 +61,11 @@ def test_vehicles_have_their_own_size():
 def test_levels_of_a_vehicle(monkeypatch):
     small = next(body for body in showroom._bodies() if body.assembly.model == "e_scooter")
     monkeypatch.setattr(showroom, "_bodies", lambda chosen: iter([small]))
-    hero, middle, far = exhibits("levels")
-    assert (hero.title, middle.title) == ("e_scooter, hero", "e_scooter")
-    assert hero.triangles > middle.triangles > far.triangles
+    full, middle, far = exhibits("levels")
+    assert (full.title, middle.title) == ("e_scooter, full", "e_scooter")
+    assert full.triangles > middle.triangles > far.triangles
     for other in (middle, far):
-        np.testing.assert_allclose(hero.bounds, other.bounds, atol=0.12)
+        np.testing.assert_allclose(full.bounds, other.bounds, atol=0.12)
 
 
 @pytest.mark.parametrize(("side", "reversed_"), [(1, False), (1, True), (-1, False), (-1, True)])
@@ -75,9 +75,9 @@ def test_wheels_show_the_face_that_films_show(side, reversed_):
     unit = entry.assembly.units[0]
     place = WheelPlace((-0.5, 0.2 * side, 0.1), 0.1, reversed=reversed_)
     shown = Unit(unit.prototype, wheels=(place,))
-    bare = showroom._unit_parts(Unit(unit.prototype), "hero")
-    wheel = showroom._unit_parts(shown, "hero")[len(bare) :]
-    made = showroom.heroes_of([unit])[unit.wheel].parts
+    bare = showroom._unit_parts(Unit(unit.prototype), "full")
+    wheel = showroom._unit_parts(shown, "full")[len(bare) :]
+    made = showroom.full_bodies([unit])[unit.wheel].parts
     sign = -1.0 if (side < 0) != reversed_ else 1.0
     for drawn, part in zip(wheel, made, strict=True):
         expected = part.mesh.vertices * [sign, sign, 1.0] + place.at

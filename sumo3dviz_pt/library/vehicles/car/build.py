@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material, mirrored, moved, solid_faces
-from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, HeroVehicle, WheelPlace
+from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, FullVehicle, WheelPlace
 from sumo3dviz_pt.library.vehicles.car.body import CarShape, car_shape
 from sumo3dviz_pt.library.vehicles.car.conform import Level
 from sumo3dviz_pt.library.vehicles.car.cuts import Finish
@@ -26,7 +26,7 @@ from sumo3dviz_pt.model.lamps import VehicleLamp
 MIDDLE = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
 """Seen from ten metres on."""
 
-HERO = Level(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.005, bevels=True)
+FULL = Level(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.005, bevels=True)
 """Seen from nearby."""
 
 
@@ -47,11 +47,11 @@ def build_car(recipe: CarRecipe) -> BakedVehicle:
     )
 
 
-def build_hero(recipe: CarRecipe) -> HeroVehicle:
+def build_full(recipe: CarRecipe) -> FullVehicle:
     """Build the level of a car for close views."""
-    near, _ = _near(car_shape(recipe), HERO)
+    near, _ = _near(car_shape(recipe), FULL)
     wheel = build_wheel(recipe.wheel, fine=True).items()
-    return HeroVehicle(by_material(_dirty(recipe, near)), by_material(_painted(recipe, wheel)))
+    return FullVehicle(by_material(_dirty(recipe, near)), by_material(_painted(recipe, wheel)))
 
 
 def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
@@ -123,6 +123,6 @@ def _wheels(shape: CarShape, track: float) -> Iterator[tuple[str, Mesh]]:
 
 
 CAR = Builder(
-    lambda recipe: build_car(read_recipe(recipe)), lambda recipe: build_hero(read_recipe(recipe))
+    lambda recipe: build_car(read_recipe(recipe)), lambda recipe: build_full(read_recipe(recipe))
 )
 """Passenger cars."""

@@ -15,7 +15,7 @@ from sumo3dviz_pt.library.mesh.solids import by_material, moved
 from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
-    HeroVehicle,
+    FullVehicle,
     Recipe,
     WheelPlace,
 )
@@ -23,7 +23,7 @@ from sumo3dviz_pt.library.vehicles.cycles.bicycle import bicycle, e_scooter
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.moped import moped
 from sumo3dviz_pt.library.vehicles.cycles.motorcycle import motorcycle
-from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, HERO, MIDDLE, Fineness, Piece, wheel
+from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, FULL, MIDDLE, Fineness, Piece, wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import rider
 
 MODELS: Mapping[str, Callable[[Mapping[str, Any]], Machine]] = {
@@ -70,11 +70,11 @@ def bake(recipe: Recipe) -> BakedVehicle:
     return BakedVehicle(near, far, machine.lamps, places)
 
 
-def hero(recipe: Recipe) -> HeroVehicle:
+def full(recipe: Recipe) -> FullVehicle:
     """The level for close views."""
     machine = machine_of(recipe)
-    body = by_material(list(_body(recipe, machine, HERO, "middle")))
-    return HeroVehicle(body, by_material(list(wheel(machine.wheel, HERO))))
+    body = by_material(list(_body(recipe, machine, FULL, "middle")))
+    return FullVehicle(body, by_material(list(wheel(machine.wheel, FULL))))
 
 
 def _body(recipe: Recipe, machine: Machine, fine: Fineness, level: str) -> Iterator[Piece]:
@@ -83,5 +83,5 @@ def _body(recipe: Recipe, machine: Machine, fine: Fineness, level: str) -> Itera
     yield from rider(recipe["recipe"]["rider"], machine.grasp, level)
 
 
-CYCLE = Builder(bake, hero)
+CYCLE = Builder(bake, full)
 """Two-wheelers with riders."""

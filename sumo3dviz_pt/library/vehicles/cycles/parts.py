@@ -35,7 +35,7 @@ class Fineness:
     small: bool
 
 
-HERO = Fineness(48, 32, 10, True)
+FULL = Fineness(48, 32, 10, True)
 MIDDLE = Fineness(26, 18, 6, True)
 FAR = Fineness(10, 0, 3, False)
 

@@ -13,7 +13,7 @@ from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.skin import dressed
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import bicycle, drive, still_parts
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
-from sumo3dviz_pt.library.vehicles.cycles.parts import HERO, Piece, wheel
+from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, Piece, wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import posture
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
@@ -47,8 +47,8 @@ def pedalling(recipe: Mapping[str, Any]) -> tuple[tuple[Part, ...], Poses]:
     body = measures(figure)
     bones = np.stack([matrices(body, posture(machine.grasp)) for machine in machines])
     rider, moves = dressed(list(clothed(figure, LEVELS["middle"])), bones)
-    still = by_material([*still_parts(own, HERO), *_wheels(machines[0])])
-    drives = [by_material(drive(turn, HERO)) for turn in turns]
+    still = by_material([*still_parts(own, FULL), *_wheels(machines[0])])
+    drives = [by_material(drive(turn, FULL)) for turn in turns]
     parts = [Part(mesh, name) for some in (still, drives[0]) for name, mesh in some.items()]
     rigid, turning = _stacked([still] * len(turns)), _stacked(drives)
     poses = Poses(
@@ -60,7 +60,7 @@ def pedalling(recipe: Mapping[str, Any]) -> tuple[tuple[Part, ...], Poses]:
 
 def _wheels(machine: Machine) -> Iterator[Piece]:
     """Both wheels; their spokes look the same at every turn."""
-    made = list(wheel(machine.wheel, HERO))
+    made = list(wheel(machine.wheel, FULL))
     for x in machine.axles:
         for material, mesh in made:
             yield material, moved(mesh, x, 0.0, machine.wheel.radius)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material
-from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, HeroVehicle, WheelPlace
+from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, FullVehicle, WheelPlace
 from sumo3dviz_pt.library.vehicles.grime import grimed
 from sumo3dviz_pt.library.vehicles.heavy.body import far_hull, hull_pieces
 from sumo3dviz_pt.library.vehicles.heavy.hull import shell_of, surface_at
@@ -17,7 +17,7 @@ from sumo3dviz_pt.library.vehicles.heavy.pieces import build_piece, far_piece
 from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, read_box
 from sumo3dviz_pt.library.vehicles.heavy.wheels import (
     far_box_wheels,
-    hero_wheel,
+    full_wheel,
     inner_tyres,
     is_reversed,
     wheels_of,
@@ -29,7 +29,7 @@ Piece = tuple[str, Mesh]
 
 _FLIP = np.array([-1.0, 1.0, 1.0])
 _FAR_FACES = 260
-_HERO_FACES = 2
+_FULL_FACES = 2
 _LOW = 0.3
 """Height of the lower edges of bodies [m]."""
 
@@ -49,16 +49,16 @@ def build_box(recipe: BoxRecipe) -> BakedVehicle:
     return BakedVehicle(shown, by_material(far), lamps, _wheel_places(recipe))
 
 
-def hero_box(recipe: BoxRecipe) -> HeroVehicle:
+def full_box(recipe: BoxRecipe) -> FullVehicle:
     """Build the level for close views: finer shells, wheels of their own.
 
     Twin wheels turn without their inner tyres, which stay with the body.
     """
-    hulls = tuple(replace(hull, faces=_HERO_FACES * hull.faces) for hull in recipe.hulls)
+    hulls = tuple(replace(hull, faces=_FULL_FACES * hull.faces) for hull in recipe.hulls)
     body = _level(recipe, _near_bodies(replace(recipe, hulls=hulls)), _pieces(recipe, far=False))
     body += [_forward(*p) for axle in recipe.axles for p in inner_tyres(recipe.wheel, axle)]
-    wheel = [_forward(*piece) for piece in hero_wheel(recipe.wheel, recipe.axles)]
-    return HeroVehicle(by_material(_dirty(recipe, body)), by_material(wheel))
+    wheel = [_forward(*piece) for piece in full_wheel(recipe.wheel, recipe.axles)]
+    return FullVehicle(by_material(_dirty(recipe, body)), by_material(wheel))
 
 
 def _dirty(recipe: BoxRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
@@ -141,5 +141,5 @@ def _wheel_places(recipe: BoxRecipe) -> tuple[WheelPlace, ...]:
     )
 
 
-BOX = Builder(lambda recipe: build_box(read_box(recipe)), lambda recipe: hero_box(read_box(recipe)))
+BOX = Builder(lambda recipe: build_box(read_box(recipe)), lambda recipe: full_box(read_box(recipe)))
 """Vans, buses, lorries and their trailers."""

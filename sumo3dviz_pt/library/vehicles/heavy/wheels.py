@@ -48,7 +48,7 @@ def is_reversed(wheel: Wheel, axle: Axle) -> bool:
     return wheel.style == "convex" and axle.style == "concave"
 
 
-def hero_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
+def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
     """One wheel that serves for all axles: where some are reversed, it has two faces."""
     yield from build_box_wheel(wheel, style=wheel.style)
     if any(is_reversed(wheel, axle) for axle in axles):

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from alike import assert_files_alike
 
-from sumo3dviz_pt.cast.full_detail import hero_prototypes
+from sumo3dviz_pt.cast.full_detail import full_prototypes
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.mesh.ply import read_ply
@@ -165,10 +165,10 @@ class TestEveryCar:
 
 def close_level(name: str):
     """Body and wheel by material, from the cache that all tests share."""
-    made = hero_prototypes([name])
+    made = full_prototypes([name])
     return tuple(
         {part.material: part.mesh for part in made[f"{name}/{level}"].parts}
-        for level in ("hero", "wheel")
+        for level in ("full", "wheel")
     )
 
 

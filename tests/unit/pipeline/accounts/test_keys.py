@@ -229,7 +229,7 @@ def test_what_is_asked_for_and_what_was_planned_counts(made):
         replace(made, times=made.times[:-1]).key,
         replace(made, times=made.times + 0.5).key,
         replace(made, shot=replace(shot, limit=shot.limit - 1)).key,
-        replace(made, shot=replace(shot, heroes=frozenset(["sedan"]))).key,
+        replace(made, shot=replace(shot, full_models=frozenset(["sedan"]))).key,
         replace(made, shot=replace(shot, data=replace(shot.data, slots=slots))).key,
         replace(made, shot=replace(shot, data=replace(shot.data, static=shot.data.static[1:]))).key,
     ]

@@ -86,7 +86,7 @@ def test_slots_suffice_for_every_frame_of_a_film(tmp_path):
     shot = prepare(load_job(scene), Request(camera="driver"), times).shot
     for time in times:
         frame = shot.frame_at(float(time))
-        for kind, movers in (("near", frame.movers), ("far", frame.distant)):
+        for kind, movers in (("near", frame.movers), ("far", frame.far)):
             room = getattr(shot.data.slots, kind)
             for name in {mover.prototype for mover in movers}:
                 assert sum(mover.prototype == name for mover in movers) <= room[name]

@@ -29,19 +29,19 @@ def walker(seed=7, corners=60):
 
 def crowd_of(prototype, count=1, *, far=False):
     scene = scene_of(
-        [], MATERIALS, prototypes=[prototype], slots=Slots(posed={prototype.name: count})
+        [], MATERIALS, prototypes=[prototype], slots=Slots(deforming={prototype.name: count})
     )
     return Crowd("crowd", scene, {prototype.name: count}, far=far, floor=FLOOR)
 
 
-def posed(phase, effort, *, place=None, colour=(0.2, 0.3, 0.4)):
+def deforming(phase, effort, *, place=None, colour=(0.2, 0.3, 0.4)):
     return Mover(
         "person:a", "walker", place or Transform(np.eye(4)), colour, phase=phase, effort=effort
     )
 
 
 def shown(phase, effort, seed=7):
-    vertices, normals, _ = crowd_of(walker(seed)).arrays([posed(phase, effort)], ORIGIN)
+    vertices, normals, _ = crowd_of(walker(seed)).arrays([deforming(phase, effort)], ORIGIN)
     return vertices, normals
 
 
@@ -98,7 +98,7 @@ def test_places_are_relative_to_the_origin_and_normals_square_to_stretched_faces
         np.diag([2.0, 1.0, 0.5, 1.0])
     )
     origin = np.array([250.0, 0.0, 0.0])
-    vertices, normals, _ = crowd_of(tilted).arrays([posed(0.0, 0.0, place=place)], origin)
+    vertices, normals, _ = crowd_of(tilted).arrays([deforming(0.0, 0.0, place=place)], origin)
     np.testing.assert_allclose(vertices, place.points(np.eye(3)) - origin)
     edges = vertices[1:] - vertices[0]
     np.testing.assert_allclose(normals @ edges.T, 0.0, atol=1e-12)
@@ -108,7 +108,7 @@ def test_places_are_relative_to_the_origin_and_normals_square_to_stretched_faces
 def test_free_slots_wait_under_the_ground_and_colours_are_their_owners():
     crowd = crowd_of(walker(), 3)
     first, second = (0.8, 0.1, 0.1), (0.1, 0.1, 0.8)
-    movers = [posed(0.0, 0.0, colour=first), posed(0.5, 1.0, colour=second)]
+    movers = [deforming(0.0, 0.0, colour=first), deforming(0.5, 1.0, colour=second)]
     vertices, _, tints = crowd.arrays(movers, ORIGIN)
     assert (vertices[120:] == (0.0, 0.0, FLOOR)).all()
     assert not (vertices[:120, 2] == FLOOR).any()
@@ -129,6 +129,6 @@ def test_own_colours_of_faces_stay():
 def test_one_too_many_is_an_error():
     crowd = crowd_of(walker(), 1)
     with pytest.raises(RenderError, match="no slot is free for person:a"):
-        crowd.arrays([posed(0.0, 0.0), posed(0.5, 0.0)], ORIGIN)
+        crowd.arrays([deforming(0.0, 0.0), deforming(0.5, 0.0)], ORIGIN)
     with pytest.raises(RenderError, match="no slot"):
         crowd.arrays([mover("x", (0, 0, 0), (0.5,) * 3, prototype="stranger")], ORIGIN)

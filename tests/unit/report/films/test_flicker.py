@@ -60,10 +60,10 @@ def cast(view, movers=(), *, ground=True, size=SIZE):
     return depth, hit
 
 
-def seen(view, movers=(), *, ground=True, size=SIZE, distant=()):
+def seen(view, movers=(), *, ground=True, size=SIZE, far=()):
     """A frame with its exact depth."""
-    depth = cast(view, (*movers, *distant), ground=ground, size=size)[0]
-    return Seen(frame_of(view, movers=movers, distant=distant), depth)
+    depth = cast(view, (*movers, *far), ground=ground, size=size)[0]
+    return Seen(frame_of(view, movers=movers, far=far), depth)
 
 
 def place_of(view, points, size=SIZE):
@@ -151,7 +151,7 @@ def test_pixels_of_a_mover_follow_it(yaw, far):
     past_place = Transform.from_pose([15.2, 0.3, 0], yaw=yaw - 0.05, scale=[1.5, 1, 0.8])
     one, past = (Mover("a", "cube", place, GREY) for place in (now_place, past_place))
     views = view_at([5, 0.2, 2], heading=90, pitch=-5), view_at([4.7, 0, 2], heading=91, pitch=-5)
-    name = "distant" if far else "movers"
+    name = "far" if far else "movers"
     now, before = seen(views[0], **{name: (one,)}), seen(views[1], **{name: (past,)})
     flow = flow_between(now, before, BODIES)
     motion = past_place.matrix @ np.linalg.inv(now_place.matrix)

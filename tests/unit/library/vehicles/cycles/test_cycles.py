@@ -32,8 +32,8 @@ def files(name: str, level: str):
 
 
 @cache
-def hero(name: str):
-    return build.hero(find("vehicles", name).meta)
+def full(name: str):
+    return build.full(find("vehicles", name).meta)
 
 
 def faces_of(meshes) -> int:
@@ -57,8 +57,8 @@ class TestEveryCycle:
     def test_keeps_its_budget(self, name, level, most):
         assert most / 4 < faces_of(files(name, level)) < most
 
-    def test_its_hero_has_a_wheel_of_its_own(self, name):
-        made = hero(name)
+    def test_its_full_detail_has_a_wheel_of_its_own(self, name):
+        made = full(name)
         assert faces_of(made.body) + 2 * faces_of(made.wheel) < 80_000
         low, high = bounds_of(made.wheel)
         radius = find("vehicles", name).meta["wheels"][0]["radius"]
@@ -78,7 +78,7 @@ class TestEveryCycle:
 
     @pytest.mark.parametrize("level", ["parts", "far", "body", "wheel"])
     def test_has_no_empty_faces_and_normals_point_outward(self, name, level):
-        meshes = files(name, level) if level in ("parts", "far") else getattr(hero(name), level)
+        meshes = files(name, level) if level in ("parts", "far") else getattr(full(name), level)
         assert set(meshes) <= set(MATERIALS)
         for mesh in meshes.values():
             a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))

@@ -13,7 +13,7 @@ from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.mesh.ply import read_ply
-from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, hero_vehicle
+from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, full_vehicle
 from sumo3dviz_pt.library.vehicles.heavy.letters import letter_runs
 from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
 from sumo3dviz_pt.library.vehicles.heavy.recipe import read_box
@@ -182,14 +182,14 @@ def test_a_box_on_wheels_has_lamps_and_wheels():
 def test_close_views_have_wheels_of_their_own_with_two_faces():
     own = small()
     own["recipe"]["axles"][1] |= {"style": "concave", "twin": True}
-    hero, baked = hero_vehicle(own), bake_vehicle(own)
-    assert hero is not None
-    assert "rim" not in hero.body
+    full, baked = full_vehicle(own), bake_vehicle(own)
+    assert full is not None
+    assert "rim" not in full.body
     # Inner tyres stay with the body, well inside.
-    assert np.abs(hero.body["rubber"].vertices[:, 1]).max() < 0.75
-    low, high = hero.wheel["rim"].bounds
+    assert np.abs(full.body["rubber"].vertices[:, 1]).max() < 0.75
+    low, high = full.wheel["rim"].bounds
     assert low[1] < -0.1 < 0.1 < high[1]
-    assert hero.wheel["rubber"].bounds[1, 2] == pytest.approx(0.4)
+    assert full.wheel["rubber"].bounds[1, 2] == pytest.approx(0.4)
     assert [wheel.reversed for wheel in baked.wheels] == [False, False, True, True]
 
 

@@ -12,7 +12,7 @@ from sumo3dviz_pt.cast.fitted_models import fitted_model
 from sumo3dviz_pt.catalog import find, names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, has_hero
+from sumo3dviz_pt.library.vehicles.bake import bake_folder, bake_vehicle, has_full_detail
 from sumo3dviz_pt.library.vehicles.rail.build import read_hull_vehicle
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import VehicleType
@@ -56,7 +56,7 @@ class TestEveryHull:
         assert {path.name for path in entry.folder.glob("*.ply")} == (set() if source else listed)
         assert {part["material"] for part in entry.meta["parts"]} <= set(MATERIALS)
         assert entry.meta["licence"] == "BSD-3-Clause"
-        assert not has_hero(entry.meta)
+        assert not has_full_detail(entry.meta)
 
     def test_is_small_on_disk(self, name):
         files = find("vehicles", name).folder.glob("*")
