@@ -10,6 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import (
     FrameState,
     Mover,
@@ -250,7 +251,7 @@ def view_at(position, *, heading=0.0, pitch=0.0, fov=60.0) -> View:
     """A camera by position [m], compass heading, pitch and opening angle [deg]."""
     yaw = np.radians(90.0 - heading)
     return View(
-        Transform.from_pose(position, yaw=yaw, pitch=np.radians(pitch)), float(np.radians(fov))
+        Transform.from_pose(position, yaw=yaw, pitch=np.radians(pitch)), Lens.of_degrees(fov)
     )
 
 

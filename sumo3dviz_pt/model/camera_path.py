@@ -31,11 +31,10 @@ class CameraPath:
     @classmethod
     def of(cls, views: Sequence[View], *, aspect: float) -> CameraPath:
         """Collect views; `aspect` is height / width."""
-        half = np.tan(np.array([view.fov for view in views]) / 2) * np.hypot(1.0, aspect)
         return cls(
             settled([view.position for view in views]),
             np.stack([view.forward for view in views]),
-            np.arctan(half),
+            np.array([view.lens.half_diagonal(aspect) for view in views]),
         )
 
     @classmethod

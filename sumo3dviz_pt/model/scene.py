@@ -19,6 +19,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Mesh, Transform, frozen
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.lens import Lens
 
 Bsdf = Mapping[str, Any]
 """A material in Mitsuba's words."""
@@ -280,13 +281,13 @@ class View:
 
     Attributes:
         world_from_camera: Camera frame: +x forward, +y left, +z up.
-        fov: Horizontal opening angle [rad].
+        lens: What it sees with.
         rides_in: Mover id of the vehicle that the camera sits in, or None.
         cutaway: True if that vehicle's cabin must not be drawn (driver's view).
     """
 
     world_from_camera: Transform
-    fov: float
+    lens: Lens
     rides_in: str | None = None
     cutaway: bool = False
 
@@ -306,14 +307,7 @@ class View:
         Args:
             size: Width, height [px].
         """
-        width, height = size
-        half = np.tan(self.fov / 2)
-        across = half * (1 - 2 * (np.arange(width) + 0.5) / width)
-        up = half * (height / width) * (1 - 2 * (np.arange(height) + 0.5) / height)
-        rays = np.ones((height, width, 3))
-        rays[..., 1], rays[..., 2] = across[None, :], up[:, None]
-        rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
-        return self.world_from_camera.directions(rays)
+        return self.world_from_camera.directions(self.lens.rays(size))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

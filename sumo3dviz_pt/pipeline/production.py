@@ -325,7 +325,7 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
         production.job.seed,
         white=2.0**-production.exposure,
         frozen=film,
-        pixel=first.view.fov / size[0],
+        pixel=first.view.lens.pixel_angle(size[0]),
     )
     with Session(production.shot.data, backend, settings) as session:
         yield session

@@ -18,6 +18,7 @@ from sumo3dviz_pt.image.tonemap import develop
 from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.library.materials.named import principled
 from sumo3dviz_pt.model.geometry import Floats, Image, Mesh, Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scene import (
     Bsdf,
@@ -105,7 +106,7 @@ def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, i
         sky = build_sky(SkySettings(preset=name))
         yaw = _beside(sky)
         life = still_life(yaw)
-        view = View(_looking((0.0, 0.0, 1.9), yaw=yaw, pitch=math.radians(9)), _SKY_FOV)
+        view = View(_looking((0.0, 0.0, 1.9), yaw=yaw, pitch=math.radians(9)), Lens(_SKY_FOV))
         static = tuple(
             StaticPart(str(index), "exhibit", part) for index, part in enumerate(life.parts)
         )
@@ -171,7 +172,7 @@ def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
     needed = np.maximum(np.abs(points @ left), np.abs(points @ up) / aspect) / wide
     away = float((needed + points @ direction).max()) * 1.06 + 0.2
     eye = middle + direction * away + at
-    return View(_aimed(np.maximum(eye, [-np.inf, -np.inf, 0.4]), middle + at), _FOV)
+    return View(_aimed(np.maximum(eye, [-np.inf, -np.inf, 0.4]), middle + at), Lens(_FOV))
 
 
 def _aimed(eye: Floats, target: Floats) -> Transform:

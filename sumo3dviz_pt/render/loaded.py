@@ -106,7 +106,7 @@ class LoadedScene:
         matrix = convert.transform(convert.sensor_matrix(frame.view, frame.origin))
         for sensor in ("sensor", "guide"):
             parameters[f"{sensor}.to_world"] = matrix
-            parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.fov))
+            parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.lens.opening))
         if self._pool is not None:
             self._pool.update(parameters, frame)
         for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):

@@ -17,6 +17,7 @@ from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.cast.pose_sampler import links_of
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
 _LEAST = 1.0
@@ -82,8 +83,8 @@ def pick(
         The road user's key, such as `vehicle:flow_0.3`, or None.
     """
     ray = _ray(view, point, aspect)
-    boxes = _boxes(present, fleet, _near(present, fleet, ray, view.fov))
-    margins = _margins(boxes, ray, view.fov)
+    boxes = _boxes(present, fleet, _near(present, fleet, ray, view.lens))
+    margins = _margins(boxes, ray, view.lens)
     slack = _SLACK[0] + _SLACK[1] * distance
     enter, leave = _crossed(ray, boxes, np.zeros_like(margins))
     widely, left = _crossed(ray, boxes, margins)
@@ -99,13 +100,11 @@ def pick(
 
 def _ray(view: View, point: tuple[float, float], aspect: float) -> _Ray:
     """The ray through a point of the picture."""
-    half = np.tan(view.fov / 2.0)
-    local = np.array([1.0, half * (1.0 - 2.0 * point[0]), half * aspect * (1.0 - 2.0 * point[1])])
-    direction = view.world_from_camera.directions((local / np.linalg.norm(local))[None])[0]
+    direction = view.world_from_camera.directions(view.lens.ray(point, aspect)[None])[0]
     return _Ray(view.position, direction)
 
 
-def _near(present: Present, fleet: Fleet, ray: _Ray, fov: float) -> Ints:
+def _near(present: Present, fleet: Fleet, ray: _Ray, lens: Lens) -> Ints:
     """Rows of those whom the ray may meet: it passes no farther away than they reach."""
     to_front = present.positions - ray.origin
     along = to_front @ ray.direction
@@ -113,18 +112,18 @@ def _near(present: Present, fleet: Fleet, ray: _Ray, fov: float) -> Ints:
     away = np.linalg.norm(to_front, axis=1)
     widest = np.array([max(fleet.bodies[k].size[1:]) for k in present.users.tolist()])
     reach = np.hypot(fleet.lengths[present.users], np.hypot(widest, widest))
-    return np.flatnonzero(aside <= reach + _least(away, fov))
+    return np.flatnonzero(aside <= reach + _least(away, lens))
 
 
-def _least(away: Floats, fov: float) -> Floats:
+def _least(away: Floats, lens: Lens) -> Floats:
     """How long sides of boxes must be to be clicked, by their distances, (b,) [m]."""
-    return np.asarray(np.maximum(_LEAST, _LEAST_SHARE * 2.0 * np.tan(fov / 2.0) * away))
+    return np.asarray(np.maximum(_LEAST, _LEAST_SHARE * 2.0 * lens.half_width * away))
 
 
-def _margins(boxes: _Boxes, ray: _Ray, fov: float) -> Floats:
+def _margins(boxes: _Boxes, ray: _Ray, lens: Lens) -> Floats:
     """What boxes are enlarged by on each side, small ones more, (b, 3) [m]."""
     away = np.linalg.norm(boxes.frames[:, :3, 3] - ray.origin, axis=1)
-    return np.maximum((_least(away, fov)[:, None] - boxes.sizes) / 2.0, _MIRRORS)
+    return np.maximum((_least(away, lens)[:, None] - boxes.sizes) / 2.0, _MIRRORS)
 
 
 def _boxes(present: Present, fleet: Fleet, rows: Ints) -> _Boxes:

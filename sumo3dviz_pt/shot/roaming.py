@@ -17,6 +17,7 @@ from sumo3dviz_pt.cast.fleet import Fleet, find_rider
 from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, Job, LagrangianCamera
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -110,7 +111,7 @@ def _overview(scenario: Scenario) -> View:
     middle = np.median(np.concatenate(lanes), axis=0) if lanes else np.zeros(3)
     middle = middle + np.array([0.0, -2.0 * _ABOVE, _ABOVE])
     placed = Transform.from_pose(tuple(middle), yaw=np.pi / 2.0, pitch=-np.arctan(0.5))
-    return View(placed, float(np.radians(60.0)))
+    return View(placed, Lens.of_degrees(60.0))
 
 
 def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPlan:

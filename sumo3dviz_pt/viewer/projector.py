@@ -122,7 +122,7 @@ class Projector:
         time, before, dynamic, shot = client.pictured
         state = client.state
         same = (time, dynamic) == (state.time, state.dynamic) and shot is self._live.shot
-        same &= before.fov == view.fov
+        same &= before.lens == view.lens
         return not (
             same and np.array_equal(before.world_from_camera.matrix, view.world_from_camera.matrix)
         )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Transform, frozen
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
 SPEED = 10.0
@@ -83,7 +84,7 @@ class Eye:
         if level > _UPRIGHT:
             yaw, roll = np.arctan2(ahead[1], ahead[0]), np.arctan2(left[2], up[2])
         pitch = np.arctan2(ahead[2], level)
-        yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.fov]).tolist()
+        yaw, pitch, roll, fov = np.degrees([yaw, pitch, roll, view.lens.opening]).tolist()
         return cls(view.position, 90.0 - yaw, pitch, roll, fov)
 
     def view(self) -> View:
@@ -92,7 +93,7 @@ class Eye:
         placed = Transform.from_pose(
             self.position, yaw=float(yaw), pitch=float(pitch), roll=float(roll)
         )
-        return View(placed, float(fov))
+        return View(placed, Lens(float(fov)))
 
 
 def wrapped(heading: float) -> float:
@@ -165,7 +166,7 @@ def turned(eye: Eye, dx: float, dy: float, width: float) -> Eye:
     """
     if width <= 0.0 or (dx == 0.0 and dy == 0.0):
         return eye
-    pixel = 2.0 * np.tan(np.radians(eye.fov) / 2.0) / width
+    pixel = 2.0 * Lens.of_degrees(eye.fov).half_width / width
     across, up = -dx * pixel, -dy * pixel
     c, s = np.cos(np.radians(eye.roll)), np.sin(np.radians(eye.roll))
     left, high = c * across - s * up, s * across + c * up

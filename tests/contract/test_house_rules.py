@@ -107,6 +107,25 @@ def test_nothing_heavy_is_imported_at_the_top_of_a_module() -> None:
             assert not {name for name, _ in imports(tree_of(path).body)} & LATE, name_of(path)
 
 
+MAY_KNOW_THE_OPENING = {
+    "model/lens.py",
+    "pipeline/accounts/build.py",  # says it in accounts
+    "render/loaded.py",  # says it to Mitsuba
+    "report/stress/facts.py",
+    "viewer/walk.py",  # shows it to people, in degrees
+}
+
+
+def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
+    readers = {
+        name_of(path)
+        for path in MODULES
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Attribute) and node.attr == "opening"
+    }
+    assert readers <= MAY_KNOW_THE_OPENING
+
+
 def test_stages_do_not_import_each_other() -> None:
     linter = Path(sys.executable).with_name("lint-imports")
     found = shutil.which("lint-imports", path=str(linter.parent))

@@ -45,7 +45,7 @@ def test_views_are_rigid_and_within_their_key_frames(flight, share):
         assert (view.position >= low).all()
         assert (view.position <= high).all()
         fovs = sorted(np.radians([first.fov, last.fov]))
-        assert fovs[0] - 1e-12 <= view.fov <= fovs[1] + 1e-12
+        assert fovs[0] - 1e-12 <= view.lens.opening <= fovs[1] + 1e-12
 
 
 @settings(max_examples=tries(50), deadline=None)

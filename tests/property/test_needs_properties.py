@@ -40,7 +40,7 @@ def in_picture(view, points):
     ahead = camera[:, 0] > 1e-6
     with np.errstate(all="ignore"):
         x, y = camera[:, 1] / camera[:, 0], camera[:, 2] / camera[:, 0]
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     return ahead & (np.abs(x) <= half) & (np.abs(y) <= half * ASPECT)
 
 

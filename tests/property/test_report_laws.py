@@ -9,6 +9,7 @@ from searching import tries
 
 from sumo3dviz_pt.image.metrics import mean_bias, psnr, ssim
 from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Mover, View
 from sumo3dviz_pt.report.films.flicker import Seen, flicker, flow_between
 
@@ -89,7 +90,7 @@ def test_flow_does_not_depend_on_the_frame_of_reference(seed, shift, turn):
             eye = Transform.from_pose([step / 3, 0.1, 1.5], pitch=-0.1)
             car = Transform.from_pose([8 + step, 0.4, 0.1], yaw=0.3)
             body = Mover("a", "body", place @ car, GREY)
-            frames.append(frame_of(View(place @ eye, 1.0), movers=[body]))
+            frames.append(frame_of(View(place @ eye, Lens(1.0)), movers=[body]))
         flows.append(flow_between(Seen(frames[1], depth), Seen(frames[0], depth), boxes))
     assert flows[0].valid.mean() > 0.3
     np.testing.assert_array_equal(flows[0].valid, flows[1].valid)

@@ -51,7 +51,7 @@ def down(height, *, fov=60.0, at=(0.0, 0.0)):
 
 def ground_points(view, size, *, z=0.0):
     """Where the middle of every pixel meets a level plane, (h, w, 2) [m]."""
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     rows, columns = np.mgrid[: size[1], : size[0]]
     left = (1 - 2 * (columns + 0.5) / size[0]) * half
     up = (1 - 2 * (rows + 0.5) / size[1]) * half * size[1] / size[0]
@@ -296,7 +296,7 @@ def centroid(radiance, view):
     """Direction of the brightest part of a picture, (3,)."""
     light = radiance.mean(axis=-1)
     light = np.where(light > 0.5 * light.max(), light, 0.0)
-    half, (rows, columns) = np.tan(view.fov / 2), np.indices(light.shape)
+    half, (rows, columns) = view.lens.half_width, np.indices(light.shape)
     left = (1 - 2 * (columns + 0.5) / light.shape[1]) * half
     up = (1 - 2 * (rows + 0.5) / light.shape[0]) * half * light.shape[0] / light.shape[1]
     rays = np.stack([np.ones_like(left), left, up], axis=-1)

@@ -55,7 +55,7 @@ def furnace(request):
     with session_of(scene_of(parts, materials), size=size, quality=quality) as session:
         image = session.render(frame_of(view)).radiance
     camera = view.world_from_camera.matrix[:3, :3]
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     rows, columns = np.mgrid[: size[1], : size[0]]
     x = (1 - 2 * (columns + 0.5) / size[0]) * half
     y = (1 - 2 * (rows + 0.5) / size[1]) * half * size[1] / size[0]

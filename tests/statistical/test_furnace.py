@@ -113,7 +113,7 @@ def furnace(image_file):
     size = (200, 160)
     with session_of(scene, size=size, quality=quality) as session:
         image = session.render(frame_of(view, movers=movers, far=far)).radiance
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     rows, columns = np.mgrid[: size[1], : size[0]]
     x = (1 - 2 * (columns + 0.5) / size[0]) * half
     y = (1 - 2 * (rows + 0.5) / size[1]) * half * size[1] / size[0]

@@ -36,7 +36,7 @@ SKY = (1.0, 1.0, 1.0)
 def pixel_of(view, point, size):
     """Row and column where a world point falls, by the pinhole's formula."""
     camera = (np.asarray(point) - view.position) @ view.world_from_camera.matrix[:3, :3]
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     x, y = camera[1] / camera[0] / half, camera[2] / camera[0] / (half * size[1] / size[0])
     return int((1 - y) / 2 * size[1]), int((1 - x) / 2 * size[0])
 

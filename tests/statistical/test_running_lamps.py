@@ -207,7 +207,7 @@ def test_the_cap_leaves_lamps_that_are_seen():
     scene = night([plane(30.0)])
     with session_of(scene, size=(128, 32), quality=quality, white=1e-4) as opened:
         radiance = opened.render(frame_of(view, movers=[car()])).radiance.astype(float)
-    pixel = (2.0 * np.tan(view.fov / 2.0) / 128) ** 2
+    pixel = (2.0 * view.lens.half_width / 128) ** 2
     candelas = float(radiance.sum(axis=(0, 1)) @ LUMINANCE) * pixel * CANDELAS_PER_UNIT * 20.0**2
     assert candelas == pytest.approx(50.0, rel=0.1)
 

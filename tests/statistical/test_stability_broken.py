@@ -75,7 +75,7 @@ def test_a_scene_that_makes_nan_or_inf_is_refused(spoilt, quality, value, caplog
 
 def speck(*, pixels, size):
     """A broken lamp that fills some pixels of a row, and nothing else."""
-    lens = np.tan(EYE.fov / 2) * 2 * 10 / size[0]
+    lens = EYE.lens.half_width * 2 * 10 / size[0]
     middle = np.array([0.5 * lens, 10.0, 2.0 + 0.5 * lens])
     corners = [
         np.add(middle, (x * lens, 0.0, z * lens))

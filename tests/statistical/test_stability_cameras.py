@@ -18,6 +18,7 @@ from builders import (
 
 from sumo3dviz_pt.job.settings import EulerianCamera
 from sumo3dviz_pt.library.materials.named import matt
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -66,7 +67,9 @@ def shown(session, view):
 
 def towards(position, target):
     """A view by `look_at`, as a scene file's camera makes it."""
-    return View(aim_at(np.subtract(target, position)).placed(np.array(position)), np.radians(60))
+    return View(
+        aim_at(np.subtract(target, position)).placed(np.array(position)), Lens.of_degrees(60)
+    )
 
 
 def test_inside_a_body_it_is_dark(yard):

@@ -23,6 +23,7 @@ from builders import (
     write_scenario,
 )
 
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import ORIGIN_GRID, Part, View
 from sumo3dviz_pt.pipeline.production import Request, example, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -88,12 +89,12 @@ def view_of(target, *, distance, height, azimuth, width):
     eye = np.add(target, [distance * np.sin(a), distance * np.cos(a), height])
     direction = np.subtract(target, eye)
     fov = 2 * np.arctan(0.5 * width / np.linalg.norm(direction))
-    return View(aim_at(direction).placed(eye), float(fov))
+    return View(aim_at(direction).placed(eye), Lens(float(fov)))
 
 
 def rays(view, x, y):
     """Directions through places of the picture [px], (len(y), len(x), 3), not unit."""
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     left, up = np.meshgrid(1 - 2 * x / SIZE[0], (SIZE[1] - 2 * y) / SIZE[0])
     local = np.stack([np.ones_like(left), half * left, half * up], axis=-1)
     return local @ view.world_from_camera.matrix[:3, :3].T
@@ -103,7 +104,7 @@ def in_picture(layers, view):
     """Triangles that may be in view, (k,), and their boxes x0, x1, y0, y1, (k, 4) [px]."""
     local = (layers.corners - view.position) @ view.world_from_camera.matrix[:3, :3]
     depth = local[..., 0]
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     with np.errstate(divide="ignore", invalid="ignore"):
         x = (1 - local[..., 1] / depth / half) / 2 * SIZE[0]
         y = (SIZE[1] - local[..., 2] / depth / half * SIZE[0]) / 2

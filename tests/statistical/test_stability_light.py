@@ -88,7 +88,7 @@ def test_every_sun_gives_clean_pictures_of_bounded_energy(elevation):
         assert np.isfinite(image).all() and (image >= 0).all()
         assert (rendered.tally.nonfinite, rendered.tally.negative) == (0, 0)
         assert image.max() <= 1.01 * (disc + brightest)
-        half = np.tan(views(elevation)[name].fov / 2)
+        half = views(elevation)[name].lens.half_width
         frame = (2 * half) ** 2 * 18 / 32
         bound = brightest + sun.max() * (1.3 / frame if name == "sun" else 0.0)
         assert 0 < image.mean() <= bound + 2 * sun.max() / np.pi + 1e-12

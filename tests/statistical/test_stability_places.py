@@ -21,6 +21,7 @@ from scipy import stats
 
 from sumo3dviz_pt.library.materials.named import matt
 from sumo3dviz_pt.model.geometry import Mesh, Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import ORIGIN_GRID, Part, Prototype, Sky, Slots, View
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -68,7 +69,7 @@ def street(ground, *, sky=None):
 
 def shot(place, *, time=0.0):
     """A car at a place and a camera above it."""
-    view = View(Transform.from_pose(np.add(place, (-2.3, 0, ABOVE)), pitch=-np.pi / 2), 1.1)
+    view = View(Transform.from_pose(np.add(place, (-2.3, 0, ABOVE)), pitch=-np.pi / 2), Lens(1.1))
     return frame_of(
         view, movers=[mover("vehicle:0", place, (0.3, 0.3, 0.3), prototype="car")], time=time
     )
@@ -167,7 +168,8 @@ def turned(sky, angle):
 def blocks(session, movement):
     """Means of 8 x 8 blocks of pixels for some seeds, with the world moved."""
     view = View(
-        movement @ Transform.from_pose((-7.0, -6.0, 3.0), yaw=np.radians(48), pitch=-0.35), 1.0
+        movement @ Transform.from_pose((-7.0, -6.0, 3.0), yaw=np.radians(48), pitch=-0.35),
+        Lens(1.0),
     )
     here = mover("vehicle:0", (0, 0, 0), (0.6, 0.2, 0.1), prototype="car")
     here = replace(here, world_from_body=movement @ here.world_from_body)

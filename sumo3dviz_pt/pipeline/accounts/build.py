@@ -161,7 +161,7 @@ def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
             "position": [round(float(value), 6) for value in view.position],
             "forward": [round(float(value), 9) for value in matrix[:3, 0]],
             "up": [round(float(value), 9) for value in matrix[:3, 2]],
-            "fov": round(float(np.degrees(view.fov)), 6),
+            "fov": round(float(np.degrees(view.lens.opening)), 6),
         },
         "drawn": sorted(frame.users),
     }

@@ -91,9 +91,7 @@ def _seen(camera: Camera, events: Sequence[Finding], *, aspect: float) -> Iterat
 def _distance(view: View, event: Finding, *, aspect: float) -> float | None:
     """From the eye to an event [m]; None if it lies outside the picture."""
     place = np.array([event.x, event.y, event.z]) - view.position
-    forward, left, up = place @ view.world_from_camera.matrix[:3, :3]
-    half = np.tan(view.fov / 2)
-    inside = forward > 0.0
-    inside &= abs(left) < half * forward + _BESIDE and abs(up) < aspect * half * forward + _BESIDE
+    local = place @ view.world_from_camera.matrix[:3, :3]
+    inside = bool(view.lens.sees(local, aspect, margin=_BESIDE))
     distance = float(np.linalg.norm(place))
     return distance if inside and distance < _FARTHEST else None

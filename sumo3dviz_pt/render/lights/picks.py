@@ -119,7 +119,7 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
 def nearness(places: Floats, view: View) -> Floats:
     """How large the light of lamps at places, (n, 3) [m], is in a picture, (n,), in (0, 1]."""
     seen = (places - view.position) @ view.world_from_camera.matrix[:3, :3]
-    room = 1.15 * np.tan(view.fov / 2.0) * np.maximum(seen[:, 0], 0.0) + _AROUND
+    room = 1.15 * view.lens.half_width * np.maximum(seen[:, 0], 0.0) + _AROUND
     inside = (seen[:, 0] > -_AROUND) & (np.abs(seen[:, 1]) < room)
     large = 1.0 / (1.0 + np.linalg.norm(seen, axis=1) / _NEAR)
     return np.asarray(np.where(inside, large, _OUTSIDE * large))

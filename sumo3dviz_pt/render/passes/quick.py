@@ -126,7 +126,7 @@ class Quick:
         origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
         parameters["to_world"] = convert.transform(convert.sensor_matrix(view, origin))
-        half = np.tan(view.fov / 2.0) / part.of
+        half = view.lens.half_width / part.of
         parameters["x_fov"] = float(np.degrees(2.0 * np.arctan(half)))
         # From the picture's middle to the part's, in widths and heights of the part.
         middle = (part.of - 1) / 2.0

@@ -123,7 +123,7 @@ def flow_between(now: Seen, before: Seen, bodies: Mapping[str, Bounds]) -> Flow:
     # Sky is infinitely far: only its direction counts.
     offsets = np.where(hit[..., None], points - past.position, rays)
     local = offsets @ past.world_from_camera.matrix[:3, :3]
-    places, ahead = _projected(local, past, (width, height))
+    places, ahead = past.lens.project(local, (width, height))
     inside = ahead & (places > -BORDER).all(axis=0)
     inside &= (places[0] < height - 1 + BORDER) & (places[1] < width - 1 + BORDER)
     places = np.where(inside, places, 0.0)
@@ -250,36 +250,13 @@ def _window(
         return slice(0, 0), slice(0, 0)
     if (local[:, 0] <= NEAR).any():
         return slice(0, height), slice(0, width)
-    places, _ = _projected(local, view, (width, height))
+    places, _ = view.lens.project(local, (width, height))
     first = np.clip(np.floor(places.min(axis=1)), 0, (height, width)).astype(int)
     last = np.clip(np.ceil(places.max(axis=1)) + 1, 0, (height, width)).astype(int)
     return slice(first[0], last[0]), slice(first[1], last[1])
 
 
 # Pictures ----------------------------------------------------------------------------------
-
-
-def _projected(local: Floats, view: View, size: tuple[int, int]) -> tuple[Floats, Bools]:
-    """Where points in the camera's frame fall: the inverse of `View.directions`.
-
-    Args:
-        local: Points or directions, (..., 3): forward, left, up.
-        view: The camera, for its opening angle.
-        size: Width, height [px].
-
-    Returns:
-        Row and column, (2, ...) [px], whole numbers at pixel centres; and whether the
-        point lies ahead, (...).
-    """
-    width, height = size
-    forward, left, up = np.moveaxis(local, -1, 0)
-    ahead = forward > 0
-    # px per unit of slope; pixels are square.
-    focal = width / (2 * np.tan(view.fov / 2))
-    per_depth = np.divide(focal, forward, out=np.zeros(forward.shape), where=ahead)
-    row = (height - 1) / 2 - up * per_depth
-    column = (width - 1) / 2 - left * per_depth
-    return np.stack([row, column]), ahead
 
 
 def _agrees(expected: Floats, before: Seen, places: Floats) -> Bools:

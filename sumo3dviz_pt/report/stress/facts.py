@@ -43,7 +43,7 @@ def facts_of(
     return Facts(
         eye=eye,
         forward=forward,
-        fov=float(np.degrees(view.fov)),
+        fov=float(np.degrees(view.lens.opening)),
         road=road,
         along=along,
         box=np.stack([corners.min(axis=0), corners.max(axis=0)]),

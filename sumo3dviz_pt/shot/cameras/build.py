@@ -14,6 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, LagrangianCamera, Settings
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.shot.cameras.aiming import aim_of
 from sumo3dviz_pt.shot.cameras.flying import build_flight
@@ -53,7 +54,7 @@ def standing_view(settings: EulerianCamera) -> View:
         ConfigError: If it looks at the point where it stands.
     """
     placed = aim_of(settings).placed(np.array(settings.position))
-    return View(placed, float(np.radians(settings.lens.fov)))
+    return View(placed, Lens.of_degrees(settings.lens.fov))
 
 
 @singledispatch

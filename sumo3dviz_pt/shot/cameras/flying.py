@@ -22,6 +22,7 @@ from scipy.interpolate import PchipInterpolator
 from sumo3dviz_pt.job.ranges import Point
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
 from sumo3dviz_pt.model.geometry import Floats, frozen
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at, aim_of
 
@@ -87,7 +88,7 @@ class FlyingCamera:
                 direction = subject.at(time) - position
                 if np.linalg.norm(direction) > _NEAR:
                     aim = aim_at(direction, roll=roll)
-        return View(aim.placed(position), fov)
+        return View(aim.placed(position), Lens(fov))
 
 
 def build_flight(settings: CinematicCamera) -> FlyingCamera:

@@ -20,6 +20,7 @@ from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.trajectory import Piece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
@@ -61,7 +62,7 @@ class RidingCamera:
         trajectory: Whom it rides with.
         eye: In the body's frame, (3,) [m].
         aim: In the body's frame [rad].
-        fov: Horizontal opening angle [rad].
+        lens: What it sees with.
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
         cutaway: Whether the own cabin is not drawn.
         turns_about: The point that stays at rest in the picture, (3,) [m].
@@ -73,7 +74,7 @@ class RidingCamera:
     trajectory: Trajectory
     eye: Floats
     aim: Aim
-    fov: float
+    lens: Lens
     lag: float
     cutaway: bool
     turns_about: Floats
@@ -99,7 +100,7 @@ class RidingCamera:
                 pivot - turned.points(self.turns_about[None])[0], yaw=swung, pitch=tilt
             )
             placed = body @ self.aim.placed(self.eye)
-        return View(placed, self.fov, rides_in=self.trajectory.key, cutaway=self.cutaway)
+        return View(placed, self.lens, rides_in=self.trajectory.key, cutaway=self.cutaway)
 
     @property
     def _links(self) -> Links | None:
@@ -172,7 +173,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         trajectory,
         eye,
         Aim(aim.yaw + turn, pitch),
-        float(np.radians(fov)),
+        Lens.of_degrees(fov),
         preset.lag,
         preset.cutaway,
         middle,

@@ -21,6 +21,7 @@ from sumo3dviz_pt.cast.fleet import build_fleet, find_rider
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
@@ -220,8 +221,8 @@ def test_positions_for_culling():
 def test_cockpit_is_shown_only_to_the_camera_inside():
     fleet = fleet_of(trajectory_of("a"), trajectory_of("b"))
     ready = fleet.with_cockpit("vehicle:b")
-    inside = View(Transform(np.eye(4)), 1.0, rides_in="vehicle:b", cutaway=True)
-    outside = View(Transform(np.eye(4)), 1.0, rides_in="vehicle:b")
+    inside = View(Transform(np.eye(4)), Lens(1.0), rides_in="vehicle:b", cutaway=True)
+    outside = View(Transform(np.eye(4)), Lens(1.0), rides_in="vehicle:b")
     shown = [mover.prototype for mover in ready.movers_at(1, view=inside)]
     assert shown[1] == f"{fleet.body('vehicle:b').prototype.name}~cockpit"
     assert "~" not in shown[0]

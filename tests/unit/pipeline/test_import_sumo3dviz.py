@@ -108,7 +108,7 @@ def test_cameras_look_where_theirs_looked(place):
     forward = view.world_from_camera.matrix[:3, 0]
     west = [-np.cos(np.radians(10)), 0.0, -np.sin(np.radians(10))]
     np.testing.assert_allclose(forward, west, atol=1e-9)
-    assert np.degrees(view.fov) == pytest.approx(FOV)
+    assert np.degrees(view.lens.opening) == pytest.approx(FOV)
     south = standing_view(job.cameras["interactive"]).world_from_camera.matrix[:3, 0]
     np.testing.assert_allclose(south[:2] / np.linalg.norm(south[:2]), [0, -1], atol=1e-9)
     assert job.cameras["lagrangian"].vehicle == "v0"

@@ -57,8 +57,8 @@ def test_the_whole_exhibit_is_in_the_picture_and_fills_it(low, high):
     local = np.linalg.inv(view.world_from_camera.matrix)
     corners = mesh.vertices @ local[:3, :3].T + local[:3, 3]
     assert (corners[:, 0] > 0.0).all()
-    across = np.abs(corners[:, 1] / corners[:, 0]) / np.tan(view.fov / 2)
-    upward = np.abs(corners[:, 2] / corners[:, 0]) / np.tan(view.fov / 2) * 16 / 9
+    across = np.abs(corners[:, 1] / corners[:, 0]) / view.lens.half_width
+    upward = np.abs(corners[:, 2] / corners[:, 0]) / view.lens.half_width * 16 / 9
     assert 0.6 < max(across.max(), upward.max()) <= 1.0
     assert view.position[2] >= 0.4
 

@@ -12,6 +12,7 @@ from searching import tries
 
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.job.settings import VehicleSettings
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -54,7 +55,7 @@ def fleet_of(**users):
 
 def eye_at(position, target, *, fov=60.0):
     position, target = np.array(position, dtype=float), np.array(target, dtype=float)
-    return View(aim_at(target - position).placed(position), np.radians(fov))
+    return View(aim_at(target - position).placed(position), Lens.of_degrees(fov))
 
 
 def picked(fleet, view, point=MIDDLE, **more):
@@ -108,7 +109,7 @@ def test_a_point_of_a_body_is_found_where_the_picture_shows_it(along, across, ya
     ahead, left, up = (point - view.position) @ view.world_from_camera.matrix[:3, :3]
     if ahead <= 0.05:
         return
-    half = np.tan(view.fov / 2)
+    half = view.lens.half_width
     at = (0.5 - left / ahead / half / 2, 0.5 - up / ahead / half / ASPECT / 2)
     assert picked(fleet, view, at) == "vehicle:a"
 

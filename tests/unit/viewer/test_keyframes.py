@@ -171,7 +171,7 @@ def test_a_written_path_is_what_is_played(stops, share):
     time = first + share * (last - first)
     one, other = build_flight(played).view_at(time), build_flight(rendered).view_at(time)
     np.testing.assert_array_equal(one.world_from_camera.matrix, other.world_from_camera.matrix)
-    assert one.fov == other.fov
+    assert one.lens == other.lens
 
 
 def test_points_that_are_looked_at_survive():

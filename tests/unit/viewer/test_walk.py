@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.job.settings import EulerianCamera, VehicleSettings
 from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.shot.cameras.build import build_camera
 from sumo3dviz_pt.viewer.walk import CODES, STEEPEST, Eye, moved, turned, wrapped
@@ -144,7 +145,7 @@ def test_an_eye_is_what_its_view_says(eye):
     np.testing.assert_allclose(
         again.view().world_from_camera.matrix, view.world_from_camera.matrix, atol=1e-12
     )
-    assert again.view().fov == pytest.approx(view.fov, abs=1e-12)
+    assert again.view().lens.opening == pytest.approx(view.lens.opening, abs=1e-12)
 
 
 @pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2, 1.0, -2.0, 3.1])
@@ -153,7 +154,7 @@ def test_any_rotation_can_be_said_by_angles(pitch, roll):
     placed = Transform.from_pose([1.0, 2.0, 3.0], yaw=0.7, pitch=pitch, roll=roll)
     if abs(pitch) == np.pi / 2 and roll:
         placed = Transform.from_pose([1.0, 2.0, 3.0], yaw=0.7 + roll, pitch=pitch)
-    found = Eye.of(View(placed, 1.0))
+    found = Eye.of(View(placed, Lens(1.0)))
     np.testing.assert_allclose(found.view().world_from_camera.matrix, placed.matrix, atol=1e-9)
     assert abs(found.pitch) <= 90.0
 

@@ -61,7 +61,7 @@ def test_every_vehicle_of_the_log_is_in_the_frame(tmp_path, step, fps):
         camera = frame.view.world_from_camera.matrix[:3, :3]
         for mover in shot.fleet.movers_at(float(time)):
             x, y, z = (mover.world_from_body.position - frame.view.position) @ camera
-            half = np.tan(frame.view.fov / 2)
+            half = frame.view.lens.half_width
             seen = x > 0 and abs(y / x) < half and abs(z / x) < half * 36 / 64
             if seen and np.linalg.norm([x, y, z]) < FAR_END:
                 assert mover.id in drawn

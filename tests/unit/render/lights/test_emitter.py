@@ -9,6 +9,7 @@ import pytest
 
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.lamps import Lobe
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.lights.emitter import axes_of, faces_of, lobe_row
 from sumo3dviz_pt.render.lights.picks import Glow, cells_for, nearness, picked
@@ -102,7 +103,7 @@ def test_a_dome_shines_along_its_middle():
 
 
 def test_lamps_in_the_picture_and_close_by_matter_most():
-    view = View(Transform(np.eye(4)), np.radians(60.0))
+    view = View(Transform(np.eye(4)), Lens.of_degrees(60.0))
     near, far, beside, behind = nearness(
         np.array([[5.0, 0, 0], [100.0, 0, 0], [60.0, 80.0, 0], [-60.0, 0, 0]]), view
     )

@@ -69,7 +69,7 @@ def seen(view, movers=(), *, ground=True, size=SIZE, far=()):
 def place_of(view, points, size=SIZE):
     """Row and column of world points, (..., 3), by the pinhole's formula [px]."""
     local = (points - view.position) @ view.world_from_camera.matrix[:3, :3]
-    focal = size[0] / 2 / np.tan(view.fov / 2)
+    focal = size[0] / 2 / view.lens.half_width
     row = (size[1] - 1) / 2 - focal * local[..., 2] / local[..., 0]
     return np.stack([row, (size[0] - 1) / 2 - focal * local[..., 1] / local[..., 0]])
 

@@ -75,7 +75,7 @@ def test_eulerian_heading_pitch_roll():
     assert view is camera.view_at(77.0)
     np.testing.assert_allclose(view.position, [1, 2, 3])
     np.testing.assert_allclose(view.forward, [1, 0, 0], atol=1e-12)
-    assert view.fov == pytest.approx(np.pi / 2)
+    assert view.lens.opening == pytest.approx(np.pi / 2)
     assert view.rides_in is None
     north = EulerianCamera(mode="eulerian", position=(0, 0, 0), heading=0, pitch=30, roll=10)
     view = build_camera(north, fleet=NOBODY).view_at(0)
@@ -140,7 +140,7 @@ def test_eye_height_heading_pitch_and_lens_override():
     seen = ride("driver", eye_height=1.6, heading=90, pitch=0, lens=LensSettings(fov=33))
     assert seen.position[2] == pytest.approx(1.6)
     np.testing.assert_allclose(seen.forward, [0, -1, 0], atol=1e-9)
-    assert seen.fov == pytest.approx(np.radians(33))
+    assert seen.lens.opening == pytest.approx(np.radians(33))
 
 
 def test_driver_of_a_bus_sits_high_and_near_the_front():
@@ -236,8 +236,8 @@ def test_flight_passes_and_holds_its_key_frames():
     np.testing.assert_allclose(camera.view_at(10).position, [10, 0, 5])
     np.testing.assert_allclose(camera.view_at(99).position, [10, 10, 9])
     np.testing.assert_allclose(camera.view_at(10).forward, [1, 0, 0], atol=1e-12)
-    assert camera.view_at(10).fov == pytest.approx(np.radians(30))
-    assert camera.view_at(99).fov == pytest.approx(np.radians(50))
+    assert camera.view_at(10).lens.opening == pytest.approx(np.radians(30))
+    assert camera.view_at(99).lens.opening == pytest.approx(np.radians(50))
 
 
 def test_equal_key_frames_stay_equal_in_between():
