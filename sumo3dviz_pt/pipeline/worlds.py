@@ -16,26 +16,37 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
 
 _APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
-"""Keys of a scene file that say nothing about what exists."""
+"""Keys of a scene file that say nothing about what exists, but for what cameras keep clear."""
+
+_ASPECT = 9.0 / 16.0
+"""Height / width of the pictures that are kept clear, whatever size is rendered."""
 
 
 def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     """The world of a scene file, with all that was built of it in this process.
 
-    What was built serves all of its cameras, shots, qualities and sizes, until a setting or
-    a file is another one. One world is remembered at a time.
+    What was built serves all of its cameras, shots, qualities and sizes, until a setting, a
+    file or a camera that keeps its view clear is another one. One world is remembered at a
+    time.
 
     Args:
         scenario: As read, for any window of time.
         job: The scene file.
         files: The simulation's files.
+
+    Raises:
+        ConfigError: If the sky's settings contradict each other, or a camera looks at the
+            point where it stands.
     """
+    from sumo3dviz_pt.shot.cameras.clearances import clearance_of, clearing
     from sumo3dviz_pt.world.build import World
 
     settings = job.model_dump(mode="json", exclude=_APART)
     stamps = _stamps((files.network, *files.additional))
-    memory = _memory_of(json.dumps([settings, stamps], sort_keys=True, default=str))
-    return World.of(scenario, job, memory=memory)
+    cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
+    memory = _memory_of(json.dumps([settings, stamps, cameras], sort_keys=True, default=str))
+    clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
+    return World.of(scenario, job, clearance=clearance, memory=memory)
 
 
 @lru_cache(maxsize=1)

@@ -31,7 +31,6 @@ from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
-from sumo3dviz_pt.shot.cameras.clearances import clearance_of
 from sumo3dviz_pt.shot.crowd import (
     FAR_TRIANGLES,
     SHOT_TRIANGLES,
@@ -41,7 +40,6 @@ from sumo3dviz_pt.shot.crowd import (
     plan_crowd,
 )
 from sumo3dviz_pt.world.build import Place, World, build_place
-from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -191,12 +189,8 @@ def build_shot(
     built = build_camera(camera, fleet=fleet, left_hand=left_hand)
     aspect = job.output.size[1] / job.output.size[0]
     camera_path = _camera_path(built, times, aspect)
-    others = [other for other in job.cameras.values() if other != camera]
-    clear = clearance_of([camera, *others], aspect=aspect)
-    if isinstance(camera, LagrangianCamera):
-        clear = clear.beside(camera_path)
     crowd = partial(_crowd, fleet, built, times, aspect)
-    return ShotBuilder(world, aspect).shot(fleet, built, camera_path, plan=crowd, clearance=clear)
+    return ShotBuilder(world, aspect).shot(fleet, built, camera_path, plan=crowd)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,7 +207,6 @@ class ShotBuilder:
         camera_path: CameraPath,
         *,
         plan: Callable[..., CrowdPlan],
-        clearance: Clearance,
     ) -> Shot:
         """Put a shot together.
 
@@ -222,11 +215,10 @@ class ShotBuilder:
             camera: Where it is seen from.
             camera_path: Where cameras are and look.
             plan: Makes room for road users in so many triangles, `budget`.
-            clearance: Cameras that nothing grows into or before.
         """
         scenario, dark = self.world.scenario, self.world.dark
         left_hand = self.world.left_hand
-        place = build_place(self.world, camera_path, clearance=clearance)
+        place = build_place(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)

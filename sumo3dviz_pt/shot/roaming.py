@@ -24,7 +24,6 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.build import Shot, ShotBuilder, everyone, with_seat
 from sumo3dviz_pt.shot.cameras.build import StandingCamera, build_camera
-from sumo3dviz_pt.shot.cameras.clearances import clearance_of
 from sumo3dviz_pt.shot.crowd import CrowdPlan, plan_crowd
 from sumo3dviz_pt.world.build import World
 
@@ -72,10 +71,7 @@ def build_roam(
     builder = ShotBuilder(world, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
     camera_path = CameraPath.all_round(places)
-    clear = clearance_of(job.cameras.values(), aspect=builder.aspect)
-    return replace(
-        builder.shot(fleet, home, camera_path, plan=room, clearance=clear), places=places
-    )
+    return replace(builder.shot(fleet, home, camera_path, plan=room), places=places)
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:

@@ -35,11 +35,12 @@ from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
-from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, grow_rows, why_none
+from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.street.build import build_street, site_of
+from sumo3dviz_pt.world.street.furniture import stop_areas
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -82,31 +83,41 @@ class World:
     """What exists, whatever looks at it.
 
     Attributes:
-        scenario: Roads, objects and signals; nobody who moves.
-        job: The scene file; its cameras, shots, output and quality say nothing here.
+        scenario: Roads, objects and signals. What it says of road users is the cast's.
+        job: The scene file; its shots, output and quality say nothing here.
         sky: What lights it.
+        clearance: The scene file's cameras that nothing grows into or before.
         memory: What was built of it. All shots of a scene file share one.
     """
 
     scenario: Scenario
     job: Job
     sky: Sky
+    clearance: Clearance
     memory: Memory
 
     @classmethod
-    def of(cls, scenario: Scenario, job: Job, *, memory: Memory | None = None) -> World:
-        """The world of a scene file.
+    def of(
+        cls,
+        scenario: Scenario,
+        job: Job,
+        *,
+        clearance: Clearance | None = None,
+        memory: Memory | None = None,
+    ) -> World:
+        """Return the world of a scene file.
 
         Args:
             scenario: As read.
             job: The scene file.
+            clearance: Its cameras that nothing grows into or before; default none.
             memory: What was built of the same world before.
 
         Raises:
             ConfigError: If the sky's settings contradict each other.
         """
         sky = build_sky(job.sky, location=scenario.network.location)
-        return cls(scenario, job, sky, memory or Memory())
+        return cls(scenario, job, sky, clearance or Clearance(), memory or Memory())
 
     @property
     def dark(self) -> bool:
@@ -119,20 +130,19 @@ class World:
         return self.scenario.network.left_hand
 
 
-def build_place(world: World, camera_path: CameraPath, *, clearance: Clearance) -> Place:
+def build_place(world: World, camera_path: CameraPath) -> Place:
     """Build roads, ground, scenery, street furniture and signals around a camera's path.
 
     Args:
         world: What exists.
         camera_path: Where the camera is and looks.
-        clearance: Cameras that nothing grows into or before.
 
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
     scenario, job, dark = world.scenario, world.job, world.dark
     region = _region(world, camera_path)
-    land = _land(world, camera_path, region, clearance=clearance)
+    land = _land(world, camera_path, region)
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     signals = build_signals(
@@ -142,8 +152,8 @@ def build_place(world: World, camera_path: CameraPath, *, clearance: Clearance) 
         around=around,
         raised=roads.surface_height_at,
     )
-    site = site_of(grown.scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
-    street = build_street(grown.scenario, job.street, site=site, dark=dark)
+    site = site_of(scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
+    street = build_street(scenario, job.street, site=site, dark=dark)
     rails = _rails(scenario, job, land)
     made = (grown.meadow, grown.planting, grown.fronts, signals, street)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
@@ -208,9 +218,7 @@ class _Land:
     around: Surroundings
 
 
-def _land(
-    world: World, camera_path: CameraPath, region: BoundsXY | None, *, clearance: Clearance
-) -> _Land:
+def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Land:
     """Roads and ground around a camera's path."""
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
@@ -222,7 +230,7 @@ def _land(
         focus=_path(camera_path),
         memory=world.memory,
     )
-    room = Room(occupied(scenario.pois, scenario.polygons, clearance.places), camera_path)
+    room = Room(occupied(scenario.pois, scenario.polygons, world.clearance.places), camera_path)
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
@@ -231,7 +239,7 @@ def _land(
         seed=job.seed,
         camera_path=camera_path,
         height_at=ground.height_at,
-        clearance=clearance,
+        clearance=world.clearance,
     )
     return _Land(roads, ground, replace(around, dark=world.dark, memory=world.memory))
 
@@ -296,10 +304,11 @@ def _fronts(
         why = "switched off by `street.fronts`"
     if why is not None:
         return Rows(), Fronts(left_out=(LeftOut(FAMILY, why),))
-    paved = list(roads.layout.outline)
-    rows = grow_rows(scenario.network, paved, (scenario.pois, scenario.polygons), around=around)
+    paved, network = list(roads.layout.outline), scenario.network
+    given = (*scenario.polygons, *stop_areas(network, scenario.stops))
+    rows = grow_rows(network, paved, (scenario.pois, given), around=around)
     near = scenario.network.location.boundary[:2]
-    return rows, build_fronts(rows, roads.layout, around=around, near=near)
+    return rows, build_fronts(in_view(rows, around), roads.layout, around=around, near=near)
 
 
 def _why_barren(job: Job) -> str | None:

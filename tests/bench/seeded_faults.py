@@ -139,7 +139,8 @@ FAULTS = {
         "world/sky/darkness.py", "< np.sin(LIGHTING_UP)", "< 2.0", (f"{DARK}::{BY_DAY}",),
     ),
     "street lamps burn by day": Fault(
-        "world/street/build.py", "lamp_sets(lamps, site) if dark else ()", "lamp_sets(lamps, site)",
+        "world/street/build.py", "lamp_sets(lamps, around) if dark else ()",
+        "lamp_sets(lamps, around)",
         (f"{DARK}::{BY_DAY}",),
     ),
     "light paths aim at signals by day": Fault(

@@ -17,7 +17,6 @@ from builders import (
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, Lamp, lamp_sets
-from sumo3dviz_pt.world.street.places import Site
 
 pytestmark = pytest.mark.slow
 
@@ -26,16 +25,14 @@ CANDELAS = 32_000.0
 ALBEDO = 0.5
 
 
-def site():
-    around = Surroundings(None, None, np.zeros((0, 3)), 0)
-    return Site(around, None, None, None, None)
+AROUND = Surroundings(None, None, np.zeros((0, 3)), 0)
 
 
 @pytest.mark.parametrize("away", [0.0, 6.0, 15.0])
 @pytest.mark.parametrize("height", [LOW, HIGH])
 def test_a_lamp_gives_the_light_of_its_flux(height, away):
     """E = I c h / r^3 beside the spot below the lens, by its lobe's integral I = F / flux."""
-    lamps = lamp_sets([Lamp((0.0, 0.0, 0.0), 0.0, height)], site())
+    lamps = lamp_sets([Lamp((0.0, 0.0, 0.0), 0.0, height)], AROUND)
     materials = {"g": diffuse(ALBEDO), "signal_lens": MATERIALS["signal_lens"]}
     ground = static("g", plane(60), "g")
     scene = scene_of([ground], materials, sky=constant_sky(0.0), lamps=lamps)

@@ -56,12 +56,10 @@ def key_of(production: Production) -> str:
 
 def _cameras(job: Job, name: str) -> list[Any]:
     """The camera, and others that keep the world clear."""
-    clearing = [
-        camera
-        for other, camera in job.cameras.items()
-        if other != name and getattr(camera, "clear_view", False)
-    ]
-    return [camera.model_dump() for camera in (job.cameras[name], *clearing)]
+    from sumo3dviz_pt.shot.cameras.clearances import clearing
+
+    others = (camera for other, camera in job.cameras.items() if other != name)
+    return [camera.model_dump() for camera in (job.cameras[name], *clearing(others))]
 
 
 def _plan(shot: Shot) -> dict[str, Any]:

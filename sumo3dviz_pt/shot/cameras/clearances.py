@@ -6,7 +6,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sumo3dviz_pt.job.settings import CameraSettings, EulerianCamera, LagrangianCamera
+from sumo3dviz_pt.job.settings import (
+    CameraSettings,
+    CinematicCamera,
+    EulerianCamera,
+    LagrangianCamera,
+)
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.shot.cameras.build import standing_view
@@ -27,14 +32,23 @@ def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearan
     Raises:
         ConfigError: If a camera looks at the point where it stands.
     """
-    found = [_views(camera) for camera in cameras]
+    found = [_views(camera) for camera in clearing(cameras)]
     return Clearance(tuple(CameraPath.of(views, aspect=aspect) for views in found if views))
 
 
-def _views(camera: CameraSettings) -> list[View]:
-    """Views along a camera's way; none of one that rides or wants nothing cleared."""
-    if isinstance(camera, LagrangianCamera) or not camera.clear_view:
-        return []
+def clearing(
+    cameras: Iterable[CameraSettings],
+) -> list[EulerianCamera | CinematicCamera]:
+    """Those of some cameras that ride in no vehicle and want a clear view."""
+    return [
+        camera
+        for camera in cameras
+        if not isinstance(camera, LagrangianCamera) and camera.clear_view
+    ]
+
+
+def _views(camera: EulerianCamera | CinematicCamera) -> list[View]:
+    """Views along a camera's way."""
     if isinstance(camera, EulerianCamera):
         return [standing_view(camera)]
     flight = build_flight(camera)

@@ -2,9 +2,9 @@
 
 Trees, houses and street furniture that a scenario did not ask for keep clear of cameras.
 All cameras of a scene file count in each of its shots, so that every shot, and the viewer,
-shows the same world. Where someone's vehicle goes is no matter of the scene file: cameras
-that ride count in their own shot only. A camera that was found by walking through the scene
-shows what was seen then: it asks for nothing to be cleared.
+shows the same world. Cameras that ride do not count: where vehicles drive nothing stands. For
+a camera that was found by walking through the scene nothing is cleared: it shows what was
+seen then.
 """
 
 from __future__ import annotations
@@ -59,7 +59,3 @@ class Clearance:
     def outlooks(self) -> tuple[CameraPath, ...]:
         """The ways of cameras that stay: what they look at must not be hidden."""
         return tuple(w for w in self.ways if np.ptp(w.positions[:, :2], axis=0).max() <= _STAYS)
-
-    def beside(self, way: CameraPath) -> Clearance:
-        """The same, and one more camera's way."""
-        return Clearance((*self.ways, way))

@@ -4,13 +4,16 @@ Streets with footways, or in a dense net, and not too fast, have houses side by 
 behind their pavements. A building line runs around everything that is paved; houses
 stand on it wherever its nearest street is such a street. What the scenario brings
 (points of interest, areas, cameras) keeps its place: there the row has a gap.
+
+Rows grow tile by tile. A block of land belongs whole to the tile of its middle; one that is
+larger than `_MARGIN` is divided along the borders of tiles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from functools import partial
 
 import numpy as np
 import shapely
@@ -22,10 +25,12 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.nearest import Nearest
 from sumo3dviz_pt.world.placement.sightlines import hides
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.tiles import Tile, edges_in, tiles_seen
 
 REACH = 620.0
 """Houses stand at most this far from a camera [m]."""
@@ -46,6 +51,9 @@ _RIM = 0.17  # how far forecourts cover the stones at the back of pavements [m]
 _NOISE = 16.0  # distance from fast roads [m]
 _DENSE, _AROUND = 2200.0, 200.0  # metres of streets within a radius that make a town [m]
 _YARDS = 0.06  # share of lots that stay open
+_TILE = 500.0  # tiles of houses [m]
+_MARGIN = 250.0  # blocks of land up to this size belong to one tile [m]
+_SMALLEST = 250.0  # smaller blocks bear no houses [m2]
 _HOUSE = {"homes": 11.0, "shops": 13.0, "blocks": 16.0, "trees": _TRUNK}  # radii [m]
 _LAND = ("boundary", "place", "admin", "landuse.residential", "landuse.commercial")
 
@@ -91,15 +99,12 @@ class Yard:
     fronts: int
 
 
-_Lot = TypeVar("_Lot", House, Yard)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Rows:
     """Rows of houses.
 
     Attributes:
-        houses: In no special order.
+        houses: Tile by tile.
         forecourts: What is paved between pavements and houses.
         yards: Lots that stay open; they may overlap houses of another street.
     """
@@ -154,47 +159,137 @@ def grow_rows(
     *,
     around: Surroundings,
 ) -> Rows:
-    """Grow rows of houses along the city streets around the cameras of a shot.
+    """Grow rows of houses along city streets in all tiles that the cameras of a shot see.
 
     Args:
         network: Says which streets are a city's.
         paved: Outlines of roads and footways.
         given: Points of interest and polygons, which keep their places.
-        around: Cameras and the seed.
+        around: Cameras, the seed, and the memory of the network's world.
+
+    Returns:
+        All houses of these tiles; `in_view` chooses.
     """
-    pois, polygons = given
-    eyes = around.viewpoints[:, :2]
-    streets = _streets(network, around) if len(eyes) else None
+    tiles = tiles_seen(around, size=_TILE, reach=REACH, beyond=_MARGIN / 2.0)
+    some = [
+        around.memory.of((SOURCE, tile), partial(_in_tile, tile, network, paved, given, around))
+        for tile in tiles
+    ]
+    return Rows(
+        tuple(house for rows in some for house in rows.houses),
+        tuple(court for rows in some for court in rows.forecourts),
+        tuple(yard for rows in some for yard in rows.yards),
+    )
+
+
+def in_view(rows: Rows, around: Surroundings) -> Rows:
+    """The houses that a camera sees, or whose shadows it sees, and all else.
+
+    Args:
+        rows: From `grow_rows`.
+        around: The cameras.
+    """
+    if not rows.houses:
+        return rows
+    middles = np.array([house.plan.mean(axis=0) for house in rows.houses])
+    keep = around.seen(middles, radius=40.0) & (around.distances(middles) < REACH)
+    houses = tuple(house for house, kept in zip(rows.houses, keep, strict=True) if kept)
+    return replace(rows, houses=houses)
+
+
+def _in_tile(
+    tile: Tile,
+    network: Network,
+    paved: Sequence[shapely.Polygon],
+    given: tuple[Sequence[Poi], Sequence[Polygon]],
+    around: Surroundings,
+) -> Rows:
+    """Rows of houses in one tile; cameras that look at it have no say."""
+    streets = _streets(network, tile.box(_MARGIN + 2.0 * _AROUND), around.memory)
     if streets is None or not streets.city.any():
         return Rows()
-    low, high = eyes.min(axis=0) - REACH, eyes.max(axis=0) + REACH
-    box = shapely.box(*low, *high)
-    ground = union(polygon_parts(shapely.intersection(union(list(paved)), box)))
-    trees = np.array(
-        [poi.position for poi in pois if kind_of(poi.type, poi.source) == "trees"]
-    ).reshape(-1, 2)
-    setback = _setback(ground, trees, streets)
+    box = tile.box(_MARGIN)
+    near = shapely.STRtree(list(paved)).query(box, predicate="intersects")
+    ground = union(polygon_parts(shapely.intersection(union([paved[k] for k in near]), box)))
+    setback = _setback(ground, _trees(given[0]), streets)
     grown = ground.buffer(setback + _SLIT, join_style="mitre", mitre_limit=2.0)
     grown = grown.buffer(-_SLIT, join_style="mitre", mitre_limit=2.0)
-    land = shapely.difference(box, grown)
-    taken = _taken(pois, polygons)
+    blocks = [_Block(land, tile) for land in polygon_parts(shapely.difference(box, grown))]
+    blocks = [block for block in blocks if block.land.area > _SMALLEST and not block.room.is_empty]
+    taken = around.memory.of((SOURCE, "taken"), partial(_taken, *given))
+    found = _Found(union([block.room for block in blocks]), taken, around)
     lots: list[tuple[Lot, float]] = []
-    found = _Found(land, taken, around)
-    reach = setback + 14.0
-    for ring in _rings(land):
-        some = lots_along(
-            ring,
-            lambda places: streets.fit(places, reach),
-            depth=DEPTHS[0],
-            share=lambda place, word: _chance(around.seed, place, word),
-        )
-        for lot in some:
+    for block in blocks:
+        for lot in block.lots(partial(streets.fit, reach=setback + 14.0), around.seed):
             found.build(lot, streets)
             lots.append((lot, setback))
     houses = _neighbours(found.houses)
     rim = _RIM if streets.walks.mean() > 0.5 else 0.0
     courts = _forecourts(lots, ground.buffer(-rim, join_style="mitre"), houses)
-    return Rows(_in_view(houses, around), courts, _in_view(found.yards, around))
+    return Rows(tuple(houses), courts, tuple(found.yards))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Block:
+    """Land between streets, as it is seen from a tile.
+
+    Attributes:
+        land: Its outline, cut off at a margin around the tile.
+        tile: Whose houses are wanted.
+    """
+
+    land: shapely.Polygon
+    tile: Tile
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it belongs to one tile as a whole."""
+        x0, y0, x1, y1 = self.land.bounds
+        return bool(max(x1 - x0, y1 - y0) <= _MARGIN)
+
+    @property
+    def room(self) -> shapely.Geometry:
+        """Where the tile's houses may stand."""
+        if not self.is_small:
+            return shapely.intersection(self.land, self.tile.box())
+        x0, y0, x1, y1 = self.land.bounds
+        own = self.tile.holds(np.array([[x0 + x1, y0 + y1]]) / 2.0)[0]
+        # What ends at the margin is the rest of a larger block, far from the tile.
+        whole = self.tile.box(_MARGIN - 0.01).covers(shapely.box(x0, y0, x1, y1))
+        return self.land if own and whole else shapely.Polygon()
+
+    def lots(self, fit: Callable[[Floats], Bools], seed: int) -> list[Lot]:
+        """Divide its building lines, those of a larger block only within the tile.
+
+        Args:
+            fit: Which places, (n, 2) [m], may bear a front.
+            seed: Of widths.
+        """
+
+        def share(place: Floats, word: str) -> float:
+            """Chance of a place, whatever else is built."""
+            return share_of(seed, "row", f"{place[0]:.0f}", f"{place[1]:.0f}", word)
+
+        area = shapely.orient_polygons(self.land)
+        lines = [shapely.get_coordinates(ring) for ring in (area.exterior, *area.interiors)]
+        if not self.is_small:
+            lines = [piece for line in lines for piece in self._cut(line)]
+        return [
+            lot for line in lines for lot in lots_along(line, fit, depth=DEPTHS[0], share=share)
+        ]
+
+    def _cut(self, ring: Floats) -> list[Floats]:
+        """Those pieces of a ring that lie in the tile, in the ring's direction."""
+        inside = shapely.intersection(shapely.LineString(ring), self.tile.box())
+        parts = shapely.get_parts(shapely.line_merge(inside, directed=True))
+        lines = [part for part in parts if part.geom_type == "LineString"]
+        return [shapely.get_coordinates(line) for line in lines]
+
+
+def _trees(pois: Sequence[Poi]) -> Floats:
+    """Where the scenario has trees, (n, 2) [m]."""
+    found = [poi.position for poi in pois if kind_of(poi.type, poi.source) == "trees"]
+    return np.array(found, dtype=np.float64).reshape(-1, 2)
 
 
 class _Found:
@@ -266,27 +361,15 @@ def _neighbours(houses: Sequence[House]) -> list[House]:
     return found
 
 
-def _in_view(lots: Sequence[_Lot], around: Surroundings) -> tuple[_Lot, ...]:
-    """Those that some camera sees, or whose shadows it sees."""
-    if not lots:
-        return ()
-    middles = np.array([lot.plan.mean(axis=0) for lot in lots])
-    keep = around.seen(middles, radius=40.0) & (around.distances(middles) < REACH)
-    return tuple(lot for lot, kept in zip(lots, keep, strict=True) if kept)
-
-
-def _streets(network: Network, around: Surroundings) -> _Streets | None:
-    """Streets near the cameras, sampled."""
+def _streets(network: Network, box: shapely.Polygon, memory: Memory) -> _Streets | None:
+    """Streets in a box, sampled."""
     points, rank, length, fast = [], [], [], []
-    for _, edge in sorted(network.edges.items()):
+    for edge in edges_in(network, box, memory):
         roads = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus", "delivery"}]
         if edge.function != "normal" or not roads:
             continue
         line = shapely.LineString(roads[0].shape[:, :2])
         at = np.linspace(0.0, line.length, max(int(line.length / 5.0), 1) + 1)
-        some = shapely.get_coordinates(shapely.line_interpolate_point(line, at))
-        if around.distances(some).min() > REACH + _AROUND:
-            continue
         quick = _is_fast(edge)
         fast += [_beyond(network, edge, end) for end in (0, -1)]
         walks = any(lane.allowed and lane.allowed <= {"pedestrian"} for lane in edge.lanes)
@@ -345,9 +428,9 @@ def _setback(ground: shapely.Geometry, trees: Floats, streets: _Streets) -> floa
     usual = _SETBACK if streets.walks.mean() > 0.5 else _BARE
     if not len(trees):
         return usual
-    near = streets.fit(trees, _ROW + 12.0)
-    away = shapely.distance(ground, shapely.points(trees))
-    row = away[near & (away < _ROW)]
+    near = trees[streets.fit(trees, _ROW + 12.0)]
+    away = shapely.distance(ground, shapely.points(near))
+    row = away[away < _ROW]
     return max(usual, float(np.percentile(row, 80)) + _TRUNK + 0.2) if len(row) > 12 else usual
 
 
@@ -367,14 +450,6 @@ def _taken(pois: Sequence[Poi], polygons: Sequence[Polygon]) -> shapely.STRtree:
     return shapely.STRtree(found)
 
 
-def _rings(land: shapely.Geometry) -> list[Floats]:
-    """Borders of all pieces of land, which lies on their left, each (n, 2) [m]."""
-    parts = [shapely.orient_polygons(part) for part in polygon_parts(land) if part.area > 250.0]
-    return [
-        shapely.get_coordinates(ring) for part in parts for ring in (part.exterior, *part.interiors)
-    ]
-
-
 def _forecourts(
     lots: Sequence[tuple[Lot, float]], ground: shapely.Geometry, houses: Sequence[House]
 ) -> tuple[shapely.Polygon, ...]:
@@ -392,8 +467,3 @@ def _forecourts(
     near = shapely.intersection(ground.buffer(30.0), whole)
     area = shapely.difference(near, ground)
     return tuple(part for part in polygon_parts(area.buffer(0)) if part.area > 4.0)
-
-
-def _chance(seed: int, place: Floats, word: str) -> float:
-    """Chance of a place, whatever else is built."""
-    return share_of(seed, "row", f"{place[0]:.0f}", f"{place[1]:.0f}", word)

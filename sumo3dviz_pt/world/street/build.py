@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -14,16 +15,37 @@ from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
 from sumo3dviz_pt.world.land.build import GroundParts
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.build import merged
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.placement.tiles import Tile, edges_in, tiles_seen
 from sumo3dviz_pt.world.roads.build import RoadParts
 from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.street.corners import place_corners
-from sumo3dviz_pt.world.street.furniture import furniture_parts, place_furniture, place_stops
-from sumo3dviz_pt.world.street.lamps import REACH, lamp_parts, lamp_sets, place_lamps
-from sumo3dviz_pt.world.street.places import Border, Site, borders_near, crossing_areas
-from sumo3dviz_pt.world.street.signs import GANTRY_REACH, place_signs
+from sumo3dviz_pt.world.street.furniture import REACH as FURNITURE_REACH
+from sumo3dviz_pt.world.street.furniture import (
+    Piece,
+    StopFurniture,
+    furniture_parts,
+    place_furniture,
+    place_stops,
+)
+from sumo3dviz_pt.world.street.lamps import REACH, Lamp, lamp_parts, lamp_sets, place_lamps
+from sumo3dviz_pt.world.street.places import Border, Site, borders_in, crossing_areas
+from sumo3dviz_pt.world.street.signs import (
+    GANTRY_REACH,
+    Links,
+    Sign,
+    links_of,
+    place_exits,
+    place_signs,
+    sign_parts,
+)
+
+_TILE = 250.0  # tiles of street furniture [m]
+_BESIDE = 100.0  # what belongs to an edge stands at most this far beyond its ends [m]
+_SHADOW = 30.0  # what stands outside a picture may throw a shadow into it [m]
 
 FAMILIES = ("street lamps", "signs", "furniture")
 """What users call the families."""
@@ -45,13 +67,9 @@ class StreetParts:
 
 
 def build_street(
-    scenario: Scenario,
-    settings: StreetSettings,
-    *,
-    site: Site,
-    dark: bool,
+    scenario: Scenario, settings: StreetSettings, *, site: Site, dark: bool
 ) -> StreetParts:
-    """Build street lamps, signs and furniture near the camera's path.
+    """Build the street lamps, signs and furniture that the cameras of a shot see.
 
     Args:
         scenario: Roads, POIs and stops.
@@ -59,27 +77,126 @@ def build_street(
         site: Where things may stand; see `site_of`.
         dark: Whether lamps shine.
     """
-    network = scenario.network
-    borders = borders_near(network, site.around, reach=GANTRY_REACH)
-    near = [border for border in borders if _within(border, site.around, REACH)]
-    shelters, stop_signs, cramped = place_stops(network, scenario.stops, site)
-    signs = place_signs(network, borders, site) if settings.signs == "auto" else []
-    auto = settings.lamps == "auto"
-    lamps = place_lamps(near if auto else [], scenario.pois, site)
-    pieces = place_furniture(near, scenario.pois, site, auto=settings.furniture == "auto")
-    if settings.furniture == "auto":
-        pieces += place_corners(network, site)
+    around, furnished = site.around, _Streets(scenario, settings, site)
+    exits = [sign for tile in _tiles(around, GANTRY_REACH) for sign in furnished.exits(tile).exits]
+    kerbs = [furnished.kerbs(tile) for tile in _tiles(around, REACH)]
+    nearest = _tiles(around, 2 * FURNITURE_REACH)
+    pieces = [piece for tile in nearest for piece in furnished.walks(tile)]
+    pieces += [piece for tile in nearest for piece in furnished.kerbs(tile).stops.shelters]
+    signs = [sign for kerb in kerbs for sign in (*kerb.signs, *kerb.stops.signs)]
+    lamps = [lamp for kerb in kerbs for lamp in kerb.lamps]
     parts: dict[str, Sequence[Part]] = {
-        "street lamps": lamp_parts(lamps, site, dark=dark),
-        "signs": [*signs, *stop_signs],
-        "furniture": furniture_parts([*shelters, *pieces], site),
+        "street lamps": lamp_parts(lamps, around, dark=dark),
+        "signs": sign_parts([*exits, *signs], around),
+        "furniture": furniture_parts(pieces, around),
     }
     static = [part for family in FAMILIES for part in merged(family, parts[family])]
+    cramped = sum(kerb.stops.cramped for kerb in kerbs)
     return StreetParts(
         tuple(static),
-        lamp_sets(lamps, site) if dark else (),
+        lamp_sets(lamps, around) if dark else (),
         _absent(parts, settings, cramped),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Exits:
+    """What announces the exits of motorways in one tile, and the posts of that, (n, 2) [m]."""
+
+    exits: tuple[Sign, ...]
+    used: tuple[Floats, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Kerbs:
+    """What stands at the kerbs of one tile, and where anything stands, (n, 2) [m]."""
+
+    stops: StopFurniture
+    signs: tuple[Sign, ...]
+    lamps: tuple[Lamp, ...]
+    used: tuple[Floats, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Streets:
+    """What stands along streets, tile by tile, whatever looks at it.
+
+    What comes later keeps off what came before: exits, then kerbs, then walks.
+
+    Attributes:
+        scenario: Roads, POIs and stops.
+        settings: Which of them stand by themselves.
+        site: All that is given; its cameras have no say.
+    """
+
+    scenario: Scenario
+    settings: StreetSettings
+    site: Site
+
+    def exits(self, tile: Tile) -> _Exits:
+        """Gantries and boards of exits in a tile."""
+        return self._memory.of(("street exits", tile), partial(self._exits, tile))
+
+    def kerbs(self, tile: Tile) -> _Kerbs:
+        """Stops, signs and lamps in a tile."""
+        return self._memory.of(("street kerbs", tile), partial(self._kerbs, tile))
+
+    def walks(self, tile: Tile) -> tuple[Piece, ...]:
+        """Furniture of footways and corners in a tile."""
+        return self._memory.of(("street walks", tile), partial(self._walks, tile))
+
+    def _exits(self, tile: Tile) -> _Exits:
+        """What `exits` keeps."""
+        site = self._site(tile, ())
+        if self.settings.signs != "auto":
+            return _Exits((), ())
+        network = self.scenario.network
+        found = place_exits(network, self._borders(tile), site, self._links)
+        return _Exits(tuple(found), tuple(site.used))
+
+    def _kerbs(self, tile: Tile) -> _Kerbs:
+        """What `kerbs` keeps."""
+        site, network = self._site(tile, self.exits(tile).used), self.scenario.network
+        borders = self._borders(tile)
+        stops = place_stops(network, self.scenario.stops, site)
+        auto = self.settings.signs == "auto"
+        signs = place_signs(network, borders, site, self._links) if auto else []
+        auto = self.settings.lamps == "auto"
+        lamps = place_lamps(borders if auto else [], self.scenario.pois, site)
+        return _Kerbs(stops, tuple(signs), tuple(lamps), tuple(site.used))
+
+    def _walks(self, tile: Tile) -> tuple[Piece, ...]:
+        """What `walks` keeps."""
+        site, network = self._site(tile, self.kerbs(tile).used), self.scenario.network
+        auto = self.settings.furniture == "auto"
+        pieces = place_furniture(self._borders(tile), self.scenario.pois, site, auto=auto)
+        if auto:
+            edges = edges_in(network, tile.box(), self._memory)
+            pieces += place_corners(edges, network, site)
+        return tuple(pieces)
+
+    @property
+    def _memory(self) -> Memory:
+        """What was built of the world."""
+        return self.site.around.memory
+
+    @property
+    def _links(self) -> Links:
+        """Connections of the network."""
+        return self._memory.of(("links",), partial(links_of, self.scenario.network))
+
+    def _borders(self, tile: Tile) -> list[Border]:
+        """Borders of streets that may come near a tile."""
+        return borders_in(self.scenario.network, tile.box(_BESIDE), self._memory)
+
+    def _site(self, tile: Tile, used: Sequence[Floats]) -> Site:
+        """The ground of a tile, on which something stands already."""
+        return replace(self.site, tile=tile, used=list(used))
+
+
+def _tiles(around: Surroundings, reach: float) -> list[Tile]:
+    """Tiles of street furniture that a camera sees, up to a distance [m]."""
+    return tiles_seen(around, size=_TILE, reach=reach, beyond=_SHADOW)
 
 
 def site_of(
@@ -92,6 +209,8 @@ def site_of(
 ) -> Site:
     """The ground that street furniture stands on.
 
+    What our own code adds (houses, plants) stands too far from streets to matter here.
+
     Args:
         scenario: Its trees, houses and fences keep their places.
         around: Lanes, cameras and chance.
@@ -99,8 +218,24 @@ def site_of(
         ground: Everything else.
         supports: Feet of signals, (n, 2) [m].
     """
+    given = around.memory.of(("street", "given"), partial(_given, scenario))
+    taken = np.concatenate([given.taken, supports.reshape(-1, 2)])
+    standing = standing_height(roads, ground)
+    return Site(around, standing, given.crossings, taken, given.lines)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Given:
+    """What a scenario brings that street furniture keeps off."""
+
+    crossings: shapely.STRtree
+    taken: Floats
+    lines: shapely.STRtree
+
+
+def _given(scenario: Scenario) -> _Given:
+    """What a scenario brings."""
     trees = [poi.position for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
-    taken = np.array([*trees, *supports.tolist()], dtype=np.float64).reshape(-1, 2)
     lines = [
         shapely.LineString(item.shape[:, :2])
         for item in scenario.polygons
@@ -111,11 +246,9 @@ def site_of(
         for item in scenario.polygons
         if len(item.shape) > 2 and kind_of(item.type, item.source) == "buildings"
     ]
-    return Site(
-        around,
-        standing_height(roads, ground),
+    return _Given(
         crossing_areas(scenario.network),
-        taken,
+        np.array(trees, dtype=np.float64).reshape(-1, 2),
         shapely.STRtree([*lines, *walls]),
     )
 
@@ -135,12 +268,6 @@ def standing_height(roads: RoadParts, ground: GroundParts) -> HeightAt:
         return heights
 
     return height_at
-
-
-def _within(border: Border, around: Surroundings, reach: float) -> bool:
-    """Whether a part of an edge is near a camera."""
-    at = np.linspace(0.0, border.length, max(2, int(border.length / 100.0) + 1))
-    return bool(around.distances(border.at(at, 0.0)[0]).min() < reach)
 
 
 def _absent(

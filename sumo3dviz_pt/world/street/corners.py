@@ -15,9 +15,6 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.world.street.furniture import Piece, off_lanes
 from sumo3dviz_pt.world.street.places import Site
 
-REACH = 120.0
-"""Corners farther than this from every camera stay empty [m]."""
-
 RADII: Mapping[str, float] = {
     "cabinet": 0.6,
     "post_box": 0.35,
@@ -59,17 +56,18 @@ _ROAD = 2.0
 """Borders with a carriageway, a crossing or a footway this near are no outer ones [m]."""
 
 
-def place_corners(network: Network, site: Site) -> list[Piece]:
-    """Furniture on the corners near cameras, by a seed.
+def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[Piece]:
+    """Furniture on corners, by a seed.
 
     Args:
-        network: Its walking areas are the corners.
+        edges: Those that are walking areas are the corners.
+        network: The road network.
         site: What is free; furniture is added to it.
     """
     pieces: list[Piece] = []
-    for _, edge in sorted(network.edges.items()):
+    for edge in edges:
         outline = edge.lanes[0].shape if edge.function == "walkingarea" else np.zeros((0, 3))
-        if len(outline) < 3 or site.around.distances(outline).min() > REACH:
+        if len(outline) < 3:
             continue
         area = areal(shapely.make_valid(shapely.Polygon(outline[:, :2])))
         if area.area > _SMALLEST:
@@ -109,7 +107,7 @@ def _is_good(
     """Whether a piece has room at places, (n, 2) [m], on an area and beside walkers' paths."""
     area, paths = inside
     dots = shapely.points(places)
-    good = site.free(places, radius=RADII[name]) & site.around.seen(places, radius=2.0)
+    good = site.free(places, radius=RADII[name])
     good &= shapely.contains(area.buffer(-_HALVES[name]), dots)
     return np.asarray(good & (shapely.distance(dots, paths) > _PATH + _HALVES[name]))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import shapely
@@ -15,9 +15,11 @@ from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part
-from sumo3dviz_pt.model.traffic import Poi, Stop
+from sumo3dviz_pt.model.traffic import Poi, Polygon, Stop
 from sumo3dviz_pt.world.objects.build import facing_roads
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.places import Border, Site, border_of, is_urban, spread
+from sumo3dviz_pt.world.street.signs import Sign
 
 REACH = 220.0
 """Furniture farther than this from every camera is left out; shelters at twice that [m]."""
@@ -48,6 +50,7 @@ _LEVEL = 60.0
 _ENDS = (16.0, 16.0)  # kept clear at both ends of an edge, where people wait and turn [m]
 _SPACING = 38.0
 _WALK = 1.9  # narrowest sidewalk that benches stand on [m]
+_ROOM = 16.0  # a shelter stands within this length of a stop [m]
 _BOLLARDS = (7.0, 8.6, 10.2, 11.8)  # a row of them near a junction [m]
 
 
@@ -86,7 +89,7 @@ def place_furniture(
     """Furniture at POIs and, if wanted, along the sidewalks of towns.
 
     Args:
-        borders: Of the edges near the camera.
+        borders: Of edges.
         pois: All of the scenario.
         site: What is free; furniture is added to it.
         auto: Whether sidewalks get some that nobody asked for.
@@ -99,12 +102,15 @@ def place_furniture(
     return pieces
 
 
-def furniture_parts(pieces: Sequence[Piece], site: Site) -> list[Part]:
-    """Meshes of all pieces."""
+def furniture_parts(pieces: Sequence[Piece], around: Surroundings) -> list[Part]:
+    """Meshes of the pieces that a camera sees."""
     places = np.array([piece.place[:2] for piece in pieces]).reshape(-1, 2)
-    far = site.around.distances(places) > _LEVEL
+    away = around.distances(places)
+    reach = [REACH * (2.0 if piece.name == "bus_shelter" else 1.0) for piece in pieces]
+    shown = (away < reach) & around.seen(places, radius=4.0)
     parts: list[Part] = []
-    for piece, is_far in zip(pieces, far, strict=True):
+    for k in np.flatnonzero(shown).tolist():
+        piece, is_far = pieces[k], away[k] > _LEVEL
         stand = Transform.from_pose(piece.place, yaw=piece.yaw)
         for part in _body(piece.name, int(is_far)):
             parts.append(Part(stand.mesh(part.mesh), part.material, part.tint))
@@ -117,16 +123,31 @@ def _body(name: str, level: int) -> tuple[Part, ...]:
     return tuple(FURNITURE[name](level))
 
 
-def place_stops(
-    network: Network, stops: Sequence[Stop], site: Site
-) -> tuple[list[Piece], list[Part], int]:
+@dataclass(frozen=True, slots=True)
+class StopFurniture:
+    """What stands at bus stops.
+
+    Attributes:
+        shelters: One a stop, where there is room.
+        signs: One a stop, where there is room.
+        cramped: How many stops have no room for a shelter.
+    """
+
+    shelters: Sequence[Piece]
+    signs: Sequence[Sign]
+    cramped: int
+
+
+def place_stops(network: Network, stops: Sequence[Stop], site: Site) -> StopFurniture:
     """Shelters and signs at bus stops.
 
-    Returns:
-        Shelters, parts of the signs, and how many stops have no room for a shelter.
+    Args:
+        network: Says where stops are.
+        stops: All of the scenario.
+        site: What is free; shelters and signs are added to it.
     """
     shelters: list[Piece] = []
-    parts: list[Part] = []
+    posts: list[Sign] = []
     cramped = 0
     for stop in stops:
         lane = network.lanes.get(stop.lane)
@@ -135,15 +156,36 @@ def place_stops(
             continue
         begin, end = (share * border.length for share in stop.span(lane.length))
         spot, _, _ = border.at(np.array([(begin + end) / 2]), 0.0)
-        if site.around.distances(spot)[0] > 2 * REACH:
+        if not site.holds(spot)[0]:
             continue
         shelter = _shelter(border, (begin + end) / 2, site)
-        parts += _stop_sign(border, end, site)
+        posts += _stop_sign(border, end, site)
         if shelter is None:
             cramped += 1
         else:
             shelters.append(shelter)
-    return shelters, parts, cramped
+    return StopFurniture(shelters, posts, cramped)
+
+
+def stop_areas(network: Network, stops: Sequence[Stop]) -> list[Polygon]:
+    """Where shelters at bus stops may stand, as areas that houses keep off.
+
+    Args:
+        network: Says where stops are.
+        stops: All of the scenario.
+    """
+    areas = []
+    for stop in stops:
+        lane = network.lanes.get(stop.lane)
+        border = None if lane is None else border_of(network, network.edges[lane.edge_id])
+        if lane is None or border is None:
+            continue
+        middle = sum(stop.span(lane.length)) / 2 * border.length
+        along = middle + 0.5 * _ROOM * np.array([-1.0, 1.0, 1.0, -1.0])
+        deep = max(border.walk, 2.4) + 0.5
+        corners, _, _ = border.at(along, np.array([0.0, 0.0, deep, deep]))
+        areas.append(Polygon(f"stop:{stop.id}", "bus_stop", corners, True, None, "stops"))
+    return areas
 
 
 def _shelter(border: Border, along: float, site: Site) -> Piece | None:
@@ -168,7 +210,7 @@ def _shelter(border: Border, along: float, site: Site) -> Piece | None:
     return None
 
 
-def _stop_sign(border: Border, along: float, site: Site) -> list[Part]:
+def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
     """The sign of a stop at its head end."""
     tries = np.clip(along - np.array([0.5, 1.5, 2.5, 4.0]), 0.5, max(border.length - 0.5, 0.5))
     places, road, yaw = border.at(tries, 0.5)
@@ -179,10 +221,7 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Part]:
     site.use(places[i : i + 1])
     z = float(site.standing(places[i : i + 1])[0])
     stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
-    return [
-        Part(stand.mesh(part.mesh), part.material, part.tint)
-        for part in signs.on_post(signs.bus_stop(), bottom=2.2)
-    ]
+    return [Sign(stand, partial(signs.on_post, signs.bus_stop(), bottom=2.2), 2 * REACH)]
 
 
 def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
@@ -190,7 +229,7 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
     wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
     places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
     index = site.around.index
-    good = (site.around.distances(places) < REACH) & ~index.covers(places, margin=0.1)
+    good = site.holds(places) & ~index.covers(places, margin=0.1)
     yaws, heights = facing_roads(places, index), np.zeros(len(places))
     if good.any():
         heights[good] = site.standing(places[good])
@@ -253,10 +292,5 @@ def _stood(
 
 def _room(name: str, places: Floats, road: Floats, site: Site) -> bool:
     """Whether a piece has room at a place, (1, 2) [m]."""
-    good = (
-        site.free(places, radius=RADII[name])
-        & site.level_with(places, road)
-        & (site.around.distances(places) < REACH)
-        & site.around.seen(places, radius=4.0)
-    )
+    good = site.free(places, radius=RADII[name]) & site.level_with(places, road)
     return bool(good[0])

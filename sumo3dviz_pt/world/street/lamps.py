@@ -24,6 +24,7 @@ from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.objects.build import facing_roads
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.places import Border, Site, is_urban, spread
 
 LAMP_SET = "street_lamps"
@@ -91,7 +92,7 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
     """Lamps at POIs, and along urban edges.
 
     Args:
-        borders: Of the edges near the camera.
+        borders: Of edges.
         pois: All of the scenario.
         site: What is free; lamps are added to it.
     """
@@ -104,12 +105,11 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
     return lamps
 
 
-def lamp_parts(lamps: Sequence[Lamp], site: Site, *, dark: bool) -> list[Part]:
-    """Poles, heads and, by day, lenses."""
-    around = site.around
+def lamp_parts(lamps: Sequence[Lamp], around: Surroundings, *, dark: bool) -> list[Part]:
+    """Poles, heads and, by day, lenses of the lamps that a camera sees."""
     places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
     away = around.distances(places)
-    seen = around.seen(places, radius=_SHOWN)
+    seen = around.seen(places, radius=_SHOWN) & (away < REACH)
     shining = away < LIT
     parts: list[Part] = []
     for lamp, far, shown, lit in zip(lamps, away, seen, shining, strict=True):
@@ -129,14 +129,14 @@ def _body(height: float, level: int) -> Mesh:
     return merge_meshes([pole(height, level=level), head(height, level=level)])
 
 
-def lamp_sets(lamps: Sequence[Lamp], site: Site) -> tuple[LampSet, ...]:
+def lamp_sets(lamps: Sequence[Lamp], around: Surroundings) -> tuple[LampSet, ...]:
     """What shines by night, near the camera's path, in rings of distance.
 
     A path picks a set by its weight and then a lamp by its area. In one set of all, a near
     lamp would rarely be picked and then count so much that the firefly cap cut it off.
     """
     places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
-    away = site.around.distances(places)
+    away = around.distances(places)
     found = []
     for number, (low, high, weight) in enumerate(_RINGS):
         ring = [lamp for lamp, d in zip(lamps, away.tolist(), strict=True) if low <= d < high]
@@ -169,8 +169,7 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
     """Lamps that the scenario asks for; none on a road."""
     wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
     places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
-    near = site.around.distances(places) < REACH
-    free = near & ~site.around.index.covers(places, margin=0.1)
+    free = site.holds(places) & ~site.around.index.covers(places, margin=0.1)
     yaws = facing_roads(places, site.around.index)
     heights = site.standing(places[free]) if free.any() else np.zeros(0)
     site.use(places[free])
@@ -204,8 +203,7 @@ def _along(
     tries = np.clip(at[:, None] + _SHIFTS, 1.0, max(border.length - 1.0, 1.0))
     places, road, yaw = border.at(tries.reshape(-1), back)
     good = (
-        (site.around.distances(places) < REACH)
-        & site.free(places, radius=0.2)
+        site.free(places, radius=0.2)
         & site.level_with(places, road)
         & ~_near_any(places, given, _SPACING / 2)
     ).reshape(tries.shape)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -11,12 +12,15 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Lane, Network
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.placement.tiles import Tile, edges_in
 
 MARGIN = 0.25
 """Distance that everything keeps from carriageways and bicycle lanes [m]."""
 
 _STEP = 1.0  # highest difference between the ground and the road beside it [m]
+_GAP = 1.0  # between things [m]
 _CAMERA = 2.5  # distance that things keep from cameras that are not high above [m]
 _WALKS = ("crossing",)
 
@@ -92,6 +96,8 @@ class Site:
         crossings: Areas that people cross roads on.
         taken: Places of other things, (n, 2) [m].
         lines: Fences.
+        tile: Where things may be put; None is everywhere. Neighbours do the same on their
+            side, so nothing is put where it would touch the border.
         used: What was put here; it grows.
     """
 
@@ -100,7 +106,14 @@ class Site:
     crossings: shapely.STRtree
     taken: Floats
     lines: shapely.STRtree
+    tile: Tile | None = None
     used: list[Floats] = field(default_factory=list)
+
+    def holds(self, places: Floats) -> Bools:
+        """Which places, (n, 2) [m], are this site's."""
+        if self.tile is None or not len(places):
+            return np.ones(len(places), dtype=np.bool_)
+        return self.tile.holds(places)
 
     def free(self, places: Floats, *, radius: float, walks: bool = True) -> Bools:
         """Which places are clear of lanes, crossings, other things and cameras.
@@ -123,7 +136,9 @@ class Site:
         others = np.concatenate([self.taken, *self.used])
         if len(others):
             away = np.hypot(*(places[:, None] - others[None]).transpose(2, 0, 1))
-            clear &= away.min(axis=1) > radius + 1.0
+            clear &= away.min(axis=1) > radius + _GAP
+        if self.tile is not None:
+            clear &= self.tile.depth(places) > radius + _GAP / 2.0
         return np.asarray(clear & (self.around.clearance.distances(places) > radius + _CAMERA))
 
     def level_with(self, places: Floats, road: Floats) -> Bools:
@@ -148,6 +163,21 @@ def crossing_areas(network: Network) -> shapely.STRtree:
     return shapely.STRtree(
         [shapely.LineString(k.shape[:, :2]).buffer(k.width / 2, cap_style="flat") for k in lanes]
     )
+
+
+def borders_in(network: Network, box: shapely.Polygon, memory: Memory) -> list[Border]:
+    """Borders of the edges that may run through a box [m], by edge id.
+
+    Args:
+        network: The network.
+        box: Upright.
+        memory: Of the network's world.
+    """
+    found = [
+        memory.of(("border", edge.id), partial(border_of, network, edge))
+        for edge in edges_in(network, box, memory)
+    ]
+    return [border for border in found if border is not None and border.length > 1.0]
 
 
 def borders_near(network: Network, around: Surroundings, *, reach: float) -> list[Border]:

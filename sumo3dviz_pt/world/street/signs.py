@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.places import Border, Site
 
 REACH = 400.0
@@ -46,22 +48,70 @@ class Wish:
     bottom: float = 2.2
 
 
-def place_signs(network: Network, borders: Sequence[Border], site: Site) -> list[Part]:
-    """Everything that signs are made of, in the world.
+@dataclass(frozen=True, slots=True, eq=False)
+class Sign:
+    """A sign that stands, or a gantry.
+
+    Attributes:
+        stand: Where: `world_from_sign`.
+        body: Its parts in its own frame by level of detail, 0 or 1.
+        reach: Farther than this from every camera it is left out [m].
+        radius: Of a ball around its foot that holds it [m].
+    """
+
+    stand: Transform
+    body: Callable[..., Sequence[Part]]
+    reach: float
+    radius: float = 4.0
+
+
+def place_signs(
+    network: Network, borders: Sequence[Border], site: Site, links: Links
+) -> list[Sign]:
+    """Signs on posts along edges.
 
     Args:
         network: The road network.
-        borders: Of the edges near the camera.
+        borders: Of edges.
         site: What is free; signs are added to it.
+        links: Connections of the network.
     """
-    links = _links(network)
+    return [
+        sign
+        for border in borders
+        if "railway" not in border.edge.type
+        for wish in (*_limit(network, border, links), *_priority(border, links))
+        for sign in _posted(wish, border, site)
+    ]
+
+
+def place_exits(
+    network: Network, borders: Sequence[Border], site: Site, links: Links
+) -> list[Sign]:
+    """Gantries before exits of motorways, and boards at the exits' noses.
+
+    Args:
+        network: The road network.
+        borders: Of edges.
+        site: What is free; posts of gantries are added to it.
+        links: Connections of the network.
+    """
+    return [
+        sign
+        for border in borders
+        if "railway" not in border.edge.type
+        for sign in _exit(network, border, links, site)
+    ]
+
+
+def sign_parts(signs: Sequence[Sign], around: Surroundings) -> list[Part]:
+    """Everything that the signs which a camera sees are made of, in the world."""
+    places = np.array([sign.stand.matrix[:2, 3] for sign in signs]).reshape(-1, 2)
+    away = around.distances(places)
     parts: list[Part] = []
-    for border in borders:
-        if "railway" in border.edge.type:
-            continue
-        for wish in (*_limit(network, border, links), *_priority(border, links)):
-            parts += _posted(wish, border, site)
-        parts += _exit(network, border, links, site)
+    for sign, place, distance in zip(signs, places, away.tolist(), strict=True):
+        if distance < sign.reach and around.seen(place[None], radius=sign.radius)[0]:
+            parts += _moved(sign.body(level=int(distance > _FAR)), sign.stand)
     return parts
 
 
@@ -80,7 +130,7 @@ class Links:
     at: Mapping[str, list[Connection]]
 
 
-def _links(network: Network) -> Links:
+def links_of(network: Network) -> Links:
     """Sort connections by the normal edges that they join."""
     into: dict[str, list[Connection]] = {}
     out: dict[str, list[Connection]] = {}
@@ -137,28 +187,22 @@ def _priority(border: Border, links: Links) -> list[Wish]:
     return []
 
 
-def _posted(wish: Wish, border: Border, site: Site) -> list[Part]:
+def _posted(wish: Wish, border: Border, site: Site) -> list[Sign]:
     """A sign on a post beside the road, if there is room near its place."""
     tries = wish.along + np.array([0.0, 1.5, -1.5, 3.0, -3.0, 5.0, -5.0])
     tries = tries[(tries > 1.0) & (tries < border.length - 0.8)]
     places, road, yaw = border.at(tries, _BESIDE if border.walk > 0.0 else _VERGE)
-    good = (
-        site.free(places, radius=0.15, walks=False)
-        & site.level_with(places, road)
-        & (site.around.distances(places) < REACH)
-        & site.around.seen(places, radius=4.0)
-    )
+    good = site.free(places, radius=0.15, walks=False) & site.level_with(places, road)
     if not good.any():
         return []
     i = int(np.argmax(good))
     site.use(places[i : i + 1])
     z = float(site.standing(places[i : i + 1])[0])
-    level = int(site.around.distances(places[i : i + 1])[0] > _FAR)
     stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
-    return _moved(shapes.on_post(wish.face, bottom=wish.bottom, level=level), stand)
+    return [Sign(stand, partial(shapes.on_post, wish.face, bottom=wish.bottom), REACH)]
 
 
-def _exit(network: Network, border: Border, links: Links, site: Site) -> list[Part]:
+def _exit(network: Network, border: Border, links: Links, site: Site) -> list[Sign]:
     """A gantry before a motorway's exit, and a board at the exit's nose."""
     edge = border.edge
     drives = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus"}]
@@ -178,15 +222,14 @@ def _leaves(target: Edge, edge: Edge) -> bool:
     return len(target.lanes) < len(edge.lanes) and limit_of(target) < limit_of(edge)
 
 
-def _gantry(border: Border, site: Site) -> list[Part]:
+def _gantry(border: Border, site: Site) -> list[Sign]:
     """A gantry over an edge, about 180 m before its end."""
     at = max(border.length - _BEFORE_EXIT, min(20.0, border.length / 2))
     span = border.road
     feet = np.array(_GANTRY_FEET)
     places, road, _ = border.at(np.full(len(feet), at), feet)
     good = site.free(places, radius=0.5) & site.level_with(places, road)
-    near = site.around.distances(places).min() < GANTRY_REACH
-    if not good.any() or not near or not site.around.seen(places[:1], radius=20.0).any():
+    if not good.any():
         return []
     out = float(feet[int(np.argmax(good))])
     insides = -(span + np.array([1.0, 1.4, 1.8, 2.4]))
@@ -201,7 +244,8 @@ def _gantry(border: Border, site: Site) -> list[Part]:
     side = float(-border.outward)
     boards = [(side * y, face) for y, face in _boards(border, site.around.seed)]
     ends = (side * reach, -side * out)
-    return _moved(shapes.gantry(*ends, boards, portal=portal), stand)
+    made = shapes.gantry(*ends, boards, portal=portal)
+    return [Sign(stand, lambda level: made, GANTRY_REACH, radius=20.0 + span)]
 
 
 def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
@@ -216,7 +260,7 @@ def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
     ]
 
 
-def _nose(edge: Edge, network: Network, site: Site) -> list[Part]:
+def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     """The board between an exit and the road it leaves."""
     lane = edge.lanes[-1]
     step = np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
@@ -228,20 +272,14 @@ def _nose(edge: Edge, network: Network, site: Site) -> list[Part]:
     inner = -1.0 if network.left_hand else 1.0
     normal = inner * np.column_stack([-np.sin(yaw), np.cos(yaw)])
     places = points[:, :2] + normal * (lane.width / 2 + 1.9)
-    good = (
-        site.free(places, radius=1.3)
-        & site.level_with(places, points[:, 2])
-        & (site.around.distances(places) < GANTRY_REACH / 2)
-        & site.around.seen(places, radius=4.0)
-    )
+    good = site.free(places, radius=1.3) & site.level_with(places, points[:, 2])
     if not good.any():
         return []
     i = int(np.argmax(good))
     site.use(places[i : i + 1])
     z = float(site.standing(places[i : i + 1])[0])
-    return _moved(
-        shapes.exit_board(("EXIT",)), Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
-    )
+    stand = Transform.from_pose((*places[i], z), yaw=float(yaw[i]))
+    return [Sign(stand, lambda level: shapes.exit_board(("EXIT",)), GANTRY_REACH / 2)]
 
 
 def _moved(parts: Sequence[Part], stand: Transform) -> list[Part]:

@@ -64,5 +64,5 @@ def test_only_cameras_that_stay_have_outlooks():
 def test_distances_are_level_and_infinite_without_cameras():
     assert np.isinf(Clearance().distances(np.zeros((3, 2)))).all()
     assert Clearance().places.shape == (0, 3)
-    one = Clearance().beside(CameraPath.all_round(np.array([[3.0, 4.0, 50.0]])))
+    one = Clearance((CameraPath.all_round(np.array([[3.0, 4.0, 50.0]])),))
     assert one.distances(np.zeros((1, 2))) == pytest.approx([5.0])

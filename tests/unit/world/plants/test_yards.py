@@ -88,7 +88,7 @@ def test_where_nothing_is_planted_no_garden_grows():
         job = load_job(crossing, {"ground.planting": planting})
         _, scenario, _ = read(job, begin=450.0, end=451.0)
         clear = clearance_of(job.cameras.values(), aspect=0.5)
-        place = build_place(World.of(scenario, job), camera_path, clearance=clear)
+        place = build_place(World.of(scenario, job, clearance=clear), camera_path)
         grown[planting] = {part.id.split("/")[0] for part in place.static}
     assert "hedges" in grown["auto"] and "hedges" not in grown["none"]
 

@@ -140,7 +140,7 @@ def test_corners_get_furniture_out_of_the_way():
     nothing = np.zeros((0, 2))
     flat = lambda places: np.zeros(len(places))  # noqa: E731
     site = Site(around, flat, crossing_areas(net), nothing, shapely.STRtree([]))
-    pieces = place_corners(net, site)
+    pieces = place_corners(list(net.edges.values()), net, site)
     assert len(pieces) > 5
     spots = np.array([piece.place[:2] for piece in pieces])
     assert not around.index.covers(spots, margin=0.3).any()
@@ -152,7 +152,7 @@ def test_corners_get_furniture_out_of_the_way():
     ]
     assert shapely.distance(shapely.points(spots), shapely.union_all(paths)).min() > 0.5
     again = Site(around, flat, crossing_areas(net), nothing, shapely.STRtree([]))
-    assert place_corners(net, again) == pieces
+    assert place_corners(list(net.edges.values()), net, again) == pieces
 
 
 def tones_of(made, name):

@@ -1,5 +1,6 @@
 """Street lamps, signs and furniture: where they stand, what they show, how they shine."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,8 +12,10 @@ from sumo3dviz_pt.library.street.lamp import LENS
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
+from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
-from sumo3dviz_pt.world.street.build import build_street
+from sumo3dviz_pt.world.placement.tiles import Tile
+from sumo3dviz_pt.world.street.build import _Streets, build_street
 from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, place_lamps, radiance
 from sumo3dviz_pt.world.street.places import (
     Site,
@@ -327,3 +330,43 @@ def test_the_same_seed_gives_the_same_things():
 def test_junctions_and_empty_networks_are_no_trouble():
     net = network(junctions=[Junction("J", "priority", np.zeros(3), np.zeros((0, 3)))])
     assert built(net).static == ()
+
+
+def grid_town(step=90.0, count=7):
+    """Streets with footways both ways, and no tile's border along any of them."""
+    edges = {}
+    for k in range(count):
+        for name, kinds, ends in (
+            (f"e{k}", "fc", ((0.0, count * step), (count * step, 0.0))),
+            (f"w{k}", "fc", ((0.0, count * step), (count * step, 0.0))),
+        ):
+            there = ends[0] if name.startswith("e") else ends[1]
+            y = step * k + (0.0 if name.startswith("e") else 11.4)
+            edges[name] = edge(name, y, kinds=kinds, x=there, ends=("A", "B"))
+    return network(*edges.values())
+
+
+def stood(net, eye):
+    """Whatever stands along streets in all tiles, as one camera's shot finds it."""
+    site = site_on(net, viewpoints=(eye,))
+    site = replace(site, around=replace(site.around, clearance=Clearance()))
+    town = Scenario(net, TrafficLog((), (), 0.0, 0.0, 0.0))
+    streets = _Streets(town, StreetSettings(), site)
+    tiles = [Tile(250.0, x, y) for x in range(-1, 4) for y in range(-1, 4)]
+    found = []
+    for tile in tiles:
+        kerbs = streets.kerbs(tile)
+        found += [lamp.place for lamp in kerbs.lamps]
+        found += [tuple(sign.stand.matrix[:3, 3]) for sign in kerbs.signs]
+        found += [piece.place for piece in streets.walks(tile)]
+    return np.array(found)
+
+
+def test_what_stands_hangs_on_no_camera_and_nothing_touches_across_tiles():
+    net = grid_town()
+    west, east = stood(net, (0.0, 0.0, 30.0)), stood(net, (600.0, 300.0, 2.0))
+    assert len(west) > 150
+    np.testing.assert_array_equal(west, east)
+    away = np.hypot(*(west[:, None, :2] - west[None, :, :2]).transpose(2, 0, 1))
+    # Bollards stand in rows of their own.
+    assert away[~np.eye(len(west), dtype=bool)].min() > 1.0
