@@ -9,7 +9,7 @@ References:
     J. W. Tukey, Exploratory Data Analysis, 1977, chapter 16 (twicing): 2 K - K * K has no
     second moment, so that arcs stay where they are. The plain triangle of 2 m that shared
     facts on motion, section 5.2, recommend moves a bend of 8 m by 4 cm and costs half the
-    heading's accuracy at the same jerk (docs/internals.md).
+    heading's accuracy at the same jerk (docs/internals/motion.md).
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ class Projector:
     def _warmed(self) -> float:
         """Compile and record all that a small picture needs; seconds that the last one takes.
 
-        A recording is final after two pictures of each of two times (docs/internals.md).
+        A recording is final after two pictures of each of two times (docs/internals/viewer.md).
         """
         live, spent = self._live, 0.0
         view, begin = live.home, live.ground.begin

@@ -74,6 +74,12 @@ def test_contributing_names_places_that_are_there() -> None:
     assert not missing
 
 
+def test_pages_that_the_code_cites_are_there() -> None:
+    for path in PACKAGE.rglob("*.py"):
+        for name in re.findall(r"\bdocs/[\w/.]+\.md", path.read_text(encoding="utf-8")):
+            assert (ROOT / name).exists(), f"{path.name}: {name}"
+
+
 def spread(name: str) -> list[str]:
     """`a/{b,c}` as its two meanings."""
     found = re.fullmatch(r"(.*)\{(.*)\}(.*)", name)

@@ -1,7 +1,7 @@
 """What a film will cost: CPU time, wall time, memory and disk.
 
 The constants are from `ronda` and `crossing` at 640x360 and 1280x720 on a shared server, see
-docs/internals.md; machines differ by a factor of two.
+docs/internals/forecasts.md; machines differ by a factor of two.
 """
 
 from __future__ import annotations

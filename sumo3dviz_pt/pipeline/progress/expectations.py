@@ -1,7 +1,8 @@
 """How long the steps of long work should take, before any of it is done.
 
 Two cores of a shared server needed so long for `ronda`, `crossing`, Barcelona, Bologna and Bad
-Hersfeld, see docs/internals.md; while work goes on, its own pace corrects what is expected.
+Hersfeld, see docs/internals/forecasts.md; while work goes on, its own pace corrects what is
+expected.
 """
 
 from __future__ import annotations

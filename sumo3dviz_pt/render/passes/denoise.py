@@ -41,7 +41,7 @@ def denoise(
         "high": oidn.Quality.High,
     }
     # Guides go in as they are: filtering them first costs four times the denoising and
-    # gains less than the same time in samples (docs/internals.md).
+    # gains less than the same time in samples (docs/internals/samples_to_picture.md).
     result = oidn.denoise(
         np.ascontiguousarray(radiance, np.float32),
         None if albedo is None else np.ascontiguousarray(np.clip(albedo, 0.0, 1.0), np.float32),
