@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, singledispatch
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -26,10 +26,11 @@ from sumo3dviz_pt.cast.choice import (
     UserChoice,
 )
 from sumo3dviz_pt.cast.drawing import Assembly, Unit
+from sumo3dviz_pt.cast.figures import person
 from sumo3dviz_pt.cast.fitted_models import Prototypes, fitted_model, made_once, sizes
 from sumo3dviz_pt.cast.seats import Seat, car_seat, class_seat
 from sumo3dviz_pt.library.materials.named import MATERIALS, principled, two_sided
-from sumo3dviz_pt.library.people.build import figure, stride_length
+from sumo3dviz_pt.library.people.build import stride_length
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import DEVELOPMENT, pedals
 from sumo3dviz_pt.library.vehicles.plain_bodies import plain_body
 from sumo3dviz_pt.library.vehicles.plain_lamps import plain_lamps
@@ -152,7 +153,7 @@ def _(choice: PlainChoice, prototypes: Prototypes) -> Body:
 def _(choice: FigureChoice, prototypes: Prototypes) -> Body:
     """Somebody on foot, in all poses."""
     meta = catalog.find("people", choice.look).meta
-    prototype = made_once(prototypes, choice.look, lambda: _person(choice.look))
+    prototype = made_once(prototypes, choice.look, lambda: person(choice.look))
     scale = choice.height / float(meta["height"])
     bounds = np.stack([part.mesh.bounds for part in prototype.parts])
     size = sizes(scale * (bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)))
@@ -160,15 +161,6 @@ def _(choice: FigureChoice, prototypes: Prototypes) -> Body:
     seat = class_seat("pedestrian", np.array(size))
     unit = Unit(prototype)
     return Body(Assembly(choice.look, (unit,)), np.full(3, scale), size, seat, stride=stride)
-
-
-@cache
-def _person(look: str) -> Prototype:
-    """Both levels of somebody on foot; a process makes each once, for all its shots."""
-    recipe = catalog.find("people", look).meta["recipe"]
-    parts, poses = figure(recipe)
-    far, far_poses = figure(recipe, "far")
-    return Prototype(look, parts, far, poses=poses, far_poses=far_poses)
 
 
 @build_body.register

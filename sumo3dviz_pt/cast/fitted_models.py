@@ -24,11 +24,12 @@ from sumo3dviz_pt.cast.choice import (
 )
 from sumo3dviz_pt.cast.coupling import Row, coupled, numbered, pitch_of, spare_units
 from sumo3dviz_pt.cast.drawing import Joint, Unit
+from sumo3dviz_pt.cast.figures import cyclist
 from sumo3dviz_pt.library.mesh.ply import read_ply
 from sumo3dviz_pt.library.vehicles.bake import has_full_detail
 from sumo3dviz_pt.library.vehicles.bellows import Bellows, bellows
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
-from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedalling, pedals
+from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedals
 from sumo3dviz_pt.library.vehicles.rail.build import turned_round
 from sumo3dviz_pt.library.vehicles.stretching import Stretch, round_wheels, stretched
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -248,7 +249,7 @@ def read_vehicle(entry: catalog.Entry) -> Prototype:
     lamps = tuple(_lamp(row) for row in entry.meta["lamps"])
     if not pedals(entry.meta):
         return Prototype(entry.name, near, far, lamps)
-    parts, poses = pedalling(entry.meta)
+    parts, poses = cyclist(entry)
     return Prototype(entry.name, parts, far, lamps, poses=poses)
 
 

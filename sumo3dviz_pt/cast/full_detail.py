@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import logging
-import shutil
-import time
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path, PurePosixPath
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.drawing import Unit
-from sumo3dviz_pt.files.kept import Files, keep, read_whole
+from sumo3dviz_pt.cast.kept_bodies import kept_files, kept_folder
+from sumo3dviz_pt.files.kept import Files
 from sumo3dviz_pt.library.mesh.ply import decoded, encoded
 from sumo3dviz_pt.library.vehicles.bake import full_vehicle
 from sumo3dviz_pt.library.vehicles.stretching import stretched
@@ -23,8 +20,6 @@ from sumo3dviz_pt.model.scene import Part, Prototype
 _LOG = logging.getLogger(__name__)
 
 _LEVELS = ("full", "wheel")
-_DIGITS = 16  # of a digest
-_KEPT = 30 * 86_400.0  # how long a body of another version stays [s]
 
 
 def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
@@ -38,7 +33,8 @@ def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
     """
     found = {}
     for name in sorted(names):
-        files = _files(name, _folder(name))
+        folder = kept_folder(catalog.find("vehicles", name), "vehicles")
+        files = kept_files(folder, partial(_built, name, folder.name))
         for level in _LEVELS:
             found[f"{name}/{level}"] = _prototype(name, level, files)
     return found
@@ -62,19 +58,6 @@ def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
     return found
 
 
-def _files(name: str, folder: Path) -> Files:
-    """A vehicle's mesh files from the cache; built, and kept there, if they are not whole."""
-    files = read_whole(folder)
-    if files is None:
-        files = _built(name, folder.name)
-        try:
-            keep(folder, files)
-            _forget(name, folder)
-        except OSError as error:
-            _say_unkept(folder.parent, error.strerror or str(error))
-    return files
-
-
 @cache
 def _built(name: str, known_as: str) -> Files:
     """Build a vehicle's mesh files; in memory for as long as we run, should they not be kept.
@@ -94,17 +77,6 @@ def _built(name: str, known_as: str) -> Files:
     }
 
 
-@cache
-def _say_unkept(root: Path, why: str) -> None:
-    """Say once that nothing can be kept."""
-    _LOG.warning(
-        "%s cannot be written (%s): bodies in full detail are built anew each time;"
-        " SUMO3DVIZ_PT_CACHE names another folder for them",
-        root,
-        why,
-    )
-
-
 def _prototype(name: str, level: str, files: Files) -> Prototype:
     """One level of a vehicle."""
     parts = tuple(
@@ -113,30 +85,3 @@ def _prototype(name: str, level: str, files: Files) -> Prototype:
         if path.startswith(f"{level}/")
     )
     return Prototype(f"{name}/{level}", parts, ())
-
-
-def _forget(name: str, target: Path) -> None:
-    """Remove what older recipes, older code or killed processes left; younger may be in use."""
-    left = [*target.parent.glob(f"{name}-{'?' * _DIGITS}"), *target.parent.glob(".b*-*")]
-    for folder in left:
-        # Another process may have been faster.
-        with contextlib.suppress(FileNotFoundError):
-            if folder != target and time.time() - folder.stat().st_mtime > _KEPT:
-                shutil.rmtree(folder, ignore_errors=True)
-
-
-def _folder(name: str) -> Path:
-    """Where a vehicle lies in the cache: its recipe and our code are in the name."""
-    entry = catalog.find("vehicles", name)
-    digest = hashlib.blake2b(_code(), digest_size=_DIGITS // 2)
-    for path in catalog.recipe_files(entry):
-        digest.update(path.read_bytes())
-    return catalog.cache_root() / "vehicles" / f"{name}-{digest.hexdigest()}"
-
-
-@cache
-def _code() -> bytes:
-    """A digest of the code that builds vehicles, wherever in the library it lies."""
-    files = catalog.package_folder("library").rglob("*.py")
-    digests = sorted(hashlib.blake2b(path.read_bytes()).digest() for path in files)
-    return hashlib.blake2b(b"".join(digests)).digest()

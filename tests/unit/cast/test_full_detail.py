@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cast import full_detail
+from sumo3dviz_pt.cast import full_detail, kept_bodies
 from sumo3dviz_pt.cast.bodies import build_body
 from sumo3dviz_pt.cast.choice import ModelChoice, models_for
 from sumo3dviz_pt.cast.full_detail import full_bodies, full_prototypes
@@ -197,8 +197,8 @@ def test_a_stretched_body_keeps_its_full_detail_and_its_wheels():
 
 def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkeypatch):
     def known_as():
-        full_detail._code.cache_clear()
-        return full_detail._folder(SMALL).name
+        kept_bodies._code.cache_clear()
+        return kept_bodies.kept_folder(catalog.find("vehicles", SMALL), "vehicles").name
 
     shutil.copytree(catalog.package_folder("library"), tmp_path / "library")
     own = known_as()
@@ -210,4 +210,4 @@ def test_code_anywhere_in_the_library_is_in_the_names_of_bodies(tmp_path, monkey
     with (car / "panels.py").open("a", encoding="utf-8") as file:
         file.write("\n")
     assert known_as() != own
-    full_detail._code.cache_clear()
+    kept_bodies._code.cache_clear()
