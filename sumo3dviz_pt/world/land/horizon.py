@@ -9,8 +9,8 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import union
-from sumo3dviz_pt.library.surfaces.relief import Relief, field_tints, relief
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
+from sumo3dviz_pt.world.land.relief import Relief, field_tints, relief
 
 RADIUS = 20_000.0
 """Where the ground ends, beyond what is built [m]."""

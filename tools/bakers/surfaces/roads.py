@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.noise import Band, blurred, fractal, smoothstep, soft
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from bakers.noise import blurred, soft
+from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 BITUMEN = (0.028, 0.027, 0.026)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.noise import Band, cells, fractal, smoothstep, soft
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from bakers.noise import cells, soft
+from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 LUSH = np.array([0.052, 0.105, 0.026])

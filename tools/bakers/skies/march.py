@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.library.mesh.noise import Band, blurred, fractal
+from bakers.noise import blurred
+from sumo3dviz_pt.library.mesh.noise import Band, fractal
 from sumo3dviz_pt.model.geometry import Floats
 
 Singles = NDArray[np.float32]

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from sumo3dviz_pt.library.mesh.noise import Band, blurred, fractal, smoothstep, soft
+from bakers.noise import blurred, soft
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 _EARTH = 6.371e6

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep, soft
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from bakers.noise import soft
+from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from bakers.skies.march import Cumulus, march, towards_of
+from bakers.skies.sheets import altocumulus, cirrus, mackerel, stratus
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.skies.march import Cumulus, march, towards_of
-from sumo3dviz_pt.library.skies.sheets import altocumulus, cirrus, mackerel, stratus
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import CloudLayer
 
