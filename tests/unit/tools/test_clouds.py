@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import yaml
 from bakers.skies.bake import CLOUD_LOSS, bake_clouds, cloud_recipe
-from bakers.skies.build import CloudRecipe, make_clouds
+from bakers.skies.build import make_clouds
+from bakers.skies.recipe import CloudRecipe
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from bakers.skies.build import CloudRecipe, make_clouds
+from bakers.skies.build import make_clouds
+from bakers.skies.recipe import CloudRecipe
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.library.skies.maps import cloud_image

@@ -136,9 +136,9 @@ def stratus(towards: Floats, *, seed: int) -> Floats:
     Three times brighter at the zenith than at the horizon, the CIE's overcast sky.
     """
     rolls = fractal(_TEXELS, Band(1.35, 5.0, 120.0, stretch=0.35), seed=seed)
-    merged_meshes = fractal(_TEXELS, Band(1.5, 9.0, 700.0), seed=seed + 1)
+    lumps = fractal(_TEXELS, Band(1.5, 9.0, 700.0), seed=seed + 1)
     broad = fractal(_TEXELS, Band(2.0, 1.0, 8.0), seed=seed + 2)
-    deck = soft(0.75 * rolls + 0.8 * merged_meshes + 0.55 * broad, 2.4)
+    deck = soft(0.75 * rolls + 0.8 * lumps + 0.55 * broad, 2.4)
     # A lump's flank is darker than its belly: relief from the blurred deck.
     relief = deck - blurred(deck, 14.0)
     span, height = 30_000.0, 900.0
