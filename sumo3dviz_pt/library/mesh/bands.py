@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.polyline import arc_length, mitres
+from sumo3dviz_pt.library.mesh.polyline import mitres
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import arc_length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +75,7 @@ def band_along(line: Floats, *, right: float, left: float, reference: Floats | N
     """
     across = np.column_stack([mitres(line), np.zeros(len(line))])
     measured = line if reference is None or len(reference) != len(line) else reference
-    stations = np.maximum.accumulate(arc_length(measured) + np.arange(len(line)) * 1e-9)
+    stations = np.maximum.accumulate(arc_length(measured[:, :2]) + np.arange(len(line)) * 1e-9)
     return Band(line + right * across, line + left * across, stations)
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.vectors import areas
 
 _COARSEST = 0.22
 """Of a body's smallest side: in larger cells a bicycle would be gone."""
@@ -61,10 +62,4 @@ def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
     # Twins of one face cover each other.
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     faces = faces[np.sort(first)]
-    return Mesh(vertices, faces[_areas(vertices, faces) > 1e-6])
-
-
-def _areas(vertices: Floats, faces: Ints) -> Floats:
-    """Areas of faces, (m,) [m2]."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    return Mesh(vertices, faces[areas(vertices, faces) > 1e-6])

@@ -16,6 +16,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.implicit import Field, gradient, project, values_at
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
+from sumo3dviz_pt.model.vectors import area_vectors
 
 _CLEAR = 2e-4
 _PULL = 0.003
@@ -47,8 +48,7 @@ class Surface:
     @property
     def face_normals(self) -> Floats:
         """Unit normals of the faces, (m, 3)."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        normals = np.cross(b - a, c - a)
+        normals = area_vectors(self.vertices, self.faces)
         return np.asarray(normals / (np.linalg.norm(normals, axis=1, keepdims=True) + 1e-20))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.vectors import unit
 
 
 def height_field(x: Floats, y: Floats, z: Floats) -> Mesh:
@@ -22,7 +23,6 @@ def height_field(x: Floats, y: Floats, z: Floats) -> Mesh:
     c, d = b + columns, a + columns
     slope_y, slope_x = np.gradient(z, y, x)
     normals = np.stack([-slope_x, -slope_y, np.ones_like(z)], axis=-1).reshape(-1, 3)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     vertices = np.stack([xx, yy, z], axis=-1).reshape(-1, 3)
     faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)])
-    return Mesh(vertices, faces, normals)
+    return Mesh(vertices, faces, unit(normals))

@@ -14,6 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.vectors import area_vectors
 
 _BORDER_WEIGHT = 30.0
 _SLIVER = 1e-8
@@ -147,8 +148,8 @@ def _open_vertices(faces: Ints) -> Ints:
 
 def _quadrics(surface: Surface) -> tuple[Floats, Floats]:
     """Upper triangles of the vertices' quadrics, (n, 10), and the areas they stand for, (n,)."""
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
+    a = surface.vertices[surface.faces[:, 0]]
+    normals = area_vectors(surface.vertices, surface.faces)
     doubled = np.linalg.norm(normals, axis=1)
     normals /= doubled[:, None] + 1e-20
     quadrics = np.zeros((len(surface.vertices), 10))

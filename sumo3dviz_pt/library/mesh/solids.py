@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from sumo3dviz_pt.library.mesh.cutting import share_normals, weld
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.vectors import area_vectors, unit
 
 
 def shaded(vertices: Floats, faces: Ints, *, crease: float = 0.7) -> Mesh:
@@ -21,8 +22,7 @@ def shaded(vertices: Floats, faces: Ints, *, crease: float = 0.7) -> Mesh:
         faces: Outward triangles, (m, 3); degenerate ones are dropped.
         crease: Angle above which an edge stays sharp [rad].
     """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
+    areas = area_vectors(vertices, faces)
     solid = np.linalg.norm(areas, axis=1) > 1e-9
     faces, areas = faces[solid], areas[solid]
     owner = faces.reshape(-1)
@@ -153,11 +153,9 @@ def tube(path: ArrayLike, *, radius: ArrayLike, sides: int = 6) -> Mesh:
     """
     points = np.asarray(path, dtype=np.float64)
     radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(points))
-    along = np.gradient(points, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = unit(np.gradient(points, axis=0))
     helper = np.array([0.0, 1.0, 0.0]) if abs(along[0, 1]) < 0.9 else np.array([0.0, 0.0, 1.0])
-    across = np.cross(along, helper)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    across = unit(np.cross(along, helper))
     upwards = np.cross(along, across)
     turn = (np.arange(sides) + 0.5)[None, :, None] * 2.0 * np.pi / sides
     ring = np.cos(turn) * across[:, None] + np.sin(turn) * upwards[:, None]
@@ -189,9 +187,8 @@ def fitted(
 
 def solid_faces(mesh: Mesh) -> Mesh:
     """A mesh without the faces that lose their area when it is stored as float32."""
-    corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    kept = np.linalg.norm(across, axis=1) > 1e-12
+    stored = mesh.vertices.astype(np.float32).astype(np.float64)
+    kept = np.linalg.norm(area_vectors(stored, mesh.faces), axis=1) > 1e-12
     return mesh if kept.all() else replace(mesh, faces=mesh.faces[kept])
 
 

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.head import Skull, covering, head_angles
 from sumo3dviz_pt.library.people.skin import Cloth, Folds, Piece, carried
-from sumo3dviz_pt.library.people.stack import Stack, closed, ramp, swollen
+from sumo3dviz_pt.library.people.stack import Stack, closed, swollen
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import unit
 
 Heights = Mapping[float, float]
 """Height over the chin [m] by angle from the front [deg]."""
@@ -113,10 +115,10 @@ def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -
     points = _base(skull, levels, turn, heights)
     away = points - np.array([-0.005, 0.0, 0.125])
     away[..., 2] = np.maximum(away[..., 2], 0.0)
-    away /= np.linalg.norm(away, axis=2, keepdims=True)
-    crown = ramp(0.15, 0.22, points[..., 2])
+    away = unit(away)
+    crown = smoothstep(0.15, 0.22, points[..., 2])
     thick = style.thick[1] + crown * (style.thick[0] - style.thick[1])
-    thick = thick * ramp(-0.10, 0.34, share)
+    thick = thick * smoothstep(-0.10, 0.34, share)
     locks = style.rough * Folds.of(len(style.edge), slant=0.8)(points * 1.6)
     points = points + away * (thick + locks)[..., None]
     inner = _base(skull, levels[:1], turn[:1], heights[:1]) - 0.006 * away[:1]

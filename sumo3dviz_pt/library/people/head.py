@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import Measures
 from sumo3dviz_pt.library.people.skin import Cloth, Piece, carried, weighed
-from sumo3dviz_pt.library.people.stack import Stack, closed, ramp, swollen
+from sumo3dviz_pt.library.people.stack import Stack, closed, swollen
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 
 CHIN_TO_TOP = 0.231
@@ -95,7 +96,7 @@ class Skull:
     def of(cls, body: Measures, face: Face) -> Skull:
         """The head of a body."""
         rows = np.array(_MAN)
-        jaw = ramp(0.12, 0.02, rows[:, 5])
+        jaw = smoothstep(0.12, 0.02, rows[:, 5])
         rows[:, 4] *= 1.0 + jaw * (0.96 * face.jaw * (1.0 - 0.05 * body.woman) - 0.96)
         rows[3:7, 2] *= 1.0 - 0.02 * body.woman
         rows[14, 2] += 0.003 * (face.brow - 1.0) - 0.002 * body.woman - 0.003 * body.child
@@ -105,7 +106,7 @@ class Skull:
         low = (rows[:, 5:7] > 0) & (rows[:, 5:7] < 0.15)
         squeezed = rows[:, 5:7] * 0.88
         cheeks = np.exp(-(((rows[:, 5] - 0.085) / 0.03) ** 2))
-        rows[:, 4] *= 1.0 + body.child * (0.05 * cheeks - 0.13 * ramp(0.055, 0.0, rows[:, 5]))
+        rows[:, 4] *= 1.0 + body.child * (0.05 * cheeks - 0.13 * smoothstep(0.055, 0.0, rows[:, 5]))
         rows[3:8, 2] *= 1.0 - 0.07 * body.child
         rows[8:13, 2] *= 1.0 - 0.03 * body.child
         rows[:, 5:7] += body.child * np.where(low, squeezed - rows[:, 5:7], 0.0)
@@ -119,7 +120,7 @@ class Skull:
         """Points of skin with nose and eye sockets about the chin, (..., 3) [m]."""
         points = self.stack.points(levels, angles)
         x, y, z = np.moveaxis(points, -1, 0)
-        front = ramp(0.03, 0.07, x)
+        front = smoothstep(0.03, 0.07, x)
         return np.asarray(points + (front * self._relief(y, z))[..., None] * [1.0, 0.0, 0.0])
 
     def _relief(self, y: Floats, z: Floats) -> Floats:
@@ -174,7 +175,7 @@ def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> I
         hidden = level > np.append(np.tile(cover, len(levels)), 0.0) + 1.0
         faces = faces[~hidden[faces].all(axis=1)]
         vertices, faces, level = _used(vertices, faces, level)
-    neck = ramp(2.4, 0.2, level)
+    neck = smoothstep(2.4, 0.2, level)
     weights = weighed(len(vertices), {"head": 1.0 - neck, "chest": neck})
     local = (vertices[faces].mean(axis=1) - skull.place) / skull.size
     yield Piece(vertices, faces, weights, "complexion", _colours(skull.face, local))
@@ -198,16 +199,16 @@ def _colours(face: Face, at: Floats) -> Floats:
     """Reflectance of the faces of a head at places about the chin, (m, 3)."""
     x, y, z = at.T
     skin, hair = np.array(face.skin), np.array(face.hair)
-    front = ramp(0.02, 0.06, x)
+    front = smoothstep(0.02, 0.06, x)
     warm = np.exp(-(((np.abs(y) - 0.045) / 0.02) ** 2) - ((z - 0.080) / 0.022) ** 2)
     warm += 0.8 * np.exp(-((y / 0.014) ** 2) - ((z - 0.075) / 0.012) ** 2)
     tint = skin * (1.0 + front[:, None] * warm[:, None] * np.array([0.05, -0.10, -0.12]))
     socket = front * np.exp(-(((np.abs(y) - EYE[0]) / 0.017) ** 2) - ((z - EYE[1]) / 0.012) ** 2)
     tint = tint * (1.0 - 0.30 * socket[:, None])
     # A beard covers jaw, chin and upper lip and thins out towards the cheeks.
-    jaw = ramp(0.074, 0.050, z - 0.35 * np.maximum(0.06 - x, 0.0)) * ramp(-0.03, 0.0, x)
+    jaw = smoothstep(0.074, 0.050, z - 0.35 * np.maximum(0.06 - x, 0.0)) * smoothstep(-0.03, 0.0, x)
     lip = np.exp(-((y / 0.022) ** 4) - ((z - 0.061) / 0.006) ** 2)
-    grown = np.maximum(jaw * ramp(-0.03, -0.005, z), lip)
+    grown = np.maximum(jaw * smoothstep(-0.03, -0.005, z), lip)
     share = (face.beard * grown)[:, None]
     return np.asarray(tint * (1.0 - share) + share * (0.75 * hair + 0.12 * skin))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import SIDES, Measures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
@@ -20,7 +21,7 @@ from sumo3dviz_pt.library.people.skin import (
     tube_piece,
     weighed,
 )
-from sumo3dviz_pt.library.people.stack import Stack, between, closed, ramp, rope, swollen, turns
+from sumo3dviz_pt.library.people.stack import Stack, between, closed, rope, swollen, turns
 from sumo3dviz_pt.model.geometry import Floats
 
 _ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
@@ -93,17 +94,17 @@ def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
         + np.outer(bend[0] / bones[0], points[1] - points[0])
         + np.outer(bend[1] / bones[1], points[2] - points[1])
     )
-    radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * ramp(
+    radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * smoothstep(
         end - 0.25 * full, end, along
     )
     rings = _around(middle, radius * 1.06, radius * 0.96, counts[1])
     depth = cut.folds * (
         0.45 + 0.9 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2)) + 0.5 * (along > 0.88 * full)
     )
-    depth = depth * ramp(0.0, 0.06 * h, along)
+    depth = depth * smoothstep(0.0, 0.06 * h, along)
     rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
     # At its root the arm takes up the slope of the shoulder.
-    near = ramp(0.055 * h, -0.012 * h, along)[::-1, None]
+    near = smoothstep(0.055 * h, -0.012 * h, along)[::-1, None]
     rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
     rings[..., 1] -= near * SIDES[side] * 0.012 * h
     rings = hemmed(rings, depth=0.008) if counts[1] > 4 else rings
@@ -115,7 +116,7 @@ def _arm_radius(body: Measures, along: Floats, cut: Cut) -> Floats:
     """Radius of an arm or sleeve at shares of the stature from the shoulder [m]."""
     bare, clad = between(along, _ARM_BARE), between(along, _ARM_CLAD)
     girth = body.build**0.6 * (1.0 - 0.14 * body.woman) * (1.0 + 0.10 * body.child)
-    grown = ramp(-0.012, 0.04, along)
+    grown = smoothstep(-0.012, 0.04, along)
     radius = body.height * girth * (bare + cut.loose * (clad - bare))
     return np.asarray(radius + cut.ease * grown)
 
@@ -132,17 +133,17 @@ def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
     middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
     middle[:, 0] -= 0.006 * h * np.exp(-(((level - 0.20) / 0.07) ** 2)) * (1.0 - 0.5 * cut.loose)
     # Trousers fall behind the ankle and break over the instep.
-    middle[:, 0] += cut.loose * 0.004 * h * ramp(0.12, 0.03, level)
+    middle[:, 0] += cut.loose * 0.004 * h * smoothstep(0.12, 0.03, level)
     bare, clad = between(level, _LEG_BARE[::-1]), between(level, _LEG_CLAD[::-1])
     girth = body.build**0.55 * (1.0 + 0.03 * body.woman) * (1.0 + 0.06 * body.child)
     radius = h * girth * (bare + cut.loose * (clad - bare)) + cut.ease
-    radius += cut.flare * ramp(lowest + 0.18, lowest, level)
+    radius += cut.flare * smoothstep(lowest + 0.18, lowest, level)
     rings = _around(middle, radius * 1.05, radius * 0.96, counts[1])
     depth = cut.folds * (
         0.35
         + 0.8 * np.exp(-(((level - 0.285) / 0.035) ** 2))
         + 0.8 * np.exp(-(((level - 0.46) / 0.03) ** 2))
-        + 1.0 * ramp(0.11, 0.04, level)
+        + 1.0 * smoothstep(0.11, 0.04, level)
     )
     rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
     if cut.end > 0.95 and cut.loose > 0.5:
@@ -197,7 +198,7 @@ def shoe(
         rows = np.concatenate([rows, shaft[None]])
     rings = Stack(rows).grid(min(counts[0], len(rows)), counts[1])
     # Both feet curve inward in front.
-    rings[..., 1] -= s * 0.012 * ramp(0.05, 0.20, rings[..., 0])
+    rings[..., 1] -= s * 0.012 * smoothstep(0.05, 0.20, rings[..., 0])
     slim = 1.0 - 0.07 * body.woman
     rings = place + rings * body.foot * [1.0, slim, 1.0]
     split = round(counts[0] * 3 / 8)
@@ -205,7 +206,7 @@ def shoe(
     rings = swollen(rings)
     halves = ((rings[: split + 1], sole, "bottom"), (rings[split:], upper, "top"))
     for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom"),):
-        toes = ramp(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
+        toes = smoothstep(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
         weights = weighed(toes.size, {f"foot_{side}": 1.0 - toes, f"toes_{side}": toes})
         yield tube_piece(part, weights, cloth, lids=lids)
 

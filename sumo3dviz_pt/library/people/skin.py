@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import BONES, Measures, joints
-from sumo3dviz_pt.library.people.stack import closed, ramp
+from sumo3dviz_pt.library.people.stack import closed
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
+from sumo3dviz_pt.model.vectors import area_vectors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,16 +77,16 @@ def weighed(count: int, shares: Mapping[str, Floats | float]) -> Floats:
 def trunk_weights(body: Measures, points: Floats) -> Floats:
     """Weights of what lies on the trunk, (n, bones)."""
     h, (_, y, z) = body.height, points.T
-    chest = ramp(float(body.z(0.565)), float(body.z(0.655)), z)
-    neck = 0.8 * ramp(float(body.z(0.845)), float(body.z(0.885)), z)
+    chest = smoothstep(float(body.z(0.565)), float(body.z(0.655)), z)
+    neck = 0.8 * smoothstep(float(body.z(0.845)), float(body.z(0.885)), z)
     arm = (
         0.42
-        * ramp(0.068 * h, 0.120 * h, np.abs(y))
-        * ramp(float(body.z(0.74)), float(body.z(0.80)), z)
+        * smoothstep(0.068 * h, 0.120 * h, np.abs(y))
+        * smoothstep(float(body.z(0.74)), float(body.z(0.80)), z)
     )
-    left = ramp(-0.05 * h, 0.05 * h, y)
+    left = smoothstep(-0.05 * h, 0.05 * h, y)
     # The seat only gives way to the thighs at its lower sides.
-    thigh = 0.55 * ramp(float(body.z(0.535)), float(body.z(0.455)), z)
+    thigh = 0.55 * smoothstep(float(body.z(0.535)), float(body.z(0.455)), z)
     pelvis = (1.0 - chest) * (1.0 - thigh)
     upper = chest * (1.0 - arm) * (1.0 - neck)
     return weighed(
@@ -105,9 +107,9 @@ def skirt_weights(body: Measures, points: Floats) -> tuple[Floats, Floats]:
     """Weights of a skirt, (n, bones), and how it sways, (n,)."""
     weights = trunk_weights(body, points)
     h, (x, y, z) = body.height, points.T
-    low = ramp(float(body.z(0.53)), float(body.z(0.42)), z)[:, None]
-    left = ramp(-0.075 * h, 0.075 * h, y)
-    knee = 0.35 * ramp(float(body.z(0.33)), float(body.z(0.22)), z)
+    low = smoothstep(float(body.z(0.53)), float(body.z(0.42)), z)[:, None]
+    left = smoothstep(-0.075 * h, 0.075 * h, y)
+    knee = 0.35 * smoothstep(float(body.z(0.33)), float(body.z(0.22)), z)
     legs = weighed(
         len(points),
         {
@@ -127,8 +129,8 @@ def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
     shoulder, elbow = rest[f"upper_arm_{side}"], rest[f"forearm_{side}"]
     length = float(np.linalg.norm(elbow - shoulder))
     along = (points - shoulder) @ (elbow - shoulder) / length
-    chest = 0.75 * ramp(0.055 * h, -0.030 * h, along)
-    lower = ramp(length - 0.030 * h, length + 0.030 * h, along)
+    chest = 0.75 * smoothstep(0.055 * h, -0.030 * h, along)
+    lower = smoothstep(length - 0.030 * h, length + 0.030 * h, along)
     return weighed(
         len(points),
         {
@@ -142,9 +144,9 @@ def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
 def leg_weights(body: Measures, points: Floats, side: str, *, foot: float = 0.5) -> Floats:
     """Weights of what lies on a leg, (n, bones); `foot` is the foot's share at the ankle."""
     z = points[:, 2]
-    pelvis = 0.8 * ramp(float(body.z(0.485)), float(body.z(0.55)), z)
-    lower = ramp(float(body.z(0.315)), float(body.z(0.255)), z)
-    ankle = foot * ramp(float(body.z(0.085)), float(body.z(0.03)), z)
+    pelvis = 0.8 * smoothstep(float(body.z(0.485)), float(body.z(0.55)), z)
+    lower = smoothstep(float(body.z(0.315)), float(body.z(0.255)), z)
+    ankle = foot * smoothstep(float(body.z(0.085)), float(body.z(0.03)), z)
     return weighed(
         len(points),
         {
@@ -283,8 +285,7 @@ def _swayed(piece: Piece, bones: Floats, x: Floats) -> Floats:
 
 def smooth_normals(points: Floats, faces: Ints) -> Floats:
     """Vertex normals weighted by area, (poses, n, 3)."""
-    a, b, c = (points[:, faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
+    areas = area_vectors(points, faces)
     rows, columns = faces.reshape(-1), np.repeat(np.arange(len(faces)), 3)
     spread = csr_matrix((np.ones(len(rows)), (rows, columns)), (points.shape[1], len(faces)))
     normals = np.stack([spread @ area for area in areas])

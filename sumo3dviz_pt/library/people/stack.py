@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, frozen
+from sumo3dviz_pt.model.vectors import unit
 
 _COLUMNS = 8
 
@@ -117,12 +118,6 @@ def closed(rings: Floats, *, bottom: bool, top: bool) -> tuple[Floats, Ints]:
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def ramp(low: float, high: float, values: Floats) -> Floats:
-    """0 below `low`, 1 above `high`, a smooth S between; `high` may be the lower one."""
-    t = np.clip((values - low) / (high - low), 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))
-
-
 def between(values: Floats | float, table: Sequence[tuple[float, float]]) -> Floats:
     """Smooth interpolation of a table (argument, value), constant beyond its ends."""
     nodes = np.array(table)
@@ -139,11 +134,9 @@ def rope(path: Floats, radii: Floats, count: int, *, flat: Floats | None = None)
         count: Points of a ring.
         flat: Direction in which the rings are a third as thick, (k, 3) or (3,), or None.
     """
-    along = np.gradient(path, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = unit(np.gradient(path, axis=0))
     helper = np.array([1.0, 0.0, 0.0]) if flat is None else np.asarray(flat)
-    first = helper - (along * helper).sum(axis=1, keepdims=True) * along
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(helper - (along * helper).sum(axis=1, keepdims=True) * along)
     second = np.cross(along, first)
     turn = turns(count, offset=0.5)[None, :, None]
     thin = 1.0 if flat is None else 0.34

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import Measures
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
@@ -18,7 +19,7 @@ from sumo3dviz_pt.library.people.skin import (
     trunk_weights,
     tube_piece,
 )
-from sumo3dviz_pt.library.people.stack import Stack, ramp, swollen, turns
+from sumo3dviz_pt.library.people.stack import Stack, swollen, turns
 from sumo3dviz_pt.model.geometry import Floats
 
 _MAN = (
@@ -100,8 +101,8 @@ def trunk_stack(body: Measures, fit: Fit, *, rows: int = 24) -> Stack:
     front = front * (1.0 + stout * (0.5 + 0.9 * belly)) * (1.0 + 0.08 * body.child)
     back = back * (1.0 + 0.5 * stout) * (1.0 + 0.04 * body.child)
     half = half * (1.0 + stout * (0.45 + 0.35 * belly)) * (1.0 + 0.02 * body.child)
-    ease = fit.ease * ramp(NECK, 0.80, levels) + 0.3 * fit.ease
-    ease = ease + fit.flare * ramp(max(fit.hem + 0.16, WAIST), fit.hem, levels)
+    ease = fit.ease * smoothstep(NECK, 0.80, levels) + 0.3 * fit.ease
+    ease = ease + fit.flare * smoothstep(max(fit.hem + 0.16, WAIST), fit.hem, levels)
     hang = (fit.drape, fit.drape, 0.35 * fit.drape)
     reach = [_draped(side, d) for side, d in zip((front, back, half), hang, strict=True)]
     reach = [side + share * ease for side, share in zip(reach, (1.0, 1.0, 0.75), strict=True)]
@@ -155,12 +156,13 @@ class Garment:
         points = self.stack.points(level, angles)
         away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
         # Cloth lies smooth over the shoulders and creases at the waist and towards the hem.
-        depth = self.fit.folds * (0.45 + 0.55 * ramp(0.80, 0.66, shares))
-        depth = depth * ramp(NECK, 0.80, shares)
+        depth = self.fit.folds * (0.45 + 0.55 * smoothstep(0.80, 0.66, shares))
+        depth = depth * smoothstep(NECK, 0.80, shares)
         push = pressed(self.folds(points)) * depth[:, None]
         if self.fit.quilted:
             seam = np.abs(np.sin(np.pi * (shares * self.body.height) / 0.085)) ** 0.5
-            push = push + (self.fit.quilted * (seam - 0.6) * ramp(NECK, 0.82, shares))[:, None]
+            depth = self.fit.quilted * (seam - 0.6) * smoothstep(NECK, 0.82, shares)
+            push = push + depth[:, None]
         return np.asarray(points + push[..., None] * away)
 
     def piece(self, cloth: Cloth, counts: tuple[int, int]) -> Piece:
