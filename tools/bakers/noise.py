@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints
 
 
 def blurred(image: Floats, sigma: float) -> Floats:
-    """Periodic Gaussian blur, standard deviation in pixels, (h, w)."""
+    """Blur a periodic image, (h, w), by a Gaussian with a standard deviation in pixels."""
     rows = np.fft.fftfreq(image.shape[0])[:, None]
     columns = np.fft.rfftfreq(image.shape[1])[None, :]
     gain = np.exp(-2.0 * (np.pi * sigma) ** 2 * (rows**2 + columns**2))
@@ -39,7 +39,7 @@ class Cells:
 
 
 def cells(size: int, across: int, *, jitter: float, seed: int) -> Cells:
-    """Voronoi cells around a jittered grid.
+    """Make Voronoi cells around a jittered grid.
 
     Args:
         size: Pixels along each side.

@@ -17,7 +17,7 @@ _LARGER = 1.05
 
 
 def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
-    """Coarser meshes of a body with the outline that it had.
+    """Make coarser meshes of a body that keep its outline.
 
     Of the vertices in a cell the outermost stays: means of them would lie inside the body,
     and cars would lose a tenth of their outline. Cells are centred at both ends of the body,
@@ -48,7 +48,7 @@ def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
 
 
 def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
-    """One part, where cells, the body's lower end and its size are given, each (3,) [m]."""
+    """Make one part coarser; cells, the body's lower end and its size are (3,) each [m]."""
     if not len(mesh.faces):
         return Mesh(mesh.vertices, mesh.faces)
     keys = np.floor((mesh.vertices - low) / cells + 0.5).astype(np.int64)

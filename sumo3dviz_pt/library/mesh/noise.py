@@ -38,7 +38,7 @@ class Band:
 
 
 def _frequencies(shape: tuple[int, int], stretch: float) -> Floats:
-    """Frequency of each FFT coefficient, (h, w // 2 + 1) [waves per array]."""
+    """Return the frequency of each FFT coefficient, (h, w // 2 + 1) [waves per array]."""
     rows = np.fft.fftfreq(shape[0]) * shape[0]
     columns = np.fft.rfftfreq(shape[1]) * shape[1]
     aspect = np.sqrt(stretch)
@@ -46,7 +46,7 @@ def _frequencies(shape: tuple[int, int], stretch: float) -> Floats:
 
 
 def fractal(shape: tuple[int, int], band: Band, *, seed: int) -> Floats:
-    """Periodic noise with a power-law spectrum.
+    """Make periodic noise with a power-law spectrum.
 
     Args:
         shape: Rows and columns.
@@ -69,6 +69,12 @@ def fractal(shape: tuple[int, int], band: Band, *, seed: int) -> Floats:
 
 
 def smoothstep(low: float, high: float, values: Floats) -> Floats:
-    """0 below `low`, 1 above `high`, a smooth S between."""
+    """Rise from 0 to 1 in a smooth S, same shape as `values`.
+
+    Args:
+        low: Value up to which the result is 0; may be the larger of the two.
+        high: Value from which on it is 1.
+        values: Any shape.
+    """
     t = np.clip((values - low) / (high - low), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))

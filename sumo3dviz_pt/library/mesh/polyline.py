@@ -59,7 +59,7 @@ def with_split_bends(points: Floats) -> Floats:
 
 
 def mitres(points: Floats, *, closed: bool = False) -> Floats:
-    """Vectors that carry each vertex one metre to the left, mitred at bends.
+    """Return vectors that carry each vertex one metre to the left, mitred at bends.
 
     Args:
         points: Vertices, (n, 2) or (n, 3) [m], n >= 2; a closed polyline does not

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sumo3dviz_pt.library.buildings.shell import box
+from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.vectors import arc_length, unit
 
@@ -118,9 +119,7 @@ def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normals = normal[:, :1] * across[:, None] + normal[:, 1:] * up
     count, k = len(line), len(profile)
-    i, j = np.meshgrid(np.arange(count - 1) * k, np.arange(k - 1), indexing="ij")
-    a = (i + j).reshape(-1)
-    faces = np.concatenate([np.stack([a, a + 1, a + k + 1], 1), np.stack([a, a + k + 1, a + k], 1)])
+    faces = grid_faces(count, k)
     # Face the way the normals do, on either side of the line.
     if np.cross(line[1] - line[0], across[0])[2] < 0:
         faces = faces[:, ::-1]

@@ -20,7 +20,7 @@ CLOUD_LOSS = 300.0
 
 
 def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
-    """Recipe of a sky asset.
+    """Read the recipe of a sky asset.
 
     Args:
         meta: Content of `asset.yaml`; angles there are degrees.

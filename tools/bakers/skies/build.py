@@ -41,7 +41,7 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
 def _sheets(
     recipe: CloudRecipe, towards: Floats, sun: Floats, shape: tuple[int, int]
 ) -> list[Floats]:
-    """Sheets from the highest to the lowest; only those that the recipe has."""
+    """Make the sheets that a recipe has, from the highest to the lowest, (n, 3) each."""
     sheets = []
     seed, backlit = recipe.seed, recipe.backlit
     if recipe.cirrus > 0.0:
@@ -74,7 +74,7 @@ def _over(near: Floats, far: Floats) -> Floats:
 
 
 def _layer(sheet: Floats, shape: tuple[int, int], lit_from: float) -> CloudLayer:
-    """A sheet, (n, 3), as maps."""
+    """Turn a sheet, (n, 3), into maps."""
 
     def image(values: Floats) -> Image:
         return np.ascontiguousarray(values.reshape(shape), dtype=np.float32)

@@ -47,7 +47,7 @@ class _Field:
 
 
 def _worley(size: int, across: int, *, rng: np.random.Generator) -> Singles:
-    """Puffy periodic noise: 1 at random points, about 0 between them, (n, n, n)."""
+    """Make puffy periodic noise: 1 at random points, about 0 between them, (n, n, n)."""
     points = rng.uniform(0.0, across, (across**3, 3))
     axis = (np.arange(size) + 0.5) * across / size
     asked = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
@@ -57,7 +57,7 @@ def _worley(size: int, across: int, *, rng: np.random.Generator) -> Singles:
 
 
 def _billows(size: int, shares: tuple[float, ...], *, rng: np.random.Generator) -> Singles:
-    """Octaves of puffs, the first with four across, (n, n, n) in [0, 1]."""
+    """Sum octaves of puffs, the first with four across, (n, n, n) in [0, 1]."""
     total = np.zeros((size, size, size), np.float32)
     for octave, share in enumerate(shares):
         total += np.float32(share) * _worley(size, 4 << octave, rng=rng)
@@ -92,7 +92,7 @@ def _drifted(where: Floats, recipe: CloudRecipe, sun: Floats) -> Floats:
 
 
 def _look_up(noise: Singles, points: Singles, span: float, chance: Singles) -> Singles:
-    """Values of periodic noise near points: one neighbour, drawn by its linear weight.
+    """Look up periodic noise near points: one neighbour, drawn by its linear weight.
 
     Many steps average what one lookup of eight neighbours would cost.
     """
@@ -106,13 +106,13 @@ def _look_up(noise: Singles, points: Singles, span: float, chance: Singles) -> S
 
 
 def _smooth(low: float, high: float, values: Singles) -> Singles:
-    """0 below `low`, 1 above `high`, a smooth S between, in single precision."""
+    """Rise from 0 at `low` to 1 at `high` in a smooth S, in single precision."""
     t = np.clip((values - np.float32(low)) * np.float32(1.0 / (high - low)), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) -> Singles:
-    """Share of the densest cloud at points, (n,) in [0, 1].
+    """Return the share of the densest cloud at points, (n,) in [0, 1].
 
     Args:
         clouds: The noises.
@@ -148,7 +148,7 @@ def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) ->
 
 
 def _phase(cosine: Singles, sharpness: float) -> Singles:
-    """Forward and backward lobes of droplets, (n,); 1 on average."""
+    """Return the forward and backward lobes of droplets, (n,); 1 on average."""
 
     def lobe(g: float) -> Singles:
         return np.asarray((1 - g * g) / (1 + g * g - 2 * g * cosine) ** 1.5)
@@ -157,7 +157,7 @@ def _phase(cosine: Singles, sharpness: float) -> Singles:
 
 
 def _sunlight(clouds: _Field, points: Singles, cosine: Singles, chance: Singles) -> Singles:
-    """Source radiance x pi per sun irradiance inside the cloud, (n,)."""
+    """Return source radiance x pi per sun irradiance inside the cloud, (n,)."""
     depth = np.zeros(len(points), np.float32)
     for tap, length in zip(_SUN_TAPS, _TAP_LENGTHS, strict=True):
         ahead = points + np.float32(tap) * clouds.sun
@@ -176,7 +176,7 @@ def _sunlight(clouds: _Field, points: Singles, cosine: Singles, chance: Singles)
 
 
 def _skylight(clouds: _Field, points: Singles, density: Singles) -> Singles:
-    """Source radiance x pi per sky irradiance inside the cloud, (n,)."""
+    """Return source radiance x pi per sky irradiance inside the cloud, (n,)."""
     recipe = clouds.recipe
     height = np.clip((points[:, 2] - recipe.base) / recipe.depth, 0.0, 1.0)
     chance = np.full(len(points), 0.5, np.float32)

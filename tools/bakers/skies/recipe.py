@@ -54,7 +54,7 @@ class CloudRecipe:
 
 
 def towards_of(azimuth: Floats | float, elevation: Floats | float) -> Floats:
-    """Unit vectors (east, north, up), (..., 3), of angles [rad]."""
+    """Return unit vectors (east, north, up), (..., 3), of angles [rad]."""
     level = np.cos(elevation)
     parts = (level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation))
     return np.stack(np.broadcast_arrays(*parts), axis=-1)

@@ -20,7 +20,7 @@ Bytes = NDArray[np.uint8]
 
 
 def surface_recipe(meta: Mapping[str, Any]) -> tuple[str, Recipe]:
-    """Maker's name and recipe of a surface asset.
+    """Read a surface asset: its maker's name and its recipe.
 
     Args:
         meta: Content of `asset.yaml`.
@@ -46,7 +46,7 @@ def srgb_bytes(linear: Floats) -> Bytes:
 
 
 def surface_pixels(maps: Maps, *, step: int = 1) -> dict[str, Bytes]:
-    """Pixels of each map by file name, (h, w, 3) or (h, w).
+    """Return the pixels of each map by file name, (h, w, 3) or (h, w).
 
     Args:
         maps: What the maker made.
