@@ -112,7 +112,7 @@ class _Slabs(NamedTuple):
 
     gap: Floats
     number: Ints
-    count: int
+    total: int
 
 
 def _courses(recipe: Recipe, x: Floats, y: Floats) -> _Slabs:
