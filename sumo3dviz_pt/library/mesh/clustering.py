@@ -13,7 +13,7 @@ _COARSEST = 0.22
 """Of a body's smallest side: in larger cells a bicycle would be gone."""
 
 _LARGER = 1.05
-"""A cell may be so much larger than asked, so that a whole number of them fits."""
+"""A cell may be larger than it should be by this factor, so that a whole number of them fits."""
 
 
 def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:

@@ -177,7 +177,7 @@ def retag(surface: Surface, inside: Bools, tag: int, over: tuple[int, ...]) -> S
     """Give faces another tag where they are inside and carry one of some tags.
 
     Args:
-        surface: Whose faces.
+        surface: The surface.
         inside: Which faces are meant, (m,).
         tag: The new tag.
         over: Tags that it replaces.

@@ -158,7 +158,14 @@ def gradient(field: Field, points: Floats, *, step: float = 0.002) -> Floats:
 
 
 def project(field: Field, points: Floats, *, reach: float, rounds: int = 2) -> Floats:
-    """Move points, (n, 3) [m], onto the surface by Newton steps of at most `reach` [m]."""
+    """Move points onto the surface by Newton steps, (n, 3) [m].
+
+    Args:
+        field: The field.
+        points: Near its surface, (n, 3) [m].
+        reach: Longest step [m].
+        rounds: Number of steps.
+    """
     for _ in range(rounds):
         slopes = gradient(field, points, step=0.003)
         steepness = np.maximum((slopes * slopes).sum(axis=1), 0.25)

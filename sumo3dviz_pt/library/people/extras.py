@@ -19,7 +19,7 @@ def collar(
     """Build a band around the neck.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         cloth: What it is made of.
         rise: Its height [m].
         away: Distance from the neck [m].
@@ -51,7 +51,7 @@ def scarf(body: Measures, cloth: Cloth, *, count: int) -> Iterator[Piece]:
     """Build a thick loop around the neck with one hanging end.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         cloth: What it is made of.
         count: Points of a ring.
     """
@@ -116,7 +116,7 @@ def backpack(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterat
     """Build a pack with a pocket and two straps.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         cloth: What it is made of.
         ease: How far the garment below stands off the skin [m].
         fine: Whether to model pocket and straps.
@@ -142,7 +142,7 @@ def shoulder_bag(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> It
     """Build a bag at the right hip on a strap over the left shoulder.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         cloth: What it is made of.
         ease: How far the garment below stands off the skin [m].
         fine: Whether to model the strap.

@@ -74,7 +74,7 @@ def walking(body: Measures, phase: float) -> Posture:
     """Take the posture of one moment of a walk at an easy pace.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         phase: Share of a stride, [0, 1); 0 is the right heel's strike, 0.5 the left's.
     """
     h, turn = body.height, 2.0 * np.pi * phase

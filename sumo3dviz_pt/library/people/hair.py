@@ -86,7 +86,7 @@ def cover_levels(skull: Skull, styles: tuple[str, ...], *, fine: bool) -> Floats
     """Return the levels above which some style hides the skin, (m,); None where none does.
 
     Args:
-        skull: Whose.
+        skull: The head that it is for.
         styles: Names; those that are not in `STYLES` hide nothing.
         fine: Whether the head has its fine columns.
     """
@@ -101,7 +101,7 @@ def headwear(
     """Make hair or headwear, with its tail, brim or visor.
 
     Args:
-        skull: Whose.
+        skull: The head that it is for.
         style: One of `STYLES`.
         cloth: What it is made of.
         fine: Whether to model locks and details.

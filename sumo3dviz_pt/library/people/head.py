@@ -163,7 +163,7 @@ def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> I
 
     Args:
         skull: Its surface.
-        body: Whose.
+        body: Measures of the person.
         cover: Levels above which hair covers the head, one for each column, or None.
         fine: Whether to give it a face and ears.
     """
@@ -218,7 +218,7 @@ def on_head(skull: Skull, rings: Floats, cloth: Cloth) -> Piece:
     """Return a closed piece that the head carries.
 
     Args:
-        skull: Whose.
+        skull: The head that it is for.
         rings: In the head's frame, from bottom to top, (k, m, 3) [m].
         cloth: What it is made of.
     """

@@ -81,7 +81,7 @@ def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Pi
     """Make a sleeve, or the skin of an arm down to the wrist.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         cut: How it is cut.
         cloth: What it is made of.
@@ -133,7 +133,7 @@ def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Pi
     """Make a trouser leg, or the skin of a leg down to the foot.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         cut: How it is cut.
         cloth: What it is made of.
@@ -199,7 +199,7 @@ def shoe(
     """Make a shoe of a sole and an upper.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         upper: Its leather or cloth.
         sole: Its rubber.
@@ -231,7 +231,7 @@ def hand(body: Measures, side: str, cloth: Cloth, *, curl: float, fine: bool) ->
     """Make a hand of palm, thumb and fingers.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         cloth: Skin or glove.
         curl: 0 straight, 1 a fist.

@@ -135,7 +135,7 @@ def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
     """Return the weights of points on an arm above the hand, (n, bones).
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         points: (n, 3) [m].
         side: `l` or `r`.
     """
@@ -159,7 +159,7 @@ def leg_weights(body: Measures, points: Floats, side: str, *, foot: float = 0.5)
     """Return the weights of points on a leg, (n, bones).
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         points: (n, 3) [m].
         side: `l` or `r`.
         foot: The foot's share at the ankle.

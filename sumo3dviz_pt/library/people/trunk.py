@@ -100,7 +100,7 @@ def trunk_stack(body: Measures, fit: Fit, *, rows: int = 24) -> Stack:
     """Return the shape of a garment on the trunk, without creases.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         fit: How it sits.
         rows: Of the stack, from the hem to the upper edge.
     """
@@ -139,7 +139,7 @@ class Garment:
     """A garment on the trunk, to which patches can be sewn.
 
     Attributes:
-        body: Whose.
+        body: Measures of the person.
         fit: How it sits.
         stack: Its shape without creases.
         folds: Its creases.
@@ -229,7 +229,7 @@ def seat(body: Measures, cloth: Cloth, *, counts: Counts, ease: float) -> Piece:
     """Make the upper part of trousers, closed below.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         cloth: What it is made of.
         counts: Rings, and points of a ring.
         ease: How far it stands off the skin [m].
