@@ -24,6 +24,7 @@ import numpy as np
 
 from sumo3dviz_pt.cast.derived_lamps import DerivedLamps
 from sumo3dviz_pt.library.vehicles.beam import HALF_ANGLE, PEAK, beam_pattern
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Beam, Lobe, RunningLights
 from sumo3dviz_pt.model.random import share_of
@@ -75,7 +76,6 @@ _AT_NIGHT = frozenset({"head", "tail", "sign", "dials", "screen"})
 """Roles that everyone lights after sunset; the last two are before a driver's own eyes."""
 
 _WARNING = 4  # both indicators
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,6 +187,6 @@ def _head_share(body: Prototype) -> float:
 
 def _intensity(candelas: float, colour: Colour) -> Colour:
     """Radiant intensity of a lamp in scene units x m^2."""
-    scale = candelas / CANDELAS_PER_UNIT / float(np.array(colour) @ _LUMINANCE)
+    scale = candelas / CANDELAS_PER_UNIT / float(np.array(colour) @ LUMINANCE)
     red, green, blue = (scale * channel for channel in colour)
     return red, green, blue

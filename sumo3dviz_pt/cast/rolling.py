@@ -16,6 +16,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
 from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.vectors import arc_length
 
 _STEP = 0.05
 """Between the places of a hub that are added up [s]: at 3 m/s^2 the way is 1 mm off."""
@@ -87,13 +88,12 @@ class Rolling:
         steered = np.array([hub.steered for hub in hubs], dtype=np.bool_)
         leading = next((hub.unit for hub in hubs if hub.steered), 0)
         axle = places[:, steered if steered.any() else slice(None), :2].mean(axis=1)
-        steps = np.linalg.norm(np.diff(axle, axis=0), axis=1)
         ahead = units[:, leading, :2, 0]
         return cls(
             times,
             ways / [hub.radius for hub in hubs],
             steered,
-            np.concatenate([[0.0], np.cumsum(steps)]),
+            arc_length(axle),
             axle,
             np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0])),
         )

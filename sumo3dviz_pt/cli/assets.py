@@ -17,7 +17,7 @@ def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("assets", help="the library: as a table, as pictures, made again")
     sub.add_argument("action", choices=("list", "sheet", "build"), help="what to do")
-    sub.add_argument("chosen", nargs="*", help="families, or family/name to build; default all")
+    sub.add_argument("chosen", nargs="*", help="families, or vehicles/NAME to build; default all")
     sub.add_argument("-o", "--output", type=Path, help="folder for sheets, or to build in")
     sub.add_argument("--quality", default="preview", help="of the sheets [preview]")
     sub.add_argument(

@@ -23,10 +23,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from sumo3dviz_pt.errors import MissingExtraError
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
-
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear sRGB primaries (IEC 61966-2-1); on encoded values it is the luma of BT.709."""
 
 _SSIM_RADIUS = 5
 """Of SSIM's 11 x 11 window [px]."""
@@ -99,7 +97,7 @@ def ssim(image: Image, reference: Image) -> float:
         reference: Likewise.
     """
     _same_shape(image, reference)
-    x, y = (picture.astype(np.float64) @ _LUMINANCE for picture in (image, reference))
+    x, y = (picture.astype(np.float64) @ LUMINANCE for picture in (image, reference))
     mean_x, mean_y = _windowed(x), _windowed(y)
     var_x, var_y = _windowed(x * x) - mean_x**2, _windowed(y * y) - mean_y**2
     covariance = _windowed(x * y) - mean_x * mean_y
@@ -198,7 +196,7 @@ def _flip_exposures(reference: Image) -> tuple[float, float]:
     flip-evaluator ends the whole process when it meets a median of 0, so its own
     choice cannot be used.
     """
-    luminance = reference.astype(np.float64) @ _LUMINANCE
+    luminance = reference.astype(np.float64) @ LUMINANCE
     lit = luminance[luminance > _DARKEST]
     if lit.size == 0:
         return 0.0, 0.0

@@ -19,6 +19,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.vectors import arc_length
 
 _CHANGE_COST = {False: 6.0, True: 14.0}
 """What a change of lanes counts in the search, on a road and inside a junction [m]."""
@@ -105,8 +106,7 @@ class Ways:
         """Places of a lane's points, from 0 to its length, (n,) [m]."""
         if name not in self._stations:
             shape = self.network.lanes[name].shape
-            steps = np.linalg.norm(np.diff(shape, axis=0), axis=1)
-            along = np.concatenate([[0.0], np.cumsum(steps)])
+            along = arc_length(shape)
             self._stations[name] = along * (self.length(name) / max(along[-1], 1e-9))
         return self._stations[name]
 

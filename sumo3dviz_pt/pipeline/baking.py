@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
@@ -41,19 +40,29 @@ def listing(chosen: Sequence[str]) -> list[str]:
     ]
 
 
-def build(chosen: Sequence[str], *, into: Path | None = None) -> None:
+def build(
+    chosen: Sequence[str],
+    *,
+    into: Path | None = None,
+    bakers: Mapping[str, Bake] | None = None,
+) -> None:
     """Make the files of assets again; wholes that are coupled from others have none.
 
     Args:
-        chosen: Families, or `family/name`; none stands for all.
+        chosen: Families, or `family/name`; none stands for all that `bakers` can make.
         into: A folder that gets a copy of the assets to build; None builds in place.
+        bakers: What makes the files of an asset, by family; None knows vehicles.
 
     Raises:
-        ConfigError: If a family or an asset is unknown.
+        ConfigError: If a family or an asset is unknown or has no baker.
         OSError: If files cannot be written.
     """
-    known = [entry for entry in _entries(chosen) if entry.family in _bakers()]
-    entries = [entry for entry in known if "units" not in entry.meta]
+    bakers = _bakers() if bakers is None else bakers
+    entries = [entry for entry in _entries(chosen or tuple(bakers)) if "units" not in entry.meta]
+    for entry in entries:
+        if entry.family not in bakers:
+            makes = ", ".join(bakers)
+            raise ConfigError(f"{entry.family} are not made by this command, only {makes}")
     for number, entry in enumerate(entries):
         folder = entry.folder
         if into is not None:
@@ -61,7 +70,7 @@ def build(chosen: Sequence[str], *, into: Path | None = None) -> None:
             for path in catalog.recipe_files(entry):
                 _copied(path, into / entry.family / path.parent.name)
         announce(Doing.BAKE, number, len(entries), what=f"{entry.family}/{entry.name}")
-        _bakers()[entry.family](folder)
+        bakers[entry.family](folder)
 
 
 def _copied(path: Path, folder: Path) -> None:
@@ -73,7 +82,7 @@ def _copied(path: Path, folder: Path) -> None:
 def _entries(chosen: Sequence[str]) -> list[catalog.Entry]:
     """The assets that words mean."""
     found = []
-    for word in chosen or families():
+    for word in chosen:
         family, _, name = word.partition("/")
         _families([family])
         names = [name] if name else catalog.names(family)
@@ -113,16 +122,10 @@ def _row(entry: catalog.Entry) -> tuple[str, ...]:
 
 
 def _bakers() -> Mapping[str, Bake]:
-    """How the files of each family are made; people are modelled when a scene needs them."""
-    from sumo3dviz_pt.image.exr import write_exr
-    from sumo3dviz_pt.image.png import write_png
-    from sumo3dviz_pt.library.skies.bake import CLOUD_LOSS, bake_clouds
-    from sumo3dviz_pt.library.surfaces.bake import bake_surface
+    """What makes the files of each family.
+
+    People are modelled when a scene needs them; surfaces and skies are made by `tools/bake.py`.
+    """
     from sumo3dviz_pt.library.vehicles.bake import bake_folder
 
-    store = partial(write_exr, lossy=CLOUD_LOSS)
-    return {
-        "vehicles": bake_folder,
-        "surfaces": lambda folder: bake_surface(folder, encode=write_png),
-        "skies": lambda folder: (bake_clouds(folder, encode=store),),
-    }
+    return {"vehicles": bake_folder}

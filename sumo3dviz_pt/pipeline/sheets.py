@@ -131,7 +131,7 @@ def _exposed(radiance: Image, sky: Sky) -> Pixels:
     if height > DARK:
         tone = "neutral" if height > _LOW else "filmic"
         return develop(radiance, exposure=sky.exposure, tone=tone, dither=0)
-    from sumo3dviz_pt.render.sky.panorama import LUMINANCE
+    from sumo3dviz_pt.model.colour import LUMINANCE
 
     mean = float(np.exp(np.log(radiance @ LUMINANCE + 1e-9).mean()))
     return develop(radiance, exposure=math.log2(_MEAN / mean), tone="agx", dither=0)

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.vectors import arc_length
 
 _SPACING = 2.0
 """Distance between the points that stand for a lane [m]."""
@@ -49,8 +50,7 @@ def _lane_points(network: Network) -> Floats:
     """Points along all lanes, at most `_SPACING` apart, (n, 3) [m]."""
     parts = []
     for lane in network.lanes.values():
-        steps = np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(steps)])
+        along = arc_length(lane.shape[:, :2])
         at = np.linspace(0.0, along[-1], max(2, int(np.ceil(along[-1] / _SPACING)) + 1))
         parts.append(np.column_stack([np.interp(at, along, axis) for axis in lane.shape.T]))
     return np.concatenate(parts)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import cut
+from sumo3dviz_pt.model.colour import linear_from_srgb
 from sumo3dviz_pt.sumo.bounds import (
     COORDINATE,
     HEIGHT,
@@ -97,11 +98,6 @@ def parse_colour(text: str) -> Colour | None:
     else:
         encoded = _number_colour(word)
     return cast(Colour, tuple(linear_from_srgb(value) for value in encoded))
-
-
-def linear_from_srgb(value: float) -> float:
-    """Undo sRGB's transfer curve for a value in [0, 1]."""
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
 
 
 def parse_flag(text: str) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.colour import linear_from_srgb
 from sumo3dviz_pt.sumo import (
     find_scenario,
     read_network,
@@ -17,7 +18,6 @@ from sumo3dviz_pt.sumo import (
     read_trajectories,
     read_vehicle_types,
 )
-from sumo3dviz_pt.sumo.values import linear_from_srgb
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 EDGE = DATA / "edge_cases"

@@ -232,7 +232,7 @@ FAULTS = {
         "motion/lane_path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
     ),
     "places on lanes are measured on the map": Fault(
-        "motion/ways.py", "np.diff(shape, axis=0)", "np.diff(shape[:, :2], axis=0)",
+        "motion/ways.py", "along = arc_length(shape)", "along = arc_length(shape[:, :2])",
         (MANOEUVRES,),
     ),
     "bodies follow their fronts at half their length": Fault(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-from types import ModuleType
 
+import make_gallery as gallery
+import make_reference as reference
 import pytest
 from manual import DOCS, ROOT, text_of
 
@@ -19,22 +19,13 @@ COMMANDS = (
 )  # fmt: skip
 
 
-def script(name: str) -> ModuleType:
-    """One of the manual's scripts as a module."""
-    spec = importlib.util.spec_from_file_location(f"docs_{name}", DOCS / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_reference_pages_are_current() -> None:
-    stale = script("make_reference").out_of_date()
-    assert not stale, "run: python docs/make_reference.py"
+    stale = reference.out_of_date()
+    assert not stale, "run: python tools/make_reference.py"
 
 
 def test_every_key_of_the_scene_file_is_described() -> None:
-    page = script("make_reference").scene_file()
+    page = reference.scene_file()
     models = [Job.model_json_schema(), Quality.model_json_schema()]
     models += Job.model_json_schema()["$defs"].values()
     for model in models:
@@ -43,7 +34,7 @@ def test_every_key_of_the_scene_file_is_described() -> None:
 
 
 def test_every_command_and_option_is_described() -> None:
-    page = script("make_reference").command_line()
+    page = reference.command_line()
     for name in COMMANDS:
         assert f"\n## {name}\n" in page
     assert "`--set KEY.PATH=VALUE`" in page
@@ -51,7 +42,6 @@ def test_every_command_and_option_is_described() -> None:
 
 @pytest.mark.parametrize("page", ["gallery.md", "templates.md"])
 def test_pages_of_pictures_show_what_their_script_makes(page: str) -> None:
-    gallery = script("make_gallery")
     assert (DOCS / page).read_text(encoding="utf-8") == gallery.PAGES[page]()
     for name in (*gallery.ALL, *gallery.TELL_TALES):
         assert 0 < (DOCS / "images" / f"{name}.jpg").stat().st_size < 1_300_000

@@ -1,7 +1,6 @@
 """The tutorial notebook holds what its script says, and every cell of it runs."""
 
-import importlib.util
-from pathlib import Path
+import importlib
 
 import pytest
 
@@ -9,15 +8,10 @@ nbformat = pytest.importorskip("nbformat", reason="the extra dev is not installe
 pytest.importorskip("nbclient", reason="the extra dev is not installed; CI has it")
 pytest.importorskip("ipykernel", reason="the extra dev is not installed; CI has it")
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
-
 
 @pytest.fixture(scope="module")
 def script():
-    spec = importlib.util.spec_from_file_location("make_tutorial", DOCS / "make_tutorial.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module("make_tutorial")
 
 
 def test_the_notebook_holds_the_scripts_cells_and_what_they_gave(script):

@@ -7,6 +7,7 @@ import numpy as np
 from sumo3dviz_pt.library.buildings.roofs import inset, upright
 from sumo3dviz_pt.library.buildings.shell import Shell
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import unit
 
 
 def band(plan: Floats, heights: tuple[float, float], out: Floats, role: str) -> Shell:
@@ -35,6 +36,5 @@ def band(plan: Floats, heights: tuple[float, float], out: Floats, role: str) -> 
 
 def outward(plan: Floats) -> Floats:
     """Unit normals of the walls of a plan, outwards, (n, 2)."""
-    along = np.roll(plan, -1, axis=0) - plan
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    along = unit(np.roll(plan, -1, axis=0) - plan)
     return np.column_stack([along[:, 1], -along[:, 0]])

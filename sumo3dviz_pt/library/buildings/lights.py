@@ -19,6 +19,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.buildings.facade import CLASSES
 from sumo3dviz_pt.library.buildings.fronts import GOODS
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Colour, Floats
 
 Use = Literal["home", "office", "shop"]
@@ -33,7 +34,6 @@ _SPREAD = 0.65  # of its logarithm
 _GOODS = (0.7, 1.5, 3.0, 5.0, 8.0, 15.0)  # what stands in lit shops [cd/m2]
 _CEILING = 40.0  # of lit shops [cd/m2]
 _SIGNS = (np.log(10.0), np.log(60.0))  # of lit boards [log cd/m2]
-_LUMA = np.array([0.2126, 0.7152, 0.0722])
 # Lamps of 2700 K, 3500 K and 5000 K, and a television, as a camera set to 5000 K sees them
 # after a few reflections in a room.
 _HUES: Mapping[str, Floats] = {
@@ -89,5 +89,5 @@ def lit_roles(
 
 def _shining(hue: Floats, luminance: float) -> Colour:
     """Luminance by channel of a hue [cd/m2]."""
-    r, g, b = hue * luminance / float(hue @ _LUMA)
+    r, g, b = hue * luminance / float(hue @ LUMINANCE)
     return float(r), float(g), float(b)

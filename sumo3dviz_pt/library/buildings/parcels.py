@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
+from sumo3dviz_pt.model.vectors import arc_length
 
 _CORNER = np.radians(28.0)  # a sharper turn is a corner
 _BEND = np.radians(4.0)  # a slighter turn is none
@@ -75,7 +76,7 @@ def lots_along(
         Lots in order, without those that are narrower than a house.
     """
     line = _from_a_corner(settled(_straightened(line)))
-    knots = _lengths(line)
+    knots = arc_length(line)
     corners = _corners(line, knots, depth)
     lots: list[Lot] = []
     for begin, end in _runs(line, knots, fit):
@@ -85,7 +86,7 @@ def lots_along(
             lots.append(
                 Lot(_piece(line, knots, a, b), corner, (number > 0, number < len(cuts) - 2))
             )
-    return [lot for lot in lots if _lengths(lot.line)[-1] > _LEAST - 1.5]
+    return [lot for lot in lots if arc_length(lot.line)[-1] > _LEAST - 1.5]
 
 
 def _cuts(
@@ -184,11 +185,6 @@ def _turns(line: Floats) -> Floats:
     step = np.diff(line, axis=0)
     angle = np.arctan2(step[:, 1], step[:, 0])
     return np.asarray((np.diff(angle) + np.pi) % (2 * np.pi) - np.pi)
-
-
-def _lengths(line: Floats) -> Floats:
-    """Distance of each vertex along a line, (n,) [m]."""
-    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
 
 
 def _at(line: Floats, knots: Floats, at: Floats | float) -> Floats:

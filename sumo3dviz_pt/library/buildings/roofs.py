@@ -12,6 +12,7 @@ from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined
 from sumo3dviz_pt.library.mesh.triangulate import triangulate
 from sumo3dviz_pt.model.geometry import Floats, settled
+from sumo3dviz_pt.model.vectors import unit
 
 EAVES = 0.4
 """How far roofs reach over walls [m]."""
@@ -262,8 +263,7 @@ def _clipped(ring: Floats, normal: Floats, offset: float) -> Floats:
 
 def _inward(ring: Floats) -> Floats:
     """Unit normals of the walls of a counter-clockwise ring, inwards, (n, 2)."""
-    along = np.roll(ring, -1, axis=0) - ring
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    along = unit(np.roll(ring, -1, axis=0) - ring)
     return np.column_stack([-along[:, 1], along[:, 0]])
 
 

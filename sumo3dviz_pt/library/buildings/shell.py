@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.vectors import area_vectors, unit
 
 Shell = Mapping[str, Floats]
 """Quads by role, (n, 4, 3) [m]."""
@@ -124,7 +125,7 @@ def upright_uvs(quads: Floats, *, tile: float) -> Floats:
     """
     # Diagonals, because one of a quad's two triangles may have no area.
     normal = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    normal = unit(normal)
     along = np.stack([-normal[:, 1], normal[:, 0], np.zeros(len(normal))], axis=1)
     level = np.linalg.norm(along, axis=1) < 0.04
     along[level] = (1.0, 0.0, 0.0)
@@ -138,8 +139,7 @@ def _part(material: str, quads: Floats, tint: Floats | None, uvs: Floats | None)
     """Triangulate quads of one material and drop what has no area."""
     faces = (4 * np.arange(len(quads))[:, None] + _FLAT).reshape(-1, 3)
     vertices = quads.reshape(-1, 3)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-8
+    solid = np.linalg.norm(area_vectors(vertices, faces), axis=1) > 1e-8
     each = None if tint is None else np.repeat(tint, 2, axis=0)[solid]
     flat = None if uvs is None else uvs.reshape(-1, 2)
     return Part(Mesh(vertices, faces[solid], None, flat), material, each)

@@ -9,6 +9,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.materials.named import matt, surface_bsdf, surface_scale
 from sumo3dviz_pt.library.materials.picture_files import check_picture
 from sumo3dviz_pt.library.skies.radiance_maps import read_linear
+from sumo3dviz_pt.model.colour import linear_from_srgb
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.scene import Bsdf
 
@@ -144,5 +145,4 @@ def _check_reflectance(path: Path) -> None:
 
 def _linear(value: float) -> float:
     """Inverse sRGB transfer function, capped where materials conserve energy."""
-    linear = value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
-    return min(linear, 0.85)
+    return min(linear_from_srgb(value), 0.85)

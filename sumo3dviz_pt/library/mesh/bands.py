@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.polyline import arc_length, mitres
+from sumo3dviz_pt.library.mesh.polyline import mitres
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import arc_length
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +26,7 @@ class Band:
     stations: Floats
 
     def quads(self, start: float, end: float) -> Floats:
-        """Quads between two stations.
+        """Cut quads between two stations.
 
         Args:
             start: [m], clamped.
@@ -47,7 +48,7 @@ class Band:
         return np.stack([right[:-1], right[1:], left[1:], left[:-1]], axis=1)
 
     def dashes(self, *, dash: float, gap: float) -> Floats:
-        """Quads of a dashed line, (k, 4, 3) [m]; it starts with half a gap.
+        """Cut the quads of a dashed line, (k, 4, 3) [m]; it starts with half a gap.
 
         Args:
             dash: [m], > 0.
@@ -58,12 +59,12 @@ class Band:
         return np.concatenate([np.zeros((0, 4, 3)), *pieces])
 
     def whole(self) -> Floats:
-        """Quads of the whole band, (k, 4, 3) [m]."""
+        """Cut the quads of the whole band, (k, 4, 3) [m]."""
         return self.quads(self.stations[0], self.stations[-1])
 
 
 def band_along(line: Floats, *, right: float, left: float, reference: Floats | None = None) -> Band:
-    """A band beside a line.
+    """Lay a band beside a line.
 
     Args:
         line: Vertices without repeats, (n, 3) [m], n >= 2.
@@ -74,7 +75,7 @@ def band_along(line: Floats, *, right: float, left: float, reference: Floats | N
     """
     across = np.column_stack([mitres(line), np.zeros(len(line))])
     measured = line if reference is None or len(reference) != len(line) else reference
-    stations = np.maximum.accumulate(arc_length(measured) + np.arange(len(line)) * 1e-9)
+    stations = np.maximum.accumulate(arc_length(measured[:, :2]) + np.arange(len(line)) * 1e-9)
     return Band(line + right * across, line + left * across, stations)
 
 

@@ -6,17 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.vectors import areas
 
 _COARSEST = 0.22
 """Of a body's smallest side: in larger cells a bicycle would be gone."""
 
 _LARGER = 1.05
-"""A cell may be so much larger than asked, so that a whole number of them fits."""
+"""A cell may be larger than it should be by this factor, so that a whole number of them fits."""
 
 
 def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
-    """Coarser meshes of a body with the outline that it had.
+    """Make coarser meshes of a body that keep its outline.
 
     Of the vertices in a cell the outermost stays: means of them would lie inside the body,
     and cars would lose a tenth of their outline. Cells are centred at both ends of the body,
@@ -47,7 +48,7 @@ def clustered_body(meshes: Sequence[Mesh], cell: float) -> tuple[Mesh, ...]:
 
 
 def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
-    """One part, where cells, the body's lower end and its size are given, each (3,) [m]."""
+    """Make one part coarser; cells, the body's lower end and its size are (3,) each [m]."""
     if not len(mesh.faces):
         return Mesh(mesh.vertices, mesh.faces)
     keys = np.floor((mesh.vertices - low) / cells + 0.5).astype(np.int64)
@@ -61,10 +62,4 @@ def _merged(mesh: Mesh, cells: Floats, *, low: Floats, size: Floats) -> Mesh:
     # Twins of one face cover each other.
     _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     faces = faces[np.sort(first)]
-    return Mesh(vertices, faces[_areas(vertices, faces) > 1e-6])
-
-
-def _areas(vertices: Floats, faces: Ints) -> Floats:
-    """Areas of faces, (m,) [m2]."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    return Mesh(vertices, faces[areas(vertices, faces) > 1e-6])

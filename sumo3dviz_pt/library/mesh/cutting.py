@@ -16,6 +16,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.implicit import Field, gradient, project, values_at
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
+from sumo3dviz_pt.model.vectors import area_vectors
 
 _CLEAR = 2e-4
 _PULL = 0.003
@@ -47,8 +48,7 @@ class Surface:
     @property
     def face_normals(self) -> Floats:
         """Unit normals of the faces, (m, 3)."""
-        a, b, c = (self.vertices[self.faces[:, k]] for k in range(3))
-        normals = np.cross(b - a, c - a)
+        normals = area_vectors(self.vertices, self.faces)
         return np.asarray(normals / (np.linalg.norm(normals, axis=1, keepdims=True) + 1e-20))
 
 
@@ -77,7 +77,7 @@ def refine(surface: Surface, curve: Field, body: Field, *, tolerance: float) -> 
 
 
 def _touched(surface: Surface, curve: Field) -> Bools:
-    """Faces in which the curve changes its sign, sampled at seven points."""
+    """Find faces in which the curve changes its sign, sampled at seven points, (m,)."""
     near: Bools = np.any(
         (np.abs(values_at(curve, surface.vertices)) < _NEAR)[surface.faces], axis=1
     )
@@ -104,7 +104,7 @@ def _halve(surface: Surface, pairs: Ints, body: Field, *, reach: float) -> Surfa
 
 
 def _halved_faces(faces: Ints, middle: Ints) -> tuple[Ints, Ints]:
-    """Triangles after splitting sides; `middle` holds new vertices or -1, (m, 3).
+    """Split sides of triangles; `middle` holds their new vertices or -1, (m, 3).
 
     Returns:
         Faces and the number of the face each comes from.
@@ -158,7 +158,7 @@ def split(surface: Surface, curve: Field) -> Surface:
 
 
 def _roots(curve: Field, ends: Floats, values: Floats) -> Floats:
-    """Where a curve crosses segments, (k, 2, 3) [m], given its values at their ends."""
+    """Find where a curve crosses segments, (k, 2, 3) [m], given its values at their ends."""
     low, high = np.zeros(len(ends)), np.ones(len(ends))
     f_low, f_high = values[:, 0].copy(), values[:, 1].copy()
     start, along = ends[:, 0], ends[:, 1] - ends[:, 0]
@@ -174,16 +174,28 @@ def _roots(curve: Field, ends: Floats, values: Floats) -> Floats:
 
 
 def retag(surface: Surface, inside: Bools, tag: int, over: tuple[int, ...]) -> Surface:
-    """Give faces another material where they are inside and carry one of `over`."""
+    """Give faces another tag where they are inside and carry one of some tags.
+
+    Args:
+        surface: The surface.
+        inside: Which faces are meant, (m,).
+        tag: The new tag.
+        over: Tags that it replaces.
+    """
     chosen = inside & np.isin(surface.tags, over)
     return Surface(surface.vertices, surface.faces, np.where(chosen, tag, surface.tags))
 
 
 def corner_normals(body: Field, surface: Surface, *, crease: float = 0.45) -> tuple[Ints, Floats]:
-    """Shading normals from the gradient of the body's field.
+    """Take shading normals from the gradient of the body's field.
 
     Gradients are taken a little inside each corner, so that each side of a crease
-    sees its own; corners of a vertex that agree within `crease` [rad] share a mean.
+    gets its own.
+
+    Args:
+        body: The field.
+        surface: Its surface.
+        crease: Corners of a vertex share a mean if they agree within this angle [rad].
 
     Returns:
         Vertex of each corner, (3m,), and its unit normal, (3m, 3).
@@ -226,7 +238,7 @@ def share_normals(owner: Ints, normals: Floats, *, crease: float) -> Floats:
 
 
 def _shifted(count: int, shift: int) -> tuple[slice, slice]:
-    """Slices that pair each place with the place `shift` further."""
+    """Return slices that pair each place with the place `shift` further."""
     if shift >= 0:
         return slice(0, max(count - shift, 0)), slice(min(shift, count), count)
     return slice(min(-shift, count), count), slice(0, max(count + shift, 0))

@@ -55,32 +55,51 @@ class Curve:
         return cls(xs, ys, np.gradient(ys, _STEP))
 
     def __call__(self, x: Floats | float) -> Floats:
-        """Value at x, same shape."""
+        """Return the value at x, same shape."""
         return np.asarray(np.interp(x, self.xs, self.ys))
 
     def slope(self, x: Floats | float) -> Floats:
-        """Derivative at x, same shape."""
+        """Return the derivative at x, same shape."""
         return np.asarray(np.interp(x, self.xs, self.slopes))
 
 
 def values_at(field: Field, points: Floats) -> Floats:
-    """A field at points, (n, 3) [m], as exactly as processors agree about it, (n,) [m]."""
+    """Evaluate a field at points, (n, 3) [m], on the grid on which processors agree, (n,) [m]."""
     return settled(field(*points.T))
 
 
 def intersect(a: Floats, b: Floats, radius: float) -> Floats:
-    """Field of what lies inside both, with edges rounded by a radius [m]."""
+    """Return the field of what lies inside both of two.
+
+    Args:
+        a: Signed distances to the first, any shape [m].
+        b: Signed distances to the second, same shape [m].
+        radius: By which edges are rounded [m].
+    """
     inner = np.minimum(np.maximum(a, b), -radius)
     return np.asarray(inner + np.hypot(np.maximum(a + radius, 0.0), np.maximum(b + radius, 0.0)))
 
 
 def unite(a: Floats, b: Floats, radius: float) -> Floats:
-    """Field of what lies inside either, with the seam filleted by a radius [m]."""
+    """Return the field of what lies inside either of two.
+
+    Args:
+        a: Signed distances to the first, any shape [m].
+        b: Signed distances to the second, same shape [m].
+        radius: By which the seam is filleted [m].
+    """
     return -intersect(-a, -b, radius)
 
 
 def rounded_box(x: Floats, y: Floats, half: tuple[float, float], radius: float) -> Floats:
-    """Field of a rectangle around the origin with half sizes and corner radius [m]."""
+    """Return the signed distance to a rectangle around the origin, any shape [m].
+
+    Args:
+        x: Where, any shape [m].
+        y: Where, same shape [m].
+        half: Half sizes [m].
+        radius: Of the corners [m].
+    """
     qx, qy = np.abs(x) - half[0] + radius, np.abs(y) - half[1] + radius
     outside = np.hypot(np.maximum(qx, 0.0), np.maximum(qy, 0.0))
     return np.asarray(outside + np.minimum(np.maximum(qx, qy), 0.0) - radius)
@@ -97,7 +116,7 @@ def inset_polygon(outline: Floats, distance: float) -> Floats:
 
 
 def polygon(u: Floats, v: Floats, outline: Floats, *, radius: float = 0.0) -> Floats:
-    """Signed distance to a polygon with rounded corners.
+    """Return the signed distance to a polygon with rounded corners.
 
     Args:
         u: First coordinates, any shape [m].
@@ -123,7 +142,13 @@ def polygon(u: Floats, v: Floats, outline: Floats, *, radius: float = 0.0) -> Fl
 
 
 def gradient(field: Field, points: Floats, *, step: float = 0.002) -> Floats:
-    """Central differences of a field at points, (n, 3) [m]."""
+    """Return the central differences of a field, (n, 3).
+
+    Args:
+        field: The field.
+        points: Where, (n, 3) [m].
+        step: Distance to either side [m].
+    """
     slopes = np.empty_like(points)
     for axis in range(3):
         shift = np.zeros(3)
@@ -133,7 +158,14 @@ def gradient(field: Field, points: Floats, *, step: float = 0.002) -> Floats:
 
 
 def project(field: Field, points: Floats, *, reach: float, rounds: int = 2) -> Floats:
-    """Move points, (n, 3) [m], onto the surface by Newton steps of at most `reach` [m]."""
+    """Move points onto the surface by Newton steps, (n, 3) [m].
+
+    Args:
+        field: The field.
+        points: Near its surface, (n, 3) [m].
+        reach: Longest step [m].
+        rounds: Number of steps.
+    """
     for _ in range(rounds):
         slopes = gradient(field, points, step=0.003)
         steepness = np.maximum((slopes * slopes).sum(axis=1), 0.25)
@@ -184,7 +216,7 @@ class _Sums:
 
 
 def _active_cells(inside: Bools) -> Ints:
-    """Number the cells that the surface passes, -1 elsewhere."""
+    """Number the cells that the surface passes; others get -1."""
     shape = tuple(n - 1 for n in inside.shape)
     count = np.zeros(shape, dtype=np.int8)
     for corner in np.ndindex(2, 2, 2):
@@ -221,7 +253,7 @@ def _crossings(
 
 
 def _neighbour(cell_of: Ints, edges: Ints, axis: int, corner: tuple[int, int]) -> Ints:
-    """Cell at one corner of grid edges along an axis, -1 outside the grid."""
+    """Return the cells at one corner of grid edges along an axis; -1 outside the grid."""
     cells = edges.copy()
     cells[:, (axis + 1) % 3] += corner[0]
     cells[:, (axis + 2) % 3] += corner[1]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,7 @@ class Solid:
 
 
 def read_solids(path: Path, *, key: str) -> list[Solid]:
-    """All triangle meshes of a file.
+    """Read all triangle meshes of a file.
 
     Args:
         path: GLB, glTF, OBJ, PLY or STL.
@@ -119,7 +119,7 @@ def _check_announced(path: Path, key: str) -> None:
 
 
 def _announced_by_ply(path: Path) -> int:
-    """Numbers that a PLY file says it has."""
+    """Count the numbers that a PLY file announces."""
     with path.open("rb") as stream:
         head = stream.read(_HEAD).partition(b"end_header")[0]
     # More digits than that are too many in any case.
@@ -127,7 +127,7 @@ def _announced_by_ply(path: Path) -> int:
 
 
 def _announced_by_gltf(path: Path) -> int:
-    """Numbers that a glTF file says it has; 0 where it cannot be read, which is told later."""
+    """Count the numbers that a glTF file announces; 0 if it is damaged, which is said later."""
     data = path.read_bytes()
     if data[:4] == b"glTF" and len(data) >= 20:
         (length,) = struct.unpack_from("<I", data, 12)
@@ -147,7 +147,7 @@ _ANNOUNCED = {
 
 
 def _solid(item: Any) -> Solid:
-    """A mesh whose equal vertices are one, without faces that have no area."""
+    """Merge a mesh's equal vertices and drop its faces without area."""
     material = getattr(item.visual, "material", None)
     names = [item.metadata.get("name"), getattr(material, "name", None)]
     given = tuple(str(name) for name in names if name)
@@ -155,21 +155,23 @@ def _solid(item: Any) -> Solid:
     item.merge_vertices(merge_tex=True, merge_norm=True)
     keep = item.area_faces > 1e-12
     mesh = Mesh(np.asarray(item.vertices, dtype=np.float64), np.asarray(item.faces)[keep])
-    return Solid(mesh, given, *_looks(item.visual))
+    return _painted(Solid(mesh, given), item.visual)
 
 
-def _looks(visual: Any) -> tuple[Floats | None, bool, float | None, float | None]:
-    """Colour, whether it is transparent, roughness and metal of a mesh, as its file says."""
+def _painted(solid: Solid, visual: Any) -> Solid:
+    """Give a mesh the looks that its file says it has."""
     if not visual.defined:
-        return None, False, None, None
+        return solid
     material = getattr(visual, "material", visual)
-    rgba = np.asarray(material.main_color, dtype=np.float64) / 255.0
-    rough, metal = (
-        _share(getattr(material, f"{name}Factor", None)) for name in ("roughness", "metallic")
+    return replace(
+        solid,
+        rgba=np.asarray(material.main_color, dtype=np.float64) / 255.0,
+        blended=getattr(material, "alphaMode", None) == "BLEND",
+        roughness=_share(getattr(material, "roughnessFactor", None)),
+        metallic=_share(getattr(material, "metallicFactor", None)),
     )
-    return rgba, getattr(material, "alphaMode", None) == "BLEND", rough, metal
 
 
 def _share(value: Any) -> float | None:
-    """A share in [0, 1], or None where there is none."""
+    """Clip a value to [0, 1]; None where there is none."""
     return None if value is None or not float(value) >= 0.0 else min(float(value), 1.0)

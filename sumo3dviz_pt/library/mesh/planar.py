@@ -21,18 +21,18 @@ to find 7 m2 in common to two polygons that share no more than an edge.
 
 
 def union(shapes: Sequence[shapely.Geometry] | NDArray[shapely.Geometry]) -> shapely.Geometry:
-    """The union of any number of shapes [m]; empty for none."""
+    """Unite any number of shapes [m]; none give an empty one."""
     return shapely.union_all([areal(shape) for shape in shapes], grid_size=GRID)
 
 
 def closing(shape: shapely.Geometry, reach: float) -> shapely.Geometry:
-    """Morphological closing: fills gaps up to twice the reach [m], keeps outer corners."""
+    """Fill gaps up to twice the reach [m] and keep outer corners (morphological closing)."""
     grown = shape.buffer(reach, join_style="mitre", mitre_limit=2.0)
     return grown.buffer(-reach, join_style="mitre", mitre_limit=2.0)
 
 
 def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:
-    """The polygons in any geometry, without lines, points and crumbs."""
+    """Return the polygons in any geometry, without lines, points and crumbs."""
     if shape.geom_type == "Polygon" and shape.is_valid:
         return [shape] if shape.area > SMALLEST_AREA else []
     return [
@@ -44,7 +44,7 @@ def polygon_parts(shape: shapely.Geometry) -> list[Polygon]:
 
 
 def sides(areas: Sequence[shapely.Geometry]) -> NDArray[shapely.Geometry]:
-    """All sides of polygons as lines, (n,): many short ones are found faster than few long."""
+    """Return all sides of polygons as lines, (n,); a tree finds many short ones faster."""
     rings = shapely.get_parts(shapely.boundary(list(areas)))  # one by one: no side joins two
     points, ring = shapely.get_coordinates(rings, return_index=True)
     ends = np.stack([points[:-1], points[1:]], axis=1)
@@ -52,7 +52,7 @@ def sides(areas: Sequence[shapely.Geometry]) -> NDArray[shapely.Geometry]:
 
 
 def subtract(shape: shapely.Geometry, others: Iterable[shapely.Geometry]) -> shapely.Geometry:
-    """A shape without others, taken off one by one so that shared edges stay exact."""
+    """Take others off a shape, one by one, so that shared edges stay exact."""
     left = areal(shape)
     for other in others:
         left = areal(shapely.difference(left, areal(other), grid_size=GRID))
@@ -60,12 +60,12 @@ def subtract(shape: shapely.Geometry, others: Iterable[shapely.Geometry]) -> sha
 
 
 def common(one: shapely.Geometry, other: shapely.Geometry) -> shapely.Geometry:
-    """What two shapes share, without lines and points."""
+    """Return what two shapes share, without lines and points."""
     return areal(shapely.intersection(areal(one), areal(other), grid_size=GRID))
 
 
 def areal(shape: shapely.Geometry) -> shapely.Geometry:
-    """A shape without the lines and points that overlays and repairs may leave in it."""
+    """Drop the lines and points that overlays and repairs may leave in a shape."""
     if shape.geom_type in {"Polygon", "MultiPolygon"}:
         return shape
     return shapely.MultiPolygon(polygon_parts(shape))

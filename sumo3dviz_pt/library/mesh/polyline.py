@@ -1,4 +1,4 @@
-"""Polylines: arc length, mitred offsets, cuts by arc length.
+"""Polylines: mitred offsets, vertices without repeats, sharp bends.
 
 References:
     Mitred joins: the offset vector at a bend is (n1 + n2) / (1 + n1 . n2), the
@@ -10,25 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import unit
 
 MITRE_LIMIT = 2.0
 """Longest mitre per unit of offset; sharper bends are cut there."""
 
 _SHARP = 0.35
 """Cosine of the turn from which on a bend is sharp; 70 degrees."""
-
-
-def arc_length(points: Floats) -> Floats:
-    """Distance along a polyline from its first point, seen from above.
-
-    Args:
-        points: Vertices, (n, 2) or (n, 3) [m], n >= 1.
-
-    Returns:
-        Non-decreasing distances, (n,) [m]; the first is 0.
-    """
-    steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def without_repeats(points: Floats, *, tolerance: float = 0.01) -> Floats:
@@ -65,14 +53,13 @@ def with_split_bends(points: Floats) -> Floats:
     Returns:
         Vertices, (k, 3) [m], k >= n.
     """
-    steps = np.diff(points[:, :2], axis=0)
-    steps /= np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), 1e-12)
+    steps = unit(np.diff(points[:, :2], axis=0))
     sharp = np.flatnonzero((steps[1:] * steps[:-1]).sum(axis=1) < _SHARP) + 1
     return np.insert(points, sharp, points[sharp], axis=0)
 
 
 def mitres(points: Floats, *, closed: bool = False) -> Floats:
-    """Vectors that carry each vertex one metre to the left, mitred at bends.
+    """Return vectors that carry each vertex one metre to the left, mitred at bends.
 
     Args:
         points: Vertices, (n, 2) or (n, 3) [m], n >= 2; a closed polyline does not

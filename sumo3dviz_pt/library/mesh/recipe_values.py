@@ -12,7 +12,16 @@ _T = TypeVar("_T")
 
 
 def read_values(kind: type[_T], items: Any, place: str) -> tuple[_T, ...]:
-    """Build a list of recipe values; arguments and errors as of `read_value`."""
+    """Build recipe values from a list of mappings.
+
+    Args:
+        kind: The dataclass.
+        items: Mappings of its fields.
+        place: What messages call the list, such as `recipe.panels`.
+
+    Raises:
+        ConfigError: If a key is unknown or missing, or an item is no mapping.
+    """
     return tuple(read_value(kind, item, f"{place}[{k}]") for k, item in enumerate(items))
 
 
@@ -40,5 +49,5 @@ def read_value(kind: type[_T], content: Any, place: str) -> _T:
 
 
 def _tuples(value: Any) -> Any:
-    """Lists as tuples, all the way down."""
+    """Turn lists into tuples, all the way down."""
     return tuple(_tuples(item) for item in value) if isinstance(value, list | tuple) else value

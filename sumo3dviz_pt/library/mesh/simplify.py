@@ -14,6 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.vectors import area_vectors
 
 _BORDER_WEIGHT = 30.0
 _SLIVER = 1e-8
@@ -67,7 +68,7 @@ class _Work:
             self.offer(u, v)
 
     def weight_of(self, u: int, v: int) -> float:
-        """Area that the quadrics of two vertices stand for [m2]."""
+        """Return the area that the quadrics of two vertices stand for [m2]."""
         return self.areas[u] + self.areas[v]
 
     def offer(self, u: int, v: int) -> None:
@@ -81,17 +82,17 @@ class _Work:
             heapq.heappush(self.heap, (to_u, v, u, stamp))
 
     def neighbours(self, u: int) -> set[int]:
-        """Vertices joined with u by an edge."""
+        """Return the vertices joined with u by an edge."""
         return {v for number in self.around[u] for v in self.corners(number)} - {u}
 
     def corners(self, number: int) -> list[int]:
-        """Vertices of a living face."""
+        """Return the vertices of a face that is still there."""
         face = self.faces[number]
         assert face is not None
         return face
 
     def may_collapse(self, u: int, v: int) -> bool:
-        """Whether moving u to v keeps the surface a manifold and turns no face over."""
+        """Say whether moving u to v keeps the surface a manifold and turns no face over."""
         shared = self.around[u] & self.around[v]
         if len(self.neighbours(u) & self.neighbours(v)) != len(shared):
             return False
@@ -125,7 +126,7 @@ class _Work:
         return len(shared)
 
     def surface(self) -> Surface:
-        """What is left."""
+        """Return the surface that is left."""
         alive = [number for number, face in enumerate(self.faces) if face is not None]
         faces = np.array([self.faces[number] for number in alive], dtype=np.int64)
         used, renumbered = np.unique(faces, return_inverse=True)
@@ -134,21 +135,21 @@ class _Work:
 
 
 def _sides(faces: Ints) -> Ints:
-    """Directed edges of all faces, (3m, 2), face by face within each third."""
+    """Return the directed edges of all faces, (3m, 2), face by face within each third."""
     return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
 
 
 def _open_vertices(faces: Ints) -> Ints:
-    """Vertices on edges that only one face has."""
+    """Find the vertices on edges that only one face has."""
     sides = np.sort(_sides(faces), axis=1)
     unique, uses = np.unique(sides, axis=0, return_counts=True)
     return np.asarray(np.unique(unique[uses == 1]))
 
 
 def _quadrics(surface: Surface) -> tuple[Floats, Floats]:
-    """Upper triangles of the vertices' quadrics, (n, 10), and the areas they stand for, (n,)."""
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
+    """Return the vertices' quadrics as upper triangles, (n, 10), and their areas, (n,) [m2]."""
+    a = surface.vertices[surface.faces[:, 0]]
+    normals = area_vectors(surface.vertices, surface.faces)
     doubled = np.linalg.norm(normals, axis=1)
     normals /= doubled[:, None] + 1e-20
     quadrics = np.zeros((len(surface.vertices), 10))
@@ -162,7 +163,7 @@ def _quadrics(surface: Surface) -> tuple[Floats, Floats]:
 
 
 def _planes(normals: Floats, points: Floats, weights: Floats) -> Floats:
-    """Quadrics of weighted planes, (m, 10)."""
+    """Return the quadrics of weighted planes, (m, 10)."""
     plane = np.column_stack([normals, -(normals * points).sum(axis=1)])
     rows, columns = np.triu_indices(4)
     return np.asarray(weights[:, None] * plane[:, rows] * plane[:, columns])
@@ -191,7 +192,7 @@ def _add_borders(surface: Surface, normals: Floats, quadrics: Floats) -> None:
 
 
 def _error(q: list[float], p: Vector) -> float:
-    """Quadric error of a point."""
+    """Return the quadric error of a point."""
     x, y, z = p
     return max(
         0.0,
@@ -208,14 +209,14 @@ def _error(q: list[float], p: Vector) -> float:
 
 
 def _normal(a: Vector, b: Vector, c: Vector) -> Vector:
-    """Normal of a triangle, as long as twice its area."""
+    """Return the normal of a triangle, as long as twice its area."""
     ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
 def _keeps_side(before: Vector, after: Vector) -> bool:
-    """Whether a face stays a face and does not turn by more than about 60 degrees."""
+    """Say whether a face stays a face and does not turn by more than about 60 degrees."""
     dot = sum(a * b for a, b in zip(before, after, strict=True))
     old = sum(a * a for a in before)
     new = sum(a * a for a in after)

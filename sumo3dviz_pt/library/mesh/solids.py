@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sumo3dviz_pt.library.mesh.cutting import share_normals, weld
+from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.vectors import area_vectors, unit
 
 
 def shaded(vertices: Floats, faces: Ints, *, crease: float = 0.7) -> Mesh:
@@ -21,24 +23,12 @@ def shaded(vertices: Floats, faces: Ints, *, crease: float = 0.7) -> Mesh:
         faces: Outward triangles, (m, 3); degenerate ones are dropped.
         crease: Angle above which an edge stays sharp [rad].
     """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
+    areas = area_vectors(vertices, faces)
     solid = np.linalg.norm(areas, axis=1) > 1e-9
     faces, areas = faces[solid], areas[solid]
     owner = faces.reshape(-1)
     normals = share_normals(owner, np.repeat(areas, 3, axis=0), crease=crease)
     return weld(owner, vertices[owner], normals)
-
-
-def _grid_faces(rows: int, columns: int, *, closed: bool) -> Ints:
-    """Triangles of a grid of vertices, row-major; columns wrap around when closed."""
-    i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns - (not closed)), indexing="ij")
-    after = (j + 1) % columns
-    a, b = i * columns + j, i * columns + after
-    c, d = (i + 1) * columns + after, (i + 1) * columns + j
-    return np.concatenate(
-        [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
-    )
 
 
 def lathe(profile: Sequence[Sequence[float]], *, segments: int, crease: float = 0.7) -> Mesh:
@@ -61,7 +51,7 @@ def lathe(profile: Sequence[Sequence[float]], *, segments: int, crease: float = 
         ],
         axis=-1,
     ).reshape(-1, 3)
-    faces = _grid_faces(len(points), segments, closed=True)
+    faces = grid_faces(len(points), segments, closed=True)
     # Poles: all vertices of a ring of radius 0 are one vertex.
     rings = np.arange(len(points)).repeat(segments)
     first = np.where(
@@ -71,7 +61,7 @@ def lathe(profile: Sequence[Sequence[float]], *, segments: int, crease: float = 
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> Mesh:
-    """An axis-aligned box with sharp edges between two corners [m]."""
+    """Build an axis-aligned box with sharp edges between two corners [m]."""
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     vertices = np.asarray(low) + corners * (np.asarray(high) - np.asarray(low))
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
@@ -79,7 +69,13 @@ def box(low: Sequence[float], high: Sequence[float]) -> Mesh:
 
 
 def prism(outline: Sequence[Sequence[float]], *, half_width: float, crease: float = 0.4) -> Mesh:
-    """Extrude a convex outline of counter-clockwise (x, z) pairs [m] over +-half_width in y."""
+    """Extrude a convex outline to both sides.
+
+    Args:
+        outline: Counter-clockwise (x, z) pairs [m].
+        half_width: How far it reaches to either side in y [m].
+        crease: Angle above which an edge stays sharp [rad].
+    """
     points = np.asarray(outline, dtype=np.float64)
     count = len(points)
     sides = [
@@ -95,7 +91,7 @@ def prism(outline: Sequence[Sequence[float]], *, half_width: float, crease: floa
 
 
 def slab(outer: Floats, inner: Floats) -> Mesh:
-    """A thin piece between two quads with equal sense, (4, 3) each [m].
+    """Build a thin piece between two quads with equal sense, (4, 3) each [m].
 
     Args:
         outer: Counter-clockwise when seen from outside.
@@ -108,7 +104,7 @@ def slab(outer: Floats, inner: Floats) -> Mesh:
 
 
 def _fan(polygons: Sequence[Sequence[int]] | Ints) -> Ints:
-    """Triangles of convex polygons given by their vertex numbers."""
+    """Cut convex polygons, given by their vertex numbers, into triangles."""
     return np.array(
         [(p[0], p[k], p[k + 1]) for p in polygons for k in range(1, len(p) - 1)], dtype=np.int64
     )
@@ -117,7 +113,7 @@ def _fan(polygons: Sequence[Sequence[int]] | Ints) -> Ints:
 def superellipsoid(
     half: Sequence[float], *, squareness: float, segments: int = 12, rings: int = 8
 ) -> Mesh:
-    """A rounded body around the origin.
+    """Build a rounded body around the origin.
 
     Args:
         half: Half sizes along x, y, z [m].
@@ -140,11 +136,11 @@ def superellipsoid(
     numbers = np.arange(len(vertices))
     ring = numbers // segments
     numbers = np.where((ring == 0) | (ring == rings), ring * segments, numbers)
-    return shaded(vertices, numbers[_grid_faces(rings + 1, segments, closed=True)], crease=1.2)
+    return shaded(vertices, numbers[grid_faces(rings + 1, segments, closed=True)], crease=1.2)
 
 
 def tube(path: ArrayLike, *, radius: ArrayLike, sides: int = 6) -> Mesh:
-    """A closed tube along a polyline.
+    """Build a closed tube along a polyline.
 
     Args:
         path: (n, 3) [m], n >= 2.
@@ -153,18 +149,16 @@ def tube(path: ArrayLike, *, radius: ArrayLike, sides: int = 6) -> Mesh:
     """
     points = np.asarray(path, dtype=np.float64)
     radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(points))
-    along = np.gradient(points, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = unit(np.gradient(points, axis=0))
     helper = np.array([0.0, 1.0, 0.0]) if abs(along[0, 1]) < 0.9 else np.array([0.0, 0.0, 1.0])
-    across = np.cross(along, helper)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    across = unit(np.cross(along, helper))
     upwards = np.cross(along, across)
     turn = (np.arange(sides) + 0.5)[None, :, None] * 2.0 * np.pi / sides
     ring = np.cos(turn) * across[:, None] + np.sin(turn) * upwards[:, None]
     vertices = (points[:, None] + radii[:, None, None] * ring).reshape(-1, 3)
     count = len(vertices)
     caps = [list(range(sides))[::-1], list(range(count - sides, count))]
-    faces = np.concatenate([_grid_faces(len(points), sides, closed=True), _fan(caps)])
+    faces = np.concatenate([grid_faces(len(points), sides, closed=True), _fan(caps)])
     return shaded(vertices, faces, crease=0.9)
 
 
@@ -188,10 +182,9 @@ def fitted(
 
 
 def solid_faces(mesh: Mesh) -> Mesh:
-    """A mesh without the faces that lose their area when it is stored as float32."""
-    corners = mesh.vertices.astype(np.float32).astype(np.float64)[mesh.faces]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    kept = np.linalg.norm(across, axis=1) > 1e-12
+    """Drop the faces that lose their area when a mesh is stored as float32."""
+    stored = mesh.vertices.astype(np.float32).astype(np.float64)
+    kept = np.linalg.norm(area_vectors(stored, mesh.faces), axis=1) > 1e-12
     return mesh if kept.all() else replace(mesh, faces=mesh.faces[kept])
 
 
@@ -209,7 +202,7 @@ def moved(mesh: Mesh, *offset: float) -> Mesh:
 
 
 def mirrored(mesh: Mesh) -> Mesh:
-    """The mesh on the other side of the plane y = 0, still outward."""
+    """Mirror a mesh in the plane y = 0; it still faces outward."""
     flip = np.array([1.0, -1.0, 1.0])
     normals = None if mesh.normals is None else mesh.normals * flip
     return Mesh(mesh.vertices * flip, mesh.faces[:, ::-1], normals, mesh.uvs)

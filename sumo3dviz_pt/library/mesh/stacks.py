@@ -77,7 +77,7 @@ def _split(vertices: Floats, faces: Ints, owners: Sequence[str]) -> list[Piece]:
 
 
 def _material(level: Level, kind: str) -> str:
-    """Material of one column of the band above a level."""
+    """Return the material of one column of the band above a level."""
     choice = {
         "front": level.ends or level.side,
         "rear": level.rear_end or level.ends or level.side,
@@ -89,7 +89,7 @@ def _material(level: Level, kind: str) -> str:
 def _plan(
     level: Level, radius: float, segments: int, windows: Sequence[float]
 ) -> tuple[Floats, list[str]]:
-    """Outline in shares: (n, 4) as along, across, corner x, corner y; kinds of its sides.
+    """Return the outline in shares, (n, 4): along, across, corner x and y; and its sides' kinds.
 
     It starts at the front's left corner, runs along the left side to the rear, and
     comes back along the right side.
@@ -110,7 +110,7 @@ def _plan(
 
 
 def _placed(plan: Floats, level: Level, radius: float) -> Floats:
-    """The outline at one level, (n, 3) [m]."""
+    """Place the outline at one level, (n, 3) [m]."""
     x = level.front - plan[:, 0] * (level.front - level.rear) + radius * plan[:, 2]
     y = plan[:, 1] * level.half + radius * plan[:, 3]
     return np.stack([x, y, np.full_like(x, level.z)], axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -38,18 +39,27 @@ Triangles = tuple[Floats, Ints]
 
 
 def triangulate_all(polygons: Sequence[Polygon]) -> Triangles:
-    """Cut polygons into triangles that need not know theirs."""
-    vertices, faces, _ = triangulate_many(polygons)
-    return vertices, faces
+    """Cut polygons into triangles; which polygon a triangle comes from is not told."""
+    made = triangulate_many(polygons)
+    return made.vertices, made.faces
 
 
-def triangulate_many(polygons: Sequence[Polygon]) -> tuple[Floats, Ints, Ints]:
-    """Cut many polygons into triangles.
+class Owned(NamedTuple):
+    """Triangles of many polygons.
 
-    Returns:
-        Vertices, (n, 2) [m]; counter-clockwise faces, (m, 3); and the polygon that
-        each vertex belongs to, (n,).
+    Attributes:
+        vertices: (n, 2) [m].
+        faces: Counter-clockwise, (m, 3).
+        owner: Number of the polygon that each vertex belongs to, (n,).
     """
+
+    vertices: Floats
+    faces: Ints
+    owner: Ints
+
+
+def triangulate_many(polygons: Sequence[Polygon]) -> Owned:
+    """Cut many polygons into triangles."""
     corners, faces, owners = [np.zeros((0, 2))], [np.zeros((0, 3), np.int64)], []
     count = 0
     for number, polygon in enumerate(polygons):
@@ -59,7 +69,7 @@ def triangulate_many(polygons: Sequence[Polygon]) -> tuple[Floats, Ints, Ints]:
         owners.append(np.full(len(vertices), number, dtype=np.int64))
         count += len(vertices)
     owner = np.concatenate(owners) if owners else np.zeros(0, np.int64)
-    return np.concatenate(corners), np.concatenate(faces), owner
+    return Owned(np.concatenate(corners), np.concatenate(faces), owner)
 
 
 def _counter_clockwise(vertices: Floats, faces: Ints) -> Ints:

@@ -10,7 +10,7 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 
 
 def between(top: Floats, bottom: Floats, *, closed: bool = False) -> Mesh:
-    """Quads from one polyline to another.
+    """Build quads from one polyline to another.
 
     Seen with the polyline running to the right and `top` above `bottom`, the quads
     face the viewer.
@@ -33,7 +33,7 @@ def between(top: Floats, bottom: Floats, *, closed: bool = False) -> Mesh:
 
 
 def walls(rings: Sequence[Floats], bottoms: Sequence[Floats]) -> Mesh:
-    """Walls around rings that run counter-clockwise around what they enclose.
+    """Build walls around rings that run counter-clockwise around what they enclose.
 
     Args:
         rings: Upper edges, each (n, 3) [m], first vertex not repeated.

@@ -32,6 +32,7 @@ from sumo3dviz_pt.library.people.limbs import BARE, arm, hand, leg, shoe
 from sumo3dviz_pt.library.people.posture import Posture, matrices
 from sumo3dviz_pt.library.people.rig import SIDES, Measures
 from sumo3dviz_pt.library.people.skin import Cloth, Piece, dressed
+from sumo3dviz_pt.library.people.stack import Counts
 from sumo3dviz_pt.library.people.trunk import Garment, seat
 from sumo3dviz_pt.library.people.wardrobe import (
     BOTTOMS,
@@ -49,7 +50,7 @@ from sumo3dviz_pt.model.scene import Part, Poses
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """How finely a figure is modelled: rings and points of a ring.
+    """How finely a figure is modelled.
 
     Attributes:
         trunk: Of what is on the trunk.
@@ -59,22 +60,24 @@ class Detail:
         fine: Whether face, fingers and small things are modelled.
     """
 
-    trunk: tuple[int, int]
-    arm: tuple[int, int]
-    leg: tuple[int, int]
-    shoe: tuple[int, int]
+    trunk: Counts
+    arm: Counts
+    leg: Counts
+    shoe: Counts
     fine: bool
 
 
 LEVELS: Mapping[str, Detail] = {
-    "middle": Detail((TRUNK_RINGS, 18), (11, 8), (13, 9), (8, 10), fine=True),
-    "far": Detail((4, 6), (3, 4), (3, 4), (2, 4), fine=False),
+    "middle": Detail(
+        Counts(TRUNK_RINGS, 18), Counts(11, 8), Counts(13, 9), Counts(8, 10), fine=True
+    ),
+    "far": Detail(Counts(4, 6), Counts(3, 4), Counts(3, 4), Counts(2, 4), fine=False),
 }
 """Levels of detail by name."""
 
 
 def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Poses]:
-    """A person on foot: origin on the ground below the body's middle, facing +x.
+    """Build a person on foot, facing +x; the origin is on the ground below the body's middle.
 
     Args:
         recipe: Content of `recipe` in an `asset.yaml`.
@@ -95,30 +98,39 @@ def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Pos
 
 @lru_cache(maxsize=2)
 def _on_foot(body: Measures) -> Floats:
-    """Matrices of the bones, standing and in the phases of a stride, for all levels of detail."""
+    """Return the bones' matrices, standing and in each phase of a stride, (poses, bones, 3, 4)."""
     phases = np.arange(gait.PHASES) / gait.PHASES
     postures = [gait.standing(body), *(gait.walking(body, phase) for phase in phases)]
     return np.stack([matrices(body, posture) for posture in postures])
 
 
 def stride_length(recipe: Recipe) -> float:
-    """Distance of two steps [m]; the gait's phase is the distance walked divided by it."""
+    """Return the distance of two steps [m]; the distance walked divided by it is the phase."""
     return gait.stride_length(measures(recipe))
 
 
 def in_posture(recipe: Recipe, detail: Detail, posture: Posture) -> tuple[Part, ...]:
-    """A person in one posture, such as a rider; arguments as for `figure`."""
+    """Build a person in one posture, such as a rider.
+
+    Args:
+        recipe: Content of `recipe` in an `asset.yaml`.
+        detail: How finely the person is modelled.
+        posture: Where hands and feet are.
+
+    Raises:
+        ConfigError: If a name in the recipe is unknown.
+    """
     body = measures(recipe)
     return dressed(list(clothed(recipe, detail)), matrices(body, posture)[None])[0]
 
 
 def measures(recipe: Recipe) -> Measures:
-    """The body of a recipe."""
+    """Read the measures of a recipe's body."""
     return Measures(**recipe.get("body", {}))
 
 
 def _grounded(parts: tuple[Part, ...], poses: Poses) -> tuple[tuple[Part, ...], Poses]:
-    """Set every pose down on the ground; it moves by millimetres."""
+    """Move every pose down to the ground, by a few millimetres."""
     low = poses.vertices[..., 2].min(axis=1)
     shift = np.array([0.0, 0.0, 1.0]) * low[:, None, None]
     moved = Poses(poses.vertices - shift, poses.normals)
@@ -130,7 +142,7 @@ def _grounded(parts: tuple[Part, ...], poses: Poses) -> tuple[tuple[Part, ...], 
 
 
 def clothed(recipe: Recipe, detail: Detail) -> Iterator[Piece]:
-    """All pieces of a person at rest.
+    """Build all pieces of a person at rest.
 
     Raises:
         ConfigError: If a name in the recipe is unknown.
@@ -148,7 +160,7 @@ def clothed(recipe: Recipe, detail: Detail) -> Iterator[Piece]:
 
 
 def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Iterator[Piece]:
-    """Head, hair and what is worn on it."""
+    """Build head, hair and headwear."""
     skull = Skull.of(body, face)
     worn = recipe.get("head", ())
     cover = cover_levels(skull, tuple(item["style"] for item in worn), fine=detail.fine)
@@ -164,7 +176,7 @@ def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Itera
 
 
 def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator[Piece]:
-    """The garment on the trunk, sleeves, bare arms and hands."""
+    """Build the garment on the trunk, sleeves, bare arms and hands."""
     cloth = _cloth(recipe["top"], top.material)
     skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
     garment = Garment.of(body, top.fit)
@@ -172,11 +184,11 @@ def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator
     gloves = _cloth(recipe["gloves"], "leather") if "gloves" in recipe else skin
     for number, side in enumerate(SIDES):
         cut = replace(top.sleeve, seed=top.fit.seed + 17 * number + 1)
-        rows = detail.arm[0] if cut.end > 0.5 else max(2, detail.arm[0] // 2)
-        yield arm(body, side, cut, cloth, (rows, detail.arm[1]))
+        rows = detail.arm.rings if cut.end > 0.5 else detail.arm.rings // 2
+        yield arm(body, side, cut, cloth, detail.arm.with_rings(rows))
         if cut.end < 0.9:
             bare = replace(BARE, start=max(cut.end - 0.16, 0.0))
-            yield arm(body, side, bare, skin, (max(2, detail.arm[0] - 3), detail.arm[1]))
+            yield arm(body, side, bare, skin, detail.arm.with_rings(detail.arm.rings - 3))
         curl = float(recipe.get("curl", 0.28))
         yield from hand(body, side, gloves, curl=curl, fine=detail.fine)
     if detail.fine:
@@ -185,27 +197,28 @@ def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator
 
 
 def _lower(recipe: Recipe, body: Measures, bottom: Bottom, detail: Detail) -> Iterator[Piece]:
-    """Trousers or a skirt, bare legs and shoes."""
+    """Build trousers or a skirt, bare legs and shoes."""
     cloth = _cloth(recipe["bottom"], "cloth")
     skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
     hose = _cloth(recipe["hose"], "cloth") if "hose" in recipe else skin
     seed = int(recipe.get("seed", 0))
     if bottom.legs is not None:
-        counts = (max(2, detail.trunk[0] // 3), detail.trunk[1])
+        counts = detail.trunk.with_rings(detail.trunk.rings // 3)
         yield seat(body, cloth, counts=counts, ease=0.4 * bottom.legs.ease + 0.002)
     if bottom.skirt is not None:
         fit = replace(bottom.skirt, seed=seed + 5)
-        yield Garment.of(body, fit).piece(cloth, (detail.trunk[0] * 2 // 3, detail.trunk[1]))
+        counts = detail.trunk.with_rings(detail.trunk.rings * 2 // 3)
+        yield Garment.of(body, fit).piece(cloth, counts)
     shoes = recipe["shoes"]
     for number, side in enumerate(SIDES):
         if bottom.legs is not None:
             cut = replace(bottom.legs, seed=seed + 31 * number + 2)
-            rows = detail.leg[0] if cut.end > 0.5 else max(2, detail.leg[0] // 2)
-            yield leg(body, side, cut, cloth, (rows, detail.leg[1]))
+            rows = detail.leg.rings if cut.end > 0.5 else detail.leg.rings // 2
+            yield leg(body, side, cut, cloth, detail.leg.with_rings(rows))
         if bottom.legs is None or bottom.legs.end < 0.9:
             start = 0.37 if bottom.legs is None else bottom.legs.end - 0.12
-            count = max(2, detail.leg[0] - 4)
-            yield leg(body, side, replace(BARE, start=start), hose, (count, detail.leg[1]))
+            counts = detail.leg.with_rings(detail.leg.rings - 4)
+            yield leg(body, side, replace(BARE, start=start), hose, counts)
         sole = Cloth("cloth", colour_of(shoes.get("sole", (0.02, 0.02, 0.02))))
         shaft = float(shoes.get("shaft", 0.0))
         upper = _cloth(shoes, "leather")
@@ -213,20 +226,20 @@ def _lower(recipe: Recipe, body: Measures, bottom: Bottom, detail: Detail) -> It
 
 
 def _named(known: Mapping[str, Any], item: Mapping[str, Any], key: str) -> Any:
-    """What a recipe's cut stands for."""
+    """Look up the cut that a recipe's entry names; `key` is for the message."""
     if item["cut"] not in known:
         raise ConfigError(f"no {key} is called {item['cut']!r}; known: {', '.join(known)}")
     return known[item["cut"]]
 
 
 def _cloth(item: Mapping[str, Any], material: str) -> Cloth:
-    """The cloth of a recipe's entry."""
+    """Read the cloth of a recipe's entry, whose material has a default."""
     colour = item.get("colour")
     return Cloth(str(item.get("material", material)), None if colour is None else colour_of(colour))
 
 
 def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
-    """YAML's lists as tuples."""
+    """Turn YAML's lists into tuples."""
     return {
         key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
     }

@@ -9,17 +9,17 @@ import numpy as np
 from sumo3dviz_pt.library.people.rig import Measures
 from sumo3dviz_pt.library.people.skin import Cloth, Piece, hemmed, trunk_weights, tube_piece
 from sumo3dviz_pt.library.people.stack import Stack, rope, swollen, turns
-from sumo3dviz_pt.library.people.trunk import NECK, Fit, trunk_stack
+from sumo3dviz_pt.library.people.trunk import NECK, Fit, Garment
 from sumo3dviz_pt.model.geometry import Floats
 
 
 def collar(
     body: Measures, cloth: Cloth, *, rise: float, away: float, count: int, drop: float = 0.0
 ) -> Piece:
-    """A band around the neck.
+    """Build a band around the neck.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         cloth: What it is made of.
         rise: Its height [m].
         away: Distance from the neck [m].
@@ -48,7 +48,13 @@ def collar(
 
 
 def scarf(body: Measures, cloth: Cloth, *, count: int) -> Iterator[Piece]:
-    """A thick loop around the neck with one hanging end."""
+    """Build a thick loop around the neck with one hanging end.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        count: Points of a ring.
+    """
     h, low = body.height, float(body.z(0.845))
     turn = np.linspace(0.0, 2.0 * np.pi, 13)
     wide = 0.048 * h
@@ -56,22 +62,21 @@ def scarf(body: Measures, cloth: Cloth, *, count: int) -> Iterator[Piece]:
     path = np.stack([wide * np.cos(turn) - 0.004 * h, wide * np.sin(turn), low - drop], axis=1)
     path[-1] += [0.008, 0.004, -0.03]
     yield _bound(body, rope(path, 0.030 + 0.005 * np.sin(3.0 * turn), count), cloth)
-    front = trunk_stack(body, Fit(0.55, NECK, 0.030, 0.6))
+    front = Garment.of(body, Fit(0.55, NECK, 0.030, 0.6))
     share = np.array([0.825, 0.79, 0.75, 0.71, 0.67, 0.645])
-    level = (share - 0.55) / (NECK - 0.55) * front.last
-    path = front.points(level, np.array([0.10, 0.17, 0.21, 0.23, 0.26, 0.27]))
+    path = front.smooth(share, np.array([0.10, 0.17, 0.21, 0.23, 0.26, 0.27]))
     path[:, 0] += 0.014
     wide_end = np.array([0.026, 0.032, 0.036, 0.039, 0.042, 0.044])
     yield _bound(body, rope(path, wide_end, count, flat=np.array([1.0, 0.0, 0.3])), cloth)
 
 
 def _bound(body: Measures, rings: Floats, cloth: Cloth) -> Piece:
-    """A closed rope that lies on the trunk."""
+    """Bind a closed rope to the trunk that it lies on."""
     return tube_piece(rings, trunk_weights(body, rings.reshape(-1, 3)), cloth, lids="bottom top")
 
 
 def folded_hood(body: Measures, cloth: Cloth) -> Piece:
-    """A hood that lies on the back."""
+    """Build a hood that lies on the back."""
     h, low = body.height, float(body.z(0.842))
     turn = np.radians(np.linspace(40.0, 320.0, 9))
     behind = 0.5 * (1.0 - np.cos(turn))
@@ -89,7 +94,7 @@ def folded_hood(body: Measures, cloth: Cloth) -> Piece:
 def _pack(
     body: Measures, middle: Floats, half: Floats, cloth: Cloth, *, power: float, fine: bool = True
 ) -> Piece:
-    """A soft box bound to the trunk."""
+    """Build a soft box bound to the trunk; `half` holds its half sizes, (3,) [m]."""
     lift = np.array([-0.98, -0.85, 0.0, 0.75, 0.97]) if fine else np.array([-0.9, 0.9])
     slim = np.array([0.72, 0.97, 1.0, 0.93, 0.62]) if fine else np.array([0.9, 0.9])
     rows = [
@@ -102,13 +107,20 @@ def _pack(
 
 
 def _corners(rows: list[tuple[float, ...]]) -> Floats:
-    """Two rings of four corners."""
+    """Build two rings of four corners each, (2, 4, 3) [m]."""
     turn = turns(4, offset=0.5)
     return swollen(Stack(np.array(rows)).grid(np.array([0.0, 1.0]), turn))
 
 
 def backpack(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[Piece]:
-    """A pack with a pocket and two straps."""
+    """Build a pack with a pocket and two straps.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        ease: How far the garment below stands off the skin [m].
+        fine: Whether to model pocket and straps.
+    """
     h = body.height
     back = -0.066 * h * body.build**0.5 - ease
     main = np.array([back - 0.075, 0.0, float(body.z(0.715))])
@@ -117,28 +129,35 @@ def backpack(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterat
         return
     pocket = main + np.array([-0.078, 0.0, -0.075])
     yield _pack(body, pocket, np.array([0.040, 0.115, 0.110]), cloth, power=3.0)
-    shape = trunk_stack(body, Fit(0.60, NECK, ease + 0.004, 0.4))
+    shape = Garment.of(body, Fit(0.60, NECK, ease + 0.004, 0.4))
     for s in (1.0, -1.0):
         share = np.array([0.825, 0.830, 0.815, 0.78, 0.74, 0.70, 0.67])
         angle = s * np.radians([140.0, 95.0, 62.0, 47.0, 44.0, 55.0, 80.0])
-        path = shape.points((share - 0.60) / (NECK - 0.60) * shape.last, angle)
+        path = shape.smooth(share, angle)
         away = np.stack([np.cos(angle), np.sin(angle), 0.5 + 0.0 * angle], axis=1)
         yield _bound(body, rope(path + 0.006 * away, np.full(7, 0.030), 4, flat=away), cloth)
 
 
 def shoulder_bag(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[Piece]:
-    """A bag at the right hip on a strap over the left shoulder."""
+    """Build a bag at the right hip on a strap over the left shoulder.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        ease: How far the garment below stands off the skin [m].
+        fine: Whether to model the strap.
+    """
     h = body.height
     hip = np.array([0.01, -0.100 * h * body.build**0.5 - ease - 0.055, float(body.z(0.50))])
     yield _pack(body, hip, np.array([0.150, 0.050, 0.125]), cloth, power=3.2, fine=fine)
     if not fine:
         return
-    shape = trunk_stack(body, Fit(0.50, NECK, ease + 0.010, 0.7))
+    shape = Garment.of(body, Fit(0.50, NECK, ease + 0.010, 0.7))
     for s in (1.0, -1.0):
         share = np.array([0.832, 0.80, 0.74, 0.68, 0.62, 0.58])
         angle = np.radians([80.0, 52.0, 28.0, -5.0, -45.0, -80.0])
         angle = angle if s > 0 else np.pi - angle
-        path = shape.points((share - 0.50) / (NECK - 0.50) * shape.last, angle)
+        path = shape.smooth(share, angle)
         away = np.stack([np.cos(angle), np.sin(angle), 0.3 + 0.0 * angle], axis=1)
         path = np.concatenate([path + 0.008 * away, [hip + np.array([s * 0.10, 0.02, 0.11])]])
         away = np.concatenate([away, [[0.0, -1.0, 0.0]]])

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 
 from sumo3dviz_pt.library.people.posture import Posture, Step, Swing, about_x, about_y, about_z
 from sumo3dviz_pt.library.people.rig import SIDES, Measures, joints
-from sumo3dviz_pt.library.people.stack import between
+from sumo3dviz_pt.library.people.stack import interpolated
 from sumo3dviz_pt.model.geometry import Floats
 
 PHASES = 8
@@ -30,12 +30,14 @@ TOE_OFF = 0.61
 
 _HIP = ((0.61, -4), (0.65, 2), (0.7, 9), (0.75, 16), (0.8, 20), (0.85, 23), (0.92, 23), (1.0, 21))
 _KNEE = ((0.61, 40), (0.66, 56), (0.71, 64), (0.76, 61), (0.82, 46), (0.89, 21), (0.95, 7), (1, 5))
+"""Angles [deg] of the thigh, forward, and of the knee, flexed, by share of a stride."""
+
 _FOOT = (
     *((0.0, 21.0), (0.05, 7.0), (0.09, 0.0), (0.34, 0.0), (0.40, -6.0), (0.50, -24.0)),
     *((0.56, -42.0), (0.61, -60.0), (0.67, -64.0), (0.75, -44.0), (0.83, -10.0), (0.90, 12.0)),
     *((0.96, 22.0), (1.0, 21.0)),
 )
-"""Angles [deg] by share of a stride: thigh forward, knee flexion, sole against the ground."""
+"""Angles of the sole against the ground [deg] by share of a stride; toes up is positive."""
 
 _TOE_BEND = np.radians(32.0)
 """How far the foot lifts before the toes follow [rad]."""
@@ -45,12 +47,12 @@ _STRIKE = 0.158
 
 
 def stride_length(body: Measures) -> float:
-    """Distance of two steps at an easy pace [m]."""
+    """Return the distance of two steps at an easy pace [m]."""
     return float(0.79 * body.height * (1.0 - 0.03 * body.woman))
 
 
 def standing(body: Measures) -> Posture:
-    """At ease: the weight a little on one leg, feet turned out."""
+    """Stand at ease: the weight a little on one leg, feet turned out."""
     rest = joints(body)
     h = body.height
     hips = np.array([0.0, 0.008 * h, rest["pelvis"][2] - 0.006 * h])
@@ -64,15 +66,15 @@ def standing(body: Measures) -> Posture:
 
 
 def _flat(ankle: Floats, *, yaw: float) -> Step:
-    """A foot that stands."""
+    """Put a foot flat on the ground."""
     return Step(ankle, yaw=yaw)
 
 
 def walking(body: Measures, phase: float) -> Posture:
-    """One moment of a walk at an easy pace.
+    """Take the posture of one moment of a walk at an easy pace.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         phase: Share of a stride, [0, 1); 0 is the right heel's strike, 0.5 the left's.
     """
     h, turn = body.height, 2.0 * np.pi * phase
@@ -89,20 +91,20 @@ def walking(body: Measures, phase: float) -> Posture:
 
 
 def _hip_height(body: Measures, phase: float) -> float:
-    """Height of the hips: lowest just after each heel strike [m]."""
+    """Return the height of the hips, lowest just after each heel strike [m]."""
     top = float(joints(body)["pelvis"][2])
     swing = np.cos(4.0 * np.pi * (phase - 0.30))
     return float(top - 0.0168 * body.height + 0.0088 * body.height * swing)
 
 
 def _arm(phase: float) -> Swing:
-    """An arm, backward while the leg of its side is forward."""
+    """Swing an arm backward while the leg of its side is forward."""
     wave = -np.cos(2.0 * np.pi * (phase - 0.02))
     return Swing(np.radians(-4.0 + 19.0 * wave), np.radians(-2.5), np.radians(21.0 + 11.0 * wave))
 
 
 def _foot(body: Measures, phase: float, side: str) -> Step:
-    """A foot at its own share of a stride."""
+    """Place a foot at its own share of a stride."""
     yaw = SIDES[side] * np.radians(6.0)
     if phase <= TOE_OFF:
         return _stance(body, phase, side, yaw)
@@ -110,21 +112,21 @@ def _foot(body: Measures, phase: float, side: str) -> Step:
 
 
 def _pitches(phase: float) -> tuple[float, float]:
-    """Angles of the sole and of the toes against the ground [rad]."""
-    turned = between(phase, _FOOT) if phase < TOE_OFF else _foot_curve()(phase)
+    """Return the angles of the sole and of the toes against the ground [rad]."""
+    turned = interpolated(phase, _FOOT) if phase < TOE_OFF else _foot_curve()(phase)
     pitch = float(np.radians(turned))
     return pitch, pitch if pitch > 0.0 else min(0.0, pitch + _TOE_BEND)
 
 
 @cache
 def _foot_curve() -> CubicSpline:
-    """Angle of the sole over a stride [deg]; a stride repeats, and so does the curve."""
+    """Interpolate the angle of the sole over a stride [deg]; the curve repeats with the stride."""
     angles = np.array(_FOOT)
     return CubicSpline(angles[:, 0], angles[:, 1], bc_type="periodic")
 
 
 def _stance(body: Measures, phase: float, side: str, yaw: float) -> Step:
-    """A foot on the ground: over the heel, flat, over the ball, over the toes."""
+    """Place a foot on the ground, where it rolls over heel, sole, ball and toes."""
     rest = joints(body)
     ankle, heel, ball, tip = (rest[f"{n}_{side}"] for n in ("foot", "heel", "toes", "tip"))
     pitch, toes = _pitches(phase)
@@ -142,12 +144,12 @@ def _stance(body: Measures, phase: float, side: str, yaw: float) -> Step:
 
 
 def _track(body: Measures, side: str) -> float:
-    """Where a foot comes down beside the middle [m]."""
+    """Return y of the line on which a foot comes down [m]."""
     return float(SIDES[side] * (0.034 - 0.010 * body.woman) * body.height)
 
 
 def _swing(body: Measures, phase: float, side: str, yaw: float) -> Step:
-    """A foot in the air: measured angles, joined to the stance at both ends."""
+    """Place a foot in the air by measured angles, shifted to meet the stance at both ends."""
     share = (phase - TOE_OFF) / (1.0 - TOE_OFF)
     found = _swung(body, phase, side)
     begin = _stance(body, TOE_OFF, side, yaw).ankle - _swung(body, TOE_OFF, side)
@@ -157,11 +159,11 @@ def _swing(body: Measures, phase: float, side: str, yaw: float) -> Step:
 
 
 def _swung(body: Measures, phase: float, side: str) -> Floats:
-    """Ankle of a leg with the measured angles of hip and knee, (3,) [m]."""
+    """Return the ankle of a leg with the measured angles of hip and knee, (3,) [m]."""
     rest = joints(body)
     thigh = rest[f"thigh_{side}"][2] - rest[f"shank_{side}"][2]
     shank = rest[f"shank_{side}"][2] - rest[f"foot_{side}"][2]
-    hip, knee = np.radians(between(phase, _HIP)), np.radians(between(phase, _KNEE))
+    hip, knee = np.radians(interpolated(phase, _HIP)), np.radians(interpolated(phase, _KNEE))
     x = thigh * np.sin(hip) + shank * np.sin(hip - knee)
     z = _hip_height(body, phase) - thigh * np.cos(hip) - shank * np.cos(hip - knee)
     return np.array([float(x), _track(body, side), float(z)])

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sumo3dviz_pt.library.people.head import Skull, covering, head_angles
+from sumo3dviz_pt.library.mesh.noise import smoothstep
+from sumo3dviz_pt.library.people.head import Skull, covering, head_angles, on_head
 from sumo3dviz_pt.library.people.skin import Cloth, Folds, Piece, carried
-from sumo3dviz_pt.library.people.stack import Stack, closed, ramp, swollen
+from sumo3dviz_pt.library.people.stack import Stack, closed, swollen
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import unit
 
 Heights = Mapping[float, float]
 """Height over the chin [m] by angle from the front [deg]."""
@@ -39,44 +41,55 @@ _JET: Heights = {0: 0.160, 35: 0.155, 55: 0.120, 70: 0.035, 90: 0.012, 130: 0.00
 _FULL: Heights = {0: 0.155, 40: 0.150, 62: 0.120, 78: 0.020, 90: -0.015, 130: -0.015, 180: -0.010}
 
 
+_SHIELD = Cloth("window")
+
+
 @dataclass(frozen=True, slots=True)
 class Style:
     """What covers a head.
 
     Attributes:
         edge: Its lower edge.
-        thick: Distance from the skin at the crown and at the sides [m].
+        crown: Distance from the skin at the crown [m].
+        sides: Distance from the skin at the sides [m].
         material: Its material.
         rough: Height of locks or folds [m].
     """
 
     edge: Heights
-    thick: tuple[float, float]
+    crown: float
+    sides: float
     material: str = "hair"
     rough: float = 0.004
 
 
 STYLES: Mapping[str, Style] = {
-    "short": Style(_SHORT, (0.016, 0.008)),
-    "crop": Style(_SHORT, (0.008, 0.005), rough=0.001),
-    "full": Style(_SHORT, (0.026, 0.013), rough=0.007),
-    "receding": Style(_RING, (0.002, 0.009), rough=0.002),
-    "long": Style(_LONG, (0.020, 0.013), rough=0.007),
-    "bob": Style(_BOB, (0.020, 0.013), rough=0.006),
-    "tied": Style(_SHORT, (0.012, 0.009), rough=0.002),
-    "bun": Style(_SHORT, (0.012, 0.009), rough=0.002),
-    "cap": Style(_CAP, (0.018, 0.012), "cloth", rough=0.0),
-    "beanie": Style(_BEANIE, (0.026, 0.013), "cloth", rough=0.003),
-    "hood": Style(_HOOD, (0.034, 0.030), "cloth", rough=0.006),
-    "bicycle_helmet": Style(_BICYCLE, (0.038, 0.026), "sign", rough=0.0),
-    "jet_helmet": Style(_JET, (0.036, 0.038), "sign", rough=0.0),
-    "full_helmet": Style(_FULL, (0.040, 0.044), "sign", rough=0.0),
+    "short": Style(_SHORT, 0.016, 0.008),
+    "crop": Style(_SHORT, 0.008, 0.005, rough=0.001),
+    "full": Style(_SHORT, 0.026, 0.013, rough=0.007),
+    "receding": Style(_RING, 0.002, 0.009, rough=0.002),
+    "long": Style(_LONG, 0.020, 0.013, rough=0.007),
+    "bob": Style(_BOB, 0.020, 0.013, rough=0.006),
+    "tied": Style(_SHORT, 0.012, 0.009, rough=0.002),
+    "bun": Style(_SHORT, 0.012, 0.009, rough=0.002),
+    "cap": Style(_CAP, 0.018, 0.012, "cloth", rough=0.0),
+    "beanie": Style(_BEANIE, 0.026, 0.013, "cloth", rough=0.003),
+    "hood": Style(_HOOD, 0.034, 0.030, "cloth", rough=0.006),
+    "bicycle_helmet": Style(_BICYCLE, 0.038, 0.026, "sign", rough=0.0),
+    "jet_helmet": Style(_JET, 0.036, 0.038, "sign", rough=0.0),
+    "full_helmet": Style(_FULL, 0.040, 0.044, "sign", rough=0.0),
 }
 """What can be on a head, by name; `bald` is nothing."""
 
 
 def cover_levels(skull: Skull, styles: tuple[str, ...], *, fine: bool) -> Floats | None:
-    """Levels above which some style hides the skin, (m,)."""
+    """Return the levels above which some style hides the skin, (m,); None where none does.
+
+    Args:
+        skull: The head that it is for.
+        styles: Names; those that are not in `STYLES` hide nothing.
+        fine: Whether the head has its fine columns.
+    """
     angles = head_angles(fine=fine)
     levels = [covering(skull, STYLES[s].edge, angles) for s in styles if s in STYLES]
     return np.min(levels, axis=0) if levels else None
@@ -85,10 +98,10 @@ def cover_levels(skull: Skull, styles: tuple[str, ...], *, fine: bool) -> Floats
 def headwear(
     skull: Skull, style: str, cloth: Cloth, *, fine: bool, under: bool = False
 ) -> Iterator[Piece]:
-    """Hair or something worn, with its tail, brim or visor.
+    """Make hair or headwear, with its tail, brim or visor.
 
     Args:
-        skull: Whose.
+        skull: The head that it is for.
         style: One of `STYLES`.
         cloth: What it is made of.
         fine: Whether to model locks and details.
@@ -103,7 +116,7 @@ def headwear(
 
 
 def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -> Piece:
-    """A shell from its edge, drawn in under itself, to the crown."""
+    """Make a shell from its edge, which is drawn in under itself, to the crown."""
     angles = head_angles(fine=fine)
     low = covering(skull, style.edge, angles)
     share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, rows))[:, None] ** 1.1
@@ -113,10 +126,10 @@ def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -
     points = _base(skull, levels, turn, heights)
     away = points - np.array([-0.005, 0.0, 0.125])
     away[..., 2] = np.maximum(away[..., 2], 0.0)
-    away /= np.linalg.norm(away, axis=2, keepdims=True)
-    crown = ramp(0.15, 0.22, points[..., 2])
-    thick = style.thick[1] + crown * (style.thick[0] - style.thick[1])
-    thick = thick * ramp(-0.10, 0.34, share)
+    away = unit(away)
+    crown = smoothstep(0.15, 0.22, points[..., 2])
+    thick = style.sides + crown * (style.crown - style.sides)
+    thick = thick * smoothstep(-0.10, 0.34, share)
     locks = style.rough * Folds.of(len(style.edge), slant=0.8)(points * 1.6)
     points = points + away * (thick + locks)[..., None]
     inner = _base(skull, levels[:1], turn[:1], heights[:1]) - 0.006 * away[:1]
@@ -127,14 +140,14 @@ def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -
 
 
 def _drop(skull: Skull, style: Style, angles: Floats, share: Floats) -> Floats:
-    """Heights of a shell's points, which may hang below the skull, (rows, m) [m]."""
+    """Return the heights of a shell's points, which may hang below the skull, (rows, m) [m]."""
     turn = np.degrees(np.abs((angles + np.pi) % (2.0 * np.pi) - np.pi))
     low = np.interp(turn, list(style.edge), list(style.edge.values()))
     return np.asarray(low + (0.231 - low) * share)
 
 
 def _base(skull: Skull, levels: Floats, turn: Floats, heights: Floats) -> Floats:
-    """The skull's skin, or below the ears a curtain that falls from it."""
+    """Return points of the skull's skin, or below the ears of a curtain that falls from it."""
     ear = skull.level_at(turn[0], np.full(turn.shape[1], 0.095))
     points = skull.stack.points(np.maximum(levels, ear), turn)
     fall = np.maximum(points[..., 2] - heights, 0.0) * (levels < ear)
@@ -145,17 +158,15 @@ def _base(skull: Skull, levels: Floats, turn: Floats, heights: Floats) -> Floats
 
 
 def _streaked(piece: Piece, columns: int) -> Piece:
-    """Lighter and darker locks."""
+    """Colour locks lighter and darker."""
     assert piece.tint is not None
     quad = np.arange(len(piece.faces)) // 2
     lock = np.random.default_rng(7).uniform(0.78, 1.28, columns)[quad % columns]
-    return Piece(
-        piece.vertices, piece.faces, piece.weights, piece.material, piece.tint * lock[:, None]
-    )
+    return replace(piece, tint=piece.tint * lock[:, None])
 
 
 def _tail(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
-    """A pony tail."""
+    """Make a pony tail."""
     rows = (
         (-0.150, 0.004, 0.010, 0.010, 0.012, -0.060, -0.060, 2.0),
         (-0.150, 0.003, 0.022, 0.020, 0.026, 0.010, 0.010, 2.0),
@@ -163,22 +174,20 @@ def _tail(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
         (-0.130, 0.0, 0.022, 0.020, 0.022, 0.140, 0.140, 2.0),
         (-0.108, 0.0, 0.010, 0.010, 0.012, 0.168, 0.168, 2.0),
     )
-    rings = skull.world(Stack(np.array(rows)).grid(6, 7))
-    yield carried(closed(rings, bottom=True, top=True), "head", cloth)
+    yield on_head(skull, Stack(np.array(rows)).grid(6, 7), cloth)
 
 
 def _bun(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
-    """A knot of hair at the back."""
+    """Make a knot of hair at the back."""
     lift = np.radians([-75.0, -35.0, 5.0, 45.0, 80.0])
     rows = [
         (-0.118, 0, *[0.036 * np.cos(a)] * 3, *[0.165 + 0.034 * np.sin(a)] * 2, 2) for a in lift
     ]
-    rings = skull.world(Stack(np.array(rows)).grid(5, 8))
-    yield carried(closed(rings, bottom=True, top=True), "head", cloth)
+    yield on_head(skull, Stack(np.array(rows)).grid(5, 8), cloth)
 
 
 def _brim(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
-    """The peak of a cap."""
+    """Make the peak of a cap."""
     turn = np.radians(np.linspace(-62.0, 62.0, 9))
     inner = np.stack([0.088 * np.cos(turn), 0.080 * np.sin(turn), np.full(9, 0.168)], axis=1)
     outer = np.stack(
@@ -188,26 +197,22 @@ def _brim(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
     # Around the peak's edge: above inside, above outside, below outside, below inside.
     thick = np.array([0.0, 0.0, 0.004])
     rings = np.stack([inner - thick, outer - thick, outer + thick, inner + thick], axis=1)
-    yield carried(closed(skull.world(rings[::-1]), bottom=True, top=True), "head", cloth)
+    yield on_head(skull, rings[::-1], cloth)
 
 
 def _visor(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
-    """A dark shield before the eyes of a jet helmet."""
-    yield from _shield(skull, (0.050, 0.165), 0.030)
+    """Make the dark shield before the eyes of a jet helmet."""
+    yield _band(skull, (0.050, 0.165), 0.030, _SHIELD)
 
 
 def _full_face(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
-    """The chin bar and the shield of a full-face helmet."""
-    yield _band(skull, (-0.020, 0.075), 0.036, Cloth(cloth.material, cloth.colour))
-    yield from _shield(skull, (0.070, 0.160), 0.032)
-
-
-def _shield(skull: Skull, span: tuple[float, float], away: float) -> Iterator[Piece]:
-    yield _band(skull, span, away, Cloth("window"))
+    """Make the chin bar and the shield of a full-face helmet."""
+    yield _band(skull, (-0.020, 0.075), 0.036, cloth)
+    yield _band(skull, (0.070, 0.160), 0.032, _SHIELD)
 
 
 def _band(skull: Skull, span: tuple[float, float], away: float, cloth: Cloth) -> Piece:
-    """A closed band before the face, between two heights over the chin [m]."""
+    """Make a closed band before the face, between two heights over the chin [m]."""
     turn = np.radians(np.linspace(-80.0, 80.0, 11))
     z = np.linspace(span[0], span[1], 4)
     bow = away + 0.012 * np.sin(np.linspace(0.2, 2.6, 4))
@@ -222,11 +227,11 @@ def _band(skull: Skull, span: tuple[float, float], away: float, cloth: Cloth) ->
     )
     inner = outer * [0.9, 0.9, 1.0]
     rings = np.concatenate([outer, inner[:, ::-1]], axis=1)
-    return carried(closed(skull.world(rings), bottom=True, top=True), "head", cloth)
+    return on_head(skull, rings, cloth)
 
 
 def _vents(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
-    """Dark slots along a bicycle helmet."""
+    """Make the dark slots along a bicycle helmet."""
     for y in (-0.045, -0.015, 0.015, 0.045):
         x = np.linspace(0.10, -0.09, 6)
         z = 0.2655 - 5.2 * x**2 - 6.5 * y**2 + 0.002
@@ -234,9 +239,7 @@ def _vents(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
         wide = 0.008 * np.array([0.2, 1.0, 1.0, 1.0, 1.0, 0.2])[:, None] * [0.0, 1.0, 0.0]
         deep = np.array([0.0, 0.0, -0.02])
         rings = np.stack([rows + wide + deep, rows + wide, rows - wide, rows - wide + deep], axis=1)
-        yield carried(
-            closed(skull.world(rings[::-1]), bottom=True, top=True), "head", Cloth("trim")
-        )
+        yield on_head(skull, rings[::-1], Cloth("trim"))
 
 
 _EXTRAS: Mapping[str, Callable[[Skull, Cloth], Iterator[Piece]]] = {

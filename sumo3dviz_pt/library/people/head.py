@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import Measures
 from sumo3dviz_pt.library.people.skin import Cloth, Piece, carried, weighed
-from sumo3dviz_pt.library.people.stack import Stack, closed, ramp, swollen
+from sumo3dviz_pt.library.people.stack import Stack, closed, swollen
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 
 CHIN_TO_TOP = 0.231
+"""Height of a man's head of 1.75 m stature [m]."""
 
 _MAN = (
     # x, y, front, back, half, front z, back z, power
@@ -93,9 +95,9 @@ class Skull:
 
     @classmethod
     def of(cls, body: Measures, face: Face) -> Skull:
-        """The head of a body."""
+        """Shape the head of a body."""
         rows = np.array(_MAN)
-        jaw = ramp(0.12, 0.02, rows[:, 5])
+        jaw = smoothstep(0.12, 0.02, rows[:, 5])
         rows[:, 4] *= 1.0 + jaw * (0.96 * face.jaw * (1.0 - 0.05 * body.woman) - 0.96)
         rows[3:7, 2] *= 1.0 - 0.02 * body.woman
         rows[14, 2] += 0.003 * (face.brow - 1.0) - 0.002 * body.woman - 0.003 * body.child
@@ -105,7 +107,7 @@ class Skull:
         low = (rows[:, 5:7] > 0) & (rows[:, 5:7] < 0.15)
         squeezed = rows[:, 5:7] * 0.88
         cheeks = np.exp(-(((rows[:, 5] - 0.085) / 0.03) ** 2))
-        rows[:, 4] *= 1.0 + body.child * (0.05 * cheeks - 0.13 * ramp(0.055, 0.0, rows[:, 5]))
+        rows[:, 4] *= 1.0 + body.child * (0.05 * cheeks - 0.13 * smoothstep(0.055, 0.0, rows[:, 5]))
         rows[3:8, 2] *= 1.0 - 0.07 * body.child
         rows[8:13, 2] *= 1.0 - 0.03 * body.child
         rows[:, 5:7] += body.child * np.where(low, squeezed - rows[:, 5:7], 0.0)
@@ -116,14 +118,14 @@ class Skull:
         return cls(Stack(rows), place, body.head, face)
 
     def surface(self, levels: Floats, angles: Floats) -> Floats:
-        """Points of skin with nose and eye sockets about the chin, (..., 3) [m]."""
+        """Return points of skin with nose and eye sockets, in the head's frame, (..., 3) [m]."""
         points = self.stack.points(levels, angles)
         x, y, z = np.moveaxis(points, -1, 0)
-        front = ramp(0.03, 0.07, x)
+        front = smoothstep(0.03, 0.07, x)
         return np.asarray(points + (front * self._relief(y, z))[..., None] * [1.0, 0.0, 0.0])
 
     def _relief(self, y: Floats, z: Floats) -> Floats:
-        """How far features stand out of the face [m]."""
+        """Return how far features stand out of the face [m]."""
         nose = np.interp(
             z, [0.060, 0.0665, 0.075, 0.082, 0.100, 0.118], [0, 0.015, 0.0235, 0.021, 0.010, 0.0]
         )
@@ -138,7 +140,7 @@ class Skull:
         return np.asarray(relief)
 
     def level_at(self, angles: Floats, heights: Floats) -> Floats:
-        """Levels of points at angles and heights over the chin, (n,)."""
+        """Return the levels of points at angles and heights over the chin, (n,)."""
         tables = self.stack.points(*np.meshgrid(self.levels, angles, indexing="ij"))[..., 2]
         return np.array(
             [np.interp(z, column, self.levels) for z, column in zip(heights, tables.T, strict=True)]
@@ -150,18 +152,18 @@ class Skull:
 
 
 def head_angles(*, fine: bool) -> Floats:
-    """Angles of a head's columns, denser in the face, (m,) [rad]."""
+    """Return the angles of a head's columns, denser in the face, (m,) [rad]."""
     if not fine:
         return np.radians([0.0, 50.0, 115.0, 180.0, 245.0, 310.0])
     return np.concatenate([_TURNS, [np.pi], 2.0 * np.pi - _TURNS[:0:-1]])
 
 
 def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> Iterator[Piece]:
-    """Head and neck.
+    """Make head and neck.
 
     Args:
         skull: Its surface.
-        body: Whose.
+        body: Measures of the person.
         cover: Levels above which hair covers the head, one for each column, or None.
         fine: Whether to give it a face and ears.
     """
@@ -174,7 +176,7 @@ def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> I
         hidden = level > np.append(np.tile(cover, len(levels)), 0.0) + 1.0
         faces = faces[~hidden[faces].all(axis=1)]
         vertices, faces, level = _used(vertices, faces, level)
-    neck = ramp(2.4, 0.2, level)
+    neck = smoothstep(2.4, 0.2, level)
     weights = weighed(len(vertices), {"head": 1.0 - neck, "chest": neck})
     local = (vertices[faces].mean(axis=1) - skull.place) / skull.size
     yield Piece(vertices, faces, weights, "complexion", _colours(skull.face, local))
@@ -195,25 +197,36 @@ def _used(vertices: Floats, faces: Ints, level: Floats) -> tuple[Floats, Ints, F
 
 
 def _colours(face: Face, at: Floats) -> Floats:
-    """Reflectance of the faces of a head at places about the chin, (m, 3)."""
+    """Return the reflectance of a head's faces at places about the chin, (m, 3)."""
     x, y, z = at.T
     skin, hair = np.array(face.skin), np.array(face.hair)
-    front = ramp(0.02, 0.06, x)
+    front = smoothstep(0.02, 0.06, x)
     warm = np.exp(-(((np.abs(y) - 0.045) / 0.02) ** 2) - ((z - 0.080) / 0.022) ** 2)
     warm += 0.8 * np.exp(-((y / 0.014) ** 2) - ((z - 0.075) / 0.012) ** 2)
     tint = skin * (1.0 + front[:, None] * warm[:, None] * np.array([0.05, -0.10, -0.12]))
     socket = front * np.exp(-(((np.abs(y) - EYE[0]) / 0.017) ** 2) - ((z - EYE[1]) / 0.012) ** 2)
     tint = tint * (1.0 - 0.30 * socket[:, None])
     # A beard covers jaw, chin and upper lip and thins out towards the cheeks.
-    jaw = ramp(0.074, 0.050, z - 0.35 * np.maximum(0.06 - x, 0.0)) * ramp(-0.03, 0.0, x)
+    jaw = smoothstep(0.074, 0.050, z - 0.35 * np.maximum(0.06 - x, 0.0)) * smoothstep(-0.03, 0.0, x)
     lip = np.exp(-((y / 0.022) ** 4) - ((z - 0.061) / 0.006) ** 2)
-    grown = np.maximum(jaw * ramp(-0.03, -0.005, z), lip)
+    grown = np.maximum(jaw * smoothstep(-0.03, -0.005, z), lip)
     share = (face.beard * grown)[:, None]
     return np.asarray(tint * (1.0 - share) + share * (0.75 * hair + 0.12 * skin))
 
 
+def on_head(skull: Skull, rings: Floats, cloth: Cloth) -> Piece:
+    """Return a closed piece that the head carries.
+
+    Args:
+        skull: The head that it is for.
+        rings: In the head's frame, from bottom to top, (k, m, 3) [m].
+        cloth: What it is made of.
+    """
+    return carried(closed(skull.world(rings), bottom=True, top=True), "head", cloth)
+
+
 def _ears(skull: Skull) -> Iterator[Piece]:
-    """Two flat shells."""
+    """Make two flat shells."""
     rows = (
         (0.004, 0.0, 0.008, 0.006, 0.004, -0.030, -0.030, 2.0),
         (0.000, 0.004, 0.012, 0.014, 0.007, -0.014, -0.012, 2.0),
@@ -226,12 +239,11 @@ def _ears(skull: Skull) -> Iterator[Piece]:
     for s in (1.0, -1.0):
         placed = rings * [1.0, s, 1.0] + [-0.006, s * 0.0715, 0.098]
         placed = placed if s > 0 else placed[:, ::-1]
-        shape = closed(skull.world(placed), bottom=True, top=True)
-        yield carried(shape, "head", Cloth("complexion", skin))
+        yield on_head(skull, placed, Cloth("complexion", skin))
 
 
 def _eyes(skull: Skull) -> Iterator[Piece]:
-    """Eyeballs between lids, and eyebrows."""
+    """Make eyeballs between lids, and eyebrows."""
     hair = skull.face.hair
     for s in (1.0, -1.0):
         yield _sheet(skull, s, _LIDS, Cloth("hair", (0.02, 0.015, 0.012)), lift=0.0016)
@@ -253,11 +265,11 @@ _LIPS: _Outline = (
     *((0.0, 0.0372, 0.0552), (0.006, 0.0375, 0.0560), (0.014, 0.0395, 0.0530)),
     (0.0235, 0.0462, 0.0476),
 )
-"""Likewise from the middle, over the chin."""
+"""Outward distance from the face's middle, lower and upper edge over the chin [m]."""
 
 
 def _mouth(skull: Skull) -> Iterator[Piece]:
-    """Lips and the dark line between them."""
+    """Make lips and the dark line between them."""
     lips = np.array(skull.face.skin) * (
         1.0 + skull.face.lips * (np.array([0.84, 0.58, 0.60]) - 1.0)
     )
@@ -279,7 +291,7 @@ def _sheet(
     lift: float,
     origin: tuple[float, float] = EYE,
 ) -> Piece:
-    """A small patch on the face, from rows (outward, low, high) about an eye's middle."""
+    """Make a small patch on the face, from rows (outward, low, high) about an origin."""
     rows = np.array(outline) * (skull.face.eyes if origin is EYE else 1.0)
     away, z = np.repeat(origin[0] + rows[:, 0], 2), origin[1] + rows[:, 1:].reshape(-1)
     angles = np.arcsin(np.clip(away / 0.0905, -1.0, 1.0))
@@ -293,7 +305,7 @@ def _sheet(
 
 
 def covering(skull: Skull, heights: Mapping[float, float], angles: Floats) -> Floats:
-    """Levels of a line around the head, such as a hairline, (m,).
+    """Return the levels of a line around the head, such as a hairline, (m,).
 
     Args:
         skull: Which head.

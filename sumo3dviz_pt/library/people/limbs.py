@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import SIDES, Measures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
@@ -20,7 +21,15 @@ from sumo3dviz_pt.library.people.skin import (
     tube_piece,
     weighed,
 )
-from sumo3dviz_pt.library.people.stack import Stack, between, closed, ramp, rope, swollen, turns
+from sumo3dviz_pt.library.people.stack import (
+    Counts,
+    Stack,
+    closed,
+    interpolated,
+    rope,
+    swollen,
+    turns,
+)
 from sumo3dviz_pt.model.geometry import Floats
 
 _ARM = ((-0.012, 0.012), (-0.006, 0.021), (0.006, 0.0275), (0.030, 0.0305), (0.06, 0.0290))
@@ -38,7 +47,7 @@ _LEG_CLAD = (
     *((0.34, 0.0425), (0.285, 0.039), (0.25, 0.0375), (0.20, 0.0365), (0.16, 0.0355)),
     *((0.10, 0.0345), (0.06, 0.0345), (0.024, 0.0345)),
 )
-"""Radius of a leg by height."""
+"""Radius of a leg by height, both as shares of the stature."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +56,7 @@ class Cut:
 
     Attributes:
         end: Where it ends, as a share of the limb: 0 at its root, 1 at wrist or ankle.
-        start: Where it begins, likewise.
+        start: Where it begins, as a share of the limb.
         ease: How far it stands off the skin [m].
         flare: Further distance at its open end [m].
         loose: 0 follows the limb, 1 hangs straight.
@@ -68,15 +77,15 @@ BARE = Cut(loose=0.0, folds=0.0)
 """Skin."""
 
 
-def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, int]) -> Piece:
-    """A sleeve, or the skin of an arm down to the wrist.
+def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Piece:
+    """Make a sleeve, or the skin of an arm down to the wrist.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         cut: How it is cut.
         cloth: What it is made of.
-        counts: Rings and points of a ring.
+        counts: Rings, and points of a ring.
     """
     h, rest = body.height, joints(body)
     points = np.stack([rest[f"{name}_{side}"] for name in ("upper_arm", "forearm", "hand")])
@@ -84,7 +93,7 @@ def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
     full = float(bones.sum())
     end = cut.end * full
     # More rings where the elbow bends.
-    share = np.linspace(0.0, 1.0, counts[0])
+    share = np.linspace(0.0, 1.0, counts.rings)
     first = -0.012 * h + cut.start * full
     along = first + (end - first) * share
     bend = np.minimum(along, bones[0]), np.clip(along - bones[0], 0.0, None)
@@ -93,38 +102,46 @@ def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
         + np.outer(bend[0] / bones[0], points[1] - points[0])
         + np.outer(bend[1] / bones[1], points[2] - points[1])
     )
-    radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * ramp(
+    radius = _arm_radius(body, along * 0.328 * h / full / h, cut) + cut.flare * smoothstep(
         end - 0.25 * full, end, along
     )
-    rings = _around(middle, radius * 1.06, radius * 0.96, counts[1])
+    rings = _around(middle, radius * 1.06, radius * 0.96, counts.points)
     depth = cut.folds * (
         0.45 + 0.9 * np.exp(-(((along - bones[0]) / (0.05 * h)) ** 2)) + 0.5 * (along > 0.88 * full)
     )
-    depth = depth * ramp(0.0, 0.06 * h, along)
+    depth = depth * smoothstep(0.0, 0.06 * h, along)
     rings = creased(rings, Folds.of(cut.seed, slant=0.25), depth)[::-1]
     # At its root the arm takes up the slope of the shoulder.
-    near = ramp(0.055 * h, -0.012 * h, along)[::-1, None]
+    near = smoothstep(0.055 * h, -0.012 * h, along)[::-1, None]
     rings[..., 2] -= near * (0.85 * SIDES[side] * (rings[..., 1] - points[0, 1]) + 0.012 * h)
     rings[..., 1] -= near * SIDES[side] * 0.012 * h
-    rings = hemmed(rings, depth=0.008) if counts[1] > 4 else rings
+    rings = hemmed(rings, depth=0.008) if counts.points > 4 else rings
     weights = arm_weights(body, rings.reshape(-1, 3), side)
     return tube_piece(rings, weights, cloth, lids="top")
 
 
 def _arm_radius(body: Measures, along: Floats, cut: Cut) -> Floats:
-    """Radius of an arm or sleeve at shares of the stature from the shoulder [m]."""
-    bare, clad = between(along, _ARM_BARE), between(along, _ARM_CLAD)
+    """Return the radius of an arm or sleeve at shares of the stature from the shoulder [m]."""
+    bare, clad = interpolated(along, _ARM_BARE), interpolated(along, _ARM_CLAD)
     girth = body.build**0.6 * (1.0 - 0.14 * body.woman) * (1.0 + 0.10 * body.child)
-    grown = ramp(-0.012, 0.04, along)
+    grown = smoothstep(-0.012, 0.04, along)
     radius = body.height * girth * (bare + cut.loose * (clad - bare))
     return np.asarray(radius + cut.ease * grown)
 
 
-def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, int]) -> Piece:
-    """A trouser leg, or the skin of a leg down to the foot; arguments as for `arm`."""
+def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Piece:
+    """Make a trouser leg, or the skin of a leg down to the foot.
+
+    Args:
+        body: Measures of the person.
+        side: `l` or `r`.
+        cut: How it is cut.
+        cloth: What it is made of.
+        counts: Rings, and points of a ring.
+    """
     h, rest = body.height, joints(body)
     lowest = 0.535 + cut.end * (0.028 - 0.535)
-    share = np.linspace(0.0, 1.0, counts[0])
+    share = np.linspace(0.0, 1.0, counts.rings)
     highest = 0.555 + cut.start * (0.028 - 0.555)
     level = lowest + (highest - lowest) * share
     places = np.stack([rest[f"{name}_{side}"] for name in ("foot", "shank", "thigh")])
@@ -132,28 +149,28 @@ def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: tuple[int, in
     middle = np.column_stack([np.interp(z, places[:, 2], places[:, k]) for k in range(2)] + [z])
     middle[:, 0] -= 0.006 * h * np.exp(-(((level - 0.20) / 0.07) ** 2)) * (1.0 - 0.5 * cut.loose)
     # Trousers fall behind the ankle and break over the instep.
-    middle[:, 0] += cut.loose * 0.004 * h * ramp(0.12, 0.03, level)
-    bare, clad = between(level, _LEG_BARE[::-1]), between(level, _LEG_CLAD[::-1])
+    middle[:, 0] += cut.loose * 0.004 * h * smoothstep(0.12, 0.03, level)
+    bare, clad = interpolated(level, _LEG_BARE[::-1]), interpolated(level, _LEG_CLAD[::-1])
     girth = body.build**0.55 * (1.0 + 0.03 * body.woman) * (1.0 + 0.06 * body.child)
     radius = h * girth * (bare + cut.loose * (clad - bare)) + cut.ease
-    radius += cut.flare * ramp(lowest + 0.18, lowest, level)
-    rings = _around(middle, radius * 1.05, radius * 0.96, counts[1])
+    radius += cut.flare * smoothstep(lowest + 0.18, lowest, level)
+    rings = _around(middle, radius * 1.05, radius * 0.96, counts.points)
     depth = cut.folds * (
         0.35
         + 0.8 * np.exp(-(((level - 0.285) / 0.035) ** 2))
         + 0.8 * np.exp(-(((level - 0.46) / 0.03) ** 2))
-        + 1.0 * ramp(0.11, 0.04, level)
+        + 1.0 * smoothstep(0.11, 0.04, level)
     )
     rings = creased(rings, Folds.of(cut.seed, slant=0.2), depth)
     if cut.end > 0.95 and cut.loose > 0.5:
-        rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts[1])), 0.0)
-    rings = hemmed(rings, depth=0.010) if counts[1] > 4 else rings
+        rings[0, :, 2] += 0.012 * np.maximum(np.cos(turns(counts.points)), 0.0)
+    rings = hemmed(rings, depth=0.010) if counts.points > 4 else rings
     weights = leg_weights(body, rings.reshape(-1, 3), side, foot=0.6 - 0.25 * cut.loose)
     return tube_piece(rings, weights, cloth, lids="top")
 
 
 def _around(middle: Floats, deep: Floats, wide: Floats, count: int) -> Floats:
-    """Level ellipses around points, (k, count, 3)."""
+    """Lay level ellipses around points, (k, count, 3) [m]."""
     turn = turns(count)
     offset = np.stack(
         [deep[:, None] * np.cos(turn), wide[:, None] * np.sin(turn), np.zeros((len(deep), count))],
@@ -177,44 +194,44 @@ _SHOE = (
 
 
 def shoe(
-    body: Measures, side: str, upper: Cloth, sole: Cloth, *, counts: tuple[int, int], heel: float
+    body: Measures, side: str, upper: Cloth, sole: Cloth, *, counts: Counts, heel: float
 ) -> Iterator[Piece]:
-    """A shoe: sole and upper.
+    """Make a shoe of a sole and an upper.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         upper: Its leather or cloth.
         sole: Its rubber.
-        counts: Rings and points of a ring.
+        counts: Rings, and points of a ring.
         heel: Height added to the shaft: 0 for shoes, 0.08 for boots [m].
     """
     rest = joints(body)
     s, place = SIDES[side], rest[f"foot_{side}"] * [1.0, 1.0, 0.0]
     rows = np.array(_SHOE)
-    if heel > 0.0 and counts[0] > 4:
+    if heel > 0.0 and counts.rings > 4:
         shaft = rows[-1] + [0.0, 0.0, -0.006, -0.014, 0.003, heel, heel, 0.0]
         rows = np.concatenate([rows, shaft[None]])
-    rings = Stack(rows).grid(min(counts[0], len(rows)), counts[1])
+    rings = Stack(rows).grid(min(counts.rings, len(rows)), counts.points)
     # Both feet curve inward in front.
-    rings[..., 1] -= s * 0.012 * ramp(0.05, 0.20, rings[..., 0])
+    rings[..., 1] -= s * 0.012 * smoothstep(0.05, 0.20, rings[..., 0])
     slim = 1.0 - 0.07 * body.woman
     rings = place + rings * body.foot * [1.0, slim, 1.0]
-    split = round(counts[0] * 3 / 8)
+    split = round(counts.rings * 3 / 8)
     ball = place[0] + 0.115 * body.foot
     rings = swollen(rings)
     halves = ((rings[: split + 1], sole, "bottom"), (rings[split:], upper, "top"))
     for part, cloth, lids in halves if split > 1 else ((rings, upper, "bottom"),):
-        toes = ramp(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
+        toes = smoothstep(ball - 0.02, ball + 0.02, part[..., 0].reshape(-1))
         weights = weighed(toes.size, {f"foot_{side}": 1.0 - toes, f"toes_{side}": toes})
         yield tube_piece(part, weights, cloth, lids=lids)
 
 
 def hand(body: Measures, side: str, cloth: Cloth, *, curl: float, fine: bool) -> Iterator[Piece]:
-    """A hand: palm, thumb and fingers.
+    """Make a hand of palm, thumb and fingers.
 
     Args:
-        body: Whose.
+        body: Measures of the person.
         side: `l` or `r`.
         cloth: Skin or glove.
         curl: 0 straight, 1 a fist.
@@ -226,7 +243,7 @@ def hand(body: Measures, side: str, cloth: Cloth, *, curl: float, fine: bool) ->
 
 
 def _at_wrist(body: Measures, side: str, rings: Floats) -> Floats:
-    """Carry rings from a right-angled frame (to the thumb, out of the palm, to the fingers)."""
+    """Carry rings from the hand's own frame: to the thumb, out of the palm, to the fingers."""
     rest, s = joints(body), SIDES[side]
     wrist, finger = rest[f"hand_{side}"], rest[f"finger_{side}"]
     size = float(np.linalg.norm(finger - wrist)) / 0.184
@@ -242,19 +259,19 @@ def _at_wrist(body: Measures, side: str, rings: Floats) -> Floats:
 
 
 def _mitten() -> Floats:
-    """A hand for far away, rings from the wrist to the finger tips."""
+    """Make a hand for far away: rings from the wrist to the finger tips."""
     rows = [(0.0, 0.0, 0.0, 0.030, 0.020), (0.005, 0.016, 0.15, 0.040, 0.016)]
     return np.stack([_oval(*row, count=3) for row in rows])
 
 
 def _oval(x: float, y: float, z: float, wide: float, thick: float, *, count: int) -> Floats:
-    """An oval across the hand's length, (count, 3)."""
+    """Lay an oval of two half widths around a point, across the hand's length, (count, 3) [m]."""
     turn = turns(count)
     return np.stack([x + wide * np.cos(turn), y + thick * np.sin(turn), np.full(count, z)], axis=1)
 
 
 def _hand_rings(curl: float) -> Iterator[Floats]:
-    """Palm, four fingers and thumb of the left hand."""
+    """Make the palm, four fingers and the thumb of the left hand."""
     palm = (
         (0.0, 0.0, -0.012, 0.027, 0.020),
         (0.0, 0.001, 0.012, 0.030, 0.0175),
@@ -272,7 +289,7 @@ def _hand_rings(curl: float) -> Iterator[Floats]:
 
 
 def _finger(base: Floats, length: float, curl: float) -> Floats:
-    """A finger that bends at three joints towards the palm."""
+    """Make a finger that bends towards the palm."""
     bend = np.cumsum(np.radians([14.0 + 60.0 * curl, 18.0 + 72.0 * curl, 12.0 + 50.0 * curl]))
     bend, parts = bend[[0, 2]], length * np.array([0.5, 0.5])
     steps = np.stack([np.zeros(2), parts * np.sin(bend), parts * np.cos(bend)], axis=1)

@@ -12,38 +12,38 @@ from sumo3dviz_pt.model.geometry import Floats
 
 
 def about_z(angle: float) -> Floats:
-    """Rotation by a yaw, (3, 3) [rad]."""
+    """Return the rotation that turns to the left by an angle [rad], (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def about_y(angle: float) -> Floats:
-    """Rotation that lowers the front, (3, 3) [rad]."""
+    """Return the rotation that lowers the front by an angle [rad], (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 def about_x(angle: float) -> Floats:
-    """Rotation that lifts the left, (3, 3) [rad]."""
+    """Return the rotation that lifts the left side by an angle [rad], (3, 3)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
 
 def _frame(along: Floats, axis: Floats) -> Floats:
-    """Orthonormal columns from a direction and an axis about across it."""
+    """Return orthonormal columns, (3, 3), of a direction and an axis roughly across it."""
     z = along / np.linalg.norm(along)
     y = axis - (axis @ z) * z
     y /= np.linalg.norm(y)
     return np.stack([np.cross(y, z), y, z], axis=1)
 
 
-def turned(rest: tuple[Floats, Floats], posed: tuple[Floats, Floats]) -> Floats:
-    """Rotation that carries a direction and an axis onto others, (3, 3)."""
+def rotation(rest: tuple[Floats, Floats], posed: tuple[Floats, Floats]) -> Floats:
+    """Return the rotation that carries a direction and an axis onto others, (3, 3)."""
     return np.asarray(_frame(*posed) @ _frame(*rest).T)
 
 
 def bent(root: Floats, target: Floats, lengths: tuple[float, float], pole: Floats) -> Floats:
-    """The middle joint of two bones.
+    """Find the middle joint of two bones.
 
     Args:
         root: Where the first begins, (3,) [m].
@@ -125,7 +125,7 @@ class Posture:
         hips: Middle of the hip joints, (3,) [m].
         pelvis: Its rotation, (3, 3).
         chest: Its rotation in the world, (3, 3).
-        head: Likewise.
+        head: Its rotation in the world, (3, 3).
         feet: By side.
         arms: By side.
     """
@@ -139,7 +139,7 @@ class Posture:
 
 
 def matrices(body: Measures, posture: Posture) -> Floats:
-    """Carry points at rest into a posture, (bones, 3, 4)."""
+    """Return the matrices that carry points at rest into a posture, (bones, 3, 4)."""
     rest = joints(body)
     chest = posture.hips + posture.pelvis @ (rest["chest"] - rest["pelvis"])
     head = chest + posture.chest @ (rest["head"] - rest["chest"])
@@ -155,12 +155,12 @@ def matrices(body: Measures, posture: Posture) -> Floats:
 
 
 def _carry(rest: Floats, posed: Floats, rotation: Floats) -> Floats:
-    """Matrix, (3, 4), that turns about one joint and moves it."""
+    """Return the matrix, (3, 4), that turns about a joint and moves the joint."""
     return np.column_stack([rotation, posed - rotation @ rest])
 
 
 def _leg(rest: Mapping[str, Floats], posture: Posture, side: str) -> dict[str, Floats]:
-    """Thigh, shank, foot and toes towards a foothold."""
+    """Return the matrices of thigh, shank, foot and toes towards a foothold."""
     step = posture.feet[side]
     hip0, knee0, ankle0, ball0 = (rest[f"{n}_{side}"] for n in ("thigh", "shank", "foot", "toes"))
     hip = posture.hips + posture.pelvis @ (hip0 - rest["pelvis"])
@@ -175,8 +175,10 @@ def _leg(rest: Mapping[str, Floats], posture: Posture, side: str) -> dict[str, F
     ball = ankle + foot @ (ball0 - ankle0)
     toes = about_z(step.yaw) @ about_y(-step.toes)
     return {
-        f"thigh_{side}": _carry(hip0, hip, turned((knee0 - hip0, LEFT), (knee - hip, axis))),
-        f"shank_{side}": _carry(knee0, knee, turned((ankle0 - knee0, LEFT), (ankle - knee, axis))),
+        f"thigh_{side}": _carry(hip0, hip, rotation((knee0 - hip0, LEFT), (knee - hip, axis))),
+        f"shank_{side}": _carry(
+            knee0, knee, rotation((ankle0 - knee0, LEFT), (ankle - knee, axis))
+        ),
         f"foot_{side}": _carry(ankle0, ankle, foot),
         f"toes_{side}": _carry(ball0, ball, toes),
     }
@@ -185,7 +187,7 @@ def _leg(rest: Mapping[str, Floats], posture: Posture, side: str) -> dict[str, F
 def _arm(
     rest: Mapping[str, Floats], posture: Posture, side: str, chest: Floats
 ) -> dict[str, Floats]:
-    """Upper arm, forearm and hand, hanging or holding something."""
+    """Return the matrices of upper arm, forearm and hand, hanging or holding something."""
     names = ("upper_arm", "forearm", "hand", "finger")
     shoulder0, elbow0, wrist0, finger0 = (rest[f"{name}_{side}"] for name in names)
     arm = posture.arms[side]
@@ -196,16 +198,16 @@ def _arm(
         upper, lower = turn @ upper0, turn @ about_y(-arm.elbow) @ lower0
         elbow = shoulder + upper
         wrist, axis = elbow + lower, turn @ LEFT
-        palm = turned((lower0, LEFT), (lower, axis))
+        palm = rotation((lower0, LEFT), (lower, axis))
     else:
         lengths = (float(np.linalg.norm(upper0)), float(np.linalg.norm(lower0)))
         elbow, wrist = bent(shoulder, arm.wrist, lengths, arm.elbow)
         upper, lower = elbow - shoulder, wrist - elbow
         way = wrist - shoulder
         axis = -np.cross(arm.elbow, way / np.linalg.norm(way))
-        palm = turned((finger0 - wrist0, -SIDES[side] * LEFT), (arm.fingers, arm.palm))
+        palm = rotation((finger0 - wrist0, -SIDES[side] * LEFT), (arm.fingers, arm.palm))
     return {
-        f"upper_arm_{side}": _carry(shoulder0, shoulder, turned((upper0, LEFT), (upper, axis))),
-        f"forearm_{side}": _carry(elbow0, elbow, turned((lower0, LEFT), (lower, axis))),
+        f"upper_arm_{side}": _carry(shoulder0, shoulder, rotation((upper0, LEFT), (upper, axis))),
+        f"forearm_{side}": _carry(elbow0, elbow, rotation((lower0, LEFT), (lower, axis))),
         f"hand_{side}": _carry(wrist0, wrist, palm),
     }

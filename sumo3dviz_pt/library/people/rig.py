@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 _LIMBS = ("upper_arm", "forearm", "hand", "thigh", "shank", "foot", "toes")
@@ -30,6 +31,7 @@ SIDES: Mapping[str, float] = {"l": 1.0, "r": -1.0}
 
 FORWARD, LEFT, UP = np.eye(3)
 
+# Sole, ankle, knee, crotch, hips, waist, chest, shoulders, neck, chin, top: shares of the stature.
 _ADULT = (0.0, 0.039, 0.285, 0.47, 0.53, 0.60, 0.715, 0.812, 0.848, 0.870, 1.0)
 _CHILD = (0.0, 0.040, 0.265, 0.435, 0.49, 0.56, 0.68, 0.775, 0.810, 0.835, 1.0)
 _REST_ABDUCTION = np.radians(9.0)
@@ -52,9 +54,19 @@ class Measures:
     child: float = 0.0
 
     def z(self, share: Floats | float) -> Floats:
-        """Height of a level that an adult has at a share of the stature [m]."""
+        """Return the height of a level that an adult has at a share of the stature [m]."""
         child = np.interp(share, _ADULT, _CHILD)
         return np.asarray(self.height * (share + self.child * (child - np.asarray(share))))
+
+    def rise(self, low: float, high: float, z: Floats) -> Floats:
+        """Rise smoothly from 0 at one level to 1 at another.
+
+        Args:
+            low: Level where it begins, as a share of an adult's stature; may be the upper one.
+            high: Level where it ends.
+            z: Heights, any shape [m].
+        """
+        return smoothstep(float(self.z(low)), float(self.z(high)), z)
 
     @property
     def head(self) -> float:
@@ -74,7 +86,7 @@ class Measures:
 
 
 def joints(body: Measures) -> dict[str, Floats]:
-    """Where each bone begins when standing straight, with `heel`, `tip` and `finger`, [m]."""
+    """Return where each bone begins, and `heel`, `tip` and `finger`, when standing straight [m]."""
     h = body.height
     found = {
         "pelvis": np.array([0.0, 0.0, float(body.z(0.53))]),

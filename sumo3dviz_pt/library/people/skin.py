@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import BONES, Measures, joints
-from sumo3dviz_pt.library.people.stack import closed, ramp
+from sumo3dviz_pt.library.people.stack import closed
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
+from sumo3dviz_pt.model.vectors import area_vectors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,23 +51,35 @@ class Cloth:
     colour: Colour | None = None
 
     def tint(self, faces: int) -> Floats | None:
-        """Reflectance of some faces, (faces, 3)."""
+        """Return the reflectance of a number of faces, (faces, 3); None for the wearer's colour."""
         return None if self.colour is None else np.tile(np.array(self.colour), (faces, 1))
 
 
 def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> Piece:
-    """A piece of one cloth."""
+    """Make a piece of one cloth.
+
+    Args:
+        shape: Vertices, (n, 3) [m], and outward faces, (m, 3).
+        weights: How much each bone carries each vertex, (n, bones).
+        cloth: What it is made of.
+    """
     vertices, faces = shape
     return Piece(vertices, faces, weights, cloth.material, cloth.tint(len(faces)))
 
 
 def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> Piece:
-    """A stiff piece that one bone carries."""
+    """Make a stiff piece that one bone carries.
+
+    Args:
+        shape: Vertices, (n, 3) [m], and outward faces, (m, 3).
+        bone: One of `BONES`.
+        cloth: What it is made of.
+    """
     return sewn(shape, weighed(len(shape[0]), {bone: 1.0}), cloth)
 
 
 def weighed(count: int, shares: Mapping[str, Floats | float]) -> Floats:
-    """Weights from shares by bone, (count, bones); rows sum to 1."""
+    """Return the weights of shares by bone, (count, bones); rows sum to 1."""
     weights = np.zeros((count, len(BONES)))
     for bone, share in shares.items():
         weights[:, BONES.index(bone)] += share
@@ -73,18 +87,14 @@ def weighed(count: int, shares: Mapping[str, Floats | float]) -> Floats:
 
 
 def trunk_weights(body: Measures, points: Floats) -> Floats:
-    """Weights of what lies on the trunk, (n, bones)."""
+    """Return the weights of points on the trunk, (n, bones)."""
     h, (_, y, z) = body.height, points.T
-    chest = ramp(float(body.z(0.565)), float(body.z(0.655)), z)
-    neck = 0.8 * ramp(float(body.z(0.845)), float(body.z(0.885)), z)
-    arm = (
-        0.42
-        * ramp(0.068 * h, 0.120 * h, np.abs(y))
-        * ramp(float(body.z(0.74)), float(body.z(0.80)), z)
-    )
-    left = ramp(-0.05 * h, 0.05 * h, y)
+    chest = body.rise(0.565, 0.655, z)
+    neck = 0.8 * body.rise(0.845, 0.885, z)
+    arm = 0.42 * smoothstep(0.068 * h, 0.120 * h, np.abs(y)) * body.rise(0.74, 0.80, z)
+    left = smoothstep(-0.05 * h, 0.05 * h, y)
     # The seat only gives way to the thighs at its lower sides.
-    thigh = 0.55 * ramp(float(body.z(0.535)), float(body.z(0.455)), z)
+    thigh = 0.55 * body.rise(0.535, 0.455, z)
     pelvis = (1.0 - chest) * (1.0 - thigh)
     upper = chest * (1.0 - arm) * (1.0 - neck)
     return weighed(
@@ -102,12 +112,12 @@ def trunk_weights(body: Measures, points: Floats) -> Floats:
 
 
 def skirt_weights(body: Measures, points: Floats) -> tuple[Floats, Floats]:
-    """Weights of a skirt, (n, bones), and how it sways, (n,)."""
+    """Return the weights of a skirt's points, (n, bones), and how they sway, (n,)."""
     weights = trunk_weights(body, points)
     h, (x, y, z) = body.height, points.T
-    low = ramp(float(body.z(0.53)), float(body.z(0.42)), z)[:, None]
-    left = ramp(-0.075 * h, 0.075 * h, y)
-    knee = 0.35 * ramp(float(body.z(0.33)), float(body.z(0.22)), z)
+    low = body.rise(0.53, 0.42, z)[:, None]
+    left = smoothstep(-0.075 * h, 0.075 * h, y)
+    knee = 0.35 * body.rise(0.33, 0.22, z)
     legs = weighed(
         len(points),
         {
@@ -122,13 +132,19 @@ def skirt_weights(body: Measures, points: Floats) -> tuple[Floats, Floats]:
 
 
 def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
-    """Weights of what lies on an arm, without the hand, (n, bones)."""
+    """Return the weights of points on an arm above the hand, (n, bones).
+
+    Args:
+        body: Measures of the person.
+        points: (n, 3) [m].
+        side: `l` or `r`.
+    """
     h, rest = body.height, joints(body)
     shoulder, elbow = rest[f"upper_arm_{side}"], rest[f"forearm_{side}"]
     length = float(np.linalg.norm(elbow - shoulder))
     along = (points - shoulder) @ (elbow - shoulder) / length
-    chest = 0.75 * ramp(0.055 * h, -0.030 * h, along)
-    lower = ramp(length - 0.030 * h, length + 0.030 * h, along)
+    chest = 0.75 * smoothstep(0.055 * h, -0.030 * h, along)
+    lower = smoothstep(length - 0.030 * h, length + 0.030 * h, along)
     return weighed(
         len(points),
         {
@@ -140,11 +156,18 @@ def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
 
 
 def leg_weights(body: Measures, points: Floats, side: str, *, foot: float = 0.5) -> Floats:
-    """Weights of what lies on a leg, (n, bones); `foot` is the foot's share at the ankle."""
+    """Return the weights of points on a leg, (n, bones).
+
+    Args:
+        body: Measures of the person.
+        points: (n, 3) [m].
+        side: `l` or `r`.
+        foot: The foot's share at the ankle.
+    """
     z = points[:, 2]
-    pelvis = 0.8 * ramp(float(body.z(0.485)), float(body.z(0.55)), z)
-    lower = ramp(float(body.z(0.315)), float(body.z(0.255)), z)
-    ankle = foot * ramp(float(body.z(0.085)), float(body.z(0.03)), z)
+    pelvis = 0.8 * body.rise(0.485, 0.55, z)
+    lower = body.rise(0.315, 0.255, z)
+    ankle = foot * body.rise(0.085, 0.03, z)
     return weighed(
         len(points),
         {
@@ -185,14 +208,20 @@ class Folds:
         return cls(waves * (2.0 * np.pi / length)[:, None], rng.uniform(0.0, 2.0 * np.pi, 5))
 
     def __call__(self, points: Floats) -> Floats:
-        """Displacement at points, (..., 3), about [-1, 1], (...)."""
+        """Return the displacement at points, (..., 3): about [-1, 1], (...)."""
         waves = np.cos(points @ self.waves.T + self.shifts)
         # Sharp valleys between broad swells, as cloth has them.
         return np.asarray(2.0 - 3.3 * np.abs(waves).mean(axis=-1) + 0.5 * waves.mean(axis=-1))
 
 
 def creased(rings: Floats, folds: Folds, depth: Floats | float) -> Floats:
-    """Push rings, (k, m, 3), out and in by folds up to a depth, (k,) or one [m]."""
+    """Push rings, (k, m, 3), out and in by folds.
+
+    Args:
+        rings: (k, m, 3) [m].
+        folds: Creases of the cloth.
+        depth: Of the folds, for each ring, (k,), or for all [m].
+    """
     away = rings - rings.mean(axis=1, keepdims=True)
     away /= np.linalg.norm(away, axis=2, keepdims=True) + 1e-9
     deep = np.broadcast_to(np.asarray(depth, dtype=np.float64), len(rings))
@@ -200,12 +229,18 @@ def creased(rings: Floats, folds: Folds, depth: Floats | float) -> Floats:
 
 
 def pressed(waves: Floats) -> Floats:
-    """Folds of cloth over a body: they leave it, and hardly press into it."""
+    """Limit folds to what a body leaves room for: they rise freely and hardly press in."""
     return np.asarray(np.maximum(waves, -0.35))
 
 
 def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floats:
-    """Add a ring inside the first (or last), so that an open end shows thickness."""
+    """Add a ring inside the first (or last), so that an open end shows thickness.
+
+    Args:
+        rings: (k, m, 3) [m].
+        depth: How far inside the new ring lies [m].
+        at_top: Whether the last ring is open, not the first.
+    """
     edge, beside = (rings[-1], rings[-2]) if at_top else (rings[0], rings[1])
     middle = edge.mean(axis=0)
     out = np.linalg.norm(edge - middle, axis=1, keepdims=True)
@@ -215,7 +250,7 @@ def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floa
 
 
 def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") -> Piece:
-    """A piece from rings, (k, m, 3).
+    """Make a piece from rings, (k, m, 3).
 
     Args:
         rings: From bottom to top, counter-clockwise seen from above.
@@ -230,7 +265,7 @@ def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") 
         rows.append(weights[:count].mean(axis=0, keepdims=True))
     if "top" in lids:
         rows.append(weights[-count:].mean(axis=0, keepdims=True))
-    return Piece(vertices, faces, np.concatenate(rows), cloth.material, cloth.tint(len(faces)))
+    return sewn((vertices, faces), np.concatenate(rows), cloth)
 
 
 def dressed(pieces: Sequence[Piece], bones: Floats) -> tuple[tuple[Part, ...], Poses]:
@@ -263,7 +298,7 @@ def dressed(pieces: Sequence[Piece], bones: Floats) -> tuple[tuple[Part, ...], P
 
 
 def _posed(piece: Piece, bones: Floats) -> tuple[Floats, Floats]:
-    """Vertices and normals of a piece in each pose, (poses, n, 3)."""
+    """Return the vertices and normals of a piece in each pose, (poses, n, 3) each."""
     mixed = np.einsum("nb,pbij->pnij", piece.weights, bones, optimize=True)
     points = (mixed[..., :3] @ piece.vertices[None, :, :, None])[..., 0] + mixed[..., 3]
     if piece.sway is not None:
@@ -272,7 +307,7 @@ def _posed(piece: Piece, bones: Floats) -> tuple[Floats, Floats]:
 
 
 def _swayed(piece: Piece, bones: Floats, x: Floats) -> Floats:
-    """How far a skirt's front follows the forward leg and its back the other, (poses, n)."""
+    """Return how far a skirt's front follows the forward leg and its back the other, (poses, n)."""
     assert piece.sway is not None
     thighs = np.stack([bones[:, BONES.index(f"thigh_{side}")] for side in ("l", "r")])
     reach = np.einsum("spj,nj->spn", thighs[:, :, 0, :3], piece.vertices) + thighs[:, :, 0, 3:]
@@ -282,9 +317,8 @@ def _swayed(piece: Piece, bones: Floats, x: Floats) -> Floats:
 
 
 def smooth_normals(points: Floats, faces: Ints) -> Floats:
-    """Vertex normals weighted by area, (poses, n, 3)."""
-    a, b, c = (points[:, faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
+    """Return vertex normals weighted by area, (poses, n, 3)."""
+    areas = area_vectors(points, faces)
     rows, columns = faces.reshape(-1), np.repeat(np.arange(len(faces)), 3)
     spread = csr_matrix((np.ones(len(rows)), (rows, columns)), (points.shape[1], len(faces)))
     normals = np.stack([spread @ area for area in areas])

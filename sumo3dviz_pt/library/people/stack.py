@@ -4,13 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.model.geometry import Floats, Ints, frozen
+from sumo3dviz_pt.model.vectors import unit
 
 _COLUMNS = 8
+
+
+class Counts(NamedTuple):
+    """How finely a surface of rings is modelled.
+
+    Attributes:
+        rings: How many rings it has.
+        points: How many points each ring has.
+    """
+
+    rings: int
+    points: int
+
+    def with_rings(self, rings: int) -> Counts:
+        """Return counts of as many points on another number of rings, at least two."""
+        return Counts(max(2, rings), self.points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +54,7 @@ class Stack:
         return float(len(self.rows) - 1)
 
     def points(self, levels: Floats, angles: Floats) -> Floats:
-        """Points on the surface.
+        """Return points on the surface.
 
         Args:
             levels: Positions between rows, any shape; 1.5 is midway from row 1 to row 2.
@@ -57,7 +76,7 @@ class Stack:
         )
 
     def grid(self, levels: Floats | int, angles: Floats | int) -> Floats:
-        """Rings of points, (k, m, 3) [m].
+        """Return rings of points, (k, m, 3) [m].
 
         Args:
             levels: Of the rings, or how many from bottom to top.
@@ -71,7 +90,7 @@ class Stack:
 
 
 def turns(count: int, *, offset: float = 0.0) -> Floats:
-    """Equal angles around a ring, (count,) [rad]; offset in steps."""
+    """Return equal angles around a ring, (count,) [rad]; `offset` counts steps."""
     return 2.0 * np.pi * (np.arange(count) + offset) / count
 
 
@@ -85,24 +104,26 @@ def swollen(rings: Floats) -> Floats:
     return np.asarray(middle + (rings - middle) * [factor, factor, 1.0])
 
 
-def ring_faces(rows: int, columns: int, *, first: int = 0) -> Ints:
-    """Outward triangles between rings that run counter-clockwise seen from above."""
-    i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
-    after = (j + 1) % columns
-    a, b = i * columns + j, i * columns + after
-    c, d = b + columns, a + columns
-    halves = [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
+def _ring_faces(rows: int, columns: int) -> Ints:
+    """Return the outward triangles of rings that run counter-clockwise seen from above, (m, 3)."""
+    halves = np.split(grid_faces(rows, columns, closed=True), 2)
     # The two triangles of a quad follow each other, so that colours can be given by quad.
-    return np.stack(halves, axis=1).reshape(-1, 3) + first
+    return np.stack(halves, axis=1).reshape(-1, 3)
 
 
 def closed(rings: Floats, *, bottom: bool, top: bool) -> tuple[Floats, Ints]:
-    """Vertices, (n, 3), and outward triangles, (m, 3), of rings, (k, m, 3), with lids.
+    """Join rings and close their ends; triangles of lids come last, the bottom's first.
 
-    The triangles of the lids come last, the bottom's first.
+    Args:
+        rings: From bottom to top, counter-clockwise seen from above, (k, m, 3) [m].
+        bottom: Whether the first ring gets a lid.
+        top: Whether the last ring gets a lid.
+
+    Returns:
+        Vertices, (n, 3) [m], and outward triangles, (m, 3).
     """
     rows, columns = rings.shape[:2]
-    vertices, faces = [rings.reshape(-1, 3)], [ring_faces(rows, columns)]
+    vertices, faces = [rings.reshape(-1, 3)], [_ring_faces(rows, columns)]
     here = np.arange(columns)
     after = (here + 1) % columns
     count = rows * columns
@@ -117,21 +138,15 @@ def closed(rings: Floats, *, bottom: bool, top: bool) -> tuple[Floats, Ints]:
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def ramp(low: float, high: float, values: Floats) -> Floats:
-    """0 below `low`, 1 above `high`, a smooth S between; `high` may be the lower one."""
-    t = np.clip((values - low) / (high - low), 0.0, 1.0)
-    return np.asarray(t * t * (3.0 - 2.0 * t))
-
-
-def between(values: Floats | float, table: Sequence[tuple[float, float]]) -> Floats:
-    """Smooth interpolation of a table (argument, value), constant beyond its ends."""
+def interpolated(values: Floats | float, table: Sequence[tuple[float, float]]) -> Floats:
+    """Interpolate a table (argument, value) smoothly; it is constant beyond its ends."""
     nodes = np.array(table)
     clipped = np.clip(values, nodes[0, 0], nodes[-1, 0])
     return np.asarray(PchipInterpolator(nodes[:, 0], nodes[:, 1])(clipped))
 
 
 def rope(path: Floats, radii: Floats, count: int, *, flat: Floats | None = None) -> Floats:
-    """Rings around a bent line, from its first point on, (k, count, 3) [m].
+    """Lay rings around a bent line, from its first point on, (k, count, 3) [m].
 
     Args:
         path: (k, 3) [m].
@@ -139,11 +154,9 @@ def rope(path: Floats, radii: Floats, count: int, *, flat: Floats | None = None)
         count: Points of a ring.
         flat: Direction in which the rings are a third as thick, (k, 3) or (3,), or None.
     """
-    along = np.gradient(path, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = unit(np.gradient(path, axis=0))
     helper = np.array([1.0, 0.0, 0.0]) if flat is None else np.asarray(flat)
-    first = helper - (along * helper).sum(axis=1, keepdims=True) * along
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(helper - (along * helper).sum(axis=1, keepdims=True) * along)
     second = np.cross(along, first)
     turn = turns(count, offset=0.5)[None, :, None]
     thin = 1.0 if flat is None else 0.34

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from sumo3dviz_pt.library.mesh.grids import grid_faces
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.rig import Measures
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
@@ -14,11 +16,12 @@ from sumo3dviz_pt.library.people.skin import (
     Piece,
     hemmed,
     pressed,
+    sewn,
     skirt_weights,
     trunk_weights,
     tube_piece,
 )
-from sumo3dviz_pt.library.people.stack import Stack, ramp, swollen, turns
+from sumo3dviz_pt.library.people.stack import Counts, Stack, swollen, turns
 from sumo3dviz_pt.model.geometry import Floats
 
 _MAN = (
@@ -42,6 +45,7 @@ _MAN = (
     (0.848, -0.008, 0.034, 0.040, 0.0440),
 )
 _WOMAN = (
+    # as above
     (0.250, 0.000, 0.050, 0.052, 0.078),
     (0.400, 0.000, 0.052, 0.060, 0.088),
     (0.462, 0.000, 0.053, 0.070, 0.094),
@@ -60,9 +64,11 @@ _WOMAN = (
     (0.839, -0.008, 0.030, 0.039, 0.0500),
     (0.848, -0.008, 0.031, 0.036, 0.0385),
 )
-NECK = 0.848
-WAIST = 0.60
-CROTCH = 0.462
+NECK, WAIST, CROTCH = 0.848, 0.60, 0.462
+"""Levels of the body, as shares of the stature."""
+
+_SWAYS = 0.44
+"""A garment that reaches below this level sways with the legs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +97,13 @@ class Fit:
 
 
 def trunk_stack(body: Measures, fit: Fit, *, rows: int = 24) -> Stack:
-    """The shape of a garment on the trunk, without creases."""
+    """Return the shape of a garment on the trunk, without creases.
+
+    Args:
+        body: Measures of the person.
+        fit: How it sits.
+        rows: Of the stack, from the hem to the upper edge.
+    """
     levels = np.linspace(fit.hem, fit.top, rows)
     man, woman = (_shape(table, levels) for table in (_MAN, _WOMAN))
     middle, front, back, half = (man + body.woman * (woman - man)).T * body.height
@@ -100,8 +112,8 @@ def trunk_stack(body: Measures, fit: Fit, *, rows: int = 24) -> Stack:
     front = front * (1.0 + stout * (0.5 + 0.9 * belly)) * (1.0 + 0.08 * body.child)
     back = back * (1.0 + 0.5 * stout) * (1.0 + 0.04 * body.child)
     half = half * (1.0 + stout * (0.45 + 0.35 * belly)) * (1.0 + 0.02 * body.child)
-    ease = fit.ease * ramp(NECK, 0.80, levels) + 0.3 * fit.ease
-    ease = ease + fit.flare * ramp(max(fit.hem + 0.16, WAIST), fit.hem, levels)
+    ease = fit.ease * smoothstep(NECK, 0.80, levels) + 0.3 * fit.ease
+    ease = ease + fit.flare * smoothstep(max(fit.hem + 0.16, WAIST), fit.hem, levels)
     hang = (fit.drape, fit.drape, 0.35 * fit.drape)
     reach = [_draped(side, d) for side, d in zip((front, back, half), hang, strict=True)]
     reach = [side + share * ease for side, share in zip(reach, (1.0, 1.0, 0.75), strict=True)]
@@ -111,7 +123,7 @@ def trunk_stack(body: Measures, fit: Fit, *, rows: int = 24) -> Stack:
 
 
 def _shape(table: tuple[tuple[float, ...], ...], levels: Floats) -> Floats:
-    """Middle, front, back and half width at levels, (n, 4)."""
+    """Interpolate middle, front, back and half width at levels, (n, 4)."""
     rows = np.array(table)
     return np.asarray(PchipInterpolator(rows[:, 0], rows[:, 1:], axis=0)(levels))
 
@@ -127,7 +139,7 @@ class Garment:
     """A garment on the trunk, to which patches can be sewn.
 
     Attributes:
-        body: Whose.
+        body: Measures of the person.
         fit: How it sits.
         stack: Its shape without creases.
         folds: Its creases.
@@ -144,43 +156,57 @@ class Garment:
         return cls(body, fit, trunk_stack(body, fit), Folds.of(fit.seed, slant=0.55))
 
     def level(self, share: Floats | float) -> Floats:
-        """Level in the stack of a share of the stature."""
+        """Return the level in the stack of a share of the stature."""
         span = self.fit.top - self.fit.hem
         return np.asarray((np.asarray(share) - self.fit.hem) / span * self.stack.last)
 
+    def smooth(self, shares: Floats, angles: Floats) -> Floats:
+        """Return points without creases, (k, 3) [m], at levels and angles [rad], (k,) each."""
+        return self.stack.points(self.level(shares), angles)
+
     def rings(self, shares: Floats, angles: Floats) -> Floats:
-        """Points with creases, (k, m, 3) [m], at levels, (k,), and angles, (m,) or (k, m)."""
+        """Return points with creases, (k, m, 3) [m].
+
+        Args:
+            shares: Levels as shares of the stature, (k,).
+            angles: From the front to the left, (m,) or (k, m) [rad].
+        """
         angles = np.broadcast_to(angles, (len(shares), angles.shape[-1]))
         level = np.broadcast_to(self.level(shares)[:, None], angles.shape)
         points = self.stack.points(level, angles)
         away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
         # Cloth lies smooth over the shoulders and creases at the waist and towards the hem.
-        depth = self.fit.folds * (0.45 + 0.55 * ramp(0.80, 0.66, shares))
-        depth = depth * ramp(NECK, 0.80, shares)
+        depth = self.fit.folds * (0.45 + 0.55 * smoothstep(0.80, 0.66, shares))
+        depth = depth * smoothstep(NECK, 0.80, shares)
         push = pressed(self.folds(points)) * depth[:, None]
         if self.fit.quilted:
             seam = np.abs(np.sin(np.pi * (shares * self.body.height) / 0.085)) ** 0.5
-            push = push + (self.fit.quilted * (seam - 0.6) * ramp(NECK, 0.82, shares))[:, None]
+            depth = self.fit.quilted * (seam - 0.6) * smoothstep(NECK, 0.82, shares)
+            push = push + depth[:, None]
         return np.asarray(points + push[..., None] * away)
 
-    def piece(self, cloth: Cloth, counts: tuple[int, int]) -> Piece:
-        """The garment itself; below the hips it sways with the legs."""
-        shares = np.linspace(self.fit.hem, self.fit.top, counts[0])
-        rings = self.rings(shares, turns(counts[1]))
-        rings = hemmed(rings) if counts[0] > 6 else swollen(rings)
-        points = rings.reshape(-1, 3)
-        lids = "" if self.fit.top > 0.7 else "top"
-        if self.fit.hem > 0.44:
-            return tube_piece(rings, trunk_weights(self.body, points), cloth, lids=lids)
-        weights, sway = skirt_weights(self.body, points)
-        made = tube_piece(rings, weights, cloth, lids=lids)
-        sway = np.append(sway, np.zeros(len(made.vertices) - len(sway)))
-        return Piece(made.vertices, made.faces, made.weights, made.material, made.tint, sway)
+    def piece(self, cloth: Cloth, counts: Counts) -> Piece:
+        """Make the garment itself; below the hips it sways with the legs."""
+        shares = np.linspace(self.fit.hem, self.fit.top, counts.rings)
+        rings = self.rings(shares, turns(counts.points))
+        rings = hemmed(rings) if counts.rings > 6 else swollen(rings)
+        weights, sway = self._bound(rings.reshape(-1, 3))
+        made = tube_piece(rings, weights, cloth, lids="" if self.fit.top > 0.7 else "top")
+        if sway is None:
+            return made
+        # Lids have vertices of their own, which do not sway.
+        return replace(made, sway=np.append(sway, np.zeros(len(made.vertices) - len(sway))))
+
+    def _bound(self, points: Floats) -> tuple[Floats, Floats | None]:
+        """Return the weights of points, (n, bones), and their sway, (n,), where they have any."""
+        if self.fit.hem > _SWAYS:
+            return trunk_weights(self.body, points), None
+        return skirt_weights(self.body, points)
 
     def patch(
         self, shares: Floats, right: Floats, left: Floats, cloth: Cloth, *, lift: float = 0.005
     ) -> Piece:
-        """A strip sewn on, between angles right and left of the front at some levels.
+        """Make a strip that is sewn on, between two angles at each of some levels.
 
         Args:
             shares: Levels from low to high, (k,).
@@ -194,29 +220,23 @@ class Garment:
         angles = right[:, None] + across * (left - right)[:, None]
         away = np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=-1)
         rings = self.rings(shares, angles) + lift * away
-        i, j = np.meshgrid(np.arange(len(shares) - 1), np.arange(columns - 1), indexing="ij")
-        a = (i * columns + j).reshape(-1)
-        faces = np.concatenate(
-            [
-                np.stack([a, a + 1, a + columns + 1], axis=1),
-                np.stack([a, a + columns + 1, a + columns], axis=1),
-            ]
-        )
         points = rings.reshape(-1, 3)
-        weights = (
-            trunk_weights(self.body, points)
-            if self.fit.hem > 0.44
-            else skirt_weights(self.body, points)[0]
-        )
-        sway = None if self.fit.hem > 0.44 else skirt_weights(self.body, points)[1]
-        return Piece(points, faces, weights, cloth.material, cloth.tint(len(faces)), sway)
+        weights, sway = self._bound(points)
+        return replace(sewn((points, grid_faces(len(shares), columns)), weights, cloth), sway=sway)
 
 
-def seat(body: Measures, cloth: Cloth, *, counts: tuple[int, int], ease: float) -> Piece:
-    """The upper part of trousers, closed below."""
+def seat(body: Measures, cloth: Cloth, *, counts: Counts, ease: float) -> Piece:
+    """Make the upper part of trousers, closed below.
+
+    Args:
+        body: Measures of the person.
+        cloth: What it is made of.
+        counts: Rings, and points of a ring.
+        ease: How far it stands off the skin [m].
+    """
     garment = Garment.of(body, Fit(CROTCH, WAIST + 0.005, ease, 0.15, folds=0.003))
-    shares = np.linspace(CROTCH, WAIST + 0.005, counts[0])
-    rings = swollen(garment.rings(shares, turns(counts[1])))
+    shares = np.linspace(CROTCH, WAIST + 0.005, counts.rings)
+    rings = swollen(garment.rings(shares, turns(counts.points)))
     floor = rings[0].mean(axis=0) + (rings[0] - rings[0].mean(axis=0)) * [0.75, 0.80, 1.0]
     floor[:, 2] -= 0.010 * body.height
     rings = np.concatenate([floor[None], rings])

@@ -33,6 +33,7 @@ class Top:
 
 
 TOPS: Mapping[str, Top] = {
+    # Fit: hem, top, ease, drape, flare, folds. Cut: end, ease, flare, loose.
     "tee": Top(Fit(0.462, 0.842, 0.012, 0.5), Cut(0.36, 0.012, 0.012, 0.7)),
     "shirt": Top(Fit(0.455, 0.848, 0.014, 0.5), Cut(1.0, 0.008), ("collar", "placket")),
     "sweater": Top(Fit(0.470, 0.848, 0.018, 0.45), Cut(1.0, 0.010, 0.0)),
@@ -71,6 +72,7 @@ class Bottom:
 
 
 BOTTOMS: Mapping[str, Bottom] = {
+    # Cut: end, ease, flare, loose, folds. Fit: hem, top, ease, drape, flare, folds.
     "trousers": Bottom(Cut(1.0, 0.003)),
     "wide": Bottom(Cut(1.0, 0.008, 0.012)),
     "jeans": Bottom(Cut(1.0, 0.002, 0.0, 0.6)),
@@ -93,7 +95,7 @@ _DARK = Cloth("cloth", (0.02, 0.02, 0.022))
 
 
 def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-    """Something sewn to the garment on the trunk.
+    """Sew something to the garment on the trunk.
 
     Args:
         name: A key of `TRIMMINGS`.
@@ -105,7 +107,7 @@ def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Itera
 
 
 def _collar(rise: float, away: float) -> Callable[[Recipe, Garment, Cloth], Iterator[Piece]]:
-    """A band around the neck."""
+    """Return what sews a band around the neck on."""
 
     def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
         apart = away + 0.2 * garment.fit.ease
@@ -115,7 +117,7 @@ def _collar(rise: float, away: float) -> Callable[[Recipe, Garment, Cloth], Iter
 
 
 def _strip(wide: float, own: Cloth | None) -> Callable[[Recipe, Garment, Cloth], Iterator[Piece]]:
-    """A strip down the front."""
+    """Return what sews a strip down the front on."""
 
     def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
         shares = _rows(garment)
@@ -126,40 +128,40 @@ def _strip(wide: float, own: Cloth | None) -> Callable[[Recipe, Garment, Cloth],
 
 
 def _rows(garment: Garment) -> Floats:
-    """Levels of the garment's own rings below the neck, so that a strip lies flat on them."""
+    """Return the levels of the garment's own rings below the neck; a strip lies flat on them."""
     shares = np.linspace(garment.fit.hem, garment.fit.top, TRUNK_RINGS)
     return np.asarray(shares[shares < 0.838])
 
 
 def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-    """A hood on the back and a pouch before the belly."""
+    """Add a hood on the back and a pouch before the belly."""
     yield folded_hood(garment.body, cloth)
     wide = np.array([0.75, 0.75, 0.65, 0.48])
     yield garment.patch(np.array([0.50, 0.52, 0.55, 0.58]), -wide, wide, cloth, lift=0.012)
 
 
 def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-    """The front edge of a coat, over the other side."""
+    """Lay the front edge of a coat over the other side."""
     shares = _rows(garment)
     edge = np.ones(len(shares))
     yield garment.patch(shares, -0.10 * edge, 0.16 * edge, cloth, lift=0.006)
 
 
 def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-    """A belt of the same cloth."""
+    """Add a belt of the same cloth."""
     for k in range(6):
         right = np.full(2, -np.pi + k * np.pi / 3)
         yield garment.patch(np.array([0.605, 0.625]), right, right + np.pi / 3, cloth, lift=0.012)
 
 
 def _scarf(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-    """A scarf in its own colour."""
+    """Add a scarf in its own colour."""
     own = Cloth("cloth", colour_of(recipe["scarf"]["colour"]))
     yield from scarf(garment.body, own, count=6)
 
 
 def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
-    """Shirt front, tie, collars and lapels of a blazer."""
+    """Add the shirt front, tie, collars and lapels of a blazer."""
     yield collar(garment.body, cloth, rise=0.018, away=0.014, count=12, drop=0.035)
     shares = np.linspace(0.655, 0.838, 7)
     wide = 0.02 + 0.46 * np.linspace(0.0, 1.0, 7) ** 1.1
@@ -177,7 +179,7 @@ def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
 
 
 def colour_of(values: Any) -> Colour:
-    """Three numbers."""
+    """Read a colour from three numbers."""
     red, green, blue = (float(value) for value in values)
     return red, green, blue
 

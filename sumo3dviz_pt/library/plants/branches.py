@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.vectors import unit
 
 _STEPS = 6
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # golden angle [rad]
@@ -38,7 +39,7 @@ class Branches:
         place = np.clip(share, 0.0, 1.0) * steps
         index = np.minimum(place.astype(np.int64), steps - 1)
         a, b = self.points[which, index], self.points[which, index + 1]
-        direction = (b - a) / np.maximum(np.linalg.norm(b - a, axis=1, keepdims=True), 1e-12)
+        direction = unit(b - a)
         return a + (b - a) * (place - index)[:, None], direction
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from sumo3dviz_pt.library.plants.branches import Branches
 from sumo3dviz_pt.library.plants.species import Species
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.vectors import area_vectors, areas, unit
 
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -71,14 +72,14 @@ def foliage(
     slender = 1.4 + (kind.slender - 1.4) * np.clip(leaves / 12_000, 0.12, 1.0) ** 0.35
     size = np.sqrt(kind.area * kind.height**2 / leaves * 2.0) * rng.uniform(0.7, 1.3, leaves)
     width, length = size / np.sqrt(slender), size * np.sqrt(slender)
-    axis = _unit(along + kind.turn * rng.normal(0, 1.0, (leaves, 3)) - kind.hang * _UP)
+    axis = unit(along + kind.turn * rng.normal(0, 1.0, (leaves, 3)) - kind.hang * _UP)
     facing = rng.normal(0, 0.8, (leaves, 3)) + 0.9 * _UP
-    across = _unit(np.cross(axis, facing))
+    across = unit(np.cross(axis, facing))
     centres = foot + spread + 0.3 * axis * length[:, None]
     along, across = axis * length[:, None], across * width[:, None]
     mesh = _within(_leaves(centres, along, across, folded), grown.bounds)
     # Chance and the fit to the bounds change the area: a second round puts that right.
-    share = np.sqrt(kind.area * kind.height**2 / _area(mesh))
+    share = np.sqrt(kind.area * kind.height**2 / float(areas(mesh.vertices, mesh.faces).sum()))
     mesh = _within(_leaves(centres, share * along, share * across, folded), grown.bounds)
     per_leaf = 2 if folded else 1
     normals = _soft_normals(mesh, grown, np.repeat(twig, len(mesh.vertices) // leaves))
@@ -93,7 +94,7 @@ def _leaves(centres: Floats, along: Floats, across: Floats, folded: bool) -> Mes
         base = centres - along / 2
         corners = np.stack([base - across / 2, base + across / 2, centres + along / 2], axis=1)
         return Mesh(corners.reshape(-1, 3), np.arange(3 * len(centres)).reshape(-1, 3))
-    fold = 0.16 * _unit(np.cross(along, across)) * np.linalg.norm(across, axis=1)[:, None]
+    fold = 0.16 * unit(np.cross(along, across)) * np.linalg.norm(across, axis=1)[:, None]
     middle = centres - 0.08 * along
     corners = np.stack(
         [
@@ -108,12 +109,6 @@ def _leaves(centres: Floats, along: Floats, across: Floats, folded: bool) -> Mes
     return Mesh(corners.reshape(-1, 3), faces.reshape(-1, 3))
 
 
-def _area(mesh: Mesh) -> float:
-    """One-sided area [m2]."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-
-
 def _within(mesh: Mesh, bounds: Floats) -> Mesh:
     """The mesh stretched a little so that its bounds are the given ones."""
     low, high = mesh.bounds
@@ -123,20 +118,19 @@ def _within(mesh: Mesh, bounds: Floats) -> Mesh:
 
 def _soft_normals(mesh: Mesh, grown: Crown, twig: Ints) -> Floats:
     """Leaf normals bent towards those of clump and crown, which hides how few leaves there are."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    flat = _unit(np.cross(b - a, c - a))
+    flat = unit(area_vectors(mesh.vertices, mesh.faces))
     normals = np.zeros_like(mesh.vertices)
     for k in range(3):
         np.add.at(normals, mesh.faces[:, k], flat)
     core = np.zeros_like(mesh.vertices)
     core[:, 2] = np.clip(mesh.vertices[:, 2], *grown.core)
-    of_crown = _unit(mesh.vertices - core)
-    of_clump = _unit(mesh.vertices - grown.hubs[twig])
-    outward = _unit(0.55 * of_clump + 0.45 * of_crown)
-    normals = _unit(normals)
+    of_crown = unit(mesh.vertices - core)
+    of_clump = unit(mesh.vertices - grown.hubs[twig])
+    outward = unit(0.55 * of_clump + 0.45 * of_crown)
+    normals = unit(normals)
     # A normal and its opposite mean the same leaf: take the one that looks outwards.
     normals *= np.where((normals * outward).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    return _unit(0.5 * normals + 0.5 * outward)
+    return unit(0.5 * normals + 0.5 * outward)
 
 
 def _tints(
@@ -153,9 +147,3 @@ def _tints(
     warm = rng.random(count) ** 3
     tint += np.array([0.030, 0.014, 0.0]) * (warm * kind.leaf[1] / 0.19)[:, None]
     return np.asarray(np.clip(tint, 0.004, 0.8))
-
-
-def _unit(vectors: Floats) -> Floats:
-    """Vectors of length 1, (n, 3)."""
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-    return unit

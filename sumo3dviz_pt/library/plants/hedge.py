@@ -10,6 +10,7 @@ from sumo3dviz_pt.library.mesh.polyline import mitres
 from sumo3dviz_pt.library.mesh.walls import between
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.vectors import unit
 
 LEAVES_PER_METRE = (1000, 270, 70, 14)
 """Leaves on a metre of hedge at each level of detail."""
@@ -100,8 +101,8 @@ def _leaves(
     centre = centre + (swell + shoots)[:, None] * outward
     area = _COVER * float(steps.sum()) * (2 * size.height + size.width) / count
     edge = np.sqrt(2.0 * area) * rng.uniform(0.75, 1.25, count)[:, None]
-    axis = _unit(rng.normal(0, 1.0, (count, 3)) + 0.5 * outward + 0.3 * up)
-    side = _unit(np.cross(axis, outward + 0.8 * rng.normal(0, 1.0, (count, 3))))
+    axis = unit(rng.normal(0, 1.0, (count, 3)) + 0.5 * outward + 0.3 * up)
+    side = unit(np.cross(axis, outward + 0.8 * rng.normal(0, 1.0, (count, 3))))
     corners = np.stack(
         [
             centre - 0.6 * edge * axis - 0.42 * edge * side,
@@ -110,9 +111,9 @@ def _leaves(
         ],
         axis=1,
     )
-    flat = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    flat = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     flat *= np.where((flat * outward).sum(axis=1) < 0, -1.0, 1.0)[:, None]
-    normals = np.repeat(_unit(0.6 * flat + 0.4 * outward), 3, axis=0)
+    normals = np.repeat(unit(0.6 * flat + 0.4 * outward), 3, axis=0)
     mesh = Mesh(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3), normals)
     return mesh, _tints(place[:, 1] / size.height, at, rng)
 
@@ -135,9 +136,3 @@ def _tints(share: Floats, at: Floats, rng: np.random.Generator) -> Floats:
     value = rng.uniform(0.7, 1.3, len(share)) * plants * (0.7 + 0.35 * share)
     young = (rng.random(len(share)) ** 4)[:, None] * [0.035, 0.030, 0.004]
     return np.clip(np.array(LEAF) * value[:, None] + young, 0.004, 0.8)
-
-
-def _unit(vectors: Floats) -> Floats:
-    """Vectors of length 1, (n, 3)."""
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-    return unit

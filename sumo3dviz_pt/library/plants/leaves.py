@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.model.vectors import unit
 
 LEAF = 0.085
 """Length of a leaf [m]."""
@@ -134,9 +135,9 @@ def _leaves(
     side = np.where(rng.random((total, 1)) < 0.5, -1.0, 1.0)
     ahead = rng.uniform(0.1, 1.0, (total, 1)) * along / np.maximum(long, 1e-9)
     aside = rng.uniform(0.3, 1.0, (total, 1)) * side * across / np.maximum(wide, 1e-9)
-    axis = _unit(_unit(ahead + aside) + rng.normal(0, 0.38, (total, 3)))
-    up = _unit(cards.normals[which] + rng.normal(0, 0.45, (total, 3)))
-    flat = _unit(np.cross(axis, up))
+    axis = unit(unit(ahead + aside) + rng.normal(0, 0.38, (total, 3)))
+    up = unit(cards.normals[which] + rng.normal(0, 0.45, (total, 3)))
+    flat = unit(np.cross(axis, up))
     # Area of an outline by its squared length.
     fill = 2.0 * _HALF_WIDTH * float(np.trapezoid(half[:, 1], half[:, 0]))
     size = np.sqrt(cards.areas[which] / counts[which] / fill) * rng.uniform(0.8, 1.2, total)
@@ -152,7 +153,7 @@ def _leaves(
     other = [0, *range(n - 1, mid - 1, -1)]
     faces = rib + [[other[0], other[k + 1], other[k]] for k in range(1, len(other) - 1)]
     index = n * np.arange(total)[:, None, None] + np.array(faces)
-    light = _unit(0.55 * up + 0.45 * cards.normals[which])
+    light = unit(0.55 * up + 0.45 * cards.normals[which])
     return Mesh(corners.reshape(-1, 3), index.reshape(-1, 3), np.repeat(light, n, axis=0))
 
 
@@ -160,9 +161,3 @@ def _rim(half: Floats) -> list[tuple[float, float, float]]:
     """Side, along and across of all corners, from the stalk over one side and the tip back."""
     first = [(1.0, float(u), float(v)) for u, v in half]
     return first + [(-1.0, float(u), float(v)) for u, v in half[-2:0:-1]]
-
-
-def _unit(vectors: Floats) -> Floats:
-    """Vectors of length 1, (n, 3)."""
-    unit: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-    return unit

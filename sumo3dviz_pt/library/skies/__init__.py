@@ -1,1 +1,1 @@
-"""Clouds, and radiance maps that users bring."""
+"""Baked clouds as maps, and radiance maps that users bring."""

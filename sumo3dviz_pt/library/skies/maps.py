@@ -9,13 +9,13 @@ from sumo3dviz_pt.model.scene import CloudLayer
 
 
 def cloud_image(layer: CloudLayer) -> Image:
-    """Cover, and light times cover, as channels, (h, w, 3): nothing jumps where clouds end."""
+    """Pack cover, and light times cover, into (h, w, 3); nothing jumps where clouds end."""
     light = np.stack([layer.sunlit, layer.skylit], axis=-1) * layer.cover[..., None]
     return np.dstack([layer.cover, light]).astype(np.float32)
 
 
 def cloud_layer(image: Image, *, lit_from: float) -> CloudLayer:
-    """The inverse of `cloud_image`, of maps that may have lost a little.
+    """Unpack what `cloud_image` packed, from maps that may have lost a little in a file.
 
     Args:
         image: From `cloud_image`, (h, w, 3).

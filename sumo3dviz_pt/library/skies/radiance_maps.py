@@ -99,7 +99,7 @@ def read_exr_map(path: Path) -> Image:
 
 
 def _check_size(window: Any, path: Path) -> None:
-    """Refuse a map that says it is larger than any: `window` is its first and last pixel."""
+    """Refuse a map that announces too many pixels; `window` is its first and last pixel."""
     (left, top), (right, bottom) = np.asarray(window, dtype=np.float64).tolist()
     _check_pixels(right - left + 1.0, bottom - top + 1.0, path)
 
@@ -115,7 +115,7 @@ def _check_pixels(width: float, height: float, path: Path) -> None:
 
 
 def _sane(image: Image, path: Path) -> Image:
-    """Replace what is no radiance, and say so."""
+    """Replace values that are no radiance, and log how many."""
     broken = int(np.count_nonzero(~np.isfinite(image) | (image < 0)))
     if broken:
         logger.warning("%s: %d values are negative or not finite and were replaced", path, broken)
@@ -142,7 +142,7 @@ def _read_hdr(path: Path) -> Image:
 
 
 def _unpacked(body: NDArray[np.uint8], height: int, width: int) -> NDArray[np.uint8]:
-    """Shared-exponent pixels, (h, w, 4), run-length coded or flat."""
+    """Unpack shared-exponent pixels, (h, w, 4), run-length coded or flat."""
     mark = [2, 2, width >> 8, width & 255]
     if not 8 <= width < 32768 or body[:4].tolist() != mark:
         return body[: height * width * 4].reshape(height, width, 4)
@@ -161,7 +161,7 @@ def _unpacked(body: NDArray[np.uint8], height: int, width: int) -> NDArray[np.ui
 
 
 def _unpack_channel(body: NDArray[np.uint8], place: int, channel: NDArray[np.uint8]) -> int:
-    """Fill one channel of a row from its runs; returns where the next begins."""
+    """Fill one channel of a row from its runs; return where the next one begins."""
     filled = 0
     while filled < len(channel):
         count = int(body[place])

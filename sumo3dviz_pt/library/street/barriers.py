@@ -18,6 +18,7 @@ from sumo3dviz_pt.library.buildings.shell import box
 from sumo3dviz_pt.library.street.fence import leftward
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.vectors import arc_length
 
 _CONCRETE: Colour = (0.34, 0.335, 0.32)
 _PANELS: Sequence[Colour] = ((0.13, 0.17, 0.125), (0.145, 0.18, 0.135), (0.12, 0.16, 0.12))
@@ -213,8 +214,7 @@ def _cap(ring: Floats) -> Mesh:
 
 def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
     """Factor of a concrete barrier's height along its line, (n,)."""
-    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    at = np.append(0.0, np.cumsum(step))
+    at = arc_length(line)
     rise = np.ones(len(line))
     if ends[0]:
         rise = np.minimum(rise, 0.25 + 0.75 * at / _TAPER)
@@ -232,7 +232,7 @@ def _thinned(line: Floats, level: int) -> Floats:
 def _along(line: Floats, each: float) -> tuple[Floats, Floats]:
     """Points along a line at a spacing [m], (m, 3), and the directions there [rad]."""
     step = np.diff(line, axis=0)
-    knots = np.append(0.0, np.cumsum(np.linalg.norm(step, axis=1)))
+    knots = arc_length(line)
     at = np.arange(each / 2, knots[-1], each)
     points = np.column_stack([np.interp(at, knots, column) for column in line.T])
     which = np.clip(np.searchsorted(knots, at) - 1, 0, len(step) - 1)

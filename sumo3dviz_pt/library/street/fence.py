@@ -13,7 +13,9 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sumo3dviz_pt.library.buildings.shell import box
+from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.vectors import arc_length, unit
 
 STEP = 2.0
 """Distance between the points of a fence's line [m]; every other one has a post."""
@@ -73,7 +75,7 @@ def resampled(line: Floats) -> Floats:
     line = line[np.append(True, np.linalg.norm(np.diff(line, axis=0), axis=1) > 1e-6)]
     if len(line) < 2:
         raise ValueError("a fence needs two different points")
-    knots = _arc(line)
+    knots = arc_length(line)
     slopes = np.diff(line, axis=0) / np.diff(knots)[:, None]
     weight = np.diff(knots)
     inner = (slopes[:-1] * weight[1:, None] + slopes[1:] * weight[:-1, None]) / (
@@ -86,17 +88,12 @@ def resampled(line: Floats) -> Floats:
     return points
 
 
-def _arc(line: Floats) -> Floats:
-    """Distance along a polyline, (n,) [m]."""
-    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
-
-
 def end_drop(line: Floats) -> Floats:
     """How far the beam of a whole rail comes down towards both ends, (n,) [m].
 
     Both ends go into the ground, as rails must that have no other terminal.
     """
-    distance = _arc(line)
+    distance = arc_length(line)
     total = distance[-1]
     ramp = min(_RAMP, total / 3)
     share = np.clip(np.minimum(distance, total - distance) / ramp, 0.0, 1.0)
@@ -108,8 +105,7 @@ def leftward(line: Floats) -> Floats:
     """Horizontal unit normals to the left, (n, 3)."""
     along = np.gradient(line, axis=0)
     left = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))])
-    unit: Floats = left / np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-12)
-    return unit
+    return unit(left)
 
 
 def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:
@@ -123,9 +119,7 @@ def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normals = normal[:, :1] * across[:, None] + normal[:, 1:] * up
     count, k = len(line), len(profile)
-    i, j = np.meshgrid(np.arange(count - 1) * k, np.arange(k - 1), indexing="ij")
-    a = (i + j).reshape(-1)
-    faces = np.concatenate([np.stack([a, a + 1, a + k + 1], 1), np.stack([a, a + k + 1, a + k], 1)])
+    faces = grid_faces(count, k)
     # Face the way the normals do, on either side of the line.
     if np.cross(line[1] - line[0], across[0])[2] < 0:
         faces = faces[:, ::-1]
@@ -146,7 +140,7 @@ def _posts(line: Floats, across: Floats, sink: Floats) -> Mesh:
         + quads[..., 2:] * [0.0, 0.0, 1.0]
     ).reshape(-1, 4, 3)
     normals = np.cross(placed[:, 1] - placed[:, 0], placed[:, 2] - placed[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    normals = unit(normals)
     index = 4 * np.arange(len(placed))[:, None]
     corners = (index + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3)
     return Mesh(placed.reshape(-1, 3), corners, np.repeat(normals, 4, axis=0))

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, settled
+from sumo3dviz_pt.model.vectors import unit
 
 Line = Sequence[tuple[float, float]]
 
@@ -135,8 +136,7 @@ def lettering(text: str, *, height: float, weight: float = 0.16, gap: float = 0.
 def ribbon(points: Floats, width: float) -> Floats:
     """A polyline, (n, 2), drawn with a width: a quad a piece, longer at bends, (m, 3, 2)."""
     points = np.asarray(points, dtype=np.float64)
-    step = np.diff(points, axis=0)
-    step /= np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-12)
+    step = unit(np.diff(points, axis=0))
     normals = np.column_stack([-step[:, 1], step[:, 0]])
     before, after = np.vstack([normals[:1], normals]), np.vstack([normals, normals[-1:]])
     mitre = (before + after) / np.maximum(1.0 + (before * after).sum(axis=1), 0.4)[:, None]

@@ -25,6 +25,7 @@ from sumo3dviz_pt.library.vehicles.heavy.build import BOX
 from sumo3dviz_pt.library.vehicles.rail.build import HULL
 from sumo3dviz_pt.library.vehicles.variant import varied
 from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.vectors import area_vectors
 
 _LOG = logging.getLogger(__name__)
 
@@ -52,8 +53,7 @@ def _with_area(meshes: Meshes) -> Meshes:
     """Meshes without the faces that lost their area on the grid of `settled`."""
 
     def kept(mesh: Mesh) -> Mesh:
-        a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-        solid = np.linalg.norm(np.cross(b - a, c - a), axis=1) > _NO_AREA
+        solid = np.linalg.norm(area_vectors(mesh.vertices, mesh.faces), axis=1) > _NO_AREA
         if solid.all():
             return mesh
         used, places = np.unique(mesh.faces[solid], return_inverse=True)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Image
 
 PEAK = 18_000.0
@@ -40,7 +41,7 @@ def low_beam(across: Floats, up: Floats) -> Floats:
     """
     rise = np.clip(across * np.tan(np.radians(15.0)), 0.0, 2.0)
     below = _CUTOFF + rise - up
-    edge = _smooth(below / 0.25)
+    edge = smoothstep(0.0, 0.25, below)
     deep = np.maximum(below, 0.0)
     depth = 0.8 * np.exp(-deep / 2.2) + 0.2 * np.exp(-deep / 5.0)
     spread = 0.6 * np.exp(-((across / 7.0) ** 2)) + 0.4 * np.exp(-((across / 26.0) ** 2))
@@ -71,10 +72,4 @@ def _faded(across: Floats, up: Floats) -> Floats:
     cosine = np.cos(np.radians(across)) * np.cos(np.radians(up))
     low, high = _FADE
     angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    return 1.0 - _smooth((angle - low) / (high - low))
-
-
-def _smooth(share: Floats) -> Floats:
-    """From 0 to 1 without a corner at either end."""
-    part = np.clip(share, 0.0, 1.0)
-    return np.asarray(part * part * (3.0 - 2.0 * part))
+    return 1.0 - smoothstep(low, high, angle)

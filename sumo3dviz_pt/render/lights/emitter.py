@@ -20,6 +20,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, Lobe
 from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.model.vectors import area_vectors, unit
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.lights.picks import Glow, cells_for, grid_of, nearness, picked, share_of
 
@@ -222,12 +223,11 @@ def axes_of(normals: Floats, areas: Floats, lamp_of_face: Ints, count: int) -> F
     """
     whole = areas[:, None] * normals
     total = np.stack([np.bincount(lamp_of_face, axis, minlength=count) for axis in whole.T], axis=1)
-    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
+    return unit(np.asarray(total, dtype=np.float64))
 
 
 def faces_of(mesh_vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """Unit normals, (m, 3), and areas, (m,) [m2], of triangles."""
-    a, b, c = (mesh_vertices[faces[:, k]] for k in range(3))
-    across = np.cross(b - a, c - a)
+    across = area_vectors(mesh_vertices, faces)
     twice = np.linalg.norm(across, axis=1)
     return across / np.maximum(twice, 1e-30)[:, None], 0.5 * twice

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import maximum_filter, uniform_filter
 
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Image
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
+_LUMINANCE = LUMINANCE.astype(np.float32)
 _WINDOW = 5
 """Side of the window that tells texture from noise [px]."""
 

@@ -24,10 +24,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.sky.air import clear_dome, sunlight
-from sumo3dviz_pt.render.sky.panorama import LUMINANCE, directions, dome_irradiance, resampled
+from sumo3dviz_pt.render.sky.panorama import directions, dome_irradiance, resampled
 
 UNITS_PER_SUNSKY = np.array([2.134, 2.324, 2.446])
 """Scene units per `sunsky` unit: about 100 klx at 60 degrees, turbidity 3, and of the

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight
 from sumo3dviz_pt.render.sky.night import glow, night_dome
-from sumo3dviz_pt.render.sky.panorama import LUMINANCE, at, dome_irradiance, resampled
+from sumo3dviz_pt.render.sky.panorama import at, dome_irradiance, resampled
 
 CANDELAS_PER_UNIT = 32_000.0
 """Luminance of one scene unit [cd/m^2]: a sunlit white wall is about 1."""

@@ -11,10 +11,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS, daylight
-from sumo3dviz_pt.render.sky.panorama import LUMINANCE, angles, directions
+from sumo3dviz_pt.render.sky.panorama import angles, directions
 
 MOON_PER_SUN = 0.32 / 128_000.0
 """Light of the full moon against that of the sun, both outside the air."""

@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Floats, Image
 
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Weights of linear sRGB primaries."""
-
 
 def angles(size: tuple[int, int], *, share: float = 1.0) -> tuple[Floats, Floats]:
     """Elevations of the rows and azimuths of the columns [rad].

@@ -17,6 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image import metrics
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.stills.still import check_free
@@ -32,9 +33,6 @@ EMITTER = 40.0
 """Pixels brighter than this in either film see an emitter; no bias is taken there [white]."""
 
 ROWS, PLOT, WORST = "frames.csv", "over_time.png", "worst.png"
-
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear BT.709 primaries (Rec. ITU-R BT.709-6, item 3.2)."""
 
 FrameRow = dict[str, str | int | float]
 """One frame's values by column; unknown is NaN."""
@@ -229,7 +227,7 @@ def _label(frame: Stored) -> str:
 
 def _luminance(shown: Shown) -> float:
     """Mean luminance [white]."""
-    return float((shown.radiance.reshape(-1, 3).mean(axis=0, dtype=np.float64)) @ _LUMINANCE)
+    return float((shown.radiance.reshape(-1, 3).mean(axis=0, dtype=np.float64)) @ LUMINANCE)
 
 
 def _change(now: Image, before: Image | None) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.report.plots import PALETTE, new_figure, save_figure
 
 _SHOWN, _LOGGED = PALETTE[0], PALETTE[3]
@@ -217,9 +218,7 @@ def _rgb(colour: str) -> tuple[float, float, float]:
 
 def _label_times(axis: Any, logged: Course) -> None:
     """Clock times beside some samples that lie apart."""
-    ways = np.concatenate(
-        [[0.0], np.cumsum(np.linalg.norm(np.diff(logged.places, axis=0), axis=1))]
-    )
+    ways = arc_length(logged.places)
     wanted = np.linspace(0.0, ways[-1], _MOST_LABELS)
     chosen = np.unique(np.clip(np.searchsorted(ways, wanted), 0, len(ways) - 1))
     if ways[-1] < 1.0:

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights
 from sumo3dviz_pt.model.scene import FrameState, SceneData
@@ -36,7 +37,6 @@ DARKEST = 0.002
 _COMMON = 0.999
 _GLINTS = 0.01
 _MANY = 16  # pixels; fewer may lie on the edge of something dark
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +78,7 @@ def light_of(
         frame: For the radiance of those that change.
         scene: For the lamps of its vehicles; None has none.
     """
-    luminance = np.asarray(sky.radiance, np.float64) @ _LUMINANCE
+    luminance = np.asarray(sky.radiance, np.float64) @ LUMINANCE
     rows, columns = luminance.shape
     theta = (np.arange(rows) + 0.5) / rows * np.pi
     solid = np.sin(theta) * (np.pi / rows) * (2 * np.pi / columns)
@@ -93,11 +93,11 @@ def light_of(
     return Light(
         brightest=float(np.max([sky.radiance.max(), sun.max(), *(p.max() for _, p in lamps)])),
         common=common,
-        directed=directed + (0.0 if sky.sun is None else float(sky.sun.irradiance @ _LUMINANCE)),
+        directed=directed + (0.0 if sky.sun is None else float(sky.sun.irradiance @ LUMINANCE)),
         mean=float((luminance.mean(axis=1) * cosine).sum() / cosine.sum()),
         sky=(float(luminance.min()), float(luminance.max())),
-        sun=float(sun @ _LUMINANCE),
-        lamps=max((float(peak @ _LUMINANCE) for peak in lighting), default=0.0),
+        sun=float(sun @ LUMINANCE),
+        lamps=max((float(peak @ LUMINANCE) for peak in lighting), default=0.0),
     )
 
 
@@ -185,7 +185,7 @@ def _too_much(seen: Evidence) -> list[str]:
     peak, most = float(seen.radiance.max()), MARGIN * max(seen.light.brightest, seen.limit)
     if peak > most:
         found.append(f"a pixel of {peak:.3g} is brighter than any light or the cap ({most:.3g})")
-    surfaces = np.sort((seen.radiance @ _LUMINANCE)[~seen.open_sky])
+    surfaces = np.sort((seen.radiance @ LUMINANCE)[~seen.open_sky])
     plain = surfaces[: len(surfaces) - int(np.ceil(_GLINTS * len(surfaces)))]
     bound = MARGIN * seen.light.wall
     if len(plain) and plain.mean() > bound:
@@ -195,7 +195,7 @@ def _too_much(seen: Evidence) -> list[str]:
 
 def _too_little(case: Case, seen: Evidence) -> list[str]:
     """Light that is lost, or a picture of nothing."""
-    luminance = seen.radiance @ _LUMINANCE
+    luminance = seen.radiance @ LUMINANCE
     found = []
     if case.shows_sun and seen.light.sun > 0 and luminance.max() < 0.5 * seen.light.sun:
         found.append(
@@ -217,7 +217,7 @@ def _sky(seen: Evidence) -> list[str]:
     """A sky that is not the baked one."""
     if np.count_nonzero(seen.open_sky) < _MANY:
         return []
-    median = float(np.median((seen.radiance @ _LUMINANCE)[seen.open_sky]))
+    median = float(np.median((seen.radiance @ LUMINANCE)[seen.open_sky]))
     low, high = seen.light.sky
     if low / MARGIN <= median <= high * MARGIN:
         return []

@@ -10,12 +10,12 @@ import shapely
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.plants.woods import CORE_FACES, FarTrees, far_trees
-from sumo3dviz_pt.library.surfaces.relief import relief
 from sumo3dviz_pt.model.camera_path import CameraPath, in_picture
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.land.horizon import Land
+from sumo3dviz_pt.world.land.relief import relief
 
 LINE_TUFTS, GROVE_TUFTS = 110, 34
 """Triangles around the core of a single tree, and of a grove farther away."""

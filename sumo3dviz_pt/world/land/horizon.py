@@ -9,8 +9,9 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.mesh.planar import union
-from sumo3dviz_pt.library.surfaces.relief import Relief, field_tints, relief
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
+from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.world.land.relief import Relief, field_tints, relief
 
 RADIUS = 20_000.0
 """Where the ground ends, beyond what is built [m]."""
@@ -130,12 +131,11 @@ def far_tints(mesh: Mesh, land: Land, mean: Floats) -> Floats:
 
 def _normals(mesh: Mesh) -> Floats:
     """Area-weighted vertex normals, (n, 3)."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
+    areas = area_vectors(mesh.vertices, mesh.faces)
     total = np.zeros_like(mesh.vertices)
     for k in range(3):
         np.add.at(total, mesh.faces[:, k], areas)
-    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
+    return unit(total)
 
 
 def _chosen(mesh: Mesh, keep: Bools) -> Mesh:

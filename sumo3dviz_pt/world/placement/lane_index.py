@@ -10,6 +10,7 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.placement.nearest import Nearest
 
 _STEP = 4.0  # distance between sampled lane points [m]
@@ -85,7 +86,7 @@ def _carriageways(network: Network) -> Iterable[Lane]:
 def _sampled(shape: Floats) -> tuple[Floats, Floats]:
     """Points along a polyline and directions there."""
     steps = np.diff(shape, axis=0)
-    distance = np.append(0.0, np.cumsum(np.linalg.norm(steps[:, :2], axis=1)))
+    distance = arc_length(shape[:, :2])
     at = np.linspace(0.0, distance[-1], max(int(distance[-1] / _STEP), 1) + 1)
     points = np.stack([np.interp(at, distance, column) for column in shape.T], axis=1)
     which = np.clip(np.searchsorted(distance, at, side="right") - 1, 0, len(steps) - 1)

@@ -11,10 +11,11 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.bands import Band
-from sumo3dviz_pt.library.mesh.polyline import arc_length, mitres
+from sumo3dviz_pt.library.mesh.polyline import mitres
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT, Drops
 from sumo3dviz_pt.world.roads.layers import Base
 from sumo3dviz_pt.world.roads.layout import RoadLayout
@@ -141,7 +142,7 @@ class _Ring:
 def _closed(right: Floats, left: Floats, ring: Floats) -> Band:
     """A band whose end is its beginning."""
     lines = [np.concatenate([line, line[:1]]) for line in (right, left, ring)]
-    return Band(lines[0], lines[1], arc_length(lines[2]) + 1e-9 * np.arange(len(lines[2])))
+    return Band(lines[0], lines[1], arc_length(lines[2][:, :2]) + 1e-9 * np.arange(len(lines[2])))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ from sumo3dviz_pt.library.mesh.polyline import mitres
 from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
 from sumo3dviz_pt.library.mesh.walls import between, walls
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
+from sumo3dviz_pt.model.vectors import area_vectors, unit
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
@@ -208,14 +209,12 @@ def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
 
 def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     """Area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    areas = np.cross(b - a, c - a)
+    areas = area_vectors(vertices, faces)
     _, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
     place = place.reshape(-1)
     total = np.zeros((place.max() + 1, 3))
     np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))
-    normals = total[place]
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+    return unit(total[place])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

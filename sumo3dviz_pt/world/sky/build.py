@@ -19,6 +19,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import SkySettings, SunSettings
 from sumo3dviz_pt.library.skies.maps import cloud_layer
 from sumo3dviz_pt.library.skies.radiance_maps import read_exr_map, read_radiance_map
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Colour, Image
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
@@ -283,7 +284,7 @@ def _irradiance(image: Image) -> float:
     rows = len(image)
     theta = (np.arange(rows) + 0.5) / rows * np.pi
     weight = np.sin(theta) * np.maximum(np.cos(theta), 0.0) * (np.pi / rows)
-    luminance = image.mean(axis=1, dtype=np.float64) @ np.array([0.2126, 0.7152, 0.0722])
+    luminance = image.mean(axis=1, dtype=np.float64) @ LUMINANCE
     return float((luminance * weight).sum() * 2 * np.pi)
 
 

@@ -19,6 +19,7 @@ from functools import cache
 import numpy as np
 
 from sumo3dviz_pt.library.street.lamp import LENS, head, lens, pole
+from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part
@@ -49,7 +50,6 @@ LOBE = Lobe(3.0, 4.0)
 """Of a head: most candelas 50 degrees from straight down."""
 
 _COLOUR = (1.0, 0.78, 0.56)
-_WEIGHT = (0.2126, 0.7152, 0.0722)
 _CANDELAS = 32_000.0  # cd/m^2 in a scene unit
 _SPACING = 30.0
 _SHIFTS = np.array([0.0, 2.5, -2.5, 5.0, -5.0, 7.5, -7.5])  # other places of a lamp [m]
@@ -83,7 +83,7 @@ def radiance(height: float) -> tuple[float, float, float]:
     """Radiance of a lens that hangs at a height [m] straight down, in scene units."""
     area = LENS[0] * LENS[1]
     luminance = FLUX[height] / (LOBE.flux * area) / _CANDELAS
-    scale = luminance / float(np.dot(_COLOUR, _WEIGHT))
+    scale = luminance / float(np.dot(_COLOUR, LUMINANCE))
     red, green, blue = (scale * channel for channel in _COLOUR)
     return red, green, blue
 

@@ -12,6 +12,7 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Edge, Lane, Network
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 from sumo3dviz_pt.world.placement.tiles import Tile, edges_in
@@ -59,7 +60,7 @@ class Border:
             Places (n, 2) [m], the road's height there (n,) [m] and its direction (n,) [rad].
         """
         step = np.diff(self.line, axis=0)
-        knots = np.append(0.0, np.cumsum(np.linalg.norm(step[:, :2], axis=1)))
+        knots = arc_length(self.line[:, :2])
         points = np.column_stack([np.interp(along, knots, column) for column in self.line.T])
         which = np.clip(np.searchsorted(knots, along, side="right") - 1, 0, len(step) - 1)
         yaw = np.arctan2(step[which, 1], step[which, 0])

@@ -13,6 +13,7 @@ from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.street.places import Border, Site
 
@@ -263,8 +264,7 @@ def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
 def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     """The board between an exit and the road it leaves."""
     lane = edge.lanes[-1]
-    step = np.linalg.norm(np.diff(lane.shape[:, :2], axis=0), axis=1)
-    knots = np.append(0.0, np.cumsum(step))
+    knots = arc_length(lane.shape[:, :2])
     tries = np.arange(6.0, min(knots[-1], 90.0), 3.0)
     points = np.column_stack([np.interp(tries, knots, column) for column in lane.shape.T])
     ahead = np.column_stack([np.interp(tries + 1.0, knots, column) for column in lane.shape.T])

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.library.mesh.implicit import gradient
 from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
@@ -141,13 +142,9 @@ def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bo
 
 def closed(vertices: Floats, rows: int, columns: int) -> Mesh:
     """A solid from rings of vertices, row-major, with flat ends; outward whatever its sense."""
-    i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
-    after = (j + 1) % columns
-    a, b = i * columns + j, i * columns + after
-    c, d = (i + 1) * columns + after, (i + 1) * columns + j
-    hull = [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
+    hull = grid_faces(rows, columns, closed=True)
     fan = np.array([(0, k + 1, k) for k in range(1, columns - 1)])
-    faces = np.concatenate([*hull, fan, fan[:, ::-1] + (rows - 1) * columns])
+    faces = np.concatenate([hull, fan, fan[:, ::-1] + (rows - 1) * columns])
     corners = vertices[faces] - vertices.mean(axis=0)
     volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
     return shaded(vertices, faces if volume > 0.0 else faces[:, ::-1], crease=0.5)

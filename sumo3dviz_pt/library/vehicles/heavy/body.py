@@ -23,6 +23,7 @@ from sumo3dviz_pt.library.vehicles.heavy.hull import Shell, shell_of, shell_surf
 from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, Hull, Panel
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.vectors import area_vectors
 
 Piece = tuple[str, Mesh]
 """Material and mesh in the frame (d, y, z)."""
@@ -83,9 +84,8 @@ def _half(shell: Shell, surface: Surface, *, fine: bool) -> Iterator[Piece]:
 
 def _face_normals(surface: Surface) -> tuple[Ints, Floats]:
     """Shading normals of a coarse surface, whose faces lie too far off its field."""
-    a, b, c = (surface.vertices[surface.faces[:, k]] for k in range(3))
     owner = surface.faces.reshape(-1)
-    areas = np.repeat(np.cross(b - a, c - a), 3, axis=0)
+    areas = np.repeat(area_vectors(surface.vertices, surface.faces), 3, axis=0)
     return owner, share_normals(owner, areas, crease=_FAR_CREASE)
 
 

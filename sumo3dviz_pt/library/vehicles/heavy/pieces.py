@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from shapely.geometry import Polygon
 
+from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.library.mesh.solids import (
     box,
     lathe,
@@ -280,9 +281,7 @@ def _mudguard(piece: Piece) -> Mesh:
         for r, y in ((radii[0], first), (radii[0], last), (radii[1], last), (radii[1], first))
     ]
     vertices = np.stack(ring, axis=1).reshape(-1, 3)
-    i, j = (k.reshape(-1) for k in np.meshgrid(np.arange(10), np.arange(4), indexing="ij"))
-    a, b = 4 * i + j, 4 * i + (j + 1) % 4
-    quads = np.concatenate([np.stack([a, b, b + 4], 1), np.stack([a, b + 4, a + 4], 1)])
+    quads = grid_faces(11, 4, closed=True)
     caps = np.array([[0, 3, 2], [0, 2, 1], [40, 41, 42], [40, 42, 43]])
     mesh = shaded(vertices, _outward(vertices, np.concatenate([quads, caps])), crease=0.6)
     return moved(mesh, *piece.low)

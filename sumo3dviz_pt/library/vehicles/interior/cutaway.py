@@ -14,6 +14,7 @@ from sumo3dviz_pt.library.vehicles.interior.cockpit import cockpit, cockpit_lamp
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
+from sumo3dviz_pt.model.vectors import area_vectors, areas
 
 LOW_SHARE = 0.55
 """The body is kept below this share of its height."""
@@ -96,7 +97,7 @@ def clip(mesh: Mesh, heights: Floats) -> tuple[Mesh, Ints]:
     source = np.concatenate([whole, tips, stumps, stumps])
     cut = _with_cuts(mesh, lone, others, share)
     # A cut through a corner leaves triangles without area.
-    solid = _areas(cut.vertices, faces) > 1e-12
+    solid = areas(cut.vertices, faces) > 1e-12
     return _compact(cut, faces[solid]), source[solid]
 
 
@@ -171,19 +172,12 @@ def _seen_from(mesh: Mesh, eye: Floats) -> Mesh:
         return mesh
     away = eye - mesh.vertices
     away /= np.linalg.norm(away, axis=1, keepdims=True)
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    ahead = (np.cross(b - a, c - a) * away[mesh.faces[:, 0]]).sum(axis=1) > 0.0
+    ahead = (area_vectors(mesh.vertices, mesh.faces) * away[mesh.faces[:, 0]]).sum(axis=1) > 0.0
     shown = np.zeros(len(mesh.vertices), dtype=np.bool_)
     shown[mesh.faces[ahead]] = True
     lacking = np.maximum(_FLATTEST - (mesh.normals * away).sum(axis=1), 0.0) * shown
     bent = mesh.normals + lacking[:, None] * away
     return replace(mesh, normals=bent / np.linalg.norm(bent, axis=1, keepdims=True))
-
-
-def _areas(vertices: Floats, faces: Ints) -> Floats:
-    """Areas of faces, (m,) [m2]."""
-    first, second, third = (vertices[faces[:, k]] for k in range(3))
-    return np.asarray(np.linalg.norm(np.cross(second - first, third - first), axis=1) / 2.0)
 
 
 def _compact(mesh: Mesh, faces: Ints) -> Mesh:

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.bands import Band, band_along
-from sumo3dviz_pt.library.mesh.polyline import arc_length, without_repeats
+from sumo3dviz_pt.library.mesh.polyline import without_repeats
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Network
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.markings.lines import WHITE, Paint
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region
 
@@ -90,7 +91,7 @@ def _gives_way(network: Network, edge: Edge, leaving: Mapping[str, list[Connecti
 def _ends_band(strip: Strip) -> Band:
     """A strip as a band from border to border."""
     middle = 0.5 * (strip.right + strip.left)
-    return Band(strip.right, strip.left, arc_length(middle) + np.arange(len(middle)) * 1e-9)
+    return Band(strip.right, strip.left, arc_length(middle[:, :2]) + np.arange(len(middle)) * 1e-9)
 
 
 def _across(strip: Strip, length: float) -> Floats:
@@ -122,7 +123,7 @@ def _dashed_across(strip: Strip) -> Floats:
 def _bars(shape: Floats, width: float) -> Floats:
     """Bars along the traffic, side by side along a crossing's middle line."""
     line = without_repeats(shape)
-    length = float(arc_length(line)[-1])
+    length = float(arc_length(line[:, :2])[-1])
     count = int((length - 0.5 * _BAR) / (2.0 * _BAR))
     if count < 1:
         return _NONE

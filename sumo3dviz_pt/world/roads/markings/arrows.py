@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.bands import band_along, on_lane
-from sumo3dviz_pt.library.mesh.polyline import arc_length
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.markings.lines import WHITE, Paint
 from sumo3dviz_pt.world.roads.strips import Strip
 from sumo3dviz_pt.world.roads.wear.lanes import is_driven
@@ -60,7 +60,7 @@ def _directions(network: Network) -> dict[str, str]:
 def _arrows(strip: Strip, sides: str) -> list[Floats]:
     """Quads of all arrows on a strip."""
     middle = 0.5 * (strip.right + strip.left)
-    stations = arc_length(middle)
+    stations = arc_length(middle[:, :2])
     if not sides or np.min(np.diff(stations), initial=1.0) < 1e-6:
         return []
     tips = [stations[-1] - away for away in _ENDS if stations[-1] - away > _SHORTEST]

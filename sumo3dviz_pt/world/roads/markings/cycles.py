@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.bands import band_along, on_lane
-from sumo3dviz_pt.library.mesh.polyline import arc_length
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.markings.lines import WHITE, Paint
 from sumo3dviz_pt.world.roads.strips import Strip
 from sumo3dviz_pt.world.roads.style import BICYCLE
@@ -46,7 +46,7 @@ def cycle_paint(strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
 def _symbols(strip: Strip) -> list[Floats]:
     """Quads of all symbols on a strip."""
     middle = 0.5 * (strip.right + strip.left)
-    stations = arc_length(middle)
+    stations = arc_length(middle[:, :2])
     if np.min(np.diff(stations), initial=1.0) < 1e-6:
         return []
     flat = _bicycle()

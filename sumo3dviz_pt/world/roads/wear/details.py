@@ -11,10 +11,10 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.bands import Band, band_along, on_lane
-from sumo3dviz_pt.library.mesh.polyline import arc_length
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Edge
 from sumo3dviz_pt.model.random import pick, share_of
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.cells import quad_polygons
 from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
 from sumo3dviz_pt.world.roads.layout import RoadLayout
@@ -131,7 +131,7 @@ def near_lanes(
 def _places(strip: Strip, free: Bools) -> list[Stretch]:
     """Stretches of a strip that no other road covers."""
     middle = 0.5 * (strip.right + strip.left)
-    stations = arc_length(middle)
+    stations = arc_length(middle[:, :2])
     half = 0.5 * float(np.linalg.norm((strip.left - strip.right)[:, :2], axis=1).min())
     count = int(stations[-1] / _STRETCH)
     if half < 1.2 or np.min(np.diff(stations), initial=1.0) < 1e-6:

@@ -9,9 +9,10 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.bands import band_along
-from sumo3dviz_pt.library.mesh.polyline import arc_length, without_repeats
+from sumo3dviz_pt.library.mesh.polyline import without_repeats
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons, quad_polygons
 from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
 from sumo3dviz_pt.world.roads.layout import RoadLayout
@@ -130,7 +131,7 @@ def _rubber(ways: Sequence[Strip]) -> _Tones:
         line = without_repeats(way.lane.shape)
         if chance[0] > _RUBBED or len(line) < 2:
             continue
-        whole = float(arc_length(line)[-1])
+        whole = float(arc_length(line[:, :2])[-1])
         start = 0.5 * chance[1] * whole
         long = min(3.0 + 6.0 * chance[2], whole - start)
         for side in (-TRACK_PLACE, TRACK_PLACE):

@@ -10,7 +10,6 @@ from sumo3dviz_pt.library.mesh.bands import band_along
 from sumo3dviz_pt.library.mesh.grids import height_field
 from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
 from sumo3dviz_pt.library.mesh.polyline import (
-    arc_length,
     mitres,
     offset,
     with_split_bends,
@@ -25,10 +24,6 @@ CORNER = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 1.0], [10.0, 10.0, 2.0]])
 def areas(mesh) -> np.ndarray:
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
-
-
-def test_arc_length_is_seen_from_above():
-    assert arc_length(CORNER) == pytest.approx([0.0, 10.0, 20.0])
 
 
 def test_repeats_go_but_the_end_stays():

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from bakers.surfaces import grounds, roads, walls
+from bakers.surfaces.maps import Maps, Recipe
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.surfaces import grounds, roads, walls
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe
 
 MAKERS: Mapping[str, Callable[[Recipe], Maps]] = MappingProxyType(
     {

@@ -1,4 +1,4 @@
-"""Writes and runs the tutorial notebook: python docs/make_tutorial.py
+"""Writes and runs the tutorial notebook: python tools/make_tutorial.py
 
 Its cells are below, as text that can be reviewed; `tutorial.ipynb` holds them with what they
 gave. A test runs the notebook.
@@ -15,8 +15,8 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
-HERE = Path(__file__).resolve().parent
-NOTEBOOK = HERE / "tutorial.ipynb"
+ROOT = Path(__file__).resolve().parents[1]
+NOTEBOOK = ROOT / "docs" / "tutorial.ipynb"
 
 CELLS = (
     """# From a SUMO log to pictures
@@ -98,7 +98,7 @@ def run(made: nbformat.NotebookNode) -> nbformat.NotebookNode:
         client.execute()
     for cell in made.cells:
         cell.metadata.pop("execution", None)
-    return nbformat.from_dict(json.loads(json.dumps(made).replace(f"{HERE.parent}/", "")))
+    return nbformat.from_dict(json.loads(json.dumps(made).replace(f"{ROOT}/", "")))
 
 
 def main() -> None:

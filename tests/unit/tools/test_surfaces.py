@@ -1,14 +1,13 @@
 import numpy as np
 import pytest
 import yaml
+from bakers.surfaces.bake import bake_surface, srgb_bytes, surface_recipe
+from bakers.surfaces.build import MAKERS, make_surface
+from bakers.surfaces.maps import BRIGHTEST, Recipe
 from PIL import Image as Pillow
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.image.png import write_png
-from sumo3dviz_pt.library.surfaces.bake import bake_surface, srgb_bytes, surface_recipe
-from sumo3dviz_pt.library.surfaces.build import MAKERS, make_surface
-from sumo3dviz_pt.library.surfaces.maps import BRIGHTEST, Recipe
 
 NAMES = catalog.names("surfaces")
 GROUNDS = (
@@ -86,7 +85,7 @@ def test_rebuilding_gives_the_baked_map(tmp_path, name):
     folder.mkdir()
     text = (source / "asset.yaml").read_text(encoding="utf-8")
     (folder / "asset.yaml").write_text(text, encoding="utf-8")
-    (written,) = bake_surface(folder, encode=write_png)
+    (written,) = bake_surface(folder)
     with Pillow.open(written) as new, Pillow.open(source / "albedo.png") as old:
         difference = np.asarray(new).astype(int) - np.asarray(old)
     # Another machine's FFT may round a few texels differently.
@@ -105,7 +104,7 @@ def test_roughness_is_baked_where_the_bsdf_asks(tmp_path):
         "recipe": {"maker": maker, "pixels": 64, "seed": 1},
     }
     (tmp_path / "asset.yaml").write_text(yaml.safe_dump(meta), encoding="utf-8")
-    assert {file.name for file in bake_surface(tmp_path, encode=write_png)} == {
+    assert {file.name for file in bake_surface(tmp_path)} == {
         "albedo.png",
         "roughness.png",
     }

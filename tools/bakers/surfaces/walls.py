@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep, soft
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from bakers.noise import soft
+from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 
 def plaster(recipe: Recipe) -> Maps:
-    """Painted render; params `stains`, `streaks` (rain marks run down), `grain`."""
+    """Make painted render; params `stains`, `streaks` (rain marks run down), `grain`."""
     shape, seed = recipe.shape, recipe.seed
     stains = soft(fractal(shape, Band(1.8, 2.0), seed=seed + 1), 1.6)
     streaks = soft(fractal(shape, Band(1.4, 4.0, stretch=1 / 12), seed=seed + 2), 1.6)
@@ -21,25 +24,34 @@ def plaster(recipe: Recipe) -> Maps:
     return Maps(with_mean(tinted(value, np.ones(3)), recipe.albedo))
 
 
-def _courses(recipe: Recipe, size: tuple[float, float]) -> tuple[Ints, Ints, Floats, Floats]:
-    """Running bond of (length, height) [m]: row, column, and place within the brick [m]."""
+class _Bond(NamedTuple):
+    """Which brick texels lie in, and where from its lower left corner [m], (h, w) each."""
+
+    row: Ints
+    column: Ints
+    x: Floats
+    y: Floats
+
+
+def _courses(recipe: Recipe, size: tuple[float, float]) -> _Bond:
+    """Lay a running bond of bricks of a length and height [m]."""
     length, height = size
     y, x = (np.indices(recipe.shape) + 0.5) * recipe.tile / recipe.pixels
     row = np.floor(y / height).astype(np.int64)
     along = (x + (row % 2) * length / 2) % recipe.tile
     column = np.floor(along / length).astype(np.int64)
-    return row, column, along % length, y % height
+    return _Bond(row, column, along % length, y % height)
 
 
 def _per_unit(recipe: Recipe, size: tuple[float, float], *, spread: float, salt: int) -> Floats:
-    """A random factor for each brick or tile, (rows, columns), around 1."""
+    """Draw a random factor for each brick or tile, (rows, columns), around 1."""
     shape = (round(recipe.tile / size[1]), round(recipe.tile / size[0]))
     noise = np.random.default_rng(recipe.seed + salt).standard_normal(shape).clip(-2.2, 2.2)
     return np.exp(spread * noise)
 
 
 def brick(recipe: Recipe) -> Maps:
-    """Stretcher bond, 250 x 75 mm with 10 mm joints; params `joint` [m], `variety`."""
+    """Make a stretcher bond, 250 x 75 mm with 10 mm joints; params `joint` [m], `variety`."""
     size, texel = (0.25, 0.075), recipe.tile / recipe.pixels
     row, column, x, y = _courses(recipe, size)
     gap = np.minimum(np.minimum(x, size[0] - x), np.minimum(y, size[1] - y))
@@ -59,7 +71,7 @@ def brick(recipe: Recipe) -> Maps:
 
 
 def roof_tiles(recipe: Recipe) -> Maps:
-    """Interlocking clay pantiles, 300 x 300 mm visible; params `variety`, `moss`.
+    """Make interlocking clay pantiles, 300 x 300 mm visible; params `variety`, `moss`.
 
     Shading of the wave and the shadow under each lower edge are painted in: roofs
     are seen from afar, where geometry of their own would only alias.

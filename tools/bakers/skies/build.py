@@ -2,60 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+from bakers.skies.march import march
+from bakers.skies.recipe import CloudRecipe, towards_of
+from bakers.skies.sheets import altocumulus, cirrus, mackerel, stratus
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.skies.march import Cumulus, march, towards_of
-from sumo3dviz_pt.library.skies.sheets import altocumulus, cirrus, mackerel, stratus
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import CloudLayer
-
-
-@dataclass(frozen=True, slots=True)
-class CloudRecipe:
-    """How a cloud layer is made.
-
-    Attributes:
-        rows: Rows of the map; it has four times as many columns.
-        seed: Of everything random in it.
-        sun: Azimuth clockwise from north and elevation of the sun it is lit by [rad].
-        cover: Share of the ground plane under cumulus, [0, 1]; 0 leaves it out.
-        base: Height of the cloud bases [m].
-        depth: Height from bases to the highest tops [m].
-        extinction: Of the densest cloud [1/m].
-        cell: Typical distance from cloud to cloud [m].
-        cirrus: Opacity of the densest cirrus, [0, 1].
-        flakes: Opacity of the densest altocumulus, [0, 1].
-        mackerel: Opacity of the densest altocumulus of a fair evening, [0, 1].
-        backlit: How strongly cirrus and the evening's altocumulus shine around a low sun.
-        fades: Elevation up to which air hides clouds [deg].
-        stratus: Whether a closed deck hides all else.
-        at_sun: How cloudy it is where the sun stands, from the clearest place of the
-            field, 0, to its thickest, 1.
-        steps: Of the march through the slab.
-        texels: Of the billows along each side; details have half as many.
-    """
-
-    rows: int
-    seed: int
-    sun: tuple[float, float]
-    cover: float = 0.0
-    base: float = 1300.0
-    depth: float = 850.0
-    extinction: float = 0.045
-    cell: float = 2300.0
-    cirrus: float = 0.0
-    flakes: float = 0.0
-    mackerel: float = 0.0
-    backlit: float = 0.0
-    fades: float = 4.5
-    stratus: bool = False
-    at_sun: float = 0.0
-    steps: int = 160
-    texels: int = 128
 
 
 def make_clouds(recipe: CloudRecipe) -> CloudLayer:
@@ -86,7 +41,7 @@ def make_clouds(recipe: CloudRecipe) -> CloudLayer:
 def _sheets(
     recipe: CloudRecipe, towards: Floats, sun: Floats, shape: tuple[int, int]
 ) -> list[Floats]:
-    """Sheets from the highest to the lowest; only those that the recipe has."""
+    """Make the sheets that a recipe has, from the highest to the lowest, (n, 3) each."""
     sheets = []
     seed, backlit = recipe.seed, recipe.backlit
     if recipe.cirrus > 0.0:
@@ -98,24 +53,8 @@ def _sheets(
     if recipe.flakes > 0.0:
         sheets.append(altocumulus(towards, seed=seed + 30, opacity=recipe.flakes, sun=sun))
     if recipe.cover > 0.0:
-        sheets.append(_smoothed(march(_cumulus(recipe), towards), shape))
+        sheets.append(_smoothed(march(recipe, towards), shape))
     return sheets
-
-
-def _cumulus(recipe: CloudRecipe) -> Cumulus:
-    """The part of a recipe that is marched."""
-    return Cumulus(
-        recipe.seed,
-        recipe.sun,
-        recipe.cover,
-        recipe.base,
-        recipe.depth,
-        recipe.extinction,
-        recipe.cell,
-        recipe.at_sun,
-        recipe.steps,
-        recipe.texels,
-    )
 
 
 def _smoothed(sheet: Floats, shape: tuple[int, int]) -> Floats:
@@ -135,7 +74,7 @@ def _over(near: Floats, far: Floats) -> Floats:
 
 
 def _layer(sheet: Floats, shape: tuple[int, int], lit_from: float) -> CloudLayer:
-    """A sheet, (n, 3), as maps."""
+    """Turn a sheet, (n, 3), into maps."""
 
     def image(values: Floats) -> Image:
         return np.ascontiguousarray(values.reshape(shape), dtype=np.float32)

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
+from bakers.skies.build import make_clouds
+from bakers.skies.recipe import CloudRecipe
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.skies.build import CloudRecipe, make_clouds
+from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.library.skies.maps import cloud_image
-from sumo3dviz_pt.model.geometry import Image
-
-Encode = Callable[[Path, Image], None]
-"""Writes an image, (h, w, 3), in half precision; the shapes know no file formats."""
 
 CLOUD_LOSS = 300.0
 """Level of DWAB compression: errors of 0.006 rms, a megabyte a sky."""
 
 
 def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
-    """Recipe of a sky asset.
+    """Read the recipe of a sky asset.
 
     Args:
         meta: Content of `asset.yaml`; angles there are degrees.
@@ -37,12 +35,12 @@ def cloud_recipe(meta: Mapping[str, Any]) -> CloudRecipe:
         raise ConfigError(f"a sky's asset.yaml is incomplete or wrong: {error}") from error
 
 
-def bake_clouds(folder: Path, *, encode: Encode) -> Path:
-    """Rebuild a sky's cloud map from its `asset.yaml`, the same pixels every time.
+def bake_clouds(folder: Path, *, lossy: float | None = CLOUD_LOSS) -> tuple[Path, ...]:
+    """Make the cloud map in a sky's folder again from its `asset.yaml`, the same every time.
 
     Args:
         folder: The asset's folder.
-        encode: Writes the image.
+        lossy: Level of DWAB compression; None stores half floats without loss.
 
     Returns:
         The file written.
@@ -52,5 +50,5 @@ def bake_clouds(folder: Path, *, encode: Encode) -> Path:
     """
     meta = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
     path = folder / str(meta["map"])
-    encode(path, cloud_image(make_clouds(cloud_recipe(meta))))
-    return path
+    write_exr(path, cloud_image(make_clouds(cloud_recipe(meta))), lossy=lossy)
+    return (path,)

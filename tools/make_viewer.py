@@ -1,4 +1,4 @@
-"""Makes the viewer's pictures in the manual: python docs/make_viewer.py
+"""Makes the viewer's pictures in the manual: python tools/make_viewer.py
 
 A copy of the bundled crossing is opened with `sumo3dviz-pt view`, headless Chromium does
 what a user would do, and its window is photographed.
@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from viewer.browser import Browser, Page
 from viewer.program import Program
 
-IMAGES = Path(__file__).resolve().parent / "images"
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 SIZE = "960x540"
 WINDOW = (1000, 690)
 SPAN = ("--from", "440", "--to", "480")

@@ -1,4 +1,4 @@
-"""Makes the pictures of gallery, templates and README: python docs/make_gallery.py [NAME ...]
+"""Makes the pictures of gallery, templates and README: python tools/make_gallery.py [NAME ...]
 
 Every picture is one call of the command line, and the manual shows that call.
 """
@@ -14,13 +14,14 @@ from pathlib import Path
 
 from sumo3dviz_pt import catalog
 
-HERE = Path(__file__).resolve().parent
-IMAGES = HERE / "images"
-MADE = "<!-- Made by docs/make_gallery.py; change the script, not this page. -->"
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+IMAGES = DOCS / "images"
+MADE = "<!-- Made by tools/make_gallery.py; change the script, not this page. -->"
 
 BEAUTY = "--quality study --size 1280x720"
 COMMON = "--quality preview --size 960x540"
-SCENARIOS = HERE.parents[1] / "shared" / "data"
+SCENARIOS = ROOT.parent / "shared" / "data"
 """Scenarios that are not ours to ship; pictures of them are made where they are there."""
 
 PAPER = (
@@ -198,7 +199,7 @@ def make(name: str, folder: Path) -> None:
 
 def call(*words: str) -> None:
     """Run our command line."""
-    subprocess.run([sys.executable, "-m", "sumo3dviz_pt.cli", *words], check=True, cwd=HERE.parent)
+    subprocess.run([sys.executable, "-m", "sumo3dviz_pt.cli", *words], check=True, cwd=ROOT)
 
 
 PAGES = {"gallery.md": page, "templates.md": templates_page}
@@ -211,7 +212,7 @@ def main() -> int:
         for name in sys.argv[1:] or (*ALL, *TELL_TALES):
             make(name, Path(folder))
     for name, text in PAGES.items():
-        (HERE / name).write_text(text(), encoding="utf-8", newline="\n")
+        (DOCS / name).write_text(text(), encoding="utf-8", newline="\n")
     return 0
 
 

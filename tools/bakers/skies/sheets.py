@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from sumo3dviz_pt.library.mesh.noise import Band, blurred, fractal, smoothstep, soft
+from bakers.noise import blurred, soft
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 _EARTH = 6.371e6
@@ -16,33 +17,33 @@ _TEXELS = (2048, 2048)
 
 
 def _places(towards: Floats, height: float) -> Floats:
-    """Where rays meet a shell, (n, 2) [m]; towards holds unit vectors, (n, 3)."""
+    """Return where rays meet a shell, (n, 2) [m]; `towards` holds unit vectors, (n, 3)."""
     up = _EARTH * towards[:, 2]
     way = np.sqrt(up**2 + 2 * _EARTH * height + height**2) - up
     return np.asarray(towards[:, :2] * way[:, None])
 
 
 def _look_up(picture: Floats, places: Floats, span: float) -> Floats:
-    """Values of a periodic picture, (h, w), at places [m], (n,)."""
+    """Look up a periodic picture, (h, w), at places, (n, 2) [m]."""
     at = (places * (picture.shape[0] / span)).T
     found = map_coordinates(picture.astype(np.float32), at, order=1, mode="grid-wrap")
     return np.asarray(found, dtype=np.float64)
 
 
 def _turned(places: Floats, angle: float) -> Floats:
-    """Places in a frame turned by an angle [rad]."""
+    """Turn the frame of places, (n, 2), by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.asarray(places @ np.array([[c, s], [-s, c]]))
 
 
 def _forward(towards: Floats, sun: Floats) -> Floats:
-    """How much brighter ice is around the sun, (n,)."""
+    """Return how much brighter ice is around the sun, (n,)."""
     away = np.degrees(np.arccos(np.clip(towards @ sun, -1.0, 1.0)))
     return np.asarray(np.exp(-away / 9.0) + 0.35 * np.exp(-away / 28.0))
 
 
 def _backlight(towards: Floats, sun: Floats, share: float) -> Floats:
-    """Light that thin cloud before a low sun throws forward, (n,): the silver lining.
+    """Return the light that thin cloud before a low sun throws forward, (n,): the silver lining.
 
     A narrow and a wide lobe, as droplets and ice crystals have.
     """
@@ -53,7 +54,7 @@ def _backlight(towards: Floats, sun: Floats, share: float) -> Floats:
 def cirrus(
     towards: Floats, *, seed: int, opacity: float, sun: Floats, backlit: float = 0.0
 ) -> Floats:
-    """Hair of ice, combed and curled by the wind.
+    """Make hair of ice, combed and curled by the wind.
 
     Args:
         towards: Unit vectors above the horizon, (n, 3).
@@ -82,7 +83,17 @@ def cirrus(
 
 
 def altocumulus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> Floats:
-    """Fields of small flakes in rows; arguments and result as in `cirrus`."""
+    """Make fields of small flakes in rows.
+
+    Args:
+        towards: Unit vectors above the horizon, (n, 3).
+        seed: Of its pattern.
+        opacity: Of its densest parts, [0, 1].
+        sun: Unit vector to the sun, (3,).
+
+    Returns:
+        Opacity, sunlit and skylit share, (n, 3).
+    """
     flakes = fractal(_TEXELS, Band(0.3, 60.0, 170.0, stretch=0.6), seed=seed)
     ragged = fractal(_TEXELS, Band(1.4, 120.0, 700.0), seed=seed + 1)
     fields = fractal(_TEXELS, Band(1.7, 1.5, 24.0, stretch=1.8), seed=seed + 2)
@@ -103,9 +114,17 @@ def altocumulus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> F
 def mackerel(
     towards: Floats, *, seed: int, opacity: float, sun: Floats, backlit: float = 0.0
 ) -> Floats:
-    """Altocumulus of a fair evening: cells that grow, merge and fray from place to place.
+    """Make altocumulus of a fair evening: cells grow, merge and fray from place to place.
 
-    Arguments and result as in `cirrus`.
+    Args:
+        towards: Unit vectors above the horizon, (n, 3).
+        seed: Of its pattern.
+        opacity: Of its densest parts, [0, 1].
+        sun: Unit vector to the sun, (3,).
+        backlit: How strongly it shines around a low sun.
+
+    Returns:
+        Opacity, sunlit and skylit share, (n, 3).
     """
     small = soft(fractal(_TEXELS, Band(0.5, 110.0, 340.0, stretch=0.7), seed=seed), 2.0)
     large = soft(fractal(_TEXELS, Band(0.7, 34.0, 150.0, stretch=0.55), seed=seed + 1), 2.0)
@@ -130,14 +149,14 @@ def mackerel(
 
 
 def stratus(towards: Floats, *, seed: int) -> Floats:
-    """A closed deck of lumps and rolls that hides sun and sky; (n, 3) as in `cirrus`.
+    """Make a closed deck of lumps and rolls that hides sun and sky; (n, 3) as in `cirrus`.
 
     Three times brighter at the zenith than at the horizon, the CIE's overcast sky.
     """
     rolls = fractal(_TEXELS, Band(1.35, 5.0, 120.0, stretch=0.35), seed=seed)
-    merged_meshes = fractal(_TEXELS, Band(1.5, 9.0, 700.0), seed=seed + 1)
+    lumps = fractal(_TEXELS, Band(1.5, 9.0, 700.0), seed=seed + 1)
     broad = fractal(_TEXELS, Band(2.0, 1.0, 8.0), seed=seed + 2)
-    deck = soft(0.75 * rolls + 0.8 * merged_meshes + 0.55 * broad, 2.4)
+    deck = soft(0.75 * rolls + 0.8 * lumps + 0.55 * broad, 2.4)
     # A lump's flank is darker than its belly: relief from the blurred deck.
     relief = deck - blurred(deck, 14.0)
     span, height = 30_000.0, 900.0

@@ -7,10 +7,13 @@ where the tile repeats.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.noise import Band, blurred, fractal, smoothstep, soft
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from bakers.noise import blurred, soft
+from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 BITUMEN = (0.028, 0.027, 0.026)
@@ -18,7 +21,7 @@ BITUMEN = (0.028, 0.027, 0.026)
 
 
 def _aggregate(recipe: Recipe) -> Floats:
-    """Stones in the binder: mostly dark grain with some light chips, (h, w), about unit spread."""
+    """Draw stones in the binder: dark grain with some light chips, (h, w), about unit spread."""
     rng = np.random.default_rng(recipe.seed + 100)
     stones = blurred(rng.standard_normal(recipe.shape), 0.62)
     stones /= stones.std()
@@ -26,7 +29,7 @@ def _aggregate(recipe: Recipe) -> Floats:
 
 
 def _stains(recipe: Recipe) -> Floats:
-    """Relative brightness of patches and stains from 4 m down to centimetres, (h, w)."""
+    """Draw the relative brightness of patches and stains from 4 m down to centimetres, (h, w)."""
     seed, low = recipe.seed, recipe.waves(recipe.params.get("broadest", 3.0))
     broad = soft(fractal(recipe.shape, Band(2.0, low), seed=seed + 1), 1.6)
     middle = soft(fractal(recipe.shape, Band(1.4, 2 * low), seed=seed + 2), 1.8)
@@ -35,7 +38,7 @@ def _stains(recipe: Recipe) -> Floats:
 
 
 def _cracks(recipe: Recipe) -> Floats:
-    """Crack mask from level lines of noise inside weak zones, (h, w) in [0, 1]."""
+    """Make a mask of cracks from level lines of noise inside weak zones, (h, w) in [0, 1]."""
     amount = recipe.params.get("cracks", 0.0)
     if amount <= 0:
         return np.zeros(recipe.shape)
@@ -47,7 +50,7 @@ def _cracks(recipe: Recipe) -> Floats:
 
 
 def asphalt(recipe: Recipe) -> Maps:
-    """Asphalt concrete; params `grain`, `mottle`, `stains`, `cracks`, `broadest` [m]."""
+    """Make asphalt concrete; params `grain`, `mottle`, `stains`, `cracks`, `broadest` [m]."""
     grain = recipe.params.get("grain", 0.19)
     value = 1.0 + recipe.params.get("stains", 1.0) * _stains(recipe) + grain * _aggregate(recipe)
     # Clusters of stones: what the eye sees of the aggregate from a few metres.
@@ -68,7 +71,7 @@ def asphalt(recipe: Recipe) -> Maps:
 
 
 def concrete(recipe: Recipe) -> Maps:
-    """Cast concrete with pores and water marks; params `pores`, `marks`."""
+    """Make cast concrete with pores and water marks; params `pores`, `marks`."""
     shape, seed = recipe.shape, recipe.seed
     marks = soft(fractal(shape, Band(1.7, 2.0), seed=seed + 1), 1.8)
     fine = soft(fractal(shape, Band(0.9, 8.0), seed=seed + 2), 2.5)
@@ -81,7 +84,7 @@ def concrete(recipe: Recipe) -> Maps:
 
 
 def paving(recipe: Recipe) -> Maps:
-    """Slabs of all lengths in courses, as masons lay them; joints, dirt and gum.
+    """Make slabs of all lengths in courses, with joints, dirt and gum.
 
     Params `slab` (mean length) [m], `joint` [m], `variety`, `gum` (spots on a square
     metre).
@@ -104,8 +107,16 @@ def paving(recipe: Recipe) -> Maps:
     return Maps(with_mean(mixed(colour, sand, joints), recipe.albedo))
 
 
-def _courses(recipe: Recipe, x: Floats, y: Floats) -> tuple[Floats, Ints, int]:
-    """Distance from the nearest joint [m], number of the slab, and how many slabs there are."""
+class _Slabs(NamedTuple):
+    """Slabs in courses: distance from the nearest joint [m], (h, w), and which slab, (h, w)."""
+
+    gap: Floats
+    number: Ints
+    total: int
+
+
+def _courses(recipe: Recipe, x: Floats, y: Floats) -> _Slabs:
+    """Lay slabs at places [m], (h, w) each."""
     length = recipe.params.get("slab", 0.5)
     rng = np.random.default_rng(recipe.seed + 51)
     rows = _splits(recipe.tile, 0.8 * length, 0.25, rng)
@@ -122,18 +133,18 @@ def _courses(recipe: Recipe, x: Floats, y: Floats) -> tuple[Floats, Ints, int]:
         gap[own] = np.minimum(gap[own], np.minimum(at - ends[column], ends[column + 1] - at))
         slab[own] = first + column
         first += len(ends) - 1
-    return gap, slab, first
+    return _Slabs(gap, slab, first)
 
 
 def _splits(whole: float, mean: float, spread: float, rng: np.random.Generator) -> Floats:
-    """Places that part a length [m] into pieces of about a mean."""
+    """Return the places that part a length [m] into pieces of about a mean."""
     sizes = 1.0 + spread * rng.uniform(-1.0, 1.0, round(whole / mean))
     ends = np.append(0.0, np.cumsum(sizes))
     return np.asarray(ends * (whole / ends[-1]))
 
 
 def _gum(recipe: Recipe, x: Floats, y: Floats) -> Floats:
-    """Trodden chewing gum: dark round spots, (h, w) in [0, 1]."""
+    """Draw trodden chewing gum, dark round spots, (h, w) in [0, 1]."""
     rng = np.random.default_rng(recipe.seed + 52)
     spots = np.zeros(recipe.shape)
     texel = recipe.tile / recipe.pixels

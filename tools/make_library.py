@@ -1,4 +1,4 @@
-"""Makes the library's contact sheets for the manual: python docs/make_library.py [NAME ...]"""
+"""Makes the library's contact sheets for the manual: python tools/make_library.py [NAME ...]"""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.pipeline.sheets import SheetOrder, draw_sheet, sheet_names
 
-HERE = Path(__file__).resolve().parent
+IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 SIZE = (360, 240)
 SIZES = {"skies": (392, 220), "levels": (340, 210)}
 QUALITIES = {"skies": "standard", "trees": "standard"}
@@ -22,7 +22,7 @@ def make(name: str, folder: Path) -> None:
     draw_sheet(SheetOrder(name, raw, SIZES.get(name, SIZE), QUALITIES.get(name, "preview")))
     with Image.open(raw) as picture:
         # Few colours put a weave on paint and cloth.
-        target = HERE / "images" / f"sheet_{name}.jpg"
+        target = IMAGES / f"sheet_{name}.jpg"
         picture.convert("RGB").save(target, quality=92, subsampling=0)
 
 

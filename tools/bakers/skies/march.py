@@ -20,7 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.library.mesh.noise import Band, blurred, fractal
+from bakers.noise import blurred
+from bakers.skies.recipe import CloudRecipe, towards_of
+from sumo3dviz_pt.library.mesh.noise import Band, fractal
 from sumo3dviz_pt.model.geometry import Floats
 
 Singles = NDArray[np.float32]
@@ -33,36 +35,6 @@ _AT_ONCE = 1 << 18
 _OUTSIDE = -0.35
 
 
-@dataclass(frozen=True, slots=True)
-class Cumulus:
-    """How heaps of cloud are made.
-
-    Attributes:
-        seed: Of everything random in it.
-        sun: Azimuth clockwise from north and elevation of the sun it is lit by [rad].
-        cover: Share of the ground plane under cumulus, [0, 1].
-        base: Height of the cloud bases [m].
-        depth: Height from bases to the highest tops [m].
-        extinction: Of the densest cloud [1/m].
-        cell: Typical distance from cloud to cloud [m].
-        at_sun: How cloudy it is where the sun stands, from the clearest place of the
-            field, 0, to its thickest, 1.
-        steps: Of the march through the slab.
-        texels: Of the billows along each side.
-    """
-
-    seed: int
-    sun: tuple[float, float]
-    cover: float
-    base: float
-    depth: float
-    extinction: float
-    cell: float
-    at_sun: float
-    steps: int
-    texels: int
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Field:
     """Noises that densities are read from, all periodic, and the sun's direction."""
@@ -70,19 +42,12 @@ class _Field:
     where: Singles
     billows: Singles
     detail: Singles
-    recipe: Cumulus
+    recipe: CloudRecipe
     sun: Singles
 
 
-def towards_of(azimuth: Floats | float, elevation: Floats | float) -> Floats:
-    """Unit vectors (east, north, up), (..., 3), of angles [rad]."""
-    level = np.cos(elevation)
-    parts = (level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation))
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
-
-
 def _worley(size: int, across: int, *, rng: np.random.Generator) -> Singles:
-    """Puffy periodic noise: 1 at random points, about 0 between them, (n, n, n)."""
+    """Make puffy periodic noise: 1 at random points, about 0 between them, (n, n, n)."""
     points = rng.uniform(0.0, across, (across**3, 3))
     axis = (np.arange(size) + 0.5) * across / size
     asked = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), -1).reshape(-1, 3)
@@ -92,14 +57,14 @@ def _worley(size: int, across: int, *, rng: np.random.Generator) -> Singles:
 
 
 def _billows(size: int, shares: tuple[float, ...], *, rng: np.random.Generator) -> Singles:
-    """Octaves of puffs, the first with four across, (n, n, n) in [0, 1]."""
+    """Sum octaves of puffs, the first with four across, (n, n, n) in [0, 1]."""
     total = np.zeros((size, size, size), np.float32)
     for octave, share in enumerate(shares):
         total += np.float32(share) * _worley(size, 4 << octave, rng=rng)
     return total
 
 
-def _field(recipe: Cumulus) -> _Field:
+def _field(recipe: CloudRecipe) -> _Field:
     """Make the noises of a recipe."""
     rng = np.random.default_rng(recipe.seed)
     waves = _SPAN / recipe.cell
@@ -114,7 +79,7 @@ def _field(recipe: Cumulus) -> _Field:
     return _Field(drifted, coarse, fine, recipe, sun.astype(np.float32))
 
 
-def _drifted(where: Floats, recipe: Cumulus, sun: Floats) -> Floats:
+def _drifted(where: Floats, recipe: CloudRecipe, sun: Floats) -> Floats:
     """Let the wind shift the map until the sun stands where `at_sun` says."""
     texel = _SPAN / len(where)
     # The sun needs room of its own: a few hundred metres and the slab seen aslant.
@@ -127,7 +92,7 @@ def _drifted(where: Floats, recipe: Cumulus, sun: Floats) -> Floats:
 
 
 def _look_up(noise: Singles, points: Singles, span: float, chance: Singles) -> Singles:
-    """Values of periodic noise near points: one neighbour, drawn by its linear weight.
+    """Look up periodic noise near points: one neighbour, drawn by its linear weight.
 
     Many steps average what one lookup of eight neighbours would cost.
     """
@@ -141,13 +106,13 @@ def _look_up(noise: Singles, points: Singles, span: float, chance: Singles) -> S
 
 
 def _smooth(low: float, high: float, values: Singles) -> Singles:
-    """0 below `low`, 1 above `high`, a smooth S between, in single precision."""
+    """Rise from 0 at `low` to 1 at `high` in a smooth S, in single precision."""
     t = np.clip((values - np.float32(low)) * np.float32(1.0 / (high - low)), 0.0, 1.0)
     return np.asarray(t * t * (3.0 - 2.0 * t))
 
 
 def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) -> Singles:
-    """Share of the densest cloud at points, (n,) in [0, 1].
+    """Return the share of the densest cloud at points, (n,) in [0, 1].
 
     Args:
         clouds: The noises.
@@ -173,9 +138,9 @@ def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) ->
     shape = (0.66 * strength + 0.26) * profile - 0.6 * (1.0 - _smooth(0.0, 0.25, strength))
     shape += 1.30 * (puffs - 0.56)
     if fine:
-        merged_meshes = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
+        lumps = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
         # Tops boil in lumps; bases fray.
-        shape -= 0.46 * (1.0 - merged_meshes) * (1.0 - 0.75 * _smooth(0.30, 0.75, shape))
+        shape -= 0.46 * (1.0 - lumps) * (1.0 - 0.75 * _smooth(0.30, 0.75, shape))
     else:
         shape -= np.float32(0.46 * 0.42)
     result[inside] = _smooth(0.04, 0.26, shape) * (0.55 + 0.45 * _smooth(0.0, 0.5, height))
@@ -183,7 +148,7 @@ def _density(clouds: _Field, points: Singles, chance: Singles, *, fine: bool) ->
 
 
 def _phase(cosine: Singles, sharpness: float) -> Singles:
-    """Forward and backward lobes of droplets, (n,); 1 on average."""
+    """Return the forward and backward lobes of droplets, (n,); 1 on average."""
 
     def lobe(g: float) -> Singles:
         return np.asarray((1 - g * g) / (1 + g * g - 2 * g * cosine) ** 1.5)
@@ -192,7 +157,7 @@ def _phase(cosine: Singles, sharpness: float) -> Singles:
 
 
 def _sunlight(clouds: _Field, points: Singles, cosine: Singles, chance: Singles) -> Singles:
-    """Source radiance x pi per sun irradiance inside the cloud, (n,)."""
+    """Return source radiance x pi per sun irradiance inside the cloud, (n,)."""
     depth = np.zeros(len(points), np.float32)
     for tap, length in zip(_SUN_TAPS, _TAP_LENGTHS, strict=True):
         ahead = points + np.float32(tap) * clouds.sun
@@ -211,18 +176,18 @@ def _sunlight(clouds: _Field, points: Singles, cosine: Singles, chance: Singles)
 
 
 def _skylight(clouds: _Field, points: Singles, density: Singles) -> Singles:
-    """Source radiance x pi per sky irradiance inside the cloud, (n,)."""
+    """Return source radiance x pi per sky irradiance inside the cloud, (n,)."""
     recipe = clouds.recipe
     height = np.clip((points[:, 2] - recipe.base) / recipe.depth, 0.0, 1.0)
     chance = np.full(len(points), 0.5, np.float32)
     above = points + np.array([0.0, 0.0, 0.12 * recipe.depth], np.float32)
     over = _density(clouds, above, chance, fine=False)
     open_sky = (0.60 + 0.55 * np.sqrt(height)) * (1.0 - 0.22 * density)
-    merged_meshes = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
-    return np.asarray(open_sky * (1.0 - 0.20 * over) * (0.78 + 0.45 * merged_meshes))
+    lumps = _look_up(clouds.detail, points, _DETAIL_SPAN, chance)
+    return np.asarray(open_sky * (1.0 - 0.20 * over) * (0.78 + 0.45 * lumps))
 
 
-def march(recipe: Cumulus, towards: Floats) -> Floats:
+def march(recipe: CloudRecipe, towards: Floats) -> Floats:
     """Look at cumulus in directions.
 
     Args:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.noise import Band, cells, fractal, smoothstep, soft
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from bakers.noise import cells, soft
+from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
+from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 LUSH = np.array([0.052, 0.105, 0.026])
@@ -40,7 +41,7 @@ MOSS = np.array([0.048, 0.075, 0.018])
 
 
 def _tufts(recipe: Recipe) -> Floats:
-    """Light and shadow among tufts, from a metre down to the texel, (h, w), unit spread."""
+    """Draw light and shadow among tufts, from a metre down to the texel, (h, w), unit spread."""
     shape, seed = recipe.shape, recipe.seed
     fine = fractal(shape, Band(0.45, recipe.waves(0.9)), seed=seed + 1)
     # Blades lie in all directions: two crossed sets of streaks.
@@ -52,7 +53,7 @@ def _tufts(recipe: Recipe) -> Floats:
 
 
 def grass(recipe: Recipe) -> Maps:
-    """A meadow; params `dryness`, `clover`, `bare` (shares), `contrast`."""
+    """Make a meadow; params `dryness`, `clover`, `bare` (shares), `contrast`."""
     shape, seed = recipe.shape, recipe.seed
     low = recipe.waves(4.0)
     patches = soft(fractal(shape, Band(1.5, low), seed=seed + 3), 1.7)
@@ -74,7 +75,7 @@ def grass(recipe: Recipe) -> Maps:
 
 
 def litter(recipe: Recipe) -> Maps:
-    """Fallen leaves on soil; params `leaf` [m], `cover`, `moss` (shares), `embers` (0 or 1)."""
+    """Make leaves on soil; params `leaf` [m], `cover`, `moss` (shares), `embers` (0 or 1)."""
     shape, seed = recipe.shape, recipe.seed
     leaves = EMBERS if recipe.params.get("embers", 0) else LITTER
     damp = soft(fractal(shape, Band(1.5, recipe.waves(3.0)), seed=seed + 3), 1.8)
@@ -99,7 +100,7 @@ def litter(recipe: Recipe) -> Maps:
 
 
 def gravel(recipe: Recipe) -> Maps:
-    """Crushed stone; params `stone` [m] (typical size), `variety`."""
+    """Make crushed stone; params `stone` [m] (typical size), `variety`."""
     across = round(recipe.waves(recipe.params.get("stone", 0.045)))
     stones = cells(recipe.pixels, across, jitter=0.95, seed=recipe.seed + 1)
     rng = np.random.default_rng(recipe.seed + 2)
@@ -117,7 +118,7 @@ def gravel(recipe: Recipe) -> Maps:
 
 
 def sand(recipe: Recipe) -> Maps:
-    """Sand with wind ripples; params `ripple` [m] (distance of crests), `relief`."""
+    """Make sand with wind ripples; params `ripple` [m] (distance of crests), `relief`."""
     shape, seed = recipe.shape, recipe.seed
     waves = recipe.waves(recipe.params.get("ripple", 0.22))
     ripples = fractal(shape, Band(0.0, 0.6 * waves, waves, stretch=3.0), seed=seed + 1)
@@ -132,7 +133,7 @@ def sand(recipe: Recipe) -> Maps:
 
 
 def chess(recipe: Recipe) -> Maps:
-    """Two by two squares; params `dark`, `light` (linear reflectance)."""
+    """Make two by two squares; params `dark`, `light` (linear reflectance)."""
     rows, columns = np.indices(recipe.shape) * 2 // recipe.pixels
     dark, light = recipe.params.get("dark", 0.10), recipe.params.get("light", 0.50)
     value = np.where((rows + columns) % 2 == 0, light, dark)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +10,17 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from bakers.surfaces.build import make_surface
+from bakers.surfaces.maps import Maps, Recipe
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.surfaces.build import make_surface
-from sumo3dviz_pt.library.surfaces.maps import Maps, Recipe
+from sumo3dviz_pt.image.png import write_png
 from sumo3dviz_pt.model.geometry import Floats
 
 Bytes = NDArray[np.uint8]
-Encode = Callable[[Path, Bytes], None]
-"""Writes 8-bit pixels, (h, w, 3) or (h, w), as a picture; the shapes know no file formats."""
 
 
 def surface_recipe(meta: Mapping[str, Any]) -> tuple[str, Recipe]:
-    """Maker's name and recipe of a surface asset.
+    """Read a surface asset: its maker's name and its recipe.
 
     Args:
         meta: Content of `asset.yaml`.
@@ -47,7 +46,7 @@ def srgb_bytes(linear: Floats) -> Bytes:
 
 
 def surface_pixels(maps: Maps, *, step: int = 1) -> dict[str, Bytes]:
-    """Pixels of each map by file name, (h, w, 3) or (h, w).
+    """Return the pixels of each map by file name, (h, w, 3) or (h, w).
 
     Args:
         maps: What the maker made.
@@ -62,14 +61,10 @@ def surface_pixels(maps: Maps, *, step: int = 1) -> dict[str, Bytes]:
     return pixels
 
 
-def bake_surface(folder: Path, *, encode: Encode) -> tuple[Path, ...]:
-    """Rebuild a surface's maps from its `asset.yaml`, the same pixels every time.
+def bake_surface(folder: Path) -> tuple[Path, ...]:
+    """Make the maps in a surface's folder again from its `asset.yaml`, the same pixels every time.
 
     Only maps that its BSDF names are written.
-
-    Args:
-        folder: The asset's folder.
-        encode: Writes one picture.
 
     Returns:
         The files written.
@@ -84,5 +79,5 @@ def bake_surface(folder: Path, *, encode: Encode) -> tuple[Path, ...]:
     pixels = surface_pixels(make_surface(maker, recipe), step=step)
     wanted = [name for name in pixels if f"filename: {name}" in text]
     for name in wanted:
-        encode(folder / name, pixels[name])
+        write_png(folder / name, pixels[name])
     return tuple(folder / name for name in wanted)

@@ -38,7 +38,7 @@ class Recipe:
         return self.pixels, self.pixels
 
     def waves(self, wavelength: float) -> float:
-        """Waves per tile of a wavelength [m]."""
+        """Return the waves per tile of a wavelength [m]."""
         return self.tile / wavelength
 
 
@@ -61,7 +61,13 @@ def tinted(value: Floats, colour: ArrayLike) -> Floats:
 
 
 def mixed(first: Floats, second: ArrayLike, weight: Floats) -> Floats:
-    """Blend two colour maps, (h, w, 3), by a weight of the second, (h, w)."""
+    """Blend two colour maps.
+
+    Args:
+        first: (h, w, 3).
+        second: (h, w, 3) or one colour, (3,).
+        weight: Of the second, (h, w) in [0, 1].
+    """
     share = weight[..., None]
     return np.asarray(first * (1.0 - share) + np.asarray(second, dtype=np.float64) * share)
 

@@ -1,4 +1,4 @@
-"""Writes the manual's reference pages from the code: python docs/make_reference.py
+"""Writes the manual's reference pages from the code: python tools/make_reference.py
 
 The scene file's keys come from the pydantic models, the commands from the parser, the
 presets and assets from the catalogue. A test says when a page is out of date.
@@ -24,8 +24,8 @@ from pydantic_core import PydanticUndefined
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.job import settings
 
-HERE = Path(__file__).resolve().parent
-MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+MADE = "<!-- Made by tools/make_reference.py; change the code, not this page. -->\n"
 
 SIMPLE = {
     bool: "true or false",
@@ -294,14 +294,14 @@ def out_of_date() -> list[str]:
     return [
         name
         for name, make in PAGES.items()
-        if not (HERE / name).is_file() or (HERE / name).read_text(encoding="utf-8") != make()
+        if not (DOCS / name).is_file() or (DOCS / name).read_text(encoding="utf-8") != make()
     ]
 
 
 def main() -> int:
     """Write the pages that changed."""
     for name in out_of_date():
-        (HERE / name).write_text(PAGES[name](), encoding="utf-8", newline="\n")
+        (DOCS / name).write_text(PAGES[name](), encoding="utf-8", newline="\n")
         print(f"wrote docs/{name}")
     return 0
 

@@ -1,0 +1,33 @@
+"""Surfaces and skies, made again by their tool."""
+
+import sys
+
+import bake
+import pytest
+from alike import assert_assets_alike
+
+from sumo3dviz_pt import catalog
+
+
+def called(monkeypatch, *words):
+    monkeypatch.setattr(sys, "argv", ["bake.py", *map(str, words)])
+    return bake.main()
+
+
+def test_the_tool_makes_what_it_is_told(tmp_path, monkeypatch, capsys):
+    assert called(monkeypatch, "surfaces/ground_chess", "-o", tmp_path) == 0
+    assert capsys.readouterr().out == "1 of 1: surfaces/ground_chess\n"
+    assert_assets_alike(
+        tmp_path / "surfaces" / "ground_chess", catalog.find("surfaces", "ground_chess").folder
+    )
+
+
+def test_an_unknown_name_is_one_sentence(monkeypatch, capsys):
+    assert called(monkeypatch, "surfaces/asfalt") == 2
+    assert "did you mean 'asphalt'" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_clouds_made_again_are_those_that_travel(tmp_path, monkeypatch):
+    assert called(monkeypatch, "skies/sky_veil", "-o", tmp_path) == 0
+    assert_assets_alike(tmp_path / "skies" / "sky_veil", catalog.find("skies", "sky_veil").folder)

@@ -1,0 +1,1 @@
+"""Makes the surface maps and cloud maps that lie in `assets/`."""

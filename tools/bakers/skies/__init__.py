@@ -1,0 +1,1 @@
+"""Cloud maps of skies."""
