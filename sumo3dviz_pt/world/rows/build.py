@@ -135,9 +135,8 @@ def house_of_row(
 
 def _look(house: House, chance: Chance) -> tuple[Style, Design]:
     """Style and design of a house; shops are usual at main streets and corners."""
-    # Offices need a plan without wings.
-    known = ROWS[:3] if house.corner else ROWS
-    style = known[pick([weight for _, weight in known], chance.share("style"))][0]
+    known = [row for row in ROWS if row.corners or not house.corner]
+    style = known[pick([row.share for row in known], chance.share("style"))].style
     shops = chance.share("shops") < (0.8 if house.main or house.corner else 0.35)
     fit = [d for d in style.designs if (d.foot == "shops") == shops] or list(style.designs)
     # Roofs along the street suit straight houses only.

@@ -22,7 +22,7 @@ from sumo3dviz_pt.library.buildings.lights import WINDOWS, lit_roles
 from sumo3dviz_pt.library.buildings.palettes import SIGNS, palette
 from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
 from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
-from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, ROWS, SHOPS, SUITING
 
 MOST = {"homes": (1900, 360, 130), "shops": (800, 260, 90), "blocks": (8900, 2200, 560)}
 EVERY = [
@@ -148,12 +148,13 @@ def test_panes_look_outwards_and_lie_within_the_walls(style, level):
 
 
 def test_every_role_of_every_shell_has_a_colour():
-    for styles in (HOMES, SHOPS, BLOCKS):
-        for style in styles.values():
-            for dark in (False, True):
-                colours = palette(style.colours, np.random.default_rng(0), dark=dark)
-                for seed in range(style.variants):
-                    assert set(style.build(seed, NEAR)) <= set(colours)
+    every = {style for some in SUITING.values() for style in some} | {row.style for row in ROWS}
+    every |= {style for styles in (HOMES, SHOPS, BLOCKS) for style in styles.values()}
+    for style in every:
+        for dark in (False, True):
+            colours = palette(style.colours, np.random.default_rng(0), dark=dark)
+            for seed in range(style.variants):
+                assert set(style.build(seed, NEAR)) <= set(colours)
 
 
 def test_panes_of_a_facade_tilt_by_millimetres():
