@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 
-_Class = TypeVar("_Class", bound=type)
 _Asset = TypeVar("_Asset", bound="AssetFile")
 
 _WORDS: Mapping[str, str] = {
@@ -26,8 +25,15 @@ _WORDS: Mapping[str, str] = {
 }
 
 
+class RecipeValue:
+    """Base of the dataclasses that recipes are read as; a key that is no field is an error."""
+
+    __slots__ = ()
+    __pydantic_config__ = ConfigDict(extra="forbid")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AssetFile:
+class AssetFile(RecipeValue):
     """What the `asset.yaml` of every such asset says; each family adds its `recipe`.
 
     Attributes:
@@ -46,18 +52,13 @@ class AssetFile:
     base: str | None = None
 
 
-def strict(kind: _Class) -> _Class:
-    """Make a dataclass refuse unknown keys when its values are read from a file."""
-    return with_config(ConfigDict(extra="forbid"))(kind)
-
-
 def read_family(family: str, kind: type[_Asset]) -> dict[str, _Asset]:
     """Read all assets of a family, by name and in their `order`.
 
     Args:
         family: A folder in `assets/`, such as `plants`.
-        kind: What the content of each `asset.yaml` becomes; marked as `strict`, and so are all
-            dataclasses in it.
+        kind: What the content of each `asset.yaml` becomes; all dataclasses in it are
+            `RecipeValue`.
 
     Raises:
         ConfigError: If a key is unknown or missing, or holds something of another type.

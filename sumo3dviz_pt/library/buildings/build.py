@@ -16,7 +16,7 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.library.asset_files import strict
+from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.buildings.balconies import Balconies, balconies, french_doors
 from sumo3dviz_pt.library.buildings.bands import band, outward
 from sumo3dviz_pt.library.buildings.details import blade_signs, coolers, down_pipe
@@ -42,9 +42,8 @@ FOUNDATION = FOOT
 _RISE = 2.7  # of mansard slopes [m]
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class Design:
+class Design(RecipeValue):
     """How a building looks, whatever its plan and height.
 
     Attributes:

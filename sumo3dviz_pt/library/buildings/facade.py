@@ -18,7 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from sumo3dviz_pt.library.asset_files import strict
+from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
@@ -39,9 +39,8 @@ _FRAME = 0.06  # width of a window frame [m]
 _NARROW = 1.0  # windows narrower than this are not seen from afar [m]
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class Facade:
+class Facade(RecipeValue):
     """How the windows of a wall look.
 
     Attributes:

@@ -10,7 +10,7 @@ from shapely.geometry import Polygon
 
 from sumo3dviz_pt.library.buildings.build import Design, Walls, raised
 from sumo3dviz_pt.library.buildings.shell import Shell
-from sumo3dviz_pt.library.buildings.styles import SUITING, Footprint, Style
+from sumo3dviz_pt.library.buildings.styles import SUITING, BuildingStyle, Footprint
 from sumo3dviz_pt.model.geometry import Floats, settled
 
 _SMALL, _HOME, _LARGE = 30.0, 240.0, 1100.0  # areas of sheds, of homes, of halls [m2]
@@ -42,7 +42,7 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
     return kept if len(kept) > 2 else None
 
 
-def style_for(plan: Floats, height: float, *, share: float) -> Style:
+def style_for(plan: Floats, height: float, *, share: float) -> BuildingStyle:
     """Choose a style that suits a footprint.
 
     Args:
@@ -85,7 +85,7 @@ def extruded(
     *,
     level: int,
     seed: int,
-    style: Style,
+    style: BuildingStyle,
     fronts: Collection[int] = (),
 ) -> Shell:
     """A building over a footprint.

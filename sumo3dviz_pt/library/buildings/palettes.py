@@ -13,7 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.asset_files import AssetFile, read_asset, strict
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_asset
 from sumo3dviz_pt.library.buildings.facade import CLASSES
 from sumo3dviz_pt.library.buildings.fronts import GOODS
 from sumo3dviz_pt.library.buildings.lights import Use, lit_roles
@@ -43,9 +43,8 @@ def cladding(surface: str) -> str:
     return f"cladding:{surface}"
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class Coat:
+class Coat(RecipeValue):
     """What a wall or a roof is coated with.
 
     Attributes:
@@ -80,9 +79,8 @@ class Colours:
     use: Use = "home"
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class _Accents:
+class _Accents(RecipeValue):
     """Reflectances of what is painted; each colour of a list is as usual as the others.
 
     Attributes:
@@ -102,16 +100,14 @@ class _Accents:
     shutters: tuple[Colour, ...]
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class _Palettes:
+class _Palettes(RecipeValue):
     """Colours of all buildings: palettes of named coats, and accents."""
 
     coats: Mapping[str, Mapping[str, Coat]]
     accents: _Accents
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _PalettesFile(AssetFile):
     """Content of an `asset.yaml` with palettes."""

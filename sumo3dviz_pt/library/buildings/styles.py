@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.asset_files import AssetFile, read_family, strict
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
 from sumo3dviz_pt.library.buildings.build import Design, raised, rectangle
 from sumo3dviz_pt.library.buildings.lights import Use
 from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, coats
@@ -18,7 +18,7 @@ from sumo3dviz_pt.library.buildings.shell import Shell
 Span = tuple[float, float]
 """From and to."""
 
-Kind = Literal["home", "shop", "block", "row", "shed"]
+BuildingKind = Literal["home", "shop", "block", "row", "shed"]
 """What a building is: homes, shops and blocks can be chosen by model; rows are closed streets."""
 
 Footprint = Literal[
@@ -28,7 +28,7 @@ Footprint = Literal[
 
 
 @dataclass(frozen=True, slots=True)
-class Style:
+class BuildingStyle:
     """A kind of building with its sizes and colours.
 
     Attributes:
@@ -67,15 +67,14 @@ class RowStyle:
         corners: Whether it suits corner houses, whose plans have wings.
     """
 
-    style: Style
+    style: BuildingStyle
     share: float
     corners: bool = True
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Recipe:
-    """What a style is made from; sizes, designs and variants as those of `Style`.
+class _StyleRecipe(RecipeValue):
+    """What a style is made from; sizes, designs and variants as those of `BuildingStyle`.
 
     Attributes:
         walls: Palettes, coats of one, or coats of its own.
@@ -92,22 +91,22 @@ class _Recipe:
     use: Use = "home"
     variants: int = 5
 
-    def style(self) -> Style:
+    def style(self) -> BuildingStyle:
         """Make the style, with its colours looked up."""
         colours = Colours(coats(self.walls), coats(self.roofs), self.use)
-        return Style(self.designs, self.width, self.depth, self.height, colours, self.variants)
+        return BuildingStyle(
+            self.designs, self.width, self.depth, self.height, colours, self.variants
+        )
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class _InRows:
+class _InRows(RecipeValue):
     """How usual a style is in closed rows; as in `RowStyle`."""
 
     share: float
     corners: bool = True
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _BuildingFile(AssetFile):
     """Content of the `asset.yaml` of a building.
@@ -118,8 +117,8 @@ class _BuildingFile(AssetFile):
         rows: Whether, and how often, it stands in closed rows.
     """
 
-    kind: Kind
-    recipe: _Recipe
+    kind: BuildingKind
+    recipe: _StyleRecipe
     model: str | None = None
     footprints: Mapping[Footprint, int] = field(default_factory=dict)
     rows: _InRows | None = None
@@ -128,7 +127,7 @@ class _BuildingFile(AssetFile):
 _FILES = read_family("buildings", _BuildingFile)
 
 
-def _styles() -> dict[str, Style]:
+def _styles() -> dict[str, BuildingStyle]:
     """Make the styles of all files, by folder."""
     found = {}
     for name, file in _FILES.items():
@@ -142,26 +141,26 @@ def _styles() -> dict[str, Style]:
 _STYLES = _styles()
 
 
-def _models(kind: Kind) -> dict[str, Style]:
+def _models(kind: BuildingKind) -> dict[str, BuildingStyle]:
     """Styles of a kind by the names that users give."""
     some = {name: file for name, file in _FILES.items() if file.kind == kind}
     return {file.model or name: _STYLES[name] for name, file in some.items()}
 
 
-def _suiting(footprint: Footprint) -> tuple[Style, ...]:
+def _suiting(footprint: Footprint) -> tuple[BuildingStyle, ...]:
     """Styles for a sort of footprints, the most usual first and as often as they are usual."""
     some = [(file.footprints.get(footprint, 0), name) for name, file in _FILES.items()]
     usual = sorted(some, key=lambda item: -item[0])
     return tuple(_STYLES[name] for count, name in usual for _ in range(count))
 
 
-HOMES: Mapping[str, Style] = _models("home")
+HOMES: Mapping[str, BuildingStyle] = _models("home")
 """Family houses by model."""
 
-SHOPS: Mapping[str, Style] = _models("shop")
+SHOPS: Mapping[str, BuildingStyle] = _models("shop")
 """Shops by model."""
 
-BLOCKS: Mapping[str, Style] = _models("block")
+BLOCKS: Mapping[str, BuildingStyle] = _models("block")
 """Apartment and office blocks by model."""
 
 ROWS: tuple[RowStyle, ...] = tuple(
@@ -171,5 +170,7 @@ ROWS: tuple[RowStyle, ...] = tuple(
 )
 """Styles of houses in closed rows."""
 
-SUITING: Mapping[str, tuple[Style, ...]] = {name: _suiting(name) for name in get_args(Footprint)}
+SUITING: Mapping[str, tuple[BuildingStyle, ...]] = {
+    name: _suiting(name) for name in get_args(Footprint)
+}
 """Styles for each sort of footprints, the usual ones more than once."""

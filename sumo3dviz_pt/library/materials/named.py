@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from sumo3dviz_pt.catalog import Entry, find
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.asset_files import AssetFile, read_family, strict
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
 from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.model.scene import Bsdf
 
@@ -63,9 +63,8 @@ def translucent(colour: Colour | Bsdf, *, transmitted: float) -> Bsdf:
     }
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finish:
+class MaterialRow(RecipeValue):
     """A material as numbers: a row of an `asset.yaml` in `assets/materials`.
 
     Attributes:
@@ -108,13 +107,12 @@ class Finish:
         return {**plain, **{name: value for name, value in more.items() if value is not None}}
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _MaterialsFile(AssetFile):
     """Content of an `asset.yaml` with materials: what belongs together, by name."""
 
     kind: Literal["materials"]
-    recipe: Mapping[str, Finish]
+    recipe: Mapping[str, MaterialRow]
 
 
 def _read_materials() -> dict[str, Bsdf]:

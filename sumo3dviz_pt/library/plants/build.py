@@ -28,7 +28,7 @@ __all__ = ["LEVELS", "SHRUBS", "SPECIES", "Species", "tree"]
 
 
 @dataclass(frozen=True, slots=True)
-class _Detail:
+class _PlantDetail:
     """What a level of detail spends: leaves, and facets and steps of each bark order.
 
     Outer orders that would take more than `wood` triangles hide among the leaves.
@@ -44,12 +44,12 @@ class _Detail:
 
 
 _DETAILS = (
-    _Detail(21_000, (10, 5, 3, 3), (8, 5, 3, 1), True, 11_000, 16),
-    _Detail(8400, (8, 4, 3), (6, 4, 2), False, 4000, 10),
-    _Detail(3400, (6, 3), (5, 3), False, 900, 7),
-    _Detail(1750, (5, 3), (4, 2), False, 500),
-    _Detail(700, (3,), (3,), False, 100),
-    _Detail(240, (3,), (2,), False, 100),
+    _PlantDetail(21_000, (10, 5, 3, 3), (8, 5, 3, 1), True, 11_000, 16),
+    _PlantDetail(8400, (8, 4, 3), (6, 4, 2), False, 4000, 10),
+    _PlantDetail(3400, (6, 3), (5, 3), False, 900, 7),
+    _PlantDetail(1750, (5, 3), (4, 2), False, 500),
+    _PlantDetail(700, (3,), (3,), False, 100),
+    _PlantDetail(240, (3,), (2,), False, 100),
 )
 
 LEVELS = len(_DETAILS)
@@ -129,7 +129,7 @@ def _boughs(kind: Species, stem: Branches, rng: np.random.Generator) -> Branches
 
 
 def _wood(
-    kind: Species, orders: tuple[Branches, ...], detail: _Detail, rng: np.random.Generator
+    kind: Species, orders: tuple[Branches, ...], detail: _PlantDetail, rng: np.random.Generator
 ) -> tuple[Mesh, Floats]:
     """Bark of trunk and branches, and the tint of each face."""
     each = [

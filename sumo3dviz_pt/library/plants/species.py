@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-from sumo3dviz_pt.library.asset_files import AssetFile, read_family, strict
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
 from sumo3dviz_pt.model.geometry import Colour
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class Species:
+class Species(RecipeValue):
     """How a tree grows. Lengths are shares of its height, unless a unit is given.
 
     Attributes:
@@ -75,7 +74,6 @@ class Species:
     share: float = 1.0
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _PlantFile(AssetFile):
     """Content of the `asset.yaml` of a plant."""

@@ -31,7 +31,7 @@ BLACK: Colour = (0.015, 0.015, 0.015)
 
 _LIFT = 0.003  # between a sign's layers of paint [m]
 
-Layer = tuple[Floats, Colour]
+SignLayer = tuple[Floats, Colour]
 """Triangles of a reader's plane, (n, 3, 2) [m], and their colour."""
 
 
@@ -41,7 +41,7 @@ def post(height: float, *, level: int = 0) -> Part:
     return Part(mesh, "galvanised")
 
 
-def plate(outline: Floats, layers: Sequence[Layer], *, z: float) -> list[Part]:
+def plate(outline: Floats, layers: Sequence[SignLayer], *, z: float) -> list[Part]:
     """A convex plate with painted layers in front of a post.
 
     Args:
@@ -54,7 +54,7 @@ def plate(outline: Floats, layers: Sequence[Layer], *, z: float) -> list[Part]:
     return [Part(turned, "galvanised"), painted(layers, x=-0.048, z=z)]
 
 
-def painted(layers: Sequence[Layer], *, x: float, z: float) -> Part:
+def painted(layers: Sequence[SignLayer], *, x: float, z: float) -> Part:
     """Layers of paint in front of a plane, each a little nearer to the reader."""
     meshes, tints = [], []
     for i, (flat, colour) in enumerate(layers):

@@ -14,7 +14,7 @@ from sumo3dviz_pt.library.buildings.build import Design, Walls, raised
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
 from sumo3dviz_pt.library.buildings.roofs import upright
 from sumo3dviz_pt.library.buildings.shell import joined
-from sumo3dviz_pt.library.buildings.styles import ROWS, Style
+from sumo3dviz_pt.library.buildings.styles import ROWS, BuildingStyle
 from sumo3dviz_pt.library.materials.by_key import (
     material_name,
     metres_per_tile,
@@ -133,8 +133,8 @@ def house_of_row(
     return painted(placed, style, ObjectSettings(), chance, level=level)
 
 
-def _look(house: House, chance: Chance) -> tuple[Style, Design]:
-    """Style and design of a house; shops are usual at main streets and corners."""
+def _look(house: House, chance: Chance) -> tuple[BuildingStyle, Design]:
+    """BuildingStyle and design of a house; shops are usual at main streets and corners."""
     known = [row for row in ROWS if row.corners or not house.corner]
     style = known[pick([row.share for row in known], chance.share("style"))].style
     shops = chance.share("shops") < (0.8 if house.main or house.corner else 0.35)

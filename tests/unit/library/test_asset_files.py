@@ -10,7 +10,7 @@ import yaml
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.asset_files import AssetFile, read_asset, read_family, strict
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_asset, read_family
 from sumo3dviz_pt.library.buildings import palettes, styles
 from sumo3dviz_pt.library.materials import named
 from sumo3dviz_pt.library.plants import species
@@ -25,15 +25,13 @@ SHIPPED = catalog.data_root("assets")
 HEAD = {"kind": "lamp", "order": 1, "about": "a lamp", "licence": "BSD-3-Clause"}
 
 
-@strict
 @dataclass(frozen=True, slots=True)
-class Lamp:
+class Lamp(RecipeValue):
     height: float
     arms: int = 1
     colour: tuple[float, float, float] = (0.1, 0.1, 0.1)
 
 
-@strict
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LampFile(AssetFile):
     kind: Literal["lamp"]
