@@ -18,7 +18,7 @@ _PITCH = 0.14  # of bars [m]
 
 
 def balconies(
-    length: float, floors: Floats, facade: Facade, *, sort: Balconies, how: tuple[int, int]
+    length: float, floors: Floats, facade: Facade, *, sort: Balconies, level: int, seed: int
 ) -> Shell:
     """Balconies in front of some bays, from the second upper storey on.
 
@@ -27,9 +27,9 @@ def balconies(
         floors: Of the upper storeys, and where the last one ends, (n + 1,) [m].
         facade: Says where the bays are.
         sort: Which.
-        how: Level of detail and a seed, which chooses the bays.
+        level: Of detail.
+        seed: Chooses the bays.
     """
-    level, seed = how
     openings = facade.openings(length, 0.0)
     if sort == "none" or not len(openings):
         return {}
@@ -37,22 +37,22 @@ def balconies(
         return joined(
             [_balcony(0.15, length - 0.15, float(z), "solid", level) for z in floors[:-1]]
         )
-    first, step = french_doors(sort, seed) or (0, 1)
+    bays = french_doors(sort, seed) or slice(None)
     parts: list[Shell] = []
-    for u0, u1, *_ in openings[first::step].tolist():
+    for u0, u1, *_ in openings[bays].tolist():
         wide = min(u0, length - u1, 0.5)
         parts += [_balcony(u0 - wide, u1 + wide, float(z), sort, level) for z in floors[1:-1]]
     return joined(parts)
 
 
-def french_doors(sort: Balconies, seed: int) -> tuple[int, int] | None:
-    """Number of the first bay with a balcony, and bays from one to the next."""
+def french_doors(sort: Balconies, seed: int) -> slice | None:
+    """Choose the bays whose windows reach the floor: those with balconies, None for none."""
     if sort == "none":
         return None
     if sort == "gallery":
-        return 1, 2
+        return slice(1, None, 2)
     rng = np.random.default_rng([seed, 17])
-    return int(rng.integers(0, 2)), int(rng.integers(2, 4))
+    return slice(int(rng.integers(0, 2)), None, int(rng.integers(2, 4)))
 
 
 def _balcony(u0: float, u1: float, z: float, sort: Balconies, level: int) -> Shell:

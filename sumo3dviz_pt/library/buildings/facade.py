@@ -202,7 +202,18 @@ def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
 
 
 def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """The part of each pane, (n, 4, 3), between shares of its width (a) and height (b)."""
+    """Cut a part out of each pane.
+
+    Args:
+        panes: (n, 4, 3) [m].
+        a0: Where the part begins, as a share of the pane's width, (n,).
+        a1: Where it ends.
+        b0: Where it begins, as a share of the pane's height, (n,).
+        b1: Where it ends.
+
+    Returns:
+        (n, 4, 3) [m].
+    """
     origin = panes[:, 0]
     along, up = panes[:, 1] - origin, panes[:, 3] - origin
     corners = ((a0, b0), (a1, b0), (a1, b1), (a0, b1))
@@ -216,7 +227,7 @@ def wall(
     *,
     level: int,
     rng: np.random.Generator,
-    french: tuple[int, int] | None = None,
+    french: slice | None = None,
 ) -> dict[str, Floats]:
     """A wall of storeys with windows.
 
@@ -226,8 +237,7 @@ def wall(
         facade: How its windows look.
         level: Level of detail; the wall has holes for its windows only nearby.
         rng: Tilts the panes and lowers the blinds.
-        french: Which windows reach the floor, above the lowest storey: the number of
-            the first, and how many from one to the next.
+        french: Which windows of a storey above the lowest one reach the floor.
     """
     parts: list[Shell] = []
     if level != NEAR:
@@ -237,8 +247,8 @@ def wall(
         openings = openings[openings[:, 3] < high - 0.15]
         if level == FAR and 0.0 < facade.width < _NARROW:
             continue
-        if french and low > floors[0]:
-            openings[french[0] :: french[1], 2] = low + 0.08
+        if french is not None and low > floors[0]:
+            openings[french, 2] = low + 0.08
         if level == NEAR:
             parts.append({"wall": storey(length, low, high, openings)})
         parts.append(windows(openings, facade, level=level, rng=rng))

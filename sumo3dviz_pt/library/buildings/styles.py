@@ -10,7 +10,8 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
-from sumo3dviz_pt.library.buildings.build import Design, raised, rectangle
+from sumo3dviz_pt.library.buildings.build import raised, rectangle
+from sumo3dviz_pt.library.buildings.design import Design
 from sumo3dviz_pt.library.buildings.lights import Use
 from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, coats
 from sumo3dviz_pt.library.buildings.shell import Shell

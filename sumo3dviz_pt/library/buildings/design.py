@@ -1,0 +1,71 @@
+"""How a building looks, whatever its plan and height."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from sumo3dviz_pt.library.asset_files import RecipeValue
+from sumo3dviz_pt.library.buildings.balconies import Balconies
+from sumo3dviz_pt.library.buildings.facade import Facade
+from sumo3dviz_pt.model.geometry import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Design(RecipeValue):
+    """How a building looks, whatever its plan and height.
+
+    Attributes:
+        upper: Windows above the ground floor.
+        low: Windows of the ground floor; None as above.
+        sides: Windows of walls that are no fronts; None as on fronts.
+        ground: Height of the ground floor [m]; 0 as the others.
+        storey: Height of the others, about [m].
+        plinth: Height of the foot, and of the floor [m].
+        foot: What fronts have at the street.
+        unit: Distance between two doors [m].
+        roof: Which.
+        pitch: Of gabled and hipped roofs [rad].
+        parapet: Of flat roofs [m].
+        courses: How far bands between storeys reach out [m]; 0 for none.
+        cornice: How far the uppermost band reaches out [m]; 0 for none.
+        balconies: In front of which bays of fronts and backs.
+        dormers: Whether slopes have windows.
+        lift: Whether flat roofs carry a lift house.
+    """
+
+    upper: Facade
+    low: Facade | None = None
+    sides: Facade | None = None
+    ground: float = 0.0
+    storey: float = 3.0
+    plinth: float = 0.3
+    foot: Literal["door", "shops", "band", "gates"] = "door"
+    unit: float = 14.0
+    roof: Literal["flat", "gable", "hip", "mansard"] = "flat"
+    pitch: float = 0.7
+    parapet: float = 0.6
+    courses: float = 0.0
+    cornice: float = 0.0
+    balconies: Balconies = "none"
+    dormers: bool = False
+    lift: bool = False
+
+    def floors(self, height: float) -> Floats:
+        """Divide walls of a height [m] into storeys.
+
+        Returns:
+            Where the ground floor ends, and where each storey above it does, (n,) [m].
+        """
+        first = self.ground or self.plinth + self.storey
+        if height < first + 0.6 * self.storey:
+            return np.array([height])
+        count = max(round((height - first) / self.storey), 1)
+        return np.linspace(first, height, count + 1)
+
+    @property
+    def foot_height(self) -> float:
+        """Where walls begin [m]."""
+        return self.plinth if self.foot == "door" else 0.0
