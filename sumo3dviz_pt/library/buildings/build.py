@@ -25,11 +25,11 @@ from sumo3dviz_pt.library.buildings.fronts import FOOT, door, gates, shops
 from sumo3dviz_pt.library.buildings.roofs import (
     flat_roof,
     gable_roof,
-    gutters,
     hip_roof,
     inset,
     is_convex,
     mansard_roof,
+    rain_pipes,
     upright,
 )
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles, stood_up
@@ -274,7 +274,7 @@ def _roof(building: _Building) -> Shell:
     plan, design, height, level = building.plan, building.design, building.height, building.level
     if design.roof == "hip" and is_convex(plan):
         parts = [hip_roof(plan, height, pitch=design.pitch, level=level)]
-        return joined([*parts, gutters(plan, height, level)])
+        return joined([*parts, rain_pipes(plan, height, level)])
     if design.roof in ("gable", "hip"):
         return _gabled(building)
     if design.roof == "mansard":
@@ -297,7 +297,7 @@ def _gabled(building: _Building) -> Shell:
     if settled(cosines[1] - cosines[0]) > 0.0:
         long, short = short, long
     parts = [gable_roof(plan, height, pitch=design.pitch, along=long, level=level)]
-    parts.append(gutters(plan, height, level))
+    parts.append(rain_pipes(plan, height, level))
     if level != FAR and design.foot != "gates" and float(long @ long) > 30.0:
         ridge = height + np.tan(design.pitch) * float(np.linalg.norm(short)) / 2
         parts.append(_attic(building, ridge, long))

@@ -180,8 +180,14 @@ def split_at(ring: Floats, across: Floats, middle: float) -> Floats:
     return np.array(found)
 
 
-def gutters(plan: Floats, height: float, level: int) -> Shell:
-    """A gutter under the eaves of each wall and a pipe down each end of the longest."""
+def rain_pipes(plan: Floats, height: float, level: int) -> Shell:
+    """Build a pipe down each end of the longest wall.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        height: Of the walls [m].
+        level: Of detail; there are pipes nearby only.
+    """
     if level != NEAR:
         return {}
     after = np.roll(plan, -1, axis=0)

@@ -25,21 +25,31 @@ TINT: Bsdf = {"type": "tint"}
 def principled(
     colour: Colour | Bsdf, *, roughness: float, metallic: float = 0.0, specular: float = 0.5
 ) -> Bsdf:
-    """A Disney-style material with a colour (linear reflectance) or a texture."""
-    base = {"type": "rgb", "value": list(colour)} if isinstance(colour, tuple) else dict(colour)
+    """Describe a material of Disney's kind.
+
+    Args:
+        colour: Linear reflectance, or a texture.
+        roughness: [0, 1].
+        metallic: 0 for plastics, paints and stone, 1 for bare metal.
+        specular: Strength of the reflection that has no colour, [0, 1].
+    """
     return {
         "type": "principled",
-        "base_color": base,
+        "base_color": _texture(colour),
         "roughness": roughness,
         "metallic": metallic,
         "specular": specular,
     }
 
 
+def _texture(colour: Colour | Bsdf) -> Bsdf:
+    """Describe a colour, or copy the description of a texture."""
+    return {"type": "rgb", "value": list(colour)} if isinstance(colour, tuple) else dict(colour)
+
+
 def matt(colour: Colour | Bsdf) -> Bsdf:
     """A perfectly diffuse material."""
-    base = {"type": "rgb", "value": list(colour)} if isinstance(colour, tuple) else dict(colour)
-    return {"type": "diffuse", "reflectance": base}
+    return {"type": "diffuse", "reflectance": _texture(colour)}
 
 
 def two_sided(bsdf: Bsdf) -> Bsdf:
@@ -52,10 +62,9 @@ def translucent(colour: Colour | Bsdf, *, transmitted: float) -> Bsdf:
 
     Seen from both sides; it costs as much as a two-sided matt material.
     """
-    base = {"type": "rgb", "value": list(colour)} if isinstance(colour, tuple) else dict(colour)
     return {
         "type": "principledthin",
-        "base_color": base,
+        "base_color": _texture(colour),
         "roughness": 0.5,
         "diff_trans": transmitted,
         "spec_trans": 0.0,

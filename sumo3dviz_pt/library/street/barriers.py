@@ -15,8 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from sumo3dviz_pt.library.buildings.shell import box
-from sumo3dviz_pt.library.street.fence import leftward
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.library.street.corners import coloured
+from sumo3dviz_pt.library.street.fence import leftward, thinned
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 
 _CONCRETE: Colour = (0.34, 0.335, 0.32)
@@ -39,29 +40,21 @@ def concrete(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, T
     half = _F_SHAPE if level == 0 else (_F_SHAPE[0], _F_SHAPE[2], _F_SHAPE[-1])
     profile = np.array([*half, *((-x, z) for x, z in half[::-1])])
     rise = _taper(line, ends)
-    thin = _thinned(line, level)
+    thin = thinned(line, level)
     mesh = swept(line[thin], profile, rise=rise[thin])
-    count = len(mesh.faces)
     # Elements of 6 m differ a little, as castings do.
-    middle = mesh.vertices[mesh.faces].mean(axis=1)
-    nearest = np.argmin(np.linalg.norm(middle[:, None, :2] - line[None, :, :2], axis=2), axis=1)
-    shade = 1.0 + 0.09 * (((nearest // 3) * 7 % 5) / 2.0 - 1.0)
-    return [Part(mesh, "sign", np.array(_CONCRETE) * shade.reshape(count, 1))]
+    shade = 1.0 + 0.09 * (((_nearest(mesh, line) // 3) * 7 % 5) / 2.0 - 1.0)
+    return [Part(mesh, "sign", np.array(_CONCRETE) * shade[:, None])]
 
 
 def noise(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
     """A noise barrier: a concrete foot, absorbing panels with ridges, steel posts each 4 m."""
     del ends  # it ends with a post
-    thin = _thinned(line, level)
+    thin = thinned(line, level)
     foot = swept(line[thin], _slab(0.07, -0.3, 0.45))
     panels = swept(line[thin], _ridges(level))
-    middle = panels.vertices[panels.faces].mean(axis=1)
-    nearest = np.argmin(np.linalg.norm(middle[:, None, :2] - line[None, :, :2], axis=2), axis=1)
-    tint = np.array(_PANELS)[(nearest // 6) * 2 % 3]
-    parts = [
-        Part(foot, "sign", np.tile(_CONCRETE, (len(foot.faces), 1))),
-        Part(panels, "sign", tint),
-    ]
+    tint = np.array(_PANELS)[(_nearest(panels, line) // 6) * 2 % 3]
+    parts = [coloured(foot, _CONCRETE), Part(panels, "sign", tint)]
     if level < 2:
         every = np.arange(0, len(line), 2)
         posts = upright_boxes(line[every], (-0.09, -0.11, -0.5), (0.09, 0.11, _NOISE + 0.04))
@@ -185,6 +178,13 @@ def upright_boxes(
     return quad_mesh(quads.reshape(-1, 4, 3))
 
 
+def _nearest(mesh: Mesh, line: Floats) -> Ints:
+    """Number of the line's point that is nearest to the middle of each face, (m,)."""
+    middles = mesh.vertices[mesh.faces].mean(axis=1)
+    away = np.linalg.norm(middles[:, None, :2] - line[None, :, :2], axis=2)
+    return np.asarray(np.argmin(away, axis=1))
+
+
 def _slab(half: float, low: float, high: float, *, shift: float = 0.0) -> Floats:
     """A rectangular profile, counter-clockwise, (4, 2) [m]."""
     return np.array(
@@ -221,12 +221,6 @@ def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
     if ends[1]:
         rise = np.minimum(rise, 0.25 + 0.75 * (at[-1] - at) / _TAPER)
     return rise
-
-
-def _thinned(line: Floats, level: int) -> Floats:
-    """Indices of the points that a level of detail keeps."""
-    kept: Floats = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
-    return kept
 
 
 def _along(line: Floats, each: float) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 References:
     Beam 0.31 m high and 0.08 m deep with its middle 0.60 m above the ground, posts
-    each 4 m: EN 1317 type A rails, as measured in the project's look study.
+    each 4 m: as of EN 1317 type A rails.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from sumo3dviz_pt.library.buildings.shell import box
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 
 STEP = 2.0
 """Distance between the points of a fence's line [m]; every other one has a post."""
@@ -46,7 +46,7 @@ def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int
         sides: Beams on the left (1), on the right (-1), or on both.
         level: 0 for the full profile, 1 for a flat beam on posts, 2 without posts.
     """
-    keep = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
+    keep = thinned(line, level)
     across = leftward(line)
     profile = _NEAR if level == 0 else _FAR
     parts = [_beam(line[keep], across[keep] * side, drop[keep], profile) for side in sides]
@@ -110,6 +110,11 @@ def leftward(line: Floats) -> Floats:
     left = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))])
     unit: Floats = left / np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-12)
     return unit
+
+
+def thinned(line: Floats, level: int) -> Ints:
+    """Return the numbers of the points that a level of detail keeps, (m,)."""
+    return np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
 
 
 def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:

@@ -13,12 +13,13 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, prism, superellipsoid, tube
 from sumo3dviz_pt.library.street import corners
+from sumo3dviz_pt.library.street.corners import coloured
 from sumo3dviz_pt.library.street.strokes import lettering
 from sumo3dviz_pt.library.street.traffic_light import upward
 from sumo3dviz_pt.model.geometry import Colour, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 
-DARK: Colour = (0.03, 0.033, 0.035)
+_DARK: Colour = (0.03, 0.033, 0.035)
 _WHITE: Colour = (0.6, 0.6, 0.58)
 _BLUE: Colour = (0.006, 0.06, 0.26)
 _PAPER: Colour = (0.55, 0.55, 0.5)
@@ -35,7 +36,7 @@ def bollard(level: int = 0) -> list[Part]:
     band = [(0.0, 0.72), (0.051, 0.72), (0.051, 0.80), (0.0, 0.80)]
     steel = merge_meshes([upward([*body, (0.0, 0.72)], segments=sides),
                           upward(top, segments=sides)])  # fmt: skip
-    return [_coloured(steel, DARK), _coloured(upward(band, segments=sides), _WHITE)]
+    return [coloured(steel, _DARK), coloured(upward(band, segments=sides), _WHITE)]
 
 
 def bin_(level: int = 0) -> list[Part]:
@@ -48,7 +49,7 @@ def bin_(level: int = 0) -> list[Part]:
         [(0.0, 0.93), (0.22, 0.93), (0.225, 0.95), (0.15, 1.0), (0.0, 1.02)], segments=sides
     )
     mouth = upward([(0.0, 0.78), (0.14, 0.78), (0.14, 0.93), (0.0, 0.93)], segments=sides)
-    parts = [_coloured(merge_meshes([can, lid]), (0.035, 0.07, 0.045)), _coloured(mouth, DARK)]
+    parts = [coloured(merge_meshes([can, lid]), (0.035, 0.07, 0.045)), coloured(mouth, _DARK)]
     stands = [tube([(x, y, -0.2), (x, y, 0.95)], radius=0.018, sides=5)
               for x, y in ((0.17, 0.1), (0.17, -0.1), (-0.2, 0.0))]  # fmt: skip
     return [*parts, Part(merge_meshes(stands), "galvanised")]
@@ -69,7 +70,7 @@ def bench(level: int = 0) -> list[Part]:
     side = [(-0.2, 0.0), (-0.14, 0.0), (-0.13, 0.36), (0.17, 0.36), (0.16, 0.0), (0.22, 0.0),
             (0.23, 0.42), (-0.2, 0.42), (-0.27, 0.88), (-0.31, 0.88)]  # fmt: skip
     legs = [_frame(side, y) for y in (-0.65, 0.65)]
-    return [Part(merge_meshes(boards), "street_wood"), _coloured(merge_meshes(legs), DARK)]
+    return [Part(merge_meshes(boards), "street_wood"), coloured(merge_meshes(legs), _DARK)]
 
 
 def parking_meter(level: int = 0) -> list[Part]:
@@ -83,10 +84,10 @@ def parking_meter(level: int = 0) -> list[Part]:
     screen = box((0.1, -0.09, 1.38), (0.135, 0.09, 1.52))
     sign = box((-0.02, -0.16, 1.73), (0.02, 0.16, 2.05))
     return [
-        _coloured(merge_meshes([case, stand, hat]), (0.1, 0.11, 0.12)),
+        coloured(merge_meshes([case, stand, hat]), (0.1, 0.11, 0.12)),
         Part(screen, "pane"),
-        _coloured(sign, _BLUE),
-        _coloured(_letter("P", 0.2, x=0.0215, z=1.89), _WHITE),
+        coloured(sign, _BLUE),
+        coloured(_letter("P", 0.2, x=0.0215, z=1.89), _WHITE),
     ]
 
 
@@ -113,14 +114,14 @@ def bus_shelter(level: int = 0) -> list[Part]:
     feet = [box((back + 0.05, y, -0.2), (back + 0.42, y + 0.05, 0.45)) for y in (-1.0, 0.75)]
     board = box((back + 0.012, -half + 0.25, 0.9), (back + 0.03, -half + 0.95, 1.9))
     parts = [
-        _coloured(merge_meshes([*posts, *rails, roof, *feet]), (0.07, 0.075, 0.08)),
+        coloured(merge_meshes([*posts, *rails, roof, *feet]), (0.07, 0.075, 0.08)),
         Part(merge_meshes(panes), "pane"),
         Part(merge_meshes(seat), "street_wood"),
-        _coloured(board, _PAPER),
+        coloured(board, _PAPER),
     ]
     if level == 0:
         head = box((back + 0.03, -half + 0.25, 1.74), (back + 0.034, -half + 0.95, 1.9))
-        parts.append(_coloured(head, _BLUE))
+        parts.append(coloured(head, _BLUE))
     return parts
 
 
@@ -136,11 +137,6 @@ FURNITURE: Mapping[str, Callable[[int], list[Part]]] = {
     "bicycle_stand": corners.bicycle_stand,
 }
 """Every piece by its name."""
-
-
-def _coloured(mesh: Mesh, colour: Colour) -> Part:
-    """A part in one colour."""
-    return Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1)))
 
 
 def _frame(outline: Sequence[tuple[float, float]], y: float) -> Mesh:

@@ -202,6 +202,7 @@ def gantry(
         portal: Whether a left post stands; else the right one carries it alone.
     """
     clear, depth = 5.6, 0.28
+    # Four chords, slanting bars and ties between them make the lattice beam.
     chord = [
         tube([(x, left, z), (x, right, z)], radius=0.06, sides=8)
         for x in (-depth, depth)
@@ -220,14 +221,11 @@ def gantry(
         for y in ys.tolist()
         for z in (clear, clear + 0.9)
     ]
+    feet = (left, right) if portal else (right,)
     posts = [
-        box((-depth - 0.1, y - 0.14, -0.5), (depth + 0.1, y + 0.14, clear + 1.05))
-        for y in ((left, right) if portal else (right,))
+        box((-depth - 0.1, y - 0.14, -0.5), (depth + 0.1, y + 0.14, clear + 1.05)) for y in feet
     ]
-    plinths = [
-        box((-0.7, y - 0.45, -0.6), (0.7, y + 0.45, 0.25))
-        for y in ((left, right) if portal else (right,))
-    ]
+    plinths = [box((-0.7, y - 0.45, -0.6), (0.7, y + 0.45, 0.25)) for y in feet]
     parts = [Part(merge_meshes([*chord, *lattice, *ties, *posts]), "galvanised")]
     parts.append(Part(merge_meshes(plinths), "kerb"))
     for y, face in boards:

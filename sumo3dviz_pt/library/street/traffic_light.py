@@ -25,7 +25,8 @@ RADIUS = 0.10
 FRONT = -0.10
 """Where the front of a housing lies, along x [m]."""
 
-_BOARD = (0.25, 0.11, -0.03)  # half width, rim above and below, front of the backing board [m]
+# Of the backing board: half its width, its rim above and below the head, and its front [m].
+_BOARD_HALF, _BOARD_RIM, _BOARD_FRONT = 0.25, 0.11, -0.03
 
 
 def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: int = 0) -> Mesh:
@@ -41,8 +42,9 @@ def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: i
     tall = HOUSING * boxes
     parts = [_case(HOUSING * i, level) for i in range(boxes)]
     if backing:
-        half, rim, front = _BOARD
-        parts.append(plate(2 * half, tall + 2 * rim, front=front, back=front + 0.015, z=tall / 2))
+        wide, high = 2 * _BOARD_HALF, tall + 2 * _BOARD_RIM
+        back = _BOARD_FRONT + 0.015
+        parts.append(plate(wide, high, front=_BOARD_FRONT, back=back, z=tall / 2))
     for i in range(lamps):
         middle = HOUSING * (i + 0.5)
         parts.append(_visor(middle, 12 if level == 0 else 5))
@@ -56,13 +58,13 @@ def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: i
 
 def border(lamps: int) -> Mesh:
     """The white edge of the backing board: an open ring that looks to -x."""
-    half, rim, front = _BOARD
     tall = HOUSING * lamps
-    outer = rounded(2 * half, tall + 2 * rim, radius=0.05)
-    inner = rounded(2 * half - 0.06, tall + 2 * rim - 0.06, radius=0.03)
+    wide, high = 2 * _BOARD_HALF, tall + 2 * _BOARD_RIM
+    outer = rounded(wide, high, radius=0.05)
+    inner = rounded(wide - 0.06, high - 0.06, radius=0.03)
     count = len(outer)
     ring = np.vstack([outer, inner])
-    vertices = np.column_stack([np.full(2 * count, front - 0.004), -ring[:, 0], ring[:, 1]])
+    vertices = np.column_stack([np.full(2 * count, _BOARD_FRONT - 0.004), -ring[:, 0], ring[:, 1]])
     vertices[:, 2] += tall / 2
     i, after = np.arange(count), (np.arange(count) + 1) % count
     faces = np.concatenate(
