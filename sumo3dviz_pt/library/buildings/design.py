@@ -18,20 +18,20 @@ class Design(RecipeValue):
     """How a building looks, whatever its plan and height.
 
     Attributes:
-        upper: Windows above the ground floor.
-        low: Windows of the ground floor; None as above.
-        sides: Windows of walls that are no fronts; None as on fronts.
-        ground: Height of the ground floor [m]; 0 as the others.
-        storey: Height of the others, about [m].
-        plinth: Height of the foot, and of the floor [m].
-        foot: What fronts have at the street.
+        upper: Windows above the ground floor of walls at a street, and of those behind.
+        low: Windows of the ground floor; None for the same as above it.
+        sides: Windows of the other walls; None for the same as on fronts.
+        ground: Height of the ground floor [m]; 0 for that of the other storeys.
+        storey: Height of the other storeys, about [m].
+        plinth: Height of the dark foot, and of the floor behind it [m].
+        foot: What fronts have at the street: doors, shops, shops under one band, or gates.
         unit: Distance between two doors [m].
-        roof: Which.
+        roof: Its kind.
         pitch: Of gabled and hipped roofs [rad].
         parapet: Of flat roofs [m].
         courses: How far bands between storeys reach out [m]; 0 for none.
         cornice: How far the uppermost band reaches out [m]; 0 for none.
-        balconies: In front of which bays of fronts and backs.
+        balconies: Kind of the balconies on fronts and backs.
         dormers: Whether slopes have windows.
         lift: Whether flat roofs carry a lift house.
     """

@@ -15,7 +15,7 @@ _COOLED = 0.07  # share of windows with a machine under them
 
 
 def down_pipe(height: float, *, level: int, rng: np.random.Generator, hopper: float = 0.5) -> Shell:
-    """A pipe from the eaves to the ground near the begin of a wall.
+    """Build a pipe from the eaves to the ground near the beginning of a wall.
 
     Args:
         height: Of the wall [m].
@@ -38,7 +38,7 @@ def down_pipe(height: float, *, level: int, rng: np.random.Generator, hopper: fl
 
 
 def coolers(openings: Floats, *, level: int, rng: np.random.Generator) -> Shell:
-    """Air conditioners under some windows.
+    """Build air conditioners under some windows.
 
     Args:
         openings: Windows, (k, 4) as u0, u1, z0, z1 [m].
@@ -61,7 +61,7 @@ def coolers(openings: Floats, *, level: int, rng: np.random.Generator) -> Shell:
 
 
 def blade_signs(length: float, height: float, *, level: int, rng: np.random.Generator) -> Shell:
-    """Signs of shops that stick out over the pavement; both sides shine at night.
+    """Build signs of shops that stick out over the pavement; both sides shine at night.
 
     Args:
         length: Of the wall [m].

@@ -1,7 +1,7 @@
 """Walls with windows, in wall coordinates: (along, inward, up) [m].
 
-Sizes, insets and tilted panes are those of the look study: reflections that break up
-pane by pane are what makes a facade look real. Panes are opaque; what would be seen
+Every pane is tilted by millimetres: reflections that break up pane by pane are what makes
+a facade look real. Panes are opaque; what would be seen
 behind them (rooms, blinds, curtains) is their colour, under the same reflection.
 
 Every window belongs to one of `CLASSES` classes, which is the number in the roles
@@ -74,7 +74,7 @@ class Facade(RecipeValue):
     shutters: bool = False
 
     def openings(self, length: float, floor: float) -> Floats:
-        """Windows of one storey, (k, 4) as u0, u1, z0, z1 [m]; none where there is no room."""
+        """Place the windows of a storey, (k, 4) as u0, u1, z0, z1 [m]; none without room."""
         count = int(length / self.bay + 0.35)
         if self.width <= 0.0:
             return self._ribbon(length, floor)
@@ -86,7 +86,7 @@ class Facade(RecipeValue):
         return np.stack([axes - half, axes + half, low, low + self.height], axis=1)
 
     def _ribbon(self, length: float, floor: float) -> Floats:
-        """Windows side by side along the whole wall, (k, 4) [m]."""
+        """Place windows side by side along the whole wall, (k, 4) [m]."""
         if length < 1.5:
             return np.zeros((0, 4))
         end = min(0.3, 0.1 * length)
@@ -96,7 +96,7 @@ class Facade(RecipeValue):
 
 
 def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
-    """The wall around a row of openings, (n, 4, 3) [m].
+    """Build the wall around a row of openings, (n, 4, 3) [m].
 
     Args:
         length: Of the wall [m].
@@ -115,7 +115,7 @@ def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
 def windows(
     openings: Floats, facade: Facade, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """What fills the openings of a wall; the same rooms and drapes at all levels.
+    """Fill the openings of a wall; rooms and drapes are the same at all levels of detail.
 
     Args:
         openings: (k, 4) as u0, u1, z0, z1 [m].
@@ -148,7 +148,7 @@ def windows(
 def glazed(
     panes: Floats, drapes: float, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """Panes by what is behind them: `room` and `drape` with the number of a class.
+    """Sort panes by what is behind them: `room`, `low` and `drape` with the number of a class.
 
     Args:
         panes: (k, 4, 3) [m], lower left corner first.
@@ -193,7 +193,7 @@ def glazed(
 
 
 def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
-    """Roles with numbers, from quads, (n, 4, 3), and their classes, (n,)."""
+    """Number roles by the classes, (n,), of their quads, (n, 4, 3)."""
     found: dict[str, Floats] = {}
     for role, (some, classes) in quads.items():
         for number in np.unique(classes).tolist():
@@ -229,7 +229,7 @@ def wall(
     rng: np.random.Generator,
     french: slice | None = None,
 ) -> dict[str, Floats]:
-    """A wall of storeys with windows.
+    """Build a wall of storeys with windows.
 
     Args:
         length: Of the wall [m].
@@ -256,7 +256,7 @@ def wall(
 
 
 def _reveals(openings: Floats, inset: float) -> Floats:
-    """The four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
+    """Build the four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
     # They reach behind the tilted panes, so that no slit is left.
     front, back = rectangles(*openings.T), rectangles(*openings.T, inward=inset + 2 * SLACK)
     rolled = [
@@ -267,7 +267,7 @@ def _reveals(openings: Floats, inset: float) -> Floats:
 
 
 def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> Floats:
-    """Flat bars around each opening if wanted, and those that divide it."""
+    """Build flat bars around each opening, where wanted, and those that divide it."""
     u0, u1, z0, z1 = openings.T
     bar = _FRAME
     bars = [rectangles(u0, u0, z0, z0)[:0]]
@@ -290,7 +290,7 @@ def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> 
 
 
 def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
-    """What reaches out around windows: sills, surrounds, hoods and lintels."""
+    """Build what reaches out around windows: sills, surrounds, hoods, shutters and lintels."""
     u0, u1, z0, z1 = openings.T
     found: list[Shell] = []
     if facade.boards:
@@ -321,7 +321,7 @@ def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
 
 
 def _ledges(u0: Floats, u1: Floats, heights: tuple[Floats, Floats], out: float) -> Floats:
-    """Boards that reach out of a wall: front, top and underside, (3 k, 4, 3)."""
+    """Build boards that reach out of a wall: front, top and underside, (3 k, 4, 3)."""
     z0, z1 = heights
     front = rectangles(u0, u1, z0, z1, inward=-out)
     top, under = front[:, [3, 2, 2, 3]].copy(), front[:, [1, 0, 0, 1]].copy()

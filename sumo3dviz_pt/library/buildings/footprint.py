@@ -19,7 +19,7 @@ _LOW, _BLOCK, _TOWER = 4.0, 9.0, 24.0  # heights of one storey, of blocks, of to
 
 
 def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
-    """The outline of a footprint, counter-clockwise without repeats, (n, 2) [m].
+    """Trace the outline of a footprint, counter-clockwise without repeats, (n, 2) [m].
 
     Args:
         shape: (n, 2) [m], closed or not, crossing itself or not.
@@ -89,7 +89,7 @@ def extruded(
     style: BuildingStyle,
     fronts: Collection[int] = (),
 ) -> Shell:
-    """A building over a footprint.
+    """Raise a building over a footprint.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].

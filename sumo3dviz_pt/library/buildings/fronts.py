@@ -26,7 +26,7 @@ FOOT = -1.0
 
 
 def door(opening: Floats, *, step: float, level: int) -> Shell:
-    """A door leaf set back, a step and a canopy.
+    """Build a door leaf set back, steps up to it and a canopy.
 
     Args:
         opening: u0, u1, z0, z1 [m].
@@ -74,7 +74,7 @@ def shops(
     rng: np.random.Generator,
     sign: Literal["each", "band"] = "each",
 ) -> Shell:
-    """Glazing between piers under sign boards, with a door now and then.
+    """Build glazing between piers under sign boards, with a door now and then.
 
     Args:
         length: Of the wall [m].
@@ -179,7 +179,7 @@ def recess(u0: float, u1: float, heights: tuple[float, float], depth: float) -> 
 
 
 def _steps(u0: float, u1: float, z0: float, rise: float) -> Shell:
-    """Steps up to a door."""
+    """Build steps up to a door."""
     count = max(round(rise / 0.17), 1)
     parts = []
     for k in range(count):
@@ -190,7 +190,7 @@ def _steps(u0: float, u1: float, z0: float, rise: float) -> Shell:
 
 
 def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
-    """Panes with things behind them, bars between them, and their recess."""
+    """Build panes with things behind them, bars between them, and their recess."""
     u0, u1, z0, z1 = openings.T
     inward = 0.3 if level == NEAR else -PROUD
     panes = rectangles(u0, u1, z0, z1, inward=inward)
@@ -221,13 +221,14 @@ def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
 
 
 def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
-    """Panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
+    """Sort panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
     count = len(panes)
     sorts = rng.integers(1, GOODS, (count, _THINGS + 1))
     tall = rng.uniform(0.16, 0.5, (count, _THINGS))
     found: dict[str, list[Floats]] = {}
 
     def show(quads: Floats, sort: Ints) -> None:
+        """Give quads to the roles of their sorts."""
         for number in np.unique(sort).tolist():
             found.setdefault(f"shop{number}", []).append(quads[sort == number])
 
@@ -248,7 +249,7 @@ def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
 def _signs(
     edges: Floats, height: float, sign: str, *, level: int, rng: np.random.Generator
 ) -> Shell:
-    """Boards with letters over the shop windows; their faces shine at night."""
+    """Build boards with letters over the shop windows; their faces shine at night."""
     z0, z1 = height - 0.86, height - 0.26
     ends = edges.tolist()
     spans = [(ends[0], ends[-1])] if sign == "band" else list(pairwise(ends))
@@ -267,7 +268,7 @@ def _signs(
 
 
 def _footing(length: float, openings: Floats) -> Shell:
-    """Dark stone at the foot of piers and under shop windows."""
+    """Build dark stone at the foot of piers and under shop windows."""
     starts, ends = np.append(0.0, openings[:, 1]), np.append(openings[:, 0], length)
     piers = rectangles(starts, ends, FOOT, 0.55, inward=-0.025)
     closed = openings[openings[:, 2] > 0.2]
@@ -276,7 +277,7 @@ def _footing(length: float, openings: Floats) -> Shell:
 
 
 def _awnings(openings: Floats, rng: np.random.Generator) -> Shell:
-    """Sloping cloth over some of the shop windows, seen from above and below."""
+    """Build sloping cloth over some of the shop windows, seen from above and below."""
     some = openings[rng.random(len(openings)) < 0.25]
     if not len(some):
         return {}

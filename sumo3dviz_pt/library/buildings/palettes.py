@@ -39,7 +39,7 @@ SURFACES = frozenset({*CLADDINGS, *_PLAIN})
 
 
 def cladding(surface: str) -> str:
-    """The material that shows a surface in the colour of each face."""
+    """Name the material that shows a surface in the colour of each face."""
     return f"cladding:{surface}"
 
 
@@ -142,7 +142,7 @@ def coats(chosen: Sequence[str | Coat]) -> tuple[Coat, ...]:
 
 
 def _coats_called(name: str) -> list[Coat]:
-    """All coats of a palette, or the one that the name says."""
+    """Return all coats of a palette, or the one that the name says."""
     palettes = _KNOWN.coats
     if name in palettes:
         return list(palettes[name].values())
@@ -161,11 +161,11 @@ def palette(
     textured: bool = False,
     dark: bool = False,
 ) -> Palette:
-    """Colours of one building of a style; all roles that a shell may have.
+    """Draw the colours of one building of a style: those of all roles that a shell may have.
 
     Args:
         colours: What to draw from.
-        rng: Draws.
+        rng: Source of all choices.
         wall_colour: Instead of the style's.
         textured: Whether walls and roofs show their surfaces; from afar a plain colour
             looks the same and makes no noise.
@@ -194,7 +194,7 @@ def palette(
 
 
 def _finish(coat: Coat, textured: bool) -> Role:
-    """The material that shows a coat."""
+    """Return the material that shows a coat, and its colour."""
     if coat.surface in _PLAIN:
         return _PLAIN[coat.surface], coat.colour
     material = cladding(coat.surface) if textured else CLADDINGS[coat.surface]
@@ -202,7 +202,7 @@ def _finish(coat: Coat, textured: bool) -> Role:
 
 
 def _masonry(wall: Coat, roof: Coat, stone: Coat) -> dict[str, Coat]:
-    """Coats of what shows a surface nearby."""
+    """Return the coats of what shows a surface nearby."""
     return {
         "wall": wall,
         "base": stone,
@@ -214,7 +214,7 @@ def _masonry(wall: Coat, roof: Coat, stone: Coat) -> dict[str, Coat]:
 
 
 def _plain_walls(wall: Colour, roof: Colour) -> dict[str, Role]:
-    """Small walls and edges."""
+    """Return the colours of small walls and edges."""
     return {
         "reveal": ("wall", _mixed(wall, 0.85, _PALE)),
         "trim": ("wall", _mixed(wall, 0.35, _PALE)),
@@ -224,7 +224,7 @@ def _plain_walls(wall: Colour, roof: Colour) -> dict[str, Role]:
 
 
 def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
-    """Doors, windows, rails and pipes of a house with such walls."""
+    """Draw the colours of doors, windows, rails and pipes of a house with such walls."""
     door, panel = _accent(_ACCENTS.doors, rng), _accent(_ACCENTS.panels, rng)
     shutter = _accent(_ACCENTS.shutters, rng)
     frame = _accent(_ACCENTS.frames, rng)
@@ -244,7 +244,7 @@ def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _lettered(signs: Sequence[Colour]) -> dict[str, Role]:
-    """Sign boards, letters that stand out from them, and an awning to match."""
+    """Colour sign boards, letters that stand out from them, and an awning to match."""
     roles: dict[str, Role] = {"awning": ("cloth", signs[1])}
     for k, sign in enumerate(signs):
         roles[f"sign{k}"] = ("sign", sign)
@@ -253,7 +253,7 @@ def _lettered(signs: Sequence[Colour]) -> dict[str, Role]:
 
 
 def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
-    """Colours of rooms, blinds and goods as seen through panes."""
+    """Draw the colours of rooms, blinds and goods as seen through panes."""
     found: dict[str, Role] = {}
     for number in range(CLASSES):
         depth = float(rng.uniform(0.01, 0.05))
@@ -269,7 +269,7 @@ def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _coated(rng: np.random.Generator) -> dict[str, Role]:
-    """Panes with a coat against the sun, which shows more sky than room."""
+    """Draw the colours of panes with a coat against the sun, which show more sky than room."""
     tone = rng.uniform(0.15, 0.24) * np.array([0.86, 0.97, 1.0 + 0.1 * rng.random()])
     found: dict[str, Role] = {}
     for number in range(CLASSES):
@@ -279,22 +279,22 @@ def _coated(rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _drawn(coats: tuple[Coat, ...], rng: np.random.Generator) -> Coat:
-    """One of some coats, a little lighter or darker."""
+    """Draw one of some coats, a little lighter or darker."""
     coat = coats[int(rng.integers(len(coats)))]
     return replace(coat, colour=_colour(np.array(coat.colour) * rng.uniform(0.88, 1.1)))
 
 
 def _accent(colours: tuple[Colour, ...], rng: np.random.Generator) -> Colour:
-    """One of some colours."""
+    """Draw one of some colours."""
     return colours[int(rng.integers(len(colours)))]
 
 
 def _mixed(one: Colour, share: float, other: Colour) -> Colour:
-    """A mixture of two colours."""
+    """Mix two colours by the share of the first one."""
     return _colour(share * np.array(one) + (1 - share) * np.array(other))
 
 
 def _colour(values: np.ndarray) -> Colour:
-    """A reflectance that surfaces have."""
+    """Limit reflectances to those that surfaces have."""
     r, g, b = np.clip(values, 0.004, 0.75)
     return float(r), float(g), float(b)

@@ -143,13 +143,13 @@ _STYLES = _styles()
 
 
 def _models(kind: BuildingKind) -> dict[str, BuildingStyle]:
-    """Styles of a kind by the names that users give."""
+    """Return the styles of a kind by the names that users give."""
     some = {name: file for name, file in _FILES.items() if file.kind == kind}
     return {file.model or name: _STYLES[name] for name, file in some.items()}
 
 
 def _suiting(footprint: Footprint) -> tuple[BuildingStyle, ...]:
-    """Styles for a sort of footprints, the most usual first and as often as they are usual."""
+    """Return the styles for a sort of footprints, usual ones first and more than once."""
     some = [(file.footprints.get(footprint, 0), name) for name, file in _FILES.items()]
     usual = sorted(some, key=lambda item: -item[0])
     return tuple(_STYLES[name] for count, name in usual for _ in range(count))

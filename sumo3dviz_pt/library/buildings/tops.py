@@ -14,7 +14,7 @@ from sumo3dviz_pt.model.geometry import Floats
 
 
 def machines(plan: Floats, height: float, *, lift: bool, level: int, seed: int) -> Shell:
-    """A lift house and machines on a flat roof.
+    """Build a lift house and machines on a flat roof.
 
     Args:
         plan: Counter-clockwise corners of the deck, (n, 2) [m].
@@ -55,7 +55,7 @@ def machines(plan: Floats, height: float, *, lift: bool, level: int, seed: int) 
 
 
 def chimneys(spots: Floats, base: float, tops: Floats, *, level: int) -> Shell:
-    """Brick chimneys with a cap.
+    """Build brick chimneys with a cap.
 
     Args:
         spots: (n, 2) [m].
@@ -97,7 +97,7 @@ def dormers(
     level: int,
     rng: np.random.Generator,
 ) -> Shell:
-    """Dormer windows in a slope above a wall.
+    """Build dormer windows in a slope above a wall.
 
     Args:
         start: Left end of the wall below, (2,) [m].
@@ -133,7 +133,7 @@ def dormers(
 
 
 def _place(room: Polygon, radius: float, rng: np.random.Generator) -> Floats | None:
-    """A spot in an area with some room around it, (2,) [m], or None."""
+    """Find a spot in an area with some room around it, (2,) [m], or None."""
     free = room.buffer(-radius)
     if free.is_empty:
         return None

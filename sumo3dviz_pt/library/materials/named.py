@@ -48,17 +48,17 @@ def _texture(colour: Colour | Bsdf) -> Bsdf:
 
 
 def matt(colour: Colour | Bsdf) -> Bsdf:
-    """A perfectly diffuse material."""
+    """Describe a perfectly diffuse material."""
     return {"type": "diffuse", "reflectance": _texture(colour)}
 
 
 def two_sided(bsdf: Bsdf) -> Bsdf:
-    """For open surfaces that are seen from behind; it makes a third of all shading dearer."""
+    """Make a material visible from behind, for open surfaces only: it costs shading time."""
     return {"type": "twosided", "bsdf": bsdf}
 
 
 def translucent(colour: Colour | Bsdf, *, transmitted: float) -> Bsdf:
-    """Leaves: of what they do not absorb, transmitted / 2 goes through them, spread evenly.
+    """Describe leaves: transmitted / 2 of the light that they do not absorb goes through them.
 
     Seen from both sides; it costs as much as a two-sided matt material.
     """
@@ -140,13 +140,14 @@ def _read_materials() -> dict[str, Bsdf]:
 
 
 MATERIALS: Mapping[str, Bsdf] = _read_materials()
-"""By name; a part says which one it is made of."""
+"""All named materials; a part says which one it is made of."""
 
 
 def surface_bsdf(entry: Entry) -> Bsdf:
-    """The material of a surface asset, with absolute texture paths."""
+    """Describe the material of a surface asset, with absolute texture paths."""
 
     def resolved(value: Any) -> Any:
+        """Copy a description with the places of its files."""
         if not isinstance(value, Mapping):
             return value
         own = {
@@ -162,5 +163,5 @@ def surface_bsdf(entry: Entry) -> Bsdf:
 
 
 def surface_scale(name: str) -> float:
-    """Metres per tile of a surface asset."""
+    """Return the metres per tile of a surface asset."""
     return float(find("surfaces", name).meta["scale"])

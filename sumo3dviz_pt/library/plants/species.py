@@ -36,15 +36,15 @@ class Species(RecipeValue):
         stray: How far leaves lie from their twig.
         turn: How far leaves turn away from their twig's direction.
         hang: How far leaves hang down.
-        begin: From which share of a twig on it bears leaves.
+        begin: Share of a twig, from its foot, that bears no leaves.
         top: Where the trunk ends.
-        whorl: Boughs that leave the trunk at one height; 1 for spirals.
+        whorl: How many boughs leave the trunk at one height; 1 for spirals.
         flat: Whether boughs branch in a plane, as those of firs do.
         wobble: How crooked branches are.
         upper_bark: Reflectance of upper trunk and boughs, or None.
         marks: Share of dark marks on the bark.
-        thick: Radius of boughs by that of the trunk there.
-        share: How often it is drawn where nobody chooses, against 1.
+        thick: Radius of a bough, by that of the trunk where it leaves it.
+        share: How often it is drawn where no species is chosen, against the shares of the others.
     """
 
     height: float

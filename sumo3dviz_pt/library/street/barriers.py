@@ -30,7 +30,7 @@ _WIRE = 0.004
 
 
 def concrete(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
-    """A concrete barrier; at the ends of the whole barrier it comes down.
+    """Build a concrete barrier; at the ends of the whole barrier it comes down.
 
     Args:
         line: (n, 3) [m].
@@ -48,8 +48,14 @@ def concrete(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, T
 
 
 def noise(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
-    """A noise barrier: a concrete foot, absorbing panels with ridges, steel posts each 4 m."""
-    del ends  # it ends with a post
+    """Build a noise barrier: a concrete foot, absorbing panels with ridges, steel posts each 4 m.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Not used: it ends as it runs on, with a post.
+    """
+    del ends
     thin = thinned(line, level)
     foot = swept(line[thin], _slab(0.07, -0.3, 0.45))
     panels = swept(line[thin], _ridges(level))
@@ -65,7 +71,13 @@ def noise(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True
 def chain_link(
     line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)
 ) -> list[Part]:
-    """A wire fence 1.5 m high: posts, top and bottom wires and, nearby, the mesh itself."""
+    """Build a wire fence 1.5 m high: posts, top and bottom wires and, nearby, the mesh itself.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Not used: it ends as it runs on, with a post.
+    """
     del ends
     parts: list[Mesh] = []
     posts = np.arange(0, len(line), (1, 1, 2)[level])
@@ -79,7 +91,13 @@ def chain_link(
 
 
 def boards(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
-    """A wooden fence 1.2 m high: posts, two rails, upright boards."""
+    """Build a wooden fence 1.2 m high: posts, two rails, upright boards.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Not used: it ends as it runs on, with a post.
+    """
     del ends
     if level == 2:
         return [Part(swept(line, _slab(0.02, 0.08, 1.15)), "street_wood")]
@@ -102,7 +120,7 @@ MODELS: Mapping[str, Callable[..., list[Part]]] = {
 
 
 def swept(line: Floats, profile: Floats, *, rise: Floats | None = None) -> Mesh:
-    """A closed profile along a line, with closed ends.
+    """Sweep a closed profile along a line and close its ends.
 
     Args:
         line: (n, 3) [m].
@@ -137,7 +155,7 @@ def swept(line: Floats, profile: Floats, *, rise: Floats | None = None) -> Mesh:
 
 
 def quad_mesh(quads: Floats) -> Mesh:
-    """Flat quads, (n, 4, 3) [m], as triangles with normals; what has no area goes."""
+    """Turn flat quads, (n, 4, 3) [m], into triangles with normals; what has no area goes."""
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     corners = quads[:, faces].reshape(-1, 3, 3)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -155,7 +173,7 @@ def upright_boxes(
     *,
     yaws: Floats | None = None,
 ) -> Mesh:
-    """A box at every point of a line; x runs along it and y to its left.
+    """Build a box at every point of a line; x runs along it and y to its left.
 
     Args:
         line: (n, 3) [m].
@@ -179,21 +197,21 @@ def upright_boxes(
 
 
 def _nearest(mesh: Mesh, line: Floats) -> Ints:
-    """Number of the line's point that is nearest to the middle of each face, (m,)."""
+    """Find the point of the line that is nearest to the middle of each face, (m,)."""
     middles = mesh.vertices[mesh.faces].mean(axis=1)
     away = np.linalg.norm(middles[:, None, :2] - line[None, :, :2], axis=2)
     return np.asarray(np.argmin(away, axis=1))
 
 
 def _slab(half: float, low: float, high: float, *, shift: float = 0.0) -> Floats:
-    """A rectangular profile, counter-clockwise, (4, 2) [m]."""
+    """Outline a rectangular profile, counter-clockwise, (4, 2) [m]."""
     return np.array(
         [(shift - half, low), (shift + half, low), (shift + half, high), (shift - half, high)]
     )
 
 
 def _ridges(level: int) -> Floats:
-    """The profile of noise panels: boards of half a metre with grooves between them."""
+    """Outline the profile of noise panels: boards of half a metre with grooves between them."""
     if level:
         return _slab(0.06, 0.45, _NOISE)
     side: list[tuple[float, float]] = []
@@ -205,14 +223,14 @@ def _ridges(level: int) -> Floats:
 
 
 def _cap(ring: Floats) -> Mesh:
-    """The end of a profile: strips between opposite corners."""
+    """Close the end of a profile with strips between opposite corners."""
     half = len(ring) // 2
     quads = [[ring[i], ring[i + 1], ring[-2 - i], ring[-1 - i]] for i in range(half - 1)]
     return quad_mesh(np.array(quads))
 
 
 def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
-    """Factor of a concrete barrier's height along its line, (n,)."""
+    """Return the factor of a concrete barrier's height along its line, (n,)."""
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     at = np.append(0.0, np.cumsum(step))
     rise = np.ones(len(line))
@@ -224,7 +242,7 @@ def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
 
 
 def _along(line: Floats, each: float) -> tuple[Floats, Floats]:
-    """Points along a line at a spacing [m], (m, 3), and the directions there [rad]."""
+    """Space points along a line, (m, 3) [m], and return the directions there [rad]."""
     step = np.diff(line, axis=0)
     knots = np.append(0.0, np.cumsum(np.linalg.norm(step, axis=1)))
     at = np.arange(each / 2, knots[-1], each)
@@ -234,7 +252,7 @@ def _along(line: Floats, each: float) -> tuple[Floats, Floats]:
 
 
 def _wires(line: Floats) -> Mesh:
-    """The mesh of a wire fence: two families of slanted wires as narrow quads."""
+    """Build the mesh of a wire fence: two families of slanted wires as narrow quads."""
     at, yaw = _along(line, 0.12)
     tall = _LOW - 0.1
     along = np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * yaw])

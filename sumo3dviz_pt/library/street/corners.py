@@ -38,7 +38,7 @@ _FRAMES = ("enamel_black", "enamel_green", "enamel_red")
 
 
 def cabinet(level: int = 0) -> list[Part]:
-    """A cabinet of the power company: two doors on a plinth under a lid."""
+    """Build a cabinet of the power company: two doors on a plinth under a lid."""
     body = box((-0.16, -0.55, 0.12), (0.16, 0.55, 1.14))
     lid = box((-0.18, -0.57, 1.14), (0.18, 0.57, 1.18))
     plinth = box((-0.17, -0.56, -0.3), (0.17, 0.56, 0.12))
@@ -61,7 +61,7 @@ def cabinet(level: int = 0) -> list[Part]:
 
 
 def post_box(level: int = 0) -> list[Part]:
-    """A letter box with its slot, on a post."""
+    """Build a letter box with its slot, on a post."""
     body = box((-0.19, -0.24, 0.62), (0.19, 0.24, 1.28))
     roof = box((-0.21, -0.26, 1.28), (0.22, 0.26, 1.33))
     post = box((-0.07, -0.09, -0.3), (0.07, 0.09, 0.62))
@@ -75,7 +75,7 @@ def post_box(level: int = 0) -> list[Part]:
 
 
 def advertising_column(level: int = 0) -> list[Part]:
-    """A round column of 3.6 m with posters, its foot and its hat."""
+    """Build a round column of 3.6 m with posters, its foot and its hat."""
     sides = 12 if level else 30
     foot = [(0.0, -0.3), (0.66, -0.3), (0.66, 0.3), (0.62, 0.34), (0.0, 0.34)]
     trunk = [(0.0, 0.34), (0.6, 0.34), (0.6, 3.0), (0.0, 3.0)]
@@ -95,7 +95,7 @@ def advertising_column(level: int = 0) -> list[Part]:
 
 
 def bicycle_stand(level: int = 0) -> list[Part]:
-    """Two hoops in a row along the road, bicycles leaning on them."""
+    """Build two hoops in a row along the road, with bicycles leaning on them."""
     hoops = [_hoop(y, 4 if level else 8) for y in (-1.1, 1.1)]
     parts = [Part(merge_meshes(hoops), "galvanised")]
     # Side of the hoop, where the front wheel ends, number of the bicycle, to which side it leans.
@@ -118,7 +118,7 @@ def _bicycle(kind: int, fine: Fineness) -> Iterator[Piece]:
 
 
 def _hoop(y: float, bends: int) -> Mesh:
-    """A bent tube along the y axis."""
+    """Bend a tube along the y axis."""
     turn = np.linspace(np.pi, 0.0, bends)
     top = np.column_stack([np.zeros(bends), 0.22 * np.cos(turn), 0.58 + 0.22 * np.sin(turn)])
     path: Floats = np.concatenate([[[0.0, -0.22, -0.3]], top, [[0.0, 0.22, -0.3]]])
@@ -126,7 +126,7 @@ def _hoop(y: float, bends: int) -> Mesh:
 
 
 def _sheet(radius: float, turns: tuple[float, float], heights: tuple[float, float]) -> Mesh:
-    """A poster around a column."""
+    """Build a poster around a column."""
     turn = np.linspace(*turns, 6)
     ring = np.column_stack([np.cos(turn), np.sin(turn)])
     rows = [np.column_stack([radius * ring, np.full(6, z)]) for z in heights]

@@ -38,7 +38,7 @@ _FAR = np.array([(0.04, -0.155), (0.04, 0.155)])
 
 
 def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int = 0) -> Mesh:
-    """A piece of guard rail with normals.
+    """Build a piece of guard rail with normals.
 
     Args:
         line: Smooth line at steps of `STEP`, (n, 3) [m], n >= 2.
@@ -58,7 +58,7 @@ def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int
 
 
 def resampled(line: Floats) -> Floats:
-    """A smooth curve through a polyline's points, (m, k) [m], in steps of about `STEP`.
+    """Lay a smooth curve through a polyline's points, (m, k) [m], in steps of about `STEP`.
 
     Tangents are those of the polyline weighted by the opposite segments' lengths, so
     that long straight pieces stay straight.
@@ -92,7 +92,7 @@ def _arc(line: Floats) -> Floats:
 
 
 def end_drop(line: Floats) -> Floats:
-    """How far the beam of a whole rail comes down towards both ends, (n,) [m].
+    """Return how far the beam of a whole rail comes down towards both ends, (n,) [m].
 
     Both ends go into the ground, as rails must that have no other terminal.
     """
@@ -138,7 +138,7 @@ def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:
 
 
 def _posts(line: Floats, across: Floats, sink: Floats) -> Mesh:
-    """Upright boxes with flat normals; posts of lowered ends are as low as the beam."""
+    """Build upright boxes with flat normals; posts of lowered ends are as low as the beam."""
     faces = box((-0.05, -0.03, -0.5), (0.05, 0.03, 0.72), skip="b")
     along = np.column_stack([across[:, 1], -across[:, 0], np.zeros(len(across))])
     tall = 0.70 - sink

@@ -29,7 +29,7 @@ SHELTER = (4.0, 1.5, 2.5)
 
 
 def bollard(level: int = 0) -> list[Part]:
-    """A steel post of 0.95 m with a reflecting band."""
+    """Build a steel post of 0.95 m with a reflecting band."""
     sides = 6 if level else 14
     body = [(0.0, -0.3), (0.05, -0.3), (0.05, 0.72)]
     top = [(0.0, 0.80), (0.05, 0.80), (0.05, 0.90), (0.035, 0.935), (0.0, 0.95)]
@@ -40,7 +40,7 @@ def bollard(level: int = 0) -> list[Part]:
 
 
 def bin_(level: int = 0) -> list[Part]:
-    """A round litter bin on a post, its mouth under a lid."""
+    """Build a round litter bin on a post, its mouth under a lid."""
     sides = 7 if level else 18
     can = upward(
         [(0.0, 0.22), (0.17, 0.22), (0.2, 0.26), (0.21, 0.78), (0.0, 0.78)], segments=sides
@@ -56,7 +56,7 @@ def bin_(level: int = 0) -> list[Part]:
 
 
 def bench(level: int = 0) -> list[Part]:
-    """A bench of 1.8 m with a back: boards on two cast feet; who sits looks to +x."""
+    """Build a bench of 1.8 m with a back: boards on two cast feet; people on it look to +x."""
     half = 0.9
     boards = []
     count = 1 if level else 5
@@ -74,7 +74,7 @@ def bench(level: int = 0) -> list[Part]:
 
 
 def parking_meter(level: int = 0) -> list[Part]:
-    """A ticket machine: a slim case with a screen and a hat."""
+    """Build a ticket machine: a slim case with a screen and a hat."""
     case = moved(
         superellipsoid((0.13, 0.16, 0.5), squareness=8.0, segments=8 if level else 20, rings=6),
         0.0, 0.0, 1.2,
@@ -92,7 +92,7 @@ def parking_meter(level: int = 0) -> list[Part]:
 
 
 def bus_shelter(level: int = 0) -> list[Part]:
-    """Roof, panes at the back and the left end, posts, bench, timetable; open to +x."""
+    """Build roof, panes at the back and the left end, posts, bench, timetable; open to +x."""
     (long, deep, tall), post = SHELTER, 0.035
     back, half = -deep / 2, long / 2
     posts = [box((back - post, y - post, -0.4), (back + post, y + post, tall - 0.1))
@@ -140,7 +140,7 @@ FURNITURE: Mapping[str, Callable[[int], list[Part]]] = {
 
 
 def _frame(outline: Sequence[tuple[float, float]], y: float) -> Mesh:
-    """A flat cast foot of strips between an outline's points."""
+    """Build a flat cast foot of strips between an outline's points."""
     bars = [
         tube([(a[0], y, a[1]), (b[0], y, b[1])], radius=0.02, sides=4)
         for a, b in (
@@ -153,7 +153,7 @@ def _frame(outline: Sequence[tuple[float, float]], y: float) -> Mesh:
 
 
 def _letter(text: str, height: float, *, x: float, z: float) -> Mesh:
-    """A word that looks to +x."""
+    """Write a word that looks to +x."""
     flat = lettering(text, height=height).reshape(-1, 2)
     vertices = np.column_stack([np.full(len(flat), x), flat[:, 0], z + flat[:, 1]])
     faces = np.arange(len(flat)).reshape(-1, 3)
