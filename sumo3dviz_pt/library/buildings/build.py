@@ -8,63 +8,24 @@ detail show the same windows.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import shapely
-from shapely.geometry import Polygon
 
 from sumo3dviz_pt.library.buildings.balconies import Balconies, balconies, french_doors
 from sumo3dviz_pt.library.buildings.bands import band, outward
-from sumo3dviz_pt.library.buildings.design import Design
+from sumo3dviz_pt.library.buildings.design import Building, Design, Walls
 from sumo3dviz_pt.library.buildings.details import blade_signs, coolers, down_pipe
-from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, Facade, storey, wall, windows
+from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, Facade, storey, wall, windows
 from sumo3dviz_pt.library.buildings.fronts import FOOT, door, gates, shops
-from sumo3dviz_pt.library.buildings.roofs import (
-    flat_roof,
-    gable_roof,
-    hip_roof,
-    inset,
-    is_convex,
-    mansard_roof,
-    rain_pipes,
-    upright,
-)
+from sumo3dviz_pt.library.buildings.roofing import roof_of
+from sumo3dviz_pt.library.buildings.roofs import upright
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles, stood_up
-from sumo3dviz_pt.library.buildings.tops import Slope, chimneys, dormers, machines
 from sumo3dviz_pt.model.geometry import Floats, settled
 
 FOUNDATION = FOOT
 """How deep walls reach [m]."""
-
-_RISE, _INWARD = 2.7, 0.45  # of mansard slopes: their height [m], and how far they lean in by it
-
-
-@dataclass(frozen=True, slots=True)
-class Walls:
-    """What the walls of a building look at; wall i begins at corner i of the plan.
-
-    Attributes:
-        fronts: Numbers of those at a street.
-        blind: Numbers of those that a neighbour shares.
-    """
-
-    fronts: Collection[int] = (0,)
-    blind: Collection[int] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Building:
-    """A building to be raised; attributes as the arguments of `raised`."""
-
-    plan: Floats
-    design: Design
-    height: float
-    level: int
-    seed: int
-    walls: Walls
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +41,7 @@ class _Wall:
         back: Whether it looks away from one.
     """
 
-    building: _Building
+    building: Building
     number: int
     length: float
     floors: Floats
@@ -145,12 +106,12 @@ def raised(
         seed: Of all chance.
         walls: What they look at; default the first at a street.
     """
-    building = _Building(plan, design, height, level, seed, walls or Walls())
+    building = Building(plan, design, height, level, seed, walls or Walls())
     floors = design.floors(height)
-    return joined([*_walls(building, floors), _bands(building, floors), _roof(building)])
+    return joined([*_walls(building, floors), _bands(building, floors), roof_of(building)])
 
 
-def _walls(building: _Building, floors: Floats) -> list[Shell]:
+def _walls(building: Building, floors: Floats) -> list[Shell]:
     """Build all walls; those that a neighbour shares are plain."""
     plan, walls = building.plan, building.walls
     after = np.roll(plan, -1, axis=0)
@@ -243,7 +204,7 @@ def _door_places(one: _Wall, openings: Floats) -> Floats:
     return np.stack([axes - half, axes + half, 0 * axes + floor, 0 * axes + floor + tall], axis=1)
 
 
-def _bands(building: _Building, floors: Floats) -> Shell:
+def _bands(building: Building, floors: Floats) -> Shell:
     """Build the plinth, and bands that run around the building, but not into neighbours."""
     plan, design, level = building.plan, building.design, building.level
     blind, foot = building.walls.blind, design.foot_height
@@ -266,97 +227,4 @@ def _bands(building: _Building, floors: Floats) -> Shell:
         parts.append(belt(top - 0.3, top + 0.02, design.cornice))
         if level == NEAR and design.cornice > 0.2:
             parts.append(belt(top - 0.62, top - 0.3, 0.4 * design.cornice))
-    return joined(parts)
-
-
-def _roof(building: _Building) -> Shell:
-    """Build the roof and what stands on it."""
-    plan, design, height, level = building.plan, building.design, building.height, building.level
-    if design.roof == "hip" and is_convex(plan):
-        parts = [hip_roof(plan, height, pitch=design.pitch, level=level)]
-        return joined([*parts, rain_pipes(plan, height, level)])
-    if design.roof in ("gable", "hip"):
-        return _gabled(building)
-    if design.roof == "mansard":
-        return _mansard(building)
-    flat = flat_roof(plan, height, parapet=design.parapet, level=level)
-    tops = machines(plan, height, lift=design.lift, level=level, seed=building.seed)
-    return joined([flat, tops])
-
-
-def _gabled(building: _Building) -> Shell:
-    """Build a gabled roof along the longer side of the plan, or the street, with chimneys."""
-    plan, design, height, level = building.plan, building.design, building.height, building.level
-    # The ridge runs along one side of the smallest rectangle around the plan.
-    around = shapely.get_coordinates(Polygon(plan).minimum_rotated_rectangle.exterior)
-    sides = around[1:3] - around[:2]
-    street = plan[1] - plan[0] if building.walls.blind else np.zeros(2)
-    lengths = settled(np.linalg.norm(sides, axis=1))
-    long, short = sides[np.argsort(-lengths, kind="stable")]
-    cosines = [abs((side * street).sum()) / np.hypot(*side) for side in (long, short)]
-    if settled(cosines[1] - cosines[0]) > 0.0:
-        long, short = short, long
-    parts = [gable_roof(plan, height, pitch=design.pitch, along=long, level=level)]
-    parts.append(rain_pipes(plan, height, level))
-    if level != FAR and design.foot != "gates" and float(long @ long) > 30.0:
-        ridge = height + np.tan(design.pitch) * float(np.linalg.norm(short)) / 2
-        parts.append(_attic(building, ridge, long))
-        # Chimneys stand beside the ridge, about one for each door below.
-        rng = np.random.default_rng([building.seed, 31])
-        middle = around[:4].mean(axis=0)
-        count = max(round(float(np.linalg.norm(long)) / design.unit), 1)
-        shares = (np.arange(count) + rng.uniform(0.25, 0.75)) / count - 0.5
-        spots = middle + shares[:, None] * long + 0.08 * short
-        inside = shapely.contains_xy(Polygon(plan).buffer(-0.5), spots[:, 0], spots[:, 1])
-        spots = spots[inside]
-        parts.append(chimneys(spots, height, np.full(len(spots), ridge + 0.5), level=level))
-    return joined(parts)
-
-
-def _attic(building: _Building, ridge: float, along: Floats) -> Shell:
-    """Build a pair of windows in each gable that has room for them below the ridge [m]."""
-    plan, eaves = building.plan, building.height
-    if ridge - eaves < 2.8:
-        return {}
-    upper = building.design.upper
-    facade = replace(upper, width=0.9, height=1.1, inset=-PROUD, mullions=0)
-    across = np.array([-along[1], along[0]]) / np.linalg.norm(along)
-    parts: list[Shell] = []
-    for i, (a, b) in enumerate(zip(plan, np.roll(plan, -1, axis=0), strict=True)):
-        length = float(np.linalg.norm(b - a))
-        if length < 6.0 or abs(float((b - a) @ across)) < 0.97 * length:
-            continue
-        middle = length / 2 + np.array([-0.85, 0.85])
-        low = np.full(2, eaves + 0.45)
-        openings = np.stack([middle - 0.45, middle + 0.45, low, low + 1.1], axis=1)
-        rng = np.random.default_rng([building.seed, i, 43])
-        made = windows(openings, facade, level=building.level, rng=rng)
-        parts.append(stood_up(made, a, b))
-    return joined(parts)
-
-
-def _mansard(building: _Building) -> Shell:
-    """Build a mansard roof with dormers and machines."""
-    plan, design, height = building.plan, building.design, building.height
-    level, seed, blind = building.level, building.seed, building.walls.blind
-    parts = [mansard_roof(plan, height, rise=_RISE, level=level, blind=blind)]
-    if inset(plan, _INWARD * _RISE) is None:
-        return parts[0]
-    facade = replace(
-        design.upper,
-        height=1.35,
-        sill=0.35,
-        width=1.05,
-        inset=0.08,
-        hood=False,
-        surround=0.0,
-        boards=False,
-        lintel=False,
-    )
-    slope = Slope(height, 1 / _INWARD, 0.25)
-    for i, (a, b) in enumerate(zip(plan, np.roll(plan, -1, axis=0), strict=True)):
-        if design.dormers and i not in blind and float(np.linalg.norm(b - a)) > 5.0:
-            rng = np.random.default_rng([seed, i, 41])
-            parts.append(dormers(a, b, slope=slope, facade=facade, level=level, rng=rng))
-    parts.append(machines(plan, height + _RISE, lift=False, level=level, seed=seed))
     return joined(parts)

@@ -1,7 +1,8 @@
-"""How a building looks, whatever its plan and height."""
+"""What is said of a building before it is raised: its design, its plan, what its walls look at."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
 
@@ -69,3 +70,37 @@ class Design(RecipeValue):
     def foot_height(self) -> float:
         """Where walls begin [m]."""
         return self.plinth if self.foot == "door" else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Walls:
+    """What the walls of a building look at; wall i begins at corner i of the plan.
+
+    Attributes:
+        fronts: Numbers of those at a street.
+        blind: Numbers of those that a neighbour shares.
+    """
+
+    fronts: Collection[int] = (0,)
+    blind: Collection[int] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Building:
+    """A building to be raised over a plan.
+
+    Attributes:
+        plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
+        design: How it looks.
+        height: Of the walls up to the roof [m].
+        level: Level of detail.
+        seed: Of all chance.
+        walls: What they look at.
+    """
+
+    plan: Floats
+    design: Design
+    height: float
+    level: int
+    seed: int
+    walls: Walls

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.library.buildings.build import Walls, raised
-from sumo3dviz_pt.library.buildings.design import Design
+from sumo3dviz_pt.library.buildings.build import raised
+from sumo3dviz_pt.library.buildings.design import Design, Walls
 from sumo3dviz_pt.library.buildings.shell import Shell
 from sumo3dviz_pt.library.buildings.styles import SUITING, BuildingStyle, Footprint
 from sumo3dviz_pt.model.geometry import Floats, settled

@@ -16,6 +16,9 @@ from sumo3dviz_pt.model.geometry import Floats, settled
 EAVES = 0.4
 """How far roofs reach over walls [m]."""
 
+LEAN = 0.45
+"""How far mansard slopes lean in, by their rise."""
+
 _SLAB = np.array([0.0, 0.0, 0.16])  # thickness of a roof [m]
 
 
@@ -53,7 +56,7 @@ def mansard_roof(
         blind: Numbers of walls to neighbours, which go straight up.
     """
     steep = np.array([i in blind for i in range(len(plan))])
-    inner = inset(plan, np.where(steep, 0.0, 0.45 * rise))
+    inner = inset(plan, np.where(steep, 0.0, LEAN * rise))
     if inner is None:
         return flat_roof(plan, height, parapet=0.6, level=level)
     sides = _ring(plan, inner, height, height + rise)

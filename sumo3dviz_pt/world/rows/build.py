@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.buildings.build import Walls, raised
-from sumo3dviz_pt.library.buildings.design import Design
+from sumo3dviz_pt.library.buildings.build import raised
+from sumo3dviz_pt.library.buildings.design import Design, Walls
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
 from sumo3dviz_pt.library.buildings.roofs import upright
 from sumo3dviz_pt.library.buildings.shell import joined

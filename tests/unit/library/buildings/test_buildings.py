@@ -16,7 +16,7 @@ from sumo3dviz_pt.library.buildings.facade import (
     wall,
     windows,
 )
-from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, style_for
+from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, footprint_of, style_for
 from sumo3dviz_pt.library.buildings.lights import SHOPS as SHOP_LIGHTS
 from sumo3dviz_pt.library.buildings.lights import WINDOWS, lit_roles
 from sumo3dviz_pt.library.buildings.palettes import SIGNS, palette
@@ -283,6 +283,26 @@ def test_extruded_buildings_keep_to_their_footprint(plan, height, level):
         assert height < top < height + 9.5
         roof = shell.get("roof", shell.get("deck"))
         assert (normals_of(roof)[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("size", "height", "expected"),
+    [
+        ((4, 5), 2.6, "shed"),
+        ((10, 9), 3.5, "low_house"),
+        ((10, 9), 6.0, "house"),
+        ((20, 8), 6.0, "long_house"),
+        ((20, 20), 6.0, "wide"),
+        ((50, 40), 6.0, "large"),
+        ((20, 12), 15.0, "block"),
+        ((50, 12), 15.0, "long_block"),
+        ((50, 12), 30.0, "tower"),
+    ],
+)
+def test_footprints_are_told_apart_by_size_shape_and_height(size, height, expected):
+    plan = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * np.array(size, float)
+    assert footprint_of(plan, height) == expected
+    assert style_for(plan, height, share=0.0) == SUITING[expected][0]
 
 
 @pytest.mark.parametrize("pitch", [0.2, 0.8])
