@@ -114,6 +114,26 @@ def test_a_new_folder_is_a_new_species(assets):
     assert found["ash"].recipe == own.recipe
 
 
+@pytest.mark.parametrize("family", KINDS)
+def test_no_two_assets_have_the_same_place(family):
+    found = read_family(family, KINDS[family])
+    assert len({file.order for file in found.values()}) == len(found)
+
+
+def test_no_two_buildings_of_a_kind_have_the_same_name():
+    named_ones = [f for f in styles._FILES.values() if f.kind in ("home", "shop", "block")]
+    assert len(named_ones) == len(styles.HOMES) + len(styles.SHOPS) + len(styles.BLOCKS)
+
+
+def test_no_material_stands_in_two_files(monkeypatch):
+    found = read_family("materials", named._MaterialsFile)
+    assert sum(len(file.recipe) for file in found.values()) == len(named.MATERIALS)
+    one = next(iter(found.values()))
+    monkeypatch.setattr(named, "read_family", lambda *_: {"one": one, "other": one})
+    with pytest.raises(ConfigError, match=r"materials/other: .* is in another file, too"):
+        named._read_materials()
+
+
 def test_colours_are_looked_up_in_palettes():
     (cream,) = palettes.coats(["facades.cream"])
     everything = palettes.coats(["facades", cream])
