@@ -277,11 +277,11 @@ def _content(values: Any) -> str:
 
 
 def _about(meta: Any) -> str:
-    """What an asset says about its size."""
-    words = [
+    """What an asset says about itself: in words, or its size."""
+    sizes = [
         f"{key} {meta[key]} m" for key in ("length", "width", "height", "scale") if key in meta
     ]
-    return ", ".join(words)
+    return ", ".join([meta["about"]] if "about" in meta else sizes)
 
 
 # ------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from sumo3dviz_pt.cast.kept_bodies import kept_files, kept_folder
 from sumo3dviz_pt.files.kept import Files
 from sumo3dviz_pt.library.people.build import figure
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedalling
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Poses, Prototype
 
 Posed = tuple[tuple[Part, ...], Poses]
@@ -59,7 +60,7 @@ def _kept(
 
 def _written(parts: tuple[Part, ...], poses: Poses) -> bytes:
     """Return one level as the bytes of a NumPy archive."""
-    arrays: dict[str, Floats | np.ndarray] = {
+    arrays: dict[str, Any] = {
         "materials": np.array([part.material for part in parts]),
         "pose_vertices": poses.vertices,
         "pose_normals": poses.normals,
@@ -77,7 +78,7 @@ def _written(parts: tuple[Part, ...], poses: Poses) -> bytes:
 def _read(content: bytes) -> Posed:
     """Read one level that `_written` wrote."""
     with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        arrays: Mapping[str, np.ndarray] = dict(archive)
+        arrays: Mapping[str, Any] = dict(archive)
     parts = []
     for number, material in enumerate(arrays["materials"].tolist()):
         own = {key: arrays.get(f"{number}/{key}") for key in ("normals", "uvs", "tint")}

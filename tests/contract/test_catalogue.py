@@ -17,7 +17,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job, make_job, quality_preset
 
 BRIGHTEST = 0.85  # principled conserves energy up to this base colour
 FAMILIES = sorted(path.name for path in catalog.data_root("assets").iterdir() if path.is_dir())
-BUILT_WHEN_NEEDED = ("person",)
+FILELESS = ("people", "plants", "buildings", "palettes", "materials")
 VEHICLES = catalog.names("vehicles")
 COUPLED = [name for name in VEHICLES if "units" in catalog.find("vehicles", name).meta]
 SINGLE = [name for name in VEHICLES if name not in COUPLED]
@@ -44,7 +44,7 @@ def files_named_in(value: Any) -> Iterator[str]:
 
 
 def test_families_are_known() -> None:
-    assert FAMILIES == ["people", "skies", "surfaces", "vehicles"]
+    assert sorted([*FILELESS, "skies", "surfaces", "vehicles"]) == FAMILIES
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -60,8 +60,8 @@ def test_asset_has_a_licence_and_all_its_files(family: str, name: str) -> None:
     coupled = "units" in entry.meta
     assert bool(entry.meta.get("recipe")) != coupled, "made by our own code, so a recipe is there"
     named = set(files_named_in(dict(entry.meta)))
-    # People are built when they are first needed; coupled vehicles show those of their units.
-    assert bool(named) != (coupled or entry.meta.get("kind") in BUILT_WHEN_NEEDED)
+    # Some families are built when they are first needed; coupled vehicles show their units.
+    assert bool(named) != (coupled or family in FILELESS)
     present = {path.name for path in entry.folder.iterdir()} - {"asset.yaml", "baked.yaml"}
     # Vehicles that look the same share meshes: those lie with the one that is built.
     assert {file for file in named if not file.startswith("../")} == present

@@ -11,25 +11,25 @@ from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats
 
 Balconies = Literal["none", "iron", "solid", "glass", "gallery"]
-"""Bars, a solid parapet, a glass one, or one slab along the whole storey."""
+"""Iron bars, a solid parapet, a glass one, or a gallery along the whole storey."""
 
 _DEEP, _RAIL = 1.1, 1.0  # of a balcony's slab, and of its railing above the floor [m]
 _PITCH = 0.14  # of bars [m]
 
 
 def balconies(
-    length: float, floors: Floats, facade: Facade, *, sort: Balconies, how: tuple[int, int]
+    length: float, floors: Floats, facade: Facade, *, sort: Balconies, level: int, seed: int
 ) -> Shell:
-    """Balconies in front of some bays, from the second upper storey on.
+    """Build balconies in front of some bays, from the second upper storey on.
 
     Args:
         length: Of the wall [m].
         floors: Of the upper storeys, and where the last one ends, (n + 1,) [m].
         facade: Says where the bays are.
-        sort: Which.
-        how: Level of detail and a seed, which chooses the bays.
+        sort: Which kind.
+        level: Of detail.
+        seed: Chooses the bays.
     """
-    level, seed = how
     openings = facade.openings(length, 0.0)
     if sort == "none" or not len(openings):
         return {}
@@ -37,26 +37,26 @@ def balconies(
         return joined(
             [_balcony(0.15, length - 0.15, float(z), "solid", level) for z in floors[:-1]]
         )
-    first, step = french_doors(sort, seed) or (0, 1)
+    bays = french_doors(sort, seed) or slice(None)
     parts: list[Shell] = []
-    for u0, u1, *_ in openings[first::step].tolist():
+    for u0, u1, *_ in openings[bays].tolist():
         wide = min(u0, length - u1, 0.5)
         parts += [_balcony(u0 - wide, u1 + wide, float(z), sort, level) for z in floors[1:-1]]
     return joined(parts)
 
 
-def french_doors(sort: Balconies, seed: int) -> tuple[int, int] | None:
-    """Number of the first bay with a balcony, and bays from one to the next."""
+def french_doors(sort: Balconies, seed: int) -> slice | None:
+    """Choose the bays whose windows reach the floor: those with balconies, None for none."""
     if sort == "none":
         return None
     if sort == "gallery":
-        return 1, 2
+        return slice(1, None, 2)
     rng = np.random.default_rng([seed, 17])
-    return int(rng.integers(0, 2)), int(rng.integers(2, 4))
+    return slice(int(rng.integers(0, 2)), None, int(rng.integers(2, 4)))
 
 
 def _balcony(u0: float, u1: float, z: float, sort: Balconies, level: int) -> Shell:
-    """A slab and its railing."""
+    """Build a slab and its railing."""
     if level == FAR:
         if sort == "iron":  # a slab and its shadow, and a veil of bars
             return {
@@ -76,7 +76,7 @@ def _balcony(u0: float, u1: float, z: float, sort: Balconies, level: int) -> She
 
 
 def _upright(u0: float, u1: float, z0: float, z1: float, inset: float) -> Floats:
-    """Front and sides of a railing, both faces of each, (6, 4, 3)."""
+    """Build front and sides of a railing, both faces of each, (6, 4, 3)."""
     y, thick = -_DEEP + inset, 0.05
     outer = box((u0 + inset, y, z0), (u1 - inset, 0.0, z1), skip="Ybt")
     inner = box((u0 + inset + thick, y + thick, z0), (u1 - inset - thick, 0.0, z1), skip="Ybt")
@@ -84,7 +84,7 @@ def _upright(u0: float, u1: float, z0: float, z1: float, inset: float) -> Floats
 
 
 def _handrail(u0: float, u1: float, z: float, level: int) -> Shell:
-    """A rail along the top of the parapet's front and sides."""
+    """Build a rail along the top of the parapet's front and sides."""
     if level != NEAR:
         return {}
     front = box((u0, -_DEEP - 0.01, z), (u1, -_DEEP + 0.05, z + 0.05), skip="bxX")
@@ -94,7 +94,7 @@ def _handrail(u0: float, u1: float, z: float, level: int) -> Shell:
 
 
 def _bars(u0: float, u1: float, z0: float, z1: float) -> Floats:
-    """Upright bars: flat ones in front, seen from outside and inside, (n, 4, 3)."""
+    """Build upright bars: flat ones in front, seen from outside and inside, (n, 4, 3)."""
     u = np.linspace(u0 + 0.03, u1 - 0.03, max(int((u1 - u0) / _PITCH), 2))
     front = rectangles(u - 0.011, u + 0.011, z0, z1, inward=-_DEEP + 0.02)
     y = np.linspace(-_DEEP + 0.15, -0.1, 6)
@@ -103,5 +103,5 @@ def _bars(u0: float, u1: float, z0: float, z1: float) -> Floats:
         side = rectangles(y - 0.011, y + 0.011, z0, z1)[:, :, [1, 0, 2]]
         side[..., 0] = u_side
         sides.append(side if u_side > u0 + 0.1 else side[:, ::-1])
-    # Seen from within the balcony nobody looks; against the sky bars need one face only.
+    # No camera stands on a balcony, so bars need one face only.
     return np.concatenate([front, *sides])

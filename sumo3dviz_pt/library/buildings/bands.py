@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.vectors import unit
 
 
 def band(plan: Floats, heights: tuple[float, float], out: Floats, role: str) -> Shell:
-    """A band around a building: face, top and underside.
+    """Build a band around a building: face, top and underside.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].
@@ -26,6 +26,7 @@ def band(plan: Floats, heights: tuple[float, float], out: Floats, role: str) -> 
     after, around = np.roll(plan, -1, axis=0), np.roll(outer, -1, axis=0)
 
     def level(points: Floats, z: float) -> Floats:
+        """Lift points of the plan to a height."""
         return np.column_stack([points, np.full(len(points), z)])
 
     top = np.stack([level(p, high) for p in (outer, around, after, plan)], axis=1)

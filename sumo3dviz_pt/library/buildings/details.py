@@ -11,21 +11,18 @@ from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats
 
-How = tuple[int, np.random.Generator]
-"""Level of detail, and chance."""
-
 _COOLED = 0.07  # share of windows with a machine under them
 
 
-def down_pipe(height: float, how: How, *, hopper: float = 0.5) -> Shell:
-    """A pipe from the eaves to the ground near the begin of a wall.
+def down_pipe(height: float, *, level: int, rng: np.random.Generator, hopper: float = 0.5) -> Shell:
+    """Build a pipe from the eaves to the ground near the beginning of a wall.
 
     Args:
         height: Of the wall [m].
-        how: Level of detail, and chance.
+        level: Of detail.
+        rng: Places it.
         hopper: How far below the eaves water is collected [m].
     """
-    level, rng = how
     u = 0.22 + 0.12 * float(rng.random())
     if level == FAR:
         return {}
@@ -40,14 +37,14 @@ def down_pipe(height: float, how: How, *, hopper: float = 0.5) -> Shell:
     return {"pipe": np.concatenate([pipe, head, *clamps])}
 
 
-def coolers(openings: Floats, how: How) -> Shell:
-    """Air conditioners under some windows.
+def coolers(openings: Floats, *, level: int, rng: np.random.Generator) -> Shell:
+    """Build air conditioners under some windows.
 
     Args:
         openings: Windows, (k, 4) as u0, u1, z0, z1 [m].
-        how: Level of detail, and chance.
+        level: Of detail.
+        rng: Chooses windows.
     """
-    level, rng = how
     some = openings[rng.random(len(openings)) < _COOLED]
     if level == FAR or not len(some):
         return {}
@@ -63,15 +60,15 @@ def coolers(openings: Floats, how: How) -> Shell:
     return joined(parts)
 
 
-def blade_signs(length: float, height: float, how: How) -> Shell:
-    """Signs of shops that stick out over the pavement; both sides shine at night.
+def blade_signs(length: float, height: float, *, level: int, rng: np.random.Generator) -> Shell:
+    """Build signs of shops that stick out over the pavement; both sides shine at night.
 
     Args:
         length: Of the wall [m].
         height: Of the ground floor [m].
-        how: Level of detail, and chance.
+        level: Of detail.
+        rng: Chooses how many there are, where they hang and how large they are.
     """
-    level, rng = how
     if length < 4.0:
         return {}
     parts: list[Shell] = []

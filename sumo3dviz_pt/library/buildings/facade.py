@@ -1,7 +1,7 @@
 """Walls with windows, in wall coordinates: (along, inward, up) [m].
 
-Sizes, insets and tilted panes are those of the look study: reflections that break up
-pane by pane are what makes a facade look real. Panes are opaque; what would be seen
+Every pane is tilted by millimetres: reflections that break up pane by pane are what makes
+a facade look real. Panes are opaque; what would be seen
 behind them (rooms, blinds, curtains) is their colour, under the same reflection.
 
 Every window belongs to one of `CLASSES` classes, which is the number in the roles
@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
@@ -39,7 +40,7 @@ _NARROW = 1.0  # windows narrower than this are not seen from afar [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Facade:
+class Facade(RecipeValue):
     """How the windows of a wall look.
 
     Attributes:
@@ -73,7 +74,7 @@ class Facade:
     shutters: bool = False
 
     def openings(self, length: float, floor: float) -> Floats:
-        """Windows of one storey, (k, 4) as u0, u1, z0, z1 [m]; none where there is no room."""
+        """Place the windows of a storey, (k, 4) as u0, u1, z0, z1 [m]; none without room."""
         count = int(length / self.bay + 0.35)
         if self.width <= 0.0:
             return self._ribbon(length, floor)
@@ -85,7 +86,7 @@ class Facade:
         return np.stack([axes - half, axes + half, low, low + self.height], axis=1)
 
     def _ribbon(self, length: float, floor: float) -> Floats:
-        """Windows side by side along the whole wall, (k, 4) [m]."""
+        """Place windows side by side along the whole wall, (k, 4) [m]."""
         if length < 1.5:
             return np.zeros((0, 4))
         end = min(0.3, 0.1 * length)
@@ -95,7 +96,7 @@ class Facade:
 
 
 def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
-    """The wall around a row of openings, (n, 4, 3) [m].
+    """Build the wall around a row of openings, (n, 4, 3) [m].
 
     Args:
         length: Of the wall [m].
@@ -114,7 +115,7 @@ def storey(length: float, low: float, high: float, openings: Floats) -> Floats:
 def windows(
     openings: Floats, facade: Facade, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """What fills the openings of a wall; the same rooms and drapes at all levels.
+    """Fill the openings of a wall; rooms and drapes are the same at all levels of detail.
 
     Args:
         openings: (k, 4) as u0, u1, z0, z1 [m].
@@ -147,7 +148,7 @@ def windows(
 def glazed(
     panes: Floats, drapes: float, *, level: int, rng: np.random.Generator
 ) -> dict[str, Floats]:
-    """Panes by what is behind them: `room` and `drape` with the number of a class.
+    """Sort panes by what is behind them: `room`, `low` and `drape` with the number of a class.
 
     Args:
         panes: (k, 4, 3) [m], lower left corner first.
@@ -192,7 +193,7 @@ def glazed(
 
 
 def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
-    """Roles with numbers, from quads, (n, 4, 3), and their classes, (n,)."""
+    """Number roles by the classes, (n,), of their quads, (n, 4, 3)."""
     found: dict[str, Floats] = {}
     for role, (some, classes) in quads.items():
         for number in np.unique(classes).tolist():
@@ -201,7 +202,18 @@ def by_class(quads: Mapping[str, tuple[Floats, Ints]]) -> dict[str, Floats]:
 
 
 def share_of_panes(panes: Floats, a0: Floats, a1: Floats, b0: Floats, b1: Floats) -> Floats:
-    """The part of each pane, (n, 4, 3), between shares of its width (a) and height (b)."""
+    """Cut a part out of each pane.
+
+    Args:
+        panes: (n, 4, 3) [m].
+        a0: Where the part begins, as a share of the pane's width, (n,).
+        a1: Where it ends.
+        b0: Where it begins, as a share of the pane's height, (n,).
+        b1: Where it ends.
+
+    Returns:
+        (n, 4, 3) [m].
+    """
     origin = panes[:, 0]
     along, up = panes[:, 1] - origin, panes[:, 3] - origin
     corners = ((a0, b0), (a1, b0), (a1, b1), (a0, b1))
@@ -215,9 +227,9 @@ def wall(
     *,
     level: int,
     rng: np.random.Generator,
-    french: tuple[int, int] | None = None,
+    french: slice | None = None,
 ) -> dict[str, Floats]:
-    """A wall of storeys with windows.
+    """Build a wall of storeys with windows.
 
     Args:
         length: Of the wall [m].
@@ -225,8 +237,7 @@ def wall(
         facade: How its windows look.
         level: Level of detail; the wall has holes for its windows only nearby.
         rng: Tilts the panes and lowers the blinds.
-        french: Which windows reach the floor, above the lowest storey: the number of
-            the first, and how many from one to the next.
+        french: Which windows of a storey above the lowest one reach the floor.
     """
     parts: list[Shell] = []
     if level != NEAR:
@@ -236,8 +247,8 @@ def wall(
         openings = openings[openings[:, 3] < high - 0.15]
         if level == FAR and 0.0 < facade.width < _NARROW:
             continue
-        if french and low > floors[0]:
-            openings[french[0] :: french[1], 2] = low + 0.08
+        if french is not None and low > floors[0]:
+            openings[french, 2] = low + 0.08
         if level == NEAR:
             parts.append({"wall": storey(length, low, high, openings)})
         parts.append(windows(openings, facade, level=level, rng=rng))
@@ -245,7 +256,7 @@ def wall(
 
 
 def _reveals(openings: Floats, inset: float) -> Floats:
-    """The four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
+    """Build the four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
     # They reach behind the tilted panes, so that no slit is left.
     front, back = rectangles(*openings.T), rectangles(*openings.T, inward=inset + 2 * SLACK)
     rolled = [
@@ -256,7 +267,7 @@ def _reveals(openings: Floats, inset: float) -> Floats:
 
 
 def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> Floats:
-    """Flat bars around each opening if wanted, and those that divide it."""
+    """Build flat bars around each opening, where wanted, and those that divide it."""
     u0, u1, z0, z1 = openings.T
     bar = _FRAME
     bars = [rectangles(u0, u0, z0, z0)[:0]]
@@ -279,7 +290,7 @@ def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> 
 
 
 def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
-    """What reaches out around windows: sills, surrounds, hoods and lintels."""
+    """Build what reaches out around windows: sills, surrounds, hoods, shutters and lintels."""
     u0, u1, z0, z1 = openings.T
     found: list[Shell] = []
     if facade.boards:
@@ -310,7 +321,7 @@ def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
 
 
 def _ledges(u0: Floats, u1: Floats, heights: tuple[Floats, Floats], out: float) -> Floats:
-    """Boards that reach out of a wall: front, top and underside, (3 k, 4, 3)."""
+    """Build boards that reach out of a wall: front, top and underside, (3 k, 4, 3)."""
     z0, z1 = heights
     front = rectangles(u0, u1, z0, z1, inward=-out)
     top, under = front[:, [3, 2, 2, 3]].copy(), front[:, [1, 0, 0, 1]].copy()

@@ -1,4 +1,4 @@
-"""Buildings over any footprint: which design suits it, and its outline."""
+"""Buildings over any footprint: its outline, and which style suits it."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ import numpy as np
 import shapely
 from shapely.geometry import Polygon
 
-from sumo3dviz_pt.library.buildings.build import Design, Walls, raised
-from sumo3dviz_pt.library.buildings.designs import SHED
-from sumo3dviz_pt.library.buildings.palettes import CLAY, FACADES, Colours
+from sumo3dviz_pt.library.buildings.build import raised
+from sumo3dviz_pt.library.buildings.design import Design, Walls
 from sumo3dviz_pt.library.buildings.shell import Shell
-from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS, Style
+from sumo3dviz_pt.library.buildings.styles import SUITING, BuildingStyle, Footprint
 from sumo3dviz_pt.model.geometry import Floats, settled
 
 _SMALL, _HOME, _LARGE = 30.0, 240.0, 1100.0  # areas of sheds, of homes, of halls [m2]
-_SHED_STYLE = Style((SHED,), (3.0, 5.0), (3.0, 5.0), (2.3, 3.0), Colours(FACADES, CLAY))
+_LOW, _BLOCK, _TOWER = 4.0, 9.0, 24.0  # heights of one storey, of blocks, of towers [m]
 
 
 def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
-    """The outline of a footprint, counter-clockwise without repeats, (n, 2) [m].
+    """Trace the outline of a footprint, counter-clockwise without repeats, (n, 2) [m].
 
     Args:
         shape: (n, 2) [m], closed or not, crossing itself or not.
@@ -44,47 +43,41 @@ def cleaned(shape: Floats, *, tolerance: float = 0.25) -> Floats | None:
     return kept if len(kept) > 2 else None
 
 
-def style_for(plan: Floats, height: float, *, share: float) -> Style:
-    """The style that suits a footprint.
+def style_for(plan: Floats, height: float, *, share: float) -> BuildingStyle:
+    """Choose a style that suits a footprint.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].
         height: Of the walls [m].
         share: In [0, 1); chooses among those that suit.
     """
-    polygon = Polygon(plan)
-    if polygon.area < _SMALL:
-        return _SHED_STYLE
-    fits = _fitting(polygon, height)
+    fits = SUITING[footprint_of(plan, height)]
     return fits[int(share * len(fits))]
 
 
-def _fitting(polygon: Polygon, height: float) -> tuple[Style, ...]:
-    """Styles for a footprint, the usual ones more than once."""
+def footprint_of(plan: Floats, height: float) -> Footprint:
+    """Tell what sort of footprint a plan, (n, 2) [m], is under walls of a height [m]."""
+    polygon = Polygon(plan)
+    if polygon.area < _SMALL:
+        return "shed"
     around = polygon.minimum_rotated_rectangle
     corners = shapely.get_coordinates(around.exterior)
     sides = np.sort(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1))
     slender, boxy = float(sides[1] / sides[0]), polygon.area > 0.8 * around.area
-    if height < 9.0:
-        return _low(polygon.area, height, slender if boxy else 0.0)
-    old = (BLOCKS["plaster"],) * 4 + (BLOCKS["brick"],) * 3
-    if height > 24.0:
-        return BLOCKS["slab"], BLOCKS["slab"], BLOCKS["office"], BLOCKS["curtain_wall"]
-    slabs = (BLOCKS["slab"],) * (3 if slender > 2.5 else 1)
-    return (*old, *slabs, BLOCKS["office"])
+    if height >= _BLOCK:
+        return "tower" if height > _TOWER else "long_block" if slender > 2.5 else "block"
+    return _low_footprint(polygon.area, height, slender if boxy else 0.0)
 
 
-def _low(area: float, height: float, slender: float) -> tuple[Style, ...]:
-    """Styles for low footprints; slender is 0 for those that are no rectangles."""
+def _low_footprint(area: float, height: float, slender: float) -> Footprint:
+    """Tell what sort a low footprint is; slender is 0 for those that are no rectangles."""
     if area > _LARGE:
-        return SHOPS["hall"], SHOPS["hall"], SHOPS["supermarket"]
+        return "large"
     if area > _HOME or not slender:
-        return SHOPS["pavilion"], HOMES["bungalow"], BLOCKS["office"]
-    if height < 4.0:
-        return (HOMES["bungalow"],)
-    if slender > 1.9:
-        return HOMES["row"], HOMES["row"], HOMES["plaster"]
-    return HOMES["plaster"], HOMES["plaster"], HOMES["brick"], HOMES["hipped"]
+        return "wide"
+    if height < _LOW:
+        return "low_house"
+    return "long_house" if slender > 1.9 else "house"
 
 
 def extruded(
@@ -93,10 +86,10 @@ def extruded(
     *,
     level: int,
     seed: int,
-    style: Style,
+    style: BuildingStyle,
     fronts: Collection[int] = (),
 ) -> Shell:
-    """A building over a footprint.
+    """Raise a building over a footprint.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].

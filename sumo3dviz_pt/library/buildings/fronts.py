@@ -6,6 +6,9 @@ colours of the pane (`shop0` ... `shop5`), which shine at night.
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import Literal
+
 import numpy as np
 
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR, PROUD, SLACK, share_of_panes, storey
@@ -16,16 +19,14 @@ GOODS = 6
 """How many sorts of things behind shop windows are told apart; 0 is the ceiling."""
 
 _THINGS = 5  # behind each pane
+_BAY = 3.4  # between the piers of shops, about [m]
 
 FOOT = -1.0
 """How deep walls and steps reach [m]."""
 
-How = tuple[int, np.random.Generator]
-"""Level of detail, and chance."""
-
 
 def door(opening: Floats, *, step: float, level: int) -> Shell:
-    """A door leaf set back, a step and a canopy.
+    """Build a door leaf set back, steps up to it and a canopy.
 
     Args:
         opening: u0, u1, z0, z1 [m].
@@ -65,24 +66,31 @@ def door(opening: Floats, *, step: float, level: int) -> Shell:
     return joined([shell, _steps(u0, u1, z0, step)])
 
 
-def shops(length: float, height: float, how: How, *, bay: float = 3.4, sign: str = "each") -> Shell:
-    """Glazing between piers under sign boards, with a door now and then.
+def shops(
+    length: float,
+    height: float,
+    *,
+    level: int,
+    rng: np.random.Generator,
+    sign: Literal["each", "band"] = "each",
+) -> Shell:
+    """Build glazing between piers under sign boards, with a door now and then.
 
     Args:
         length: Of the wall [m].
         height: Of the ground floor [m].
-        how: Level of detail, and chance.
-        bay: Between piers, about [m].
+        level: Of detail.
+        rng: Chooses doors, awnings and what is shown.
         sign: `each` for a board per shop, `band` for one along the wall.
     """
-    level, rng = how
-    count = max(int(length / bay), 1)
+    count = max(int(length / _BAY), 1)
     edges = np.linspace(0.25, length - 0.25, count + 1)
     low = np.where(rng.random(count) < 0.3, 0.04, 0.42)
     openings = np.column_stack(
         [edges[:-1] + 0.16, edges[1:] - 0.16, low, np.full(count, height - 1.0)]
     )
-    parts: list[Shell] = [_glazing(openings, how), _signs(edges, height, how, sign)]
+    parts: list[Shell] = [_glazing(openings, level, rng)]
+    parts.append(_signs(edges, height, sign, level=level, rng=rng))
     if level == NEAR:
         parts.append({"front": storey(length, 0.0, height, openings)})
         parts.append(_awnings(openings, rng))
@@ -92,9 +100,14 @@ def shops(length: float, height: float, how: How, *, bay: float = 3.4, sign: str
     return joined(parts)
 
 
-def gates(length: float, height: float, how: How) -> Shell:
-    """Roller gates and a door in the wall of a hall, the wall around them included."""
-    level, _ = how
+def gates(length: float, height: float, *, level: int) -> Shell:
+    """Build roller gates in the wall of a hall, and the wall around them.
+
+    Args:
+        length: Of the wall [m].
+        height: Of the ground floor [m].
+        level: Of detail.
+    """
     wide, tall = 3.6, min(4.0, height - 0.8)
     count = max(int((length - 3.0) / 6.5), 1)
     axes = (np.arange(count) + 0.5) * length / count
@@ -116,7 +129,17 @@ def gates(length: float, height: float, how: How) -> Shell:
 
 
 def letters(u: float, z: float, size: float, rng: np.random.Generator) -> Floats:
-    """Pale bars that read as a name from the road, around a middle, (n, 4, 3)."""
+    """Draw pale bars that look like a name from the road.
+
+    Args:
+        u: Middle of the name along the wall [m].
+        z: Foot of the letters [m].
+        size: Height of the letters [m].
+        rng: Chooses letters.
+
+    Returns:
+        Bars, (n, 4, 3) [m].
+    """
     count = int(rng.integers(5, 11))
     pitch = 0.72 * size
     starts = u + (np.arange(count) - count / 2) * pitch
@@ -136,7 +159,17 @@ def letters(u: float, z: float, size: float, rng: np.random.Generator) -> Floats
 
 
 def recess(u0: float, u1: float, heights: tuple[float, float], depth: float) -> Floats:
-    """Sides and head of an opening that reaches the floor, (3, 4, 3)."""
+    """Build the faces of the wall's thickness in an opening: sides, head and foot.
+
+    Args:
+        u0: Where the opening begins along the wall [m].
+        u1: Where it ends [m].
+        heights: Of its foot and its head [m].
+        depth: Of the wall there [m].
+
+    Returns:
+        Quads, (4, 4, 3) [m].
+    """
     z0, z1 = heights
     left = [(u0, 0, z0), (u0, depth, z0), (u0, depth, z1), (u0, 0, z1)]
     right = [(u1, depth, z0), (u1, 0, z0), (u1, 0, z1), (u1, depth, z1)]
@@ -146,7 +179,7 @@ def recess(u0: float, u1: float, heights: tuple[float, float], depth: float) -> 
 
 
 def _steps(u0: float, u1: float, z0: float, rise: float) -> Shell:
-    """Steps up to a door."""
+    """Build steps up to a door."""
     count = max(round(rise / 0.17), 1)
     parts = []
     for k in range(count):
@@ -156,9 +189,8 @@ def _steps(u0: float, u1: float, z0: float, rise: float) -> Shell:
     return {"plinth": np.concatenate(parts)}
 
 
-def _glazing(openings: Floats, how: How) -> Shell:
-    """Panes with things behind them, bars between them, and their recess."""
-    level, rng = how
+def _glazing(openings: Floats, level: int, rng: np.random.Generator) -> Shell:
+    """Build panes with things behind them, bars between them, and their recess."""
     u0, u1, z0, z1 = openings.T
     inward = 0.3 if level == NEAR else -PROUD
     panes = rectangles(u0, u1, z0, z1, inward=inward)
@@ -189,13 +221,14 @@ def _glazing(openings: Floats, how: How) -> Shell:
 
 
 def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
-    """Panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
+    """Sort panes by what is seen behind them: a row of things, a wall over it, a ceiling."""
     count = len(panes)
     sorts = rng.integers(1, GOODS, (count, _THINGS + 1))
     tall = rng.uniform(0.16, 0.5, (count, _THINGS))
     found: dict[str, list[Floats]] = {}
 
     def show(quads: Floats, sort: Ints) -> None:
+        """Give quads to the roles of their sorts."""
         for number in np.unique(sort).tolist():
             found.setdefault(f"shop{number}", []).append(quads[sort == number])
 
@@ -213,18 +246,16 @@ def _goods(panes: Floats, level: int, rng: np.random.Generator) -> Shell:
     return {role: np.concatenate(quads) for role, quads in found.items()}
 
 
-def _signs(edges: Floats, height: float, how: How, sort: str) -> Shell:
-    """Boards with letters over the shop windows; their faces shine at night."""
-    level, rng = how
+def _signs(
+    edges: Floats, height: float, sign: str, *, level: int, rng: np.random.Generator
+) -> Shell:
+    """Build boards with letters over the shop windows; their faces shine at night."""
     z0, z1 = height - 0.86, height - 0.26
-    spans = (
-        [(edges[0], edges[-1])]
-        if sort == "band"
-        else list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
-    )
+    ends = edges.tolist()
+    spans = [(ends[0], ends[-1])] if sign == "band" else list(pairwise(ends))
     parts: list[Shell] = []
     for number, (a, b) in enumerate(spans):
-        if sort == "each" and rng.random() < 0.3:
+        if sign == "each" and rng.random() < 0.3:
             continue
         u0, u1, face = a + 0.12, b - 0.12, f"sign{number % 3}"
         written = letters((u0 + u1) / 2, z0 + 0.13, 0.34, rng)
@@ -237,7 +268,7 @@ def _signs(edges: Floats, height: float, how: How, sort: str) -> Shell:
 
 
 def _footing(length: float, openings: Floats) -> Shell:
-    """Dark stone at the foot of piers and under shop windows."""
+    """Build dark stone at the foot of piers and under shop windows."""
     starts, ends = np.append(0.0, openings[:, 1]), np.append(openings[:, 0], length)
     piers = rectangles(starts, ends, FOOT, 0.55, inward=-0.025)
     closed = openings[openings[:, 2] > 0.2]
@@ -246,7 +277,7 @@ def _footing(length: float, openings: Floats) -> Shell:
 
 
 def _awnings(openings: Floats, rng: np.random.Generator) -> Shell:
-    """Sloping cloth over some of the shop windows, seen from above and below."""
+    """Build sloping cloth over some of the shop windows, seen from above and below."""
     some = openings[rng.random(len(openings)) < 0.25]
     if not len(some):
         return {}

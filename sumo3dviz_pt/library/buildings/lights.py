@@ -51,7 +51,7 @@ _ODDS: Mapping[str, Floats] = {
 def lit_roles(
     use: Use, signs: tuple[Colour, ...], rng: np.random.Generator
 ) -> dict[str, tuple[str, Colour]]:
-    """Which roles of a building shine in the evening, and how.
+    """Choose which roles of a building shine in the evening, and how.
 
     Args:
         use: What it is for.

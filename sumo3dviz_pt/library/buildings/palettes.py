@@ -1,20 +1,24 @@
-"""What the roles of a building's shell are made of, and in which colours."""
+"""What the roles of a building's shell are made of, and in which colours.
+
+The colours to draw from stand in `assets/palettes`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_asset
 from sumo3dviz_pt.library.buildings.facade import CLASSES
 from sumo3dviz_pt.library.buildings.fronts import GOODS
 from sumo3dviz_pt.library.buildings.lights import Use, lit_roles
 from sumo3dviz_pt.library.buildings.shell import Palette
 from sumo3dviz_pt.model.geometry import Colour
-
-Coat = tuple[str, Colour]
-"""A cladding's name and its mean reflectance."""
 
 Role = tuple[str, Colour | None]
 """A material's name, and its colour unless it has one of its own."""
@@ -27,82 +31,37 @@ CLADDINGS: Mapping[str, str] = {
 }
 """Surfaces that show a texture nearby, and the material that stands for each from afar."""
 
+_PLAIN: Mapping[str, str] = {"glass": "glazing", "sheet": "sheet"}
+"""Surfaces without a texture, and their materials."""
+
+SURFACES = frozenset({*CLADDINGS, *_PLAIN})
+"""What walls and roofs may be coated with."""
+
 
 def cladding(surface: str) -> str:
-    """The material that shows a surface in the colour of each face."""
+    """Name the material that shows a surface in the colour of each face."""
     return f"cladding:{surface}"
 
 
-BRICKS: tuple[Coat, ...] = (
-    ("brick", (0.27, 0.125, 0.09)),
-    ("brick", (0.23, 0.1, 0.07)),
-    ("brick", (0.33, 0.18, 0.12)),
-    ("brick", (0.36, 0.27, 0.18)),
-)
-FACADES: tuple[Coat, ...] = (
-    ("plaster", (0.6, 0.57, 0.5)),
-    ("plaster", (0.66, 0.65, 0.62)),
-    ("plaster", (0.56, 0.46, 0.3)),
-    ("plaster", (0.54, 0.5, 0.42)),
-    ("plaster", (0.52, 0.38, 0.28)),
-    ("plaster", (0.45, 0.48, 0.46)),
-    ("plaster", (0.48, 0.34, 0.22)),
-    ("plaster", (0.58, 0.42, 0.17)),
-    ("plaster", (0.52, 0.3, 0.22)),
-    ("plaster", (0.42, 0.47, 0.38)),
-    ("plaster", (0.4, 0.46, 0.52)),
-)
-PANELS: tuple[Coat, ...] = (
-    ("plaster", (0.6, 0.59, 0.56)),
-    ("concrete", (0.42, 0.41, 0.385)),
-    ("plaster", (0.55, 0.5, 0.4)),
-    ("plaster", (0.5, 0.52, 0.52)),
-)
-MODERN: tuple[Coat, ...] = (
-    ("plaster", (0.68, 0.68, 0.66)),
-    ("concrete", (0.38, 0.375, 0.36)),
-    ("concrete", (0.5, 0.46, 0.39)),
-    ("plaster", (0.3, 0.3, 0.3)),
-)
-GLAZED: tuple[Coat, ...] = (
-    ("glass", (0.055, 0.085, 0.095)),
-    ("glass", (0.16, 0.17, 0.175)),
-    ("glass", (0.28, 0.285, 0.28)),
-)
-SHEETS: tuple[Coat, ...] = (
-    ("sheet", (0.42, 0.43, 0.44)),
-    ("sheet", (0.2, 0.26, 0.33)),
-    ("sheet", (0.45, 0.42, 0.34)),
-    ("sheet", (0.18, 0.2, 0.19)),
-)
-CLAY: tuple[Coat, ...] = (
-    ("roof_tiles", (0.24, 0.1, 0.065)),
-    ("roof_tiles", (0.27, 0.12, 0.08)),
-    ("roof_tiles", (0.15, 0.085, 0.065)),
-    ("roof_tiles", (0.085, 0.085, 0.09)),
-)
-SLATE: tuple[Coat, ...] = (
-    ("roof_tiles", (0.075, 0.078, 0.085)),
-    ("roof_tiles", (0.1, 0.1, 0.105)),
-    ("roof_tiles", (0.17, 0.09, 0.065)),
-)
-DECKS: tuple[Coat, ...] = (("concrete", (0.22, 0.215, 0.21)), ("concrete", (0.15, 0.15, 0.155)))
-DOORS: tuple[Colour, ...] = (
-    (0.06, 0.09, 0.07),
-    (0.16, 0.075, 0.035),
-    (0.1, 0.02, 0.02),
-    (0.04, 0.06, 0.11),
-    (0.5, 0.5, 0.48),
-)
-SIGNS: tuple[Colour, ...] = (
-    (0.42, 0.03, 0.03),
-    (0.03, 0.12, 0.34),
-    (0.03, 0.24, 0.09),
-    (0.55, 0.32, 0.03),
-    (0.05, 0.05, 0.055),
-    (0.3, 0.04, 0.16),
-    (0.5, 0.48, 0.44),
-)
+@dataclass(frozen=True, slots=True)
+class Coat(RecipeValue):
+    """What a wall or a roof is coated with.
+
+    Attributes:
+        surface: One of `SURFACES`.
+        colour: Its mean reflectance.
+    """
+
+    surface: str
+    colour: Colour
+
+    def __post_init__(self) -> None:
+        """Check the surface's name, which no type can."""
+        if self.surface not in SURFACES:
+            raise ValueError(
+                f"no surface of buildings is called {self.surface!r}"
+                f"{did_you_mean(self.surface, SURFACES)}"
+            )
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,46 +69,88 @@ class Colours:
     """What a style's colours are drawn from.
 
     Attributes:
-        walls: Surfaces and colours of walls.
-        roofs: Of slopes and decks.
-        signs: Of sign boards and gates.
+        walls: Coats of walls.
+        roofs: Coats of slopes and decks.
         use: What the building is for.
     """
 
     walls: tuple[Coat, ...]
     roofs: tuple[Coat, ...]
-    signs: tuple[Colour, ...] = SIGNS
     use: Use = "home"
 
 
-_MATERIALS = {"glass": "glazing", "sheet": "sheet"}
-_FRAMES: tuple[Colour, ...] = (
-    (0.62, 0.62, 0.6),
-    (0.62, 0.62, 0.6),
-    (0.09, 0.05, 0.03),
-    (0.05,) * 3,
-)
-_PANELS: tuple[Colour, ...] = (
-    (0.5, 0.5, 0.48),
-    (0.4, 0.32, 0.2),
-    (0.2, 0.28, 0.36),
-    (0.42, 0.2, 0.12),
-    (0.28, 0.34, 0.24),
-)
-_SHOPFRONTS: tuple[Colour, ...] = (
-    (0.05, 0.055, 0.06),
-    (0.05, 0.09, 0.07),
-    (0.11, 0.04, 0.035),
-    (0.35, 0.31, 0.24),
-    (0.045, 0.07, 0.12),
-)
-_SHUTTERS: tuple[Colour, ...] = (
-    (0.045, 0.1, 0.065),
-    (0.13, 0.065, 0.035),
-    (0.2, 0.25, 0.26),
-    (0.36, 0.35, 0.32),
-)
+@dataclass(frozen=True, slots=True)
+class _Accents(RecipeValue):
+    """Reflectances of what is painted; each colour of a list is as usual as the others.
+
+    Attributes:
+        doors: Of front doors.
+        signs: Of sign boards, gates and awnings.
+        frames: Of windows.
+        panels: Of balconies.
+        shopfronts: Of the joinery around shop windows, where it is painted.
+        shutters: Of windows.
+    """
+
+    doors: tuple[Colour, ...]
+    signs: tuple[Colour, ...]
+    frames: tuple[Colour, ...]
+    panels: tuple[Colour, ...]
+    shopfronts: tuple[Colour, ...]
+    shutters: tuple[Colour, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Palettes(RecipeValue):
+    """Colours of all buildings: palettes of named coats, and accents."""
+
+    coats: Mapping[str, Mapping[str, Coat]]
+    accents: _Accents
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _PalettesFile(AssetFile):
+    """Content of an `asset.yaml` with palettes."""
+
+    kind: Literal["palettes"]
+    recipe: _Palettes
+
+
+_KNOWN = read_asset("palettes", "buildings", _PalettesFile).recipe
+_ACCENTS = _KNOWN.accents
+
+SIGNS = _ACCENTS.signs
+"""Colours of sign boards."""
+
 _PALE: Colour = (0.55, 0.54, 0.51)
+
+
+def coats(chosen: Sequence[str | Coat]) -> tuple[Coat, ...]:
+    """Look coats up.
+
+    Args:
+        chosen: Palettes such as `facades`, single coats of one such as `facades.cream`, or coats
+            that stand in no palette.
+
+    Raises:
+        ConfigError: If there is no such palette or coat; the message suggests one.
+    """
+    found: list[Coat] = []
+    for item in chosen:
+        found += [item] if isinstance(item, Coat) else _coats_called(item)
+    return tuple(found)
+
+
+def _coats_called(name: str) -> list[Coat]:
+    """Return all coats of a palette, or the one that the name says."""
+    palettes = _KNOWN.coats
+    if name in palettes:
+        return list(palettes[name].values())
+    single = {f"{own}.{coat}": row for own, rows in palettes.items() for coat, row in rows.items()}
+    if name not in single:
+        hint = did_you_mean(name, [*palettes, *single])
+        raise ConfigError(f"no palette or coat of buildings is called {name!r}{hint}")
+    return [single[name]]
 
 
 def palette(
@@ -160,31 +161,32 @@ def palette(
     textured: bool = False,
     dark: bool = False,
 ) -> Palette:
-    """Colours of one building of a style; all roles that a shell may have.
+    """Draw the colours of one building of a style: those of all roles that a shell may have.
 
     Args:
         colours: What to draw from.
-        rng: Draws.
+        rng: Source of all choices.
         wall_colour: Instead of the style's.
         textured: Whether walls and roofs show their surfaces; from afar a plain colour
             looks the same and makes no noise.
         dark: Whether windows are lit.
     """
-    surface, main = _drawn(colours.walls, rng)
+    wall = _drawn(colours.walls, rng)
     roof = _drawn(colours.roofs, rng)
-    main = wall_colour or main
-    signs = tuple(_accent(colours.signs, rng) for _ in range(3))
-    fittings = _fittings(main, rng)
-    stone: Coat = ("concrete", _mixed(main, 0.4, (0.36, 0.34, 0.31)))
-    front = None if rng.random() < 0.6 else _accent(_SHOPFRONTS, rng)
-    masonry = _masonry((surface, main), roof, stone)
+    if wall_colour is not None:
+        wall = replace(wall, colour=wall_colour)
+    signs = tuple(_accent(SIGNS, rng) for _ in range(3))
+    fittings = _fittings(wall.colour, rng)
+    stone = Coat("concrete", _mixed(wall.colour, 0.4, (0.36, 0.34, 0.31)))
+    front = None if rng.random() < 0.6 else _accent(_ACCENTS.shopfronts, rng)
+    masonry = _masonry(wall, roof, stone)
     roles: dict[str, Role] = {name: _finish(coat, textured) for name, coat in masonry.items()}
     roles["front"] = _finish(stone, textured) if front is None else ("joinery", front)
-    roles |= _plain_walls(main, roof[1])
+    roles |= _plain_walls(wall.colour, roof.colour)
     roles |= fittings
     roles |= _lettered(signs)
     roles |= _behind_glass(rng)
-    if surface == "glass":
+    if wall.surface == "glass":
         roles |= _coated(rng)
     if dark:
         roles |= lit_roles(colours.use, signs, rng)
@@ -192,27 +194,27 @@ def palette(
 
 
 def _finish(coat: Coat, textured: bool) -> Role:
-    """The material that shows a coat."""
-    surface, colour = coat
-    if surface not in CLADDINGS:
-        return _MATERIALS[surface], colour
-    return (cladding(surface) if textured else CLADDINGS[surface]), colour
+    """Return the material that shows a coat, and its colour."""
+    if coat.surface in _PLAIN:
+        return _PLAIN[coat.surface], coat.colour
+    material = cladding(coat.surface) if textured else CLADDINGS[coat.surface]
+    return material, coat.colour
 
 
 def _masonry(wall: Coat, roof: Coat, stone: Coat) -> dict[str, Coat]:
-    """Coats of what shows a surface nearby."""
+    """Return the coats of what shows a surface nearby."""
     return {
         "wall": wall,
         "base": stone,
-        "plinth": ("concrete", (0.26, 0.25, 0.24)),
-        "chimney": ("brick", (0.26, 0.12, 0.085)),
+        "plinth": Coat("concrete", (0.26, 0.25, 0.24)),
+        "chimney": Coat("brick", (0.26, 0.12, 0.085)),
         "roof": roof,
-        "deck": ("concrete", (0.2, 0.197, 0.19)),
+        "deck": Coat("concrete", (0.2, 0.197, 0.19)),
     }
 
 
 def _plain_walls(wall: Colour, roof: Colour) -> dict[str, Role]:
-    """Small walls and edges."""
+    """Return the colours of small walls and edges."""
     return {
         "reveal": ("wall", _mixed(wall, 0.85, _PALE)),
         "trim": ("wall", _mixed(wall, 0.35, _PALE)),
@@ -222,10 +224,10 @@ def _plain_walls(wall: Colour, roof: Colour) -> dict[str, Role]:
 
 
 def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
-    """Doors, windows, rails and pipes of a house with such walls."""
-    door, panel = _accent(DOORS, rng), _accent(_PANELS, rng)
-    shutter = _accent(_SHUTTERS, rng)
-    frame = _accent(_FRAMES, rng)
+    """Draw the colours of doors, windows, rails and pipes of a house with such walls."""
+    door, panel = _accent(_ACCENTS.doors, rng), _accent(_ACCENTS.panels, rng)
+    shutter = _accent(_ACCENTS.shutters, rng)
+    frame = _accent(_ACCENTS.frames, rng)
     return {
         "frame": ("joinery", frame),
         "eaves": ("wall", _mixed(frame, 0.5, (0.3, 0.28, 0.25))),
@@ -242,7 +244,7 @@ def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _lettered(signs: Sequence[Colour]) -> dict[str, Role]:
-    """Sign boards, letters that stand out from them, and an awning to match."""
+    """Colour sign boards, letters that stand out from them, and an awning to match."""
     roles: dict[str, Role] = {"awning": ("cloth", signs[1])}
     for k, sign in enumerate(signs):
         roles[f"sign{k}"] = ("sign", sign)
@@ -251,7 +253,7 @@ def _lettered(signs: Sequence[Colour]) -> dict[str, Role]:
 
 
 def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
-    """Colours of rooms, blinds and goods as seen through panes."""
+    """Draw the colours of rooms, blinds and goods as seen through panes."""
     found: dict[str, Role] = {}
     for number in range(CLASSES):
         depth = float(rng.uniform(0.01, 0.05))
@@ -267,7 +269,7 @@ def _behind_glass(rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _coated(rng: np.random.Generator) -> dict[str, Role]:
-    """Panes with a coat against the sun, which shows more sky than room."""
+    """Draw the colours of panes with a coat against the sun, which show more sky than room."""
     tone = rng.uniform(0.15, 0.24) * np.array([0.86, 0.97, 1.0 + 0.1 * rng.random()])
     found: dict[str, Role] = {}
     for number in range(CLASSES):
@@ -277,22 +279,22 @@ def _coated(rng: np.random.Generator) -> dict[str, Role]:
 
 
 def _drawn(coats: tuple[Coat, ...], rng: np.random.Generator) -> Coat:
-    """One of some coats, a little lighter or darker."""
-    surface, colour = coats[int(rng.integers(len(coats)))]
-    return surface, _colour(np.array(colour) * rng.uniform(0.88, 1.1))
+    """Draw one of some coats, a little lighter or darker."""
+    coat = coats[int(rng.integers(len(coats)))]
+    return replace(coat, colour=_colour(np.array(coat.colour) * rng.uniform(0.88, 1.1)))
 
 
 def _accent(colours: tuple[Colour, ...], rng: np.random.Generator) -> Colour:
-    """One of some colours."""
+    """Draw one of some colours."""
     return colours[int(rng.integers(len(colours)))]
 
 
 def _mixed(one: Colour, share: float, other: Colour) -> Colour:
-    """A mixture of two colours."""
+    """Mix two colours by the share of the first one."""
     return _colour(share * np.array(one) + (1 - share) * np.array(other))
 
 
 def _colour(values: np.ndarray) -> Colour:
-    """A reflectance that surfaces have."""
+    """Limit reflectances to those that surfaces have."""
     r, g, b = np.clip(values, 0.004, 0.75)
     return float(r), float(g), float(b)

@@ -44,7 +44,7 @@ class Lot:
     joined: tuple[bool, bool] = (True, True)
 
     def plan(self, depth: float) -> Floats | None:
-        """Counter-clockwise corners of a house, its front walls first, or None without room.
+        """Return the counter-clockwise corners of a house, front walls first, or None without room.
 
         Args:
             depth: From the front to the back [m].
@@ -64,13 +64,13 @@ class Lot:
 def lots_along(
     line: Floats, fit: Callable[[Floats], Bools], *, depth: float, share: Share
 ) -> list[Lot]:
-    """Divide a building line.
+    """Divide a building line into lots.
 
     Args:
         line: (n, 2) [m], its land on the left; closed if its ends coincide.
         fit: Which places, (m, 2) [m], may bear a front.
         depth: Of houses at corners [m].
-        share: Chance.
+        share: Says where party walls stand around even places.
 
     Returns:
         Lots in order, without those that are narrower than a house.
@@ -96,7 +96,7 @@ def _cuts(
     corners: Sequence[tuple[float, float]],
     share: Share,
 ) -> list[float]:
-    """Where party walls stand along a run, its ends included [m]."""
+    """Choose where party walls stand along a run, its ends included [m]."""
     begin, end = run
     inside = [(a, b) for a, b in corners if a >= begin - 0.1 and b <= end + 0.1]
     # A corner at the end of a run has no room for its second wing.
@@ -124,7 +124,7 @@ def _cuts(
 
 
 def _even(place: Floats, low: float, high: float, share: Share) -> list[float]:
-    """Party walls between two others, about evenly spaced [m]."""
+    """Space party walls about evenly between two others [m]."""
     count = max(round((high - low) / _USUAL), 1)
     width = (high - low) / count
     return [
@@ -133,7 +133,7 @@ def _even(place: Floats, low: float, high: float, share: Share) -> list[float]:
 
 
 def _runs(line: Floats, knots: Floats, fit: Callable[[Floats], Bools]) -> list[tuple[float, float]]:
-    """Stretches on which fronts may stand, as distances along the line [m]."""
+    """Find the stretches on which fronts may stand, as distances along the line [m]."""
     count = max(int(knots[-1] / _STEP), 1) + 1
     at = np.linspace(0.0, knots[-1], count)
     good = np.concatenate([[False], fit(_at(line, knots, at)), [False]])
@@ -143,7 +143,7 @@ def _runs(line: Floats, knots: Floats, fit: Callable[[Floats], Bools]) -> list[t
 
 
 def _corners(line: Floats, knots: Floats, depth: float) -> list[tuple[float, float]]:
-    """Stretches that corner houses take, wings included, in order and apart [m]."""
+    """Find the stretches that corner houses take, wings included, in order and apart [m]."""
     turns = _turns(line)
     groups: list[list[int]] = []
     for k in np.flatnonzero(turns > _BEND).tolist():
@@ -164,7 +164,7 @@ def _corners(line: Floats, knots: Floats, depth: float) -> list[tuple[float, flo
 
 
 def _from_a_corner(line: Floats) -> Floats:
-    """A closed line that begins in the middle of its longest side; an open one as it is."""
+    """Let a closed line begin in the middle of its longest side; leave an open one as it is."""
     if len(line) < 4 or np.linalg.norm(line[0] - line[-1]) > 1e-6:
         return line
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
@@ -174,25 +174,25 @@ def _from_a_corner(line: Floats) -> Floats:
 
 
 def _straightened(line: Floats) -> Floats:
-    """A line without bends that nobody sees, (m, 2)."""
+    """Drop bends of a line that are too slight to be seen, (m, 2)."""
     simple = shapely.get_coordinates(shapely.LineString(line).simplify(0.5))
     keep = np.append(True, np.linalg.norm(np.diff(simple, axis=0), axis=1) > 0.05)
     return np.asarray(simple[keep])
 
 
 def _turns(line: Floats) -> Floats:
-    """Turns to the left at the inner vertices, (n - 2,) [rad]."""
+    """Return the turns to the left at the inner vertices, (n - 2,) [rad]."""
     step = np.diff(line, axis=0)
     angle = np.arctan2(step[:, 1], step[:, 0])
     return np.asarray((np.diff(angle) + np.pi) % (2 * np.pi) - np.pi)
 
 
 def _at(line: Floats, knots: Floats, at: Floats | float) -> Floats:
-    """Places at distances along a line, (m, 2) or (2,)."""
+    """Return the places at distances along a line, (m, 2) or (2,)."""
     return settled(np.stack([np.interp(at, knots, column) for column in line.T], axis=-1))
 
 
 def _piece(line: Floats, knots: Floats, a: float, b: float) -> Floats:
-    """A line between two distances along it, (n, 2)."""
+    """Cut out the piece of a line between two distances along it, (n, 2)."""
     inner = line[(knots > a + 0.05) & (knots < b - 0.05)]
     return np.concatenate([_at(line, knots, a)[None], inner, _at(line, knots, b)[None]])

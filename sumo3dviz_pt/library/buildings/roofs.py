@@ -17,11 +17,14 @@ from sumo3dviz_pt.model.vectors import unit
 EAVES = 0.4
 """How far roofs reach over walls [m]."""
 
+LEAN = 0.45
+"""How far mansard slopes lean in, by their rise."""
+
 _SLAB = np.array([0.0, 0.0, 0.16])  # thickness of a roof [m]
 
 
 def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> Shell:
-    """A deck behind a parapet.
+    """Build a deck behind a parapet.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
@@ -44,7 +47,7 @@ def flat_roof(plan: Floats, height: float, *, parapet: float, level: int) -> She
 def mansard_roof(
     plan: Floats, height: float, *, rise: float, level: int, blind: Collection[int] = ()
 ) -> Shell:
-    """Steep slopes all around and a deck on top; a flat roof where there is no room.
+    """Build steep slopes all around and a deck on top; a flat roof where there is no room.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].
@@ -54,7 +57,7 @@ def mansard_roof(
         blind: Numbers of walls to neighbours, which go straight up.
     """
     steep = np.array([i in blind for i in range(len(plan))])
-    inner = inset(plan, np.where(steep, 0.0, 0.45 * rise))
+    inner = inset(plan, np.where(steep, 0.0, LEAN * rise))
     if inner is None:
         return flat_roof(plan, height, parapet=0.6, level=level)
     sides = _ring(plan, inner, height, height + rise)
@@ -63,7 +66,7 @@ def mansard_roof(
 
 
 def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, level: int) -> Shell:
-    """Two slopes with overhanging eaves, and the walls up to them.
+    """Build two slopes with overhanging eaves, and the walls up to them.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m]; convex or not.
@@ -79,7 +82,7 @@ def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, leve
     slope = float(np.tan(pitch))
 
     def lifted(points: Floats) -> Floats:
-        """Points of the plan, (..., 2), on the roof's underside."""
+        """Lift points of the plan, (..., 2), to the roof's underside."""
         z = height + slope * (half - np.abs(points @ across - middle))
         return np.concatenate([points, z[..., None]], axis=-1)
 
@@ -96,7 +99,7 @@ def gable_roof(plan: Floats, height: float, *, pitch: float, along: Floats, leve
 
 
 def hip_roof(plan: Floats, height: float, *, pitch: float, level: int) -> Shell:
-    """One slope per wall of a convex plan, with overhanging eaves.
+    """Build one slope per wall of a convex plan, with overhanging eaves.
 
     Args:
         plan: Counter-clockwise corners, convex, (n, 2) [m].
@@ -126,13 +129,13 @@ def hip_roof(plan: Floats, height: float, *, pitch: float, level: int) -> Shell:
 
 
 def is_convex(plan: Floats) -> bool:
-    """Whether no corner of a counter-clockwise plan, (n, 2), turns right."""
+    """Tell whether no corner of a counter-clockwise plan, (n, 2), turns right."""
     before, after = plan - np.roll(plan, 1, axis=0), np.roll(plan, -1, axis=0) - plan
     return bool((before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > -1e-9).all())
 
 
 def inset(plan: Floats, distance: float | Floats) -> Floats | None:
-    """The plan with every wall moved inwards, (n, 2), or None where that cannot be.
+    """Move every wall of a plan inwards, (n, 2); None where that cannot be.
 
     Args:
         plan: Counter-clockwise corners, (n, 2) [m].
@@ -157,13 +160,22 @@ def inset(plan: Floats, distance: float | Floats) -> Floats | None:
 
 
 def upright(plan: Floats, low: float, high: float) -> Floats:
-    """Upright faces along a closed plan, outside out, (n, 4, 3)."""
+    """Build upright faces along a closed plan.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        low: Where they begin [m].
+        high: Where they end [m].
+
+    Returns:
+        Quads that look outwards, (n, 4, 3) [m].
+    """
     after = np.roll(plan, -1, axis=0)
     return np.stack([_at(plan, low), _at(after, low), _at(after, high), _at(plan, high)], axis=1)
 
 
 def cap(plan: Floats, height: float) -> Floats:
-    """The plan as triangles (quads whose last corners coincide), (n, 4, 3)."""
+    """Cover a plan with triangles, quads whose last corners coincide, (n, 4, 3)."""
     if len(plan) == 4 and is_convex(plan):
         return _at(plan, height)[None]
     flat = _fill(Polygon(plan))
@@ -171,7 +183,16 @@ def cap(plan: Floats, height: float) -> Floats:
 
 
 def split_at(ring: Floats, across: Floats, middle: float) -> Floats:
-    """A ring, (n, 2), with corners added where it crosses the line `across @ p = middle`."""
+    """Add corners to a ring where it crosses a line.
+
+    Args:
+        ring: (n, 2) [m].
+        across: Unit normal of the line, (2,).
+        middle: Distance of the line from the origin [m]: its points p have `across @ p = middle`.
+
+    Returns:
+        (m, 2) [m], m >= n.
+    """
     found = []
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         found.append(a)
@@ -181,8 +202,14 @@ def split_at(ring: Floats, across: Floats, middle: float) -> Floats:
     return np.array(found)
 
 
-def gutters(plan: Floats, height: float, level: int) -> Shell:
-    """A gutter under the eaves of each wall and a pipe down each end of the longest."""
+def rain_pipes(plan: Floats, height: float, level: int) -> Shell:
+    """Build a pipe down each end of the longest wall.
+
+    Args:
+        plan: Counter-clockwise corners, (n, 2) [m].
+        height: Of the walls [m].
+        level: Of detail; there are pipes nearby only.
+    """
     if level != NEAR:
         return {}
     after = np.roll(plan, -1, axis=0)
@@ -196,7 +223,7 @@ def gutters(plan: Floats, height: float, level: int) -> Shell:
 
 
 def _slab(under: Floats, ring: Floats, level: int) -> Shell:
-    """A roof of some thickness from its underside, (n, 4, 3), and its edge, (k, 3)."""
+    """Build a roof of some thickness from its underside, (n, 4, 3), and its edge, (k, 3)."""
     if level == FAR:
         return {"roof": under + _SLAB}
     after = np.roll(ring, -1, axis=0)
@@ -205,7 +232,7 @@ def _slab(under: Floats, ring: Floats, level: int) -> Shell:
 
 
 def _walls_up(ring: Floats, height: float) -> Floats:
-    """Upright faces from a height up to a ring, (k, 3), outside out."""
+    """Build upright faces from a height up to a ring, (k, 3), outside out."""
     after = np.roll(ring, -1, axis=0)
     low = [
         np.column_stack([points[:, :2], np.full(len(points), height)]) for points in (ring, after)
@@ -215,7 +242,7 @@ def _walls_up(ring: Floats, height: float) -> Floats:
 
 
 def _half(area: Polygon, line: tuple[Floats, float]) -> list[Floats]:
-    """Triangles, each (n, 4, 2), of the part of an area beyond `across @ p = middle`."""
+    """Cover the part of an area beyond `across @ p = middle` with triangles, each (n, 4, 2)."""
     across, middle = line
     along = np.array([across[1], -across[0]])
     far = 1.0 + float(np.abs(shapely.get_coordinates(area)).max()) * 3
@@ -235,13 +262,13 @@ def _half(area: Polygon, line: tuple[Floats, float]) -> list[Floats]:
 
 
 def _fill(area: Polygon) -> Floats:
-    """Triangles of an area, counter-clockwise, as quads, (n, 4, 2)."""
+    """Cover an area with counter-clockwise triangles as quads, (n, 4, 2)."""
     corners, faces = triangulate(area)
     return corners[faces[:, [0, 1, 2, 2]]]
 
 
 def _fan(corners: Floats) -> Floats:
-    """A convex facet, (n, 3), as quads, (m, 4, 3)."""
+    """Cover a convex facet, (n, 3), with quads, (m, 4, 3)."""
     quads = [
         corners[[0, i, i + 1, min(i + 2, len(corners) - 1)]] for i in range(1, len(corners) - 1, 2)
     ]
@@ -249,7 +276,7 @@ def _fan(corners: Floats) -> Floats:
 
 
 def _clipped(ring: Floats, normal: Floats, offset: float) -> Floats:
-    """The part of a convex ring, (n, 2), where `normal @ p >= offset` (Sutherland-Hodgman)."""
+    """Keep the part of a convex ring, (n, 2), where `normal @ p >= offset` (Sutherland-Hodgman)."""
     side = settled((ring * normal).sum(axis=1) - offset)
     found = []
     for k in range(len(ring)):
@@ -268,11 +295,11 @@ def _inward(ring: Floats) -> Floats:
 
 
 def _ring(outer: Floats, inner: Floats, low: float, high: float) -> Floats:
-    """Faces from an outer ring at one height to an inner one at another, (n, 4, 3)."""
+    """Build faces from an outer ring at one height to an inner one at another, (n, 4, 3)."""
     (a, b), (c, d) = ((ring, np.roll(ring, -1, axis=0)) for ring in (outer, inner))
     return np.stack([_at(a, low), _at(b, low), _at(d, high), _at(c, high)], axis=1)
 
 
 def _at(plan: Floats, height: float) -> Floats:
-    """Plan points at a height, (n, 3)."""
+    """Lift points of a plan to a height, (n, 3)."""
     return np.column_stack([plan, np.full(len(plan), height)])

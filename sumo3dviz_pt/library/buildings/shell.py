@@ -26,7 +26,7 @@ _FLAT = np.concatenate([np.arange(3), [0, 2, 3]])
 
 
 def joined(shells: Iterable[Shell]) -> dict[str, Floats]:
-    """One shell of many; roles keep the order of their first appearance, empty ones go."""
+    """Join shells; roles keep the order of their first appearance, empty ones go."""
     found: dict[str, list[Floats]] = {}
     for shell in shells:
         for role, quads in shell.items():
@@ -55,7 +55,18 @@ def stood_up(shell: Shell, start: Floats, end: Floats) -> dict[str, Floats]:
 def rectangles(
     u0: ArrayLike, u1: ArrayLike, z0: ArrayLike, z1: ArrayLike, *, inward: float = 0.0
 ) -> Floats:
-    """Upright rectangles in wall coordinates, (n, 4, 3) [m]; arguments broadcast."""
+    """Build upright rectangles in wall coordinates; arguments broadcast.
+
+    Args:
+        u0: Where they begin along the wall, (n,) [m].
+        u1: Where they end.
+        z0: Heights of their lower edges, (n,) [m].
+        z1: Of their upper edges.
+        inward: How far they lie behind the wall's face [m].
+
+    Returns:
+        (n, 4, 3) [m].
+    """
     sides = np.broadcast_arrays(*np.atleast_1d(*map(np.asarray, (u0, u1, z0, z1))))
     u0, u1, z0, z1 = (side.astype(np.float64) for side in sides)
     depth = np.full(u0.shape, inward)
@@ -64,7 +75,7 @@ def rectangles(
 
 
 def box(low: Sequence[float], high: Sequence[float], *, skip: str = "b") -> Floats:
-    """Faces of an axis-aligned box between two corners, (n, 4, 3) [m].
+    """Build the faces of an axis-aligned box between two corners, (n, 4, 3) [m].
 
     Args:
         low: Lowest corner (x, y, z) [m].
@@ -119,7 +130,7 @@ def paint(
 
 
 def upright_uvs(quads: Floats, *, tile: float) -> Floats:
-    """Texture coordinates along and up each quad, (n, 4, 2); `tile` in metres.
+    """Lay texture coordinates along and up each quad, (n, 4, 2); `tile` in metres.
 
     Neighbouring quads of one plane fit together, as brick courses must.
     """

@@ -1,50 +1,35 @@
-"""Building models by name: designs with sizes and colours to draw from."""
+"""Building models by name, from `assets/buildings`: designs with sizes and colours to draw from."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 import numpy as np
 
-from sumo3dviz_pt.library.buildings.build import Design, raised, rectangle
-from sumo3dviz_pt.library.buildings.designs import (
-    BUNGALOW,
-    CURTAIN_WALL,
-    GABLED,
-    HALL,
-    HIPPED,
-    OFFICE,
-    PAVILION,
-    PERIMETER,
-    ROW,
-    ROW_BRICKS,
-    ROW_HOUSES,
-    ROW_INFILLS,
-    SLAB,
-    SUPERMARKET,
-    TENEMENT,
-)
-from sumo3dviz_pt.library.buildings.palettes import (
-    BRICKS,
-    CLAY,
-    DECKS,
-    FACADES,
-    GLAZED,
-    MODERN,
-    PANELS,
-    SHEETS,
-    SLATE,
-    Colours,
-)
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.library.asset_files import AssetFile, RecipeValue, read_family
+from sumo3dviz_pt.library.buildings.build import raised, rectangle
+from sumo3dviz_pt.library.buildings.design import Design
+from sumo3dviz_pt.library.buildings.lights import Use
+from sumo3dviz_pt.library.buildings.palettes import Coat, Colours, coats
 from sumo3dviz_pt.library.buildings.shell import Shell
-from sumo3dviz_pt.model.geometry import Floats
 
 Span = tuple[float, float]
+"""From and to."""
+
+BuildingKind = Literal["home", "shop", "block", "row", "shed"]
+"""What a building is: homes, shops and blocks can be chosen by model; rows are closed streets."""
+
+Footprint = Literal[
+    "shed", "low_house", "house", "long_house", "wide", "large", "block", "long_block", "tower"
+]
+"""Sorts of footprints by size, shape and height; `footprint.footprint_of` tells them apart."""
 
 
 @dataclass(frozen=True, slots=True)
-class Style:
+class BuildingStyle:
     """A kind of building with its sizes and colours.
 
     Attributes:
@@ -64,108 +49,129 @@ class Style:
     variants: int = 5
 
     def build(self, seed: int, level: int) -> Shell:
-        """The shell of a variant at a level of detail, its front at +x."""
+        """Build the shell of a variant at a level of detail, its front at +x."""
         rng = np.random.default_rng(seed)
         width, depth, height = (
             float(rng.uniform(*s)) for s in (self.width, self.depth, self.height)
         )
         design = self.designs[int(rng.integers(len(self.designs)))]
-        plan = self.plan(depth, width)
-        return raised(plan, design, height=height, level=level, seed=seed)
-
-    @staticmethod
-    def plan(depth: float, width: float) -> Floats:
-        """Corners of the plan, front first, (4, 2) [m]."""
-        return rectangle(depth, width)
+        return raised(rectangle(depth, width), design, height=height, level=level, seed=seed)
 
 
-HOMES: Mapping[str, Style] = {
-    "plaster": Style(
-        (GABLED,),
-        (9.0, 11.5),
-        (8.2, 9.6),
-        (5.5, 6.0),
-        Colours(FACADES[:4], CLAY),
-        variants=6,
-    ),
-    "brick": Style((GABLED,), (9.0, 11.0), (8.4, 9.6), (5.5, 6.0), Colours(BRICKS, SLATE)),
-    "hipped": Style((HIPPED,), (11.0, 13.5), (9.5, 11.0), (5.4, 6.0), Colours(FACADES, CLAY)),
-    "bungalow": Style((BUNGALOW,), (12.0, 15.0), (9.0, 11.0), (3.1, 3.5), Colours(MODERN, DECKS)),
-    "row": Style(
-        (ROW,), (14.0, 17.5), (8.5, 9.5), (5.5, 6.2), Colours((*BRICKS, *FACADES[:3]), CLAY)
-    ),
-}
+@dataclass(frozen=True, slots=True)
+class RowStyle:
+    """A style of houses in closed rows.
+
+    Attributes:
+        style: How they look.
+        share: How usual it is, against the shares of the others.
+        corners: Whether it suits corner houses, whose plans have wings.
+    """
+
+    style: BuildingStyle
+    share: float
+    corners: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _StyleRecipe(RecipeValue):
+    """What a style is made from; sizes, designs and variants as those of `BuildingStyle`.
+
+    Attributes:
+        walls: Palettes, coats of one, or coats of its own.
+        roofs: Such of slopes and decks.
+        use: What the building is for.
+    """
+
+    width: Span
+    depth: Span
+    height: Span
+    walls: tuple[str | Coat, ...]
+    roofs: tuple[str | Coat, ...]
+    designs: tuple[Design, ...]
+    use: Use = "home"
+    variants: int = 5
+
+    def style(self) -> BuildingStyle:
+        """Make the style, with its colours looked up."""
+        colours = Colours(coats(self.walls), coats(self.roofs), self.use)
+        return BuildingStyle(
+            self.designs, self.width, self.depth, self.height, colours, self.variants
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _InRows(RecipeValue):
+    """How usual a style is in closed rows; as in `RowStyle`."""
+
+    share: float
+    corners: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _BuildingFile(AssetFile):
+    """Content of the `asset.yaml` of a building.
+
+    Attributes:
+        model: What users call it among its kind; None for the folder's name.
+        footprints: The sorts of footprints that it suits, and how usual it is there.
+        rows: Whether, and how often, it stands in closed rows.
+    """
+
+    kind: BuildingKind
+    recipe: _StyleRecipe
+    model: str | None = None
+    footprints: Mapping[Footprint, int] = field(default_factory=dict)
+    rows: _InRows | None = None
+
+
+_FILES = read_family("buildings", _BuildingFile)
+
+
+def _styles() -> dict[str, BuildingStyle]:
+    """Make the styles of all files, by folder."""
+    found = {}
+    for name, file in _FILES.items():
+        try:
+            found[name] = file.recipe.style()
+        except ConfigError as error:
+            raise ConfigError(str(error), key=f"buildings/{name}") from None
+    return found
+
+
+_STYLES = _styles()
+
+
+def _models(kind: BuildingKind) -> dict[str, BuildingStyle]:
+    """Return the styles of a kind by the names that users give."""
+    some = {name: file for name, file in _FILES.items() if file.kind == kind}
+    return {file.model or name: _STYLES[name] for name, file in some.items()}
+
+
+def _suiting(footprint: Footprint) -> tuple[BuildingStyle, ...]:
+    """Return the styles for a sort of footprints, usual ones first and more than once."""
+    some = [(file.footprints.get(footprint, 0), name) for name, file in _FILES.items()]
+    usual = sorted(some, key=lambda item: -item[0])
+    return tuple(_STYLES[name] for count, name in usual for _ in range(count))
+
+
+HOMES: Mapping[str, BuildingStyle] = _models("home")
 """Family houses by model."""
 
-SHOPS: Mapping[str, Style] = {
-    "pavilion": Style(
-        (PAVILION,),
-        (12.0, 16.0),
-        (11.0, 13.0),
-        (4.4, 5.0),
-        Colours((*FACADES, *BRICKS), DECKS, use="shop"),
-    ),
-    "supermarket": Style(
-        (SUPERMARKET,),
-        (15.0, 17.0),
-        (12.0, 14.0),
-        (5.2, 6.0),
-        Colours((*PANELS, *BRICKS[:1]), DECKS, use="shop"),
-    ),
-    "hall": Style(
-        (HALL,), (13.0, 16.0), (13.0, 15.0), (5.6, 6.8), Colours(SHEETS, SHEETS, use="shop")
-    ),
-}
+SHOPS: Mapping[str, BuildingStyle] = _models("shop")
 """Shops by model."""
 
-BLOCKS: Mapping[str, Style] = {
-    "plaster": Style(
-        PERIMETER,
-        (17.0, 22.0),
-        (12.5, 14.0),
-        (15.5, 22.0),
-        Colours(FACADES, (*SLATE, *CLAY)),
-        variants=8,
-    ),
-    "brick": Style(
-        TENEMENT,
-        (16.0, 20.0),
-        (12.0, 13.5),
-        (14.5, 20.0),
-        Colours(BRICKS, DECKS),
-        variants=6,
-    ),
-    "slab": Style(
-        SLAB, (18.0, 22.0), (11.5, 13.0), (15.0, 25.0), Colours(PANELS, DECKS), variants=6
-    ),
-    "office": Style(
-        (OFFICE,),
-        (18.0, 22.0),
-        (13.0, 15.0),
-        (17.0, 26.0),
-        Colours(MODERN, DECKS, use="office"),
-        variants=4,
-    ),
-    "curtain_wall": Style(
-        (CURTAIN_WALL,),
-        (17.0, 21.0),
-        (13.0, 15.0),
-        (20.0, 29.0),
-        Colours(GLAZED, DECKS, use="office"),
-        variants=3,
-    ),
-}
+BLOCKS: Mapping[str, BuildingStyle] = _models("block")
 """Apartment and office blocks by model."""
 
-_OLD = Style(ROW_HOUSES, (12.0, 20.0), (9.0, 12.0), (14.0, 21.0), Colours(FACADES, (*SLATE, *CLAY)))
-_BRICK = Style(ROW_BRICKS, (12.0, 20.0), (9.0, 12.0), (14.0, 20.0), Colours(BRICKS, DECKS))
-_NEWER = Style(ROW_INFILLS, (12.0, 20.0), (9.0, 12.0), (14.0, 22.0), Colours(PANELS, DECKS))
-
-ROWS: tuple[tuple[Style, float], ...] = (
-    (_OLD, 10.0),
-    (_BRICK, 3.5),
-    (_NEWER, 2.5),
-    (BLOCKS["office"], 0.9),
-    (BLOCKS["curtain_wall"], 0.5),
+ROWS: tuple[RowStyle, ...] = tuple(
+    RowStyle(_STYLES[name], file.rows.share, file.rows.corners)
+    for name, file in _FILES.items()
+    if file.rows is not None
 )
-"""Styles of houses in closed rows, and how usual each is."""
+"""Styles of houses in closed rows."""
+
+SUITING: Mapping[str, tuple[BuildingStyle, ...]] = {
+    name: _suiting(name) for name in get_args(Footprint)
+}
+"""Styles for each sort of footprints, the usual ones more than once."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import shapely
 from shapely.geometry import Polygon
@@ -11,16 +13,16 @@ from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles,
 from sumo3dviz_pt.model.geometry import Floats
 
 
-def machines(plan: Floats, height: float, *, lift: bool, how: tuple[int, int]) -> Shell:
-    """A lift house and machines on a flat roof.
+def machines(plan: Floats, height: float, *, lift: bool, level: int, seed: int) -> Shell:
+    """Build a lift house and machines on a flat roof.
 
     Args:
         plan: Counter-clockwise corners of the deck, (n, 2) [m].
         height: Of the deck [m].
         lift: Whether there is a lift house.
-        how: Level of detail and a seed.
+        level: Of detail.
+        seed: Of all chance.
     """
-    level, seed = how
     rng = np.random.default_rng([seed, 23])
     room = Polygon(plan).buffer(-1.2)
     parts: list[Shell] = []
@@ -53,7 +55,7 @@ def machines(plan: Floats, height: float, *, lift: bool, how: tuple[int, int]) -
 
 
 def chimneys(spots: Floats, base: float, tops: Floats, *, level: int) -> Shell:
-    """Brick chimneys with a cap.
+    """Build brick chimneys with a cap.
 
     Args:
         spots: (n, 2) [m].
@@ -71,28 +73,42 @@ def chimneys(spots: Floats, base: float, tops: Floats, *, level: int) -> Shell:
     return joined(parts)
 
 
+@dataclass(frozen=True, slots=True)
+class Slope:
+    """A roof's slope above a wall, and where dormers stand in it.
+
+    Attributes:
+        base: Height where it begins [m].
+        rise: By how much it rises per metre inwards.
+        back: How far behind the wall the dormers' fronts stand [m].
+    """
+
+    base: float
+    rise: float
+    back: float
+
+
 def dormers(
     start: Floats,
     end: Floats,
     *,
-    slope: tuple[float, float, float],
+    slope: Slope,
     facade: Facade,
-    how: tuple[int, np.random.Generator],
+    level: int,
+    rng: np.random.Generator,
 ) -> Shell:
-    """Dormer windows in a slope above a wall.
+    """Build dormer windows in a slope above a wall.
 
     Args:
         start: Left end of the wall below, (2,) [m].
         end: Its right end.
-        slope: Height where the slope begins, rise per metre inwards, and how far in the
-            dormers' fronts stand [m].
+        slope: Of the roof.
         facade: Says where windows are.
-        how: Level of detail, and chance.
+        level: Of detail.
+        rng: Chooses rooms and blinds.
     """
-    level, rng = how
-    base, rise, back = slope
     length = float(np.linalg.norm(end - start))
-    openings = facade.openings(length, base + back * rise)
+    openings = facade.openings(length, slope.base + slope.back * slope.rise)
     openings = openings[(openings[:, 0] > 1.6) & (openings[:, 1] < length - 1.6)]
     if not len(openings):
         return {}
@@ -101,7 +117,7 @@ def dormers(
     parts: list[Shell] = [dark if level == FAR else windows(openings, facade, level=level, rng=rng)]
     for u0, u1, z0, z1 in openings.tolist():
         a, b, low, top = u0 - 0.14, u1 + 0.14, z0 - 0.25, z1 + 0.16
-        deep = (top - low) / rise
+        deep = (top - low) / slope.rise
         cheek = [(a, deep, top), (a, 0.0, low), (a, 0.0, top), (a, 0.0, top)]
         other = [(b, 0.0, low), (b, deep, top), (b, 0.0, top), (b, 0.0, top)]
         parts.append({"dormer": np.array([cheek, other], dtype=np.float64)})
@@ -112,12 +128,12 @@ def dormers(
             around = [(a, b, low, top)]
         parts.append({"dormer": np.concatenate([rectangles(*edges) for edges in around])})
     across = (end - start) / length
-    inward = np.array([-across[1], across[0]]) * back
+    inward = np.array([-across[1], across[0]]) * slope.back
     return stood_up(joined(parts), start + inward, end + inward)
 
 
 def _place(room: Polygon, radius: float, rng: np.random.Generator) -> Floats | None:
-    """A spot in an area with some room around it, (2,) [m], or None."""
+    """Find a spot in an area with some room around it, (2,) [m], or None."""
     free = room.buffer(-radius)
     if free.is_empty:
         return None

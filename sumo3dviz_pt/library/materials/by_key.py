@@ -21,12 +21,12 @@ _FILE_SCALE = 10.0
 
 
 def material_name(key: str) -> str:
-    """The material that shows a surface."""
+    """Name the material that shows a surface."""
     return f"surface:{key}"
 
 
 def colour_of(text: str) -> Colour:
-    """Linear reflectance of `#rrggbb`, at most 0.85.
+    """Read `#rrggbb` as linear reflectance, at most 0.85.
 
     References:
         IEC 61966-2-1 (sRGB), inverse of the transfer function.
@@ -44,7 +44,7 @@ def colour_of(text: str) -> Colour:
 
 
 def surface_material(key: str, *, textured: bool) -> Bsdf:
-    """The material of a surface.
+    """Describe the material of a surface.
 
     Args:
         key: An asset's name, an image file, or `#rrggbb`.
@@ -82,7 +82,7 @@ def check_surface(key: str) -> None:
 
 
 def shows_wear(key: str) -> bool:
-    """Whether a surface's material asks its meshes how worn and painted they are."""
+    """Tell whether a surface's material needs meshes that say how worn and painted they are."""
     if key == KERB or key.startswith("#") or _is_file(key):
         return False
     colour = catalog.find("surfaces", key).meta["bsdf"].get("base_color", {})
@@ -90,14 +90,14 @@ def shows_wear(key: str) -> bool:
 
 
 def metres_per_tile(key: str) -> float:
-    """How large a surface's texture is in the world [m]."""
+    """Return how large a surface's texture is in the world [m]."""
     if key == KERB or key.startswith("#") or _is_file(key):
         return _FILE_SCALE
     return surface_scale(key)
 
 
 def planar_uvs(points: Floats, *, tile: float, near: tuple[float, float]) -> Floats:
-    """World-planar texture coordinates, shifted by whole tiles so that they stay small.
+    """Lay texture coordinates on the world's plane, shifted by whole tiles so that they stay small.
 
     Args:
         points: (n, 2) or (n, 3) [m].
@@ -113,7 +113,7 @@ def planar_uvs(points: Floats, *, tile: float, near: tuple[float, float]) -> Flo
 
 
 def _is_file(key: str) -> bool:
-    """Whether a key means an image file.
+    """Tell whether a key means an image file.
 
     Raises:
         ConfigError: If it looks like one that does not exist.

@@ -45,7 +45,7 @@ def check_picture(path: Path) -> None:
 
 
 def _png_size(data: bytes) -> Size:
-    """Width and height of a PNG whose chunks are whole."""
+    """Read width and height of a PNG whose chunks are whole."""
     if not data.startswith(_PNG):
         raise ValueError("no PNG")
     size, place = None, len(_PNG)
@@ -72,7 +72,7 @@ def _png_size(data: bytes) -> Size:
 
 
 def _jpeg_size(data: bytes) -> Size:
-    """Width and height of a JPEG that has an end."""
+    """Read width and height of a JPEG that has an end."""
     if data[:2] != b"\xff\xd8" or b"\xff\xd9" not in data[-1024:]:
         raise ValueError("no JPEG, or cut off")
     place = 2
@@ -90,7 +90,7 @@ def _jpeg_size(data: bytes) -> Size:
 
 
 def _bmp_size(data: bytes) -> Size:
-    """Width and height of a BMP."""
+    """Read width and height of a BMP."""
     if data[:2] != b"BM":
         raise ValueError("no BMP")
     width, height = struct.unpack_from("<ii", data, 18)
@@ -98,7 +98,7 @@ def _bmp_size(data: bytes) -> Size:
 
 
 def _tga_size(data: bytes) -> Size:
-    """Width and height of a TGA."""
+    """Read width and height of a TGA."""
     width, height = struct.unpack_from("<HH", data, 12)
     return width, height
 

@@ -34,7 +34,7 @@ class Branches:
         return len(self.points)
 
     def points_at(self, which: Ints, share: Floats) -> tuple[Floats, Floats]:
-        """Places along branches and unit directions there, (n, 3) each; share in [0, 1]."""
+        """Find places along branches and unit directions there, (n, 3) each; share in [0, 1]."""
         steps = self.points.shape[1] - 1
         place = np.clip(share, 0.0, 1.0) * steps
         index = np.minimum(place.astype(np.int64), steps - 1)
@@ -68,7 +68,7 @@ def trunk(
     top: float = 0.92,
     crooked: float = 0.007,
 ) -> Branches:
-    """A slightly crooked stem; its foot is 0.3 m deep in the ground.
+    """Grow a slightly crooked stem; its foot is 0.3 m deep in the ground.
 
     Args:
         height: Of the tree [m].
@@ -126,7 +126,7 @@ def children(
 
 
 def root_flare(radius: float, *, sides: int, rng: np.random.Generator) -> Mesh:
-    """The foot of a trunk: wider towards the ground, with buttresses between the roots.
+    """Build the foot of a trunk: wider towards the ground, with buttresses between the roots.
 
     Args:
         radius: Of the trunk above it [m].
@@ -149,7 +149,7 @@ def root_flare(radius: float, *, sides: int, rng: np.random.Generator) -> Mesh:
 
 
 def bark(orders: Sequence[Branches], sides: Sequence[int], steps: Sequence[int]) -> Mesh:
-    """Tubes around orders of branches, with smooth normals.
+    """Build tubes around orders of branches, with smooth normals.
 
     Args:
         orders: From the trunk outwards.
@@ -160,7 +160,7 @@ def bark(orders: Sequence[Branches], sides: Sequence[int], steps: Sequence[int])
 
 
 def _turns(shape: tuple[int, int], manner: Manner, rng: np.random.Generator) -> Floats:
-    """Angles around the parent at which children leave, (n, k) [rad]."""
+    """Draw the angles around the parent at which children leave, (n, k) [rad]."""
     number = np.arange(shape[1])
     if manner.flat:
         return np.asarray(np.pi * (number % 2) + rng.normal(0, 0.2, shape))
@@ -169,7 +169,7 @@ def _turns(shape: tuple[int, int], manner: Manner, rng: np.random.Generator) -> 
 
 
 def _tilted(axis: Floats, angle: Floats, turn: Floats) -> Floats:
-    """Directions at an angle from axes, turned around them, (n, 3)."""
+    """Return directions at an angle from axes, turned around them, (n, 3)."""
     helper = np.where(np.abs(axis[:, 2:]) > 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
     u = np.cross(axis, helper)
     u /= np.linalg.norm(u, axis=1, keepdims=True)
@@ -180,7 +180,7 @@ def _tilted(axis: Floats, angle: Floats, turn: Floats) -> Floats:
 
 
 def _radius_at(branches: Branches, which: Ints, share: Floats) -> Floats:
-    """Radius of branches at shares of their length, (n,) [m]."""
+    """Return the radius of branches at shares of their length, (n,) [m]."""
     place = share * (branches.radii.shape[1] - 1)
     index = np.minimum(place.astype(np.int64), branches.radii.shape[1] - 2)
     a, b = branches.radii[which, index], branches.radii[which, index + 1]
@@ -189,7 +189,7 @@ def _radius_at(branches: Branches, which: Ints, share: Floats) -> Floats:
 
 
 def _tubes(branches: Branches, sides: int, steps: int) -> Mesh:
-    """Open tubes around branches, thinned to a number of steps."""
+    """Build open tubes around branches, thinned to a number of steps."""
     keep = np.round(np.linspace(0, branches.points.shape[1] - 1, steps + 1)).astype(np.int64)
     points, radii = branches.points[:, keep], branches.radii[:, keep]
     along = np.gradient(points, axis=1)
@@ -209,7 +209,7 @@ def _tubes(branches: Branches, sides: int, steps: int) -> Mesh:
 
 
 def _ring_faces(sides: int, steps: int) -> Ints:
-    """Triangles between rings of vertices, (2 * sides * steps, 3)."""
+    """Return the triangles between rings of vertices, (2 * sides * steps, 3)."""
     ring = np.arange(sides)
     i = np.arange(steps)[:, None] * sides
     a, b = i + ring, i + (ring + 1) % sides

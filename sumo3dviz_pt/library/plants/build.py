@@ -5,8 +5,7 @@ not look like cards. From level to level leaves get fewer and larger, so that th
 total area and the crown's outline stay.
 
 References:
-    Branching angles, lengths and leaf reflectances: the project's look study; golden
-    angle of phyllotaxis: P. Prusinkiewicz, A. Lindenmayer: The Algorithmic Beauty of
+    Golden angle of phyllotaxis: P. Prusinkiewicz, A. Lindenmayer: The Algorithmic Beauty of
     Plants, 1990, section 4.1.
 """
 
@@ -28,7 +27,7 @@ __all__ = ["LEVELS", "SHRUBS", "SPECIES", "Species", "tree"]
 
 
 @dataclass(frozen=True, slots=True)
-class _Detail:
+class _PlantDetail:
     """What a level of detail spends: leaves, and facets and steps of each bark order.
 
     Outer orders that would take more than `wood` triangles hide among the leaves.
@@ -44,12 +43,12 @@ class _Detail:
 
 
 _DETAILS = (
-    _Detail(21_000, (10, 5, 3, 3), (8, 5, 3, 1), True, 11_000, 16),
-    _Detail(8400, (8, 4, 3), (6, 4, 2), False, 4000, 10),
-    _Detail(3400, (6, 3), (5, 3), False, 900, 7),
-    _Detail(1750, (5, 3), (4, 2), False, 500),
-    _Detail(700, (3,), (3,), False, 100),
-    _Detail(240, (3,), (2,), False, 100),
+    _PlantDetail(21_000, (10, 5, 3, 3), (8, 5, 3, 1), True, 11_000, 16),
+    _PlantDetail(8400, (8, 4, 3), (6, 4, 2), False, 4000, 10),
+    _PlantDetail(3400, (6, 3), (5, 3), False, 900, 7),
+    _PlantDetail(1750, (5, 3), (4, 2), False, 500),
+    _PlantDetail(700, (3,), (3,), False, 100),
+    _PlantDetail(240, (3,), (2,), False, 100),
 )
 
 LEVELS = len(_DETAILS)
@@ -95,7 +94,7 @@ def tree(
 
 
 def _skeleton(kind: Species, rng: np.random.Generator) -> tuple[Branches, ...]:
-    """Trunk, boughs, branches and twigs."""
+    """Grow trunk, boughs, branches and twigs."""
     stem = trunk(
         kind.height,
         kind.girth * kind.height,
@@ -116,7 +115,7 @@ def _skeleton(kind: Species, rng: np.random.Generator) -> tuple[Branches, ...]:
 
 
 def _boughs(kind: Species, stem: Branches, rng: np.random.Generator) -> Branches:
-    """What leaves the trunk: in a spiral, or in whorls one above the other."""
+    """Grow what leaves the trunk: in a spiral, or in whorls one above the other."""
     number = np.arange(kind.boughs) // kind.whorl * kind.whorl + 0.5 * (kind.whorl - 1)
     share = (number + 0.5) / kind.boughs + rng.normal(0, 0.004, kind.boughs)
     share = np.clip(share, 0.0, 1.0)
@@ -129,9 +128,9 @@ def _boughs(kind: Species, stem: Branches, rng: np.random.Generator) -> Branches
 
 
 def _wood(
-    kind: Species, orders: tuple[Branches, ...], detail: _Detail, rng: np.random.Generator
+    kind: Species, orders: tuple[Branches, ...], detail: _PlantDetail, rng: np.random.Generator
 ) -> tuple[Mesh, Floats]:
-    """Bark of trunk and branches, and the tint of each face."""
+    """Build the bark of trunk and branches, and tint each face."""
     each = [
         2 * order.count * n * m
         for order, n, m in zip(orders, detail.sides, detail.steps, strict=False)
@@ -154,5 +153,5 @@ def _wood(
 
 
 def _scaled(mesh: Mesh, scale: float) -> Mesh:
-    """The mesh enlarged about the origin."""
+    """Enlarge a mesh about the origin."""
     return Mesh(mesh.vertices * scale, mesh.faces, mesh.normals)

@@ -32,7 +32,7 @@ class Crown:
 
 
 def crown(kind: Species, branches: Branches, twigs: Branches) -> Crown:
-    """What the leaves of a tree grow on.
+    """Gather what the leaves of a tree grow on.
 
     Args:
         kind: Its species.
@@ -53,7 +53,7 @@ def crown(kind: Species, branches: Branches, twigs: Branches) -> Crown:
 def foliage(
     kind: Species, grown: Crown, *, leaves: int, folded: bool, rng: np.random.Generator
 ) -> tuple[Mesh, Floats]:
-    """Leaves along the twigs, and the tint of each face.
+    """Grow leaves along the twigs, and tint each face.
 
     Their total area and bounds do not depend on their number: fewer leaves are larger.
 
@@ -88,7 +88,7 @@ def foliage(
 
 
 def _leaves(centres: Floats, along: Floats, across: Floats, folded: bool) -> Mesh:
-    """Folded diamonds of two triangles, or single triangles of the same area."""
+    """Build folded diamonds of two triangles, or single triangles of the same area."""
     first = np.arange(len(centres))[:, None]
     if not folded:
         base = centres - along / 2
@@ -110,14 +110,14 @@ def _leaves(centres: Floats, along: Floats, across: Floats, folded: bool) -> Mes
 
 
 def _within(mesh: Mesh, bounds: Floats) -> Mesh:
-    """The mesh stretched a little so that its bounds are the given ones."""
+    """Stretch a mesh a little so that its bounds are the given ones."""
     low, high = mesh.bounds
     share = (mesh.vertices - low) / np.maximum(high - low, 1e-9)
     return Mesh(bounds[0] + share * (bounds[1] - bounds[0]), mesh.faces)
 
 
 def _soft_normals(mesh: Mesh, grown: Crown, twig: Ints) -> Floats:
-    """Leaf normals bent towards those of clump and crown, which hides how few leaves there are."""
+    """Bend leaf normals towards those of clump and crown, which hides how few leaves there are."""
     flat = unit(area_vectors(mesh.vertices, mesh.faces))
     normals = np.zeros_like(mesh.vertices)
     for k in range(3):
@@ -136,7 +136,7 @@ def _soft_normals(mesh: Mesh, grown: Crown, twig: Ints) -> Floats:
 def _tints(
     kind: Species, grown: Crown, centres: Floats, twig: Ints, rng: np.random.Generator
 ) -> Floats:
-    """Reflectance of each leaf: darker inside, brighter and yellower at young tips, (n, 3)."""
+    """Draw the reflectance of each leaf: darker inside, yellower at young tips, (n, 3)."""
     count = len(centres)
     half = 0.5 * np.ptp(grown.bounds, axis=0)
     away = (centres - grown.bounds.mean(axis=0)) / np.maximum(half, 1e-9)

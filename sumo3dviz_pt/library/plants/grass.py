@@ -37,7 +37,7 @@ class Blades:
 
 
 def grass_patch(variant: int) -> Blades:
-    """A patch of meadow around the origin: tufts, stalks and gaps.
+    """Grow a patch of meadow around the origin: tufts, stalks and gaps.
 
     Args:
         variant: Number of the patch; its seed.
@@ -68,7 +68,7 @@ def grass_patch(variant: int) -> Blades:
 
 
 def laid(patch: Blades, count: int, *, place: Floats, quarter: int, coarse: float) -> Blades:
-    """The first blades of a patch at a place.
+    """Lay the first blades of a patch out at a place.
 
     Args:
         patch: Around the origin.
@@ -91,7 +91,7 @@ def laid(patch: Blades, count: int, *, place: Floats, quarter: int, coarse: floa
 
 
 def blades_mesh(blades: Blades, *, fine: bool) -> tuple[Mesh, Floats]:
-    """Blades as triangles, and the tint of each face, (m, 3).
+    """Build blades as triangles, and tint each face, (m, 3).
 
     Args:
         blades: In the world.

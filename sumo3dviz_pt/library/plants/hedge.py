@@ -40,7 +40,7 @@ class HedgeSize:
 def hedge(
     line: Floats, size: HedgeSize, *, level: int, rng: np.random.Generator
 ) -> tuple[Part, ...]:
-    """A piece of hedge along a line.
+    """Grow a piece of hedge along a line.
 
     Args:
         line: Its foot's middle, (n, 3) [m], n >= 2.
@@ -62,7 +62,7 @@ def hedge(
 
 
 def _core(line: Floats, size: HedgeSize) -> Mesh:
-    """A closed box along the line."""
+    """Build a closed box along the line."""
     half, top = 0.5 * size.width - _INSET, size.height - _INSET
     across = np.column_stack([mitres(line), np.zeros(len(line))])
     up = np.array([0.0, 0.0, 1.0])
@@ -84,7 +84,7 @@ def _core(line: Floats, size: HedgeSize) -> Mesh:
 def _leaves(
     line: Floats, size: HedgeSize, count: int, rng: np.random.Generator
 ) -> tuple[Mesh, Floats]:
-    """Leaves on sides and top, and their tints."""
+    """Strew leaves on sides and top, and tint them."""
     steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
     at = rng.uniform(0.0, steps.sum(), count)
     arc = np.append(0.0, np.cumsum(steps))
@@ -119,7 +119,7 @@ def _leaves(
 
 
 def _around(size: HedgeSize, count: int, rng: np.random.Generator) -> tuple[Floats, Floats]:
-    """Places on the cross-section's outline and normals there, (n, 2) each: across, up."""
+    """Draw places on the cross-section's outline and normals there, (n, 2) each: across, up."""
     half, height = 0.5 * size.width, size.height
     where = rng.uniform(0.0, 2 * height + size.width, count)
     left, right = where < height, where > height + size.width
@@ -131,7 +131,7 @@ def _around(size: HedgeSize, count: int, rng: np.random.Generator) -> tuple[Floa
 
 
 def _tints(share: Floats, at: Floats, rng: np.random.Generator) -> Floats:
-    """Reflectance of each leaf: darker at the foot, plants differ along the hedge, (n, 3)."""
+    """Draw the reflectance of each leaf, (n, 3): darker at the foot, varied along the hedge."""
     plants = 1.0 + 0.12 * np.sin(1.3 * at + rng.uniform(0, 6.0)) * np.sin(0.37 * at)
     value = rng.uniform(0.7, 1.3, len(share)) * plants * (0.7 + 0.35 * share)
     young = (rng.random(len(share)) ** 4)[:, None] * [0.035, 0.030, 0.004]

@@ -55,7 +55,7 @@ class Cards:
 
 
 def cards_of(mesh: Mesh, tint: Floats) -> Cards:
-    """The cards of foliage as `shapes.foliage` makes it.
+    """Find the cards in foliage as `foliage.foliage` makes it.
 
     Args:
         mesh: Triangles of their own corners, or diamonds of four corners and two triangles.
@@ -75,7 +75,7 @@ def cards_of(mesh: Mesh, tint: Floats) -> Cards:
 
 
 def wanted(cards: Cards, away: Floats) -> Ints:
-    """How many leaves each card should be for an eye at a distance, (n,); 0 leaves it as it is.
+    """Count the leaves that each card should be for an eye at a distance, (n,); 0 keeps the card.
 
     Args:
         cards: The cards.
@@ -89,14 +89,14 @@ def wanted(cards: Cards, away: Floats) -> Ints:
 
 
 def triangles(counts: Ints, away: Floats) -> Ints:
-    """Triangles of cards as so many leaves, (n,)."""
+    """Count the triangles of cards as so many leaves, (n,)."""
     return np.asarray(counts * np.where(away < OUTLINE, 6, 2))
 
 
 def with_leaves(
     mesh: Mesh, tint: Floats, counts: Ints, *, outlined: Bools, rng: np.random.Generator
 ) -> tuple[Mesh, Floats]:
-    """The foliage with some cards exchanged for leaves, and its tints.
+    """Exchange some cards of foliage for leaves.
 
     Args:
         mesh: As for `cards_of`.
@@ -126,7 +126,7 @@ def with_leaves(
 def _leaves(
     cards: Cards, which: Ints, counts: Ints, half: Floats, rng: np.random.Generator
 ) -> Mesh:
-    """Leaves on both sides of their cards' middles; together as large as the card."""
+    """Build leaves on both sides of their cards' middles; together as large as the card."""
     total = len(which)
     along, across = cards.along[which], cards.across[which]
     long = np.linalg.norm(along, axis=1, keepdims=True)
@@ -158,6 +158,6 @@ def _leaves(
 
 
 def _rim(half: Floats) -> list[tuple[float, float, float]]:
-    """Side, along and across of all corners, from the stalk over one side and the tip back."""
+    """Return side, along and across of all corners: from the stalk over one side, the tip, back."""
     first = [(1.0, float(u), float(v)) for u, v in half]
     return first + [(-1.0, float(u), float(v)) for u, v in half[-2:0:-1]]

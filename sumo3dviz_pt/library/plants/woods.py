@@ -35,7 +35,7 @@ class FarTrees:
 
 
 def far_trees(trees: FarTrees, *, tufts: int, rng: np.random.Generator) -> tuple[Mesh, Floats]:
-    """Meshes of far trees in one, and the tint of each face, (m, 3).
+    """Build far trees as one mesh, and tint each face, (m, 3).
 
     Args:
         trees: Where and how large.
@@ -54,7 +54,7 @@ def far_trees(trees: FarTrees, *, tufts: int, rng: np.random.Generator) -> tuple
 
 
 def _radius(level: Floats, cones: Floats) -> Floats:
-    """Radius of crowns at heights in [0, 1], by their largest."""
+    """Return the radius of crowns at heights in [0, 1], by their largest."""
     round_ = np.sqrt(np.clip(1.0 - ((level - 0.52) / 0.52) ** 2, 0.0, 1.0))
     # Low branches and undergrowth fill the foot of a wood's edge.
     round_ = np.where(level < 0.52, np.maximum(round_, 0.82 - 0.2 * level), round_)
@@ -62,7 +62,7 @@ def _radius(level: Floats, cones: Floats) -> Floats:
 
 
 def _cores(trees: FarTrees, rng: np.random.Generator) -> Mesh:
-    """Domes inside the crowns, which stop the eye from looking through."""
+    """Build domes inside the crowns, which stop the eye from looking through."""
     count = len(trees.feet)
     turn = 2 * np.pi * (np.arange(_SIDES) + rng.random((count, 1))) / _SIDES
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
@@ -92,7 +92,7 @@ def _cores(trees: FarTrees, rng: np.random.Generator) -> Mesh:
 
 
 def _tufts(trees: FarTrees, tufts: int, rng: np.random.Generator) -> Mesh:
-    """Single triangles on the crowns' surfaces."""
+    """Build single triangles on the crowns' surfaces."""
     shape = (len(trees.feet), tufts)
     turn = rng.uniform(0, 2 * np.pi, shape)
     level = rng.uniform(0.0, 1.0, shape) ** 0.85

@@ -15,8 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from sumo3dviz_pt.library.buildings.shell import box
-from sumo3dviz_pt.library.street.fence import leftward
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.library.street.corners import coloured
+from sumo3dviz_pt.library.street.fence import leftward, thinned
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.vectors import arc_length
 
@@ -30,7 +31,7 @@ _WIRE = 0.004
 
 
 def concrete(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
-    """A concrete barrier; at the ends of the whole barrier it comes down.
+    """Build a concrete barrier; at the ends of the whole barrier it comes down.
 
     Args:
         line: (n, 3) [m].
@@ -40,29 +41,27 @@ def concrete(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, T
     half = _F_SHAPE if level == 0 else (_F_SHAPE[0], _F_SHAPE[2], _F_SHAPE[-1])
     profile = np.array([*half, *((-x, z) for x, z in half[::-1])])
     rise = _taper(line, ends)
-    thin = _thinned(line, level)
+    thin = thinned(line, level)
     mesh = swept(line[thin], profile, rise=rise[thin])
-    count = len(mesh.faces)
     # Elements of 6 m differ a little, as castings do.
-    middle = mesh.vertices[mesh.faces].mean(axis=1)
-    nearest = np.argmin(np.linalg.norm(middle[:, None, :2] - line[None, :, :2], axis=2), axis=1)
-    shade = 1.0 + 0.09 * (((nearest // 3) * 7 % 5) / 2.0 - 1.0)
-    return [Part(mesh, "sign", np.array(_CONCRETE) * shade.reshape(count, 1))]
+    shade = 1.0 + 0.09 * (((_nearest(mesh, line) // 3) * 7 % 5) / 2.0 - 1.0)
+    return [Part(mesh, "sign", np.array(_CONCRETE) * shade[:, None])]
 
 
 def noise(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
-    """A noise barrier: a concrete foot, absorbing panels with ridges, steel posts each 4 m."""
-    del ends  # it ends with a post
-    thin = _thinned(line, level)
+    """Build a noise barrier: a concrete foot, absorbing panels with ridges, steel posts each 4 m.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Not used: it ends as it runs on, with a post.
+    """
+    del ends
+    thin = thinned(line, level)
     foot = swept(line[thin], _slab(0.07, -0.3, 0.45))
     panels = swept(line[thin], _ridges(level))
-    middle = panels.vertices[panels.faces].mean(axis=1)
-    nearest = np.argmin(np.linalg.norm(middle[:, None, :2] - line[None, :, :2], axis=2), axis=1)
-    tint = np.array(_PANELS)[(nearest // 6) * 2 % 3]
-    parts = [
-        Part(foot, "sign", np.tile(_CONCRETE, (len(foot.faces), 1))),
-        Part(panels, "sign", tint),
-    ]
+    tint = np.array(_PANELS)[(_nearest(panels, line) // 6) * 2 % 3]
+    parts = [coloured(foot, _CONCRETE), Part(panels, "sign", tint)]
     if level < 2:
         every = np.arange(0, len(line), 2)
         posts = upright_boxes(line[every], (-0.09, -0.11, -0.5), (0.09, 0.11, _NOISE + 0.04))
@@ -73,7 +72,13 @@ def noise(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True
 def chain_link(
     line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)
 ) -> list[Part]:
-    """A wire fence 1.5 m high: posts, top and bottom wires and, nearby, the mesh itself."""
+    """Build a wire fence 1.5 m high: posts, top and bottom wires and, nearby, the mesh itself.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Not used: it ends as it runs on, with a post.
+    """
     del ends
     parts: list[Mesh] = []
     posts = np.arange(0, len(line), (1, 1, 2)[level])
@@ -87,7 +92,13 @@ def chain_link(
 
 
 def boards(line: Floats, *, level: int = 0, ends: tuple[bool, bool] = (True, True)) -> list[Part]:
-    """A wooden fence 1.2 m high: posts, two rails, upright boards."""
+    """Build a wooden fence 1.2 m high: posts, two rails, upright boards.
+
+    Args:
+        line: (n, 3) [m].
+        level: Of detail.
+        ends: Not used: it ends as it runs on, with a post.
+    """
     del ends
     if level == 2:
         return [Part(swept(line, _slab(0.02, 0.08, 1.15)), "street_wood")]
@@ -110,7 +121,7 @@ MODELS: Mapping[str, Callable[..., list[Part]]] = {
 
 
 def swept(line: Floats, profile: Floats, *, rise: Floats | None = None) -> Mesh:
-    """A closed profile along a line, with closed ends.
+    """Sweep a closed profile along a line and close its ends.
 
     Args:
         line: (n, 3) [m].
@@ -145,7 +156,7 @@ def swept(line: Floats, profile: Floats, *, rise: Floats | None = None) -> Mesh:
 
 
 def quad_mesh(quads: Floats) -> Mesh:
-    """Flat quads, (n, 4, 3) [m], as triangles with normals; what has no area goes."""
+    """Turn flat quads, (n, 4, 3) [m], into triangles with normals; what has no area goes."""
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     corners = quads[:, faces].reshape(-1, 3, 3)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -163,7 +174,7 @@ def upright_boxes(
     *,
     yaws: Floats | None = None,
 ) -> Mesh:
-    """A box at every point of a line; x runs along it and y to its left.
+    """Build a box at every point of a line; x runs along it and y to its left.
 
     Args:
         line: (n, 3) [m].
@@ -186,15 +197,22 @@ def upright_boxes(
     return quad_mesh(quads.reshape(-1, 4, 3))
 
 
+def _nearest(mesh: Mesh, line: Floats) -> Ints:
+    """Find the point of the line that is nearest to the middle of each face, (m,)."""
+    middles = mesh.vertices[mesh.faces].mean(axis=1)
+    away = np.linalg.norm(middles[:, None, :2] - line[None, :, :2], axis=2)
+    return np.asarray(np.argmin(away, axis=1))
+
+
 def _slab(half: float, low: float, high: float, *, shift: float = 0.0) -> Floats:
-    """A rectangular profile, counter-clockwise, (4, 2) [m]."""
+    """Outline a rectangular profile, counter-clockwise, (4, 2) [m]."""
     return np.array(
         [(shift - half, low), (shift + half, low), (shift + half, high), (shift - half, high)]
     )
 
 
 def _ridges(level: int) -> Floats:
-    """The profile of noise panels: boards of half a metre with grooves between them."""
+    """Outline the profile of noise panels: boards of half a metre with grooves between them."""
     if level:
         return _slab(0.06, 0.45, _NOISE)
     side: list[tuple[float, float]] = []
@@ -206,14 +224,14 @@ def _ridges(level: int) -> Floats:
 
 
 def _cap(ring: Floats) -> Mesh:
-    """The end of a profile: strips between opposite corners."""
+    """Close the end of a profile with strips between opposite corners."""
     half = len(ring) // 2
     quads = [[ring[i], ring[i + 1], ring[-2 - i], ring[-1 - i]] for i in range(half - 1)]
     return quad_mesh(np.array(quads))
 
 
 def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
-    """Factor of a concrete barrier's height along its line, (n,)."""
+    """Return the factor of a concrete barrier's height along its line, (n,)."""
     at = arc_length(line)
     rise = np.ones(len(line))
     if ends[0]:
@@ -223,14 +241,8 @@ def _taper(line: Floats, ends: tuple[bool, bool]) -> Floats:
     return rise
 
 
-def _thinned(line: Floats, level: int) -> Floats:
-    """Indices of the points that a level of detail keeps."""
-    kept: Floats = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
-    return kept
-
-
 def _along(line: Floats, each: float) -> tuple[Floats, Floats]:
-    """Points along a line at a spacing [m], (m, 3), and the directions there [rad]."""
+    """Space points along a line, (m, 3) [m], and return the directions there [rad]."""
     step = np.diff(line, axis=0)
     knots = arc_length(line)
     at = np.arange(each / 2, knots[-1], each)
@@ -240,7 +252,7 @@ def _along(line: Floats, each: float) -> tuple[Floats, Floats]:
 
 
 def _wires(line: Floats) -> Mesh:
-    """The mesh of a wire fence: two families of slanted wires as narrow quads."""
+    """Build the mesh of a wire fence: two families of slanted wires as narrow quads."""
     at, yaw = _along(line, 0.12)
     tall = _LOW - 0.1
     along = np.column_stack([np.cos(yaw), np.sin(yaw), 0.0 * yaw])

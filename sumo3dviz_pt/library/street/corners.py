@@ -38,66 +38,67 @@ _FRAMES = ("enamel_black", "enamel_green", "enamel_red")
 
 
 def cabinet(level: int = 0) -> list[Part]:
-    """A cabinet of the power company: two doors on a plinth under a lid."""
+    """Build a cabinet of the power company: two doors on a plinth under a lid."""
     body = box((-0.16, -0.55, 0.12), (0.16, 0.55, 1.14))
     lid = box((-0.18, -0.57, 1.14), (0.18, 0.57, 1.18))
     plinth = box((-0.17, -0.56, -0.3), (0.17, 0.56, 0.12))
-    parts = [_coloured(merge_meshes([body, lid]), _GREY), _coloured(plinth, _PLINTH)]
+    parts = [coloured(merge_meshes([body, lid]), _GREY), coloured(plinth, _PLINTH)]
     if level == 0:
-        cuts = [box((0.158, y - 0.004, 0.15), (0.1615, y + 0.004, 1.11)) for y in (-0.05,)]
+        # The joint of the doors, their slits for air, and a handle.
+        cuts = [box((0.158, -0.05 - 0.004, 0.15), (0.1615, -0.05 + 0.004, 1.11))]
         cuts += [box((0.158, a, z), (0.1615, b, z + 0.012))
                  for a, b in ((-0.45, -0.2), (0.15, 0.4))
                  for z in (0.95, 0.98, 1.01)]  # fmt: skip
         cuts.append(box((0.16, 0.02, 0.62), (0.18, 0.045, 0.74)))
         stickers = [box((0.159, -0.4, 0.55), (0.1618, -0.22, 0.72)),
                     box((0.159, 0.28, 0.4), (0.1618, 0.37, 0.5))]  # fmt: skip
-        parts.append(_coloured(merge_meshes(cuts), _GAP))
+        parts.append(coloured(merge_meshes(cuts), _GAP))
         parts += [
-            _coloured(sticker, colour)
+            coloured(sticker, colour)
             for sticker, colour in zip(stickers, (_POSTERS[1], _POSTERS[2]), strict=True)
         ]
     return parts
 
 
 def post_box(level: int = 0) -> list[Part]:
-    """A letter box with its slot, on a post."""
+    """Build a letter box with its slot, on a post."""
     body = box((-0.19, -0.24, 0.62), (0.19, 0.24, 1.28))
     roof = box((-0.21, -0.26, 1.28), (0.22, 0.26, 1.33))
     post = box((-0.07, -0.09, -0.3), (0.07, 0.09, 0.62))
-    parts = [_coloured(merge_meshes([body, roof]), _YELLOW), _coloured(post, _GREY)]
+    parts = [coloured(merge_meshes([body, roof]), _YELLOW), coloured(post, _GREY)]
     if level == 0:
         slot = box((0.188, -0.17, 1.13), (0.1925, 0.17, 1.165))
         flap = box((0.188, -0.2, 1.165), (0.215, 0.2, 1.18))
         sheet = box((0.188, -0.13, 0.78), (0.192, 0.13, 1.02))
-        parts += [_coloured(slot, _GAP), _coloured(flap, _YELLOW), _coloured(sheet, _POSTERS[5])]
+        parts += [coloured(slot, _GAP), coloured(flap, _YELLOW), coloured(sheet, _POSTERS[5])]
     return parts
 
 
 def advertising_column(level: int = 0) -> list[Part]:
-    """A round column of 3.6 m with posters, its foot and its hat."""
+    """Build a round column of 3.6 m with posters, its foot and its hat."""
     sides = 12 if level else 30
     foot = [(0.0, -0.3), (0.66, -0.3), (0.66, 0.3), (0.62, 0.34), (0.0, 0.34)]
     trunk = [(0.0, 0.34), (0.6, 0.34), (0.6, 3.0), (0.0, 3.0)]
     hat = [(0.0, 3.0), (0.66, 3.0), (0.72, 3.06), (0.72, 3.14), (0.6, 3.2), (0.5, 3.36),
            (0.2, 3.5), (0.05, 3.56), (0.0, 3.56)]  # fmt: skip
     parts = [
-        _coloured(upward(foot, segments=sides), _PLINTH),
-        _coloured(upward(trunk, segments=sides), _POSTERS[1]),
-        _coloured(upward(hat, segments=sides), _GREEN),
+        coloured(upward(foot, segments=sides), _PLINTH),
+        coloured(upward(trunk, segments=sides), _POSTERS[1]),
+        coloured(upward(hat, segments=sides), _GREEN),
     ]
     for k in range(18):
         turn, tall = 2.0 * np.pi * (k % 9) / 9.0, 1.16 if k % 4 else 0.84
         low = 0.42 + (1.28 if k > 8 else 0.0)
         sheet = _sheet(0.606, (turn, turn + 0.64), (low, low + tall))
-        parts.append(_coloured(sheet, _POSTERS[5 * k % len(_POSTERS)]))
+        parts.append(coloured(sheet, _POSTERS[5 * k % len(_POSTERS)]))
     return parts
 
 
 def bicycle_stand(level: int = 0) -> list[Part]:
-    """Two hoops in a row along the road, bicycles leaning on them."""
+    """Build two hoops in a row along the road, with bicycles leaning on them."""
     hoops = [_hoop(y, 4 if level else 8) for y in (-1.1, 1.1)]
     parts = [Part(merge_meshes(hoops), "galvanised")]
-    # Side of the hoop, where the front wheel ends, kind, and to which side it leans.
+    # Side of the hoop, where the front wheel ends, number of the bicycle, to which side it leans.
     places = ((0.13, -0.22, 0, -1.0), (-0.13, 1.98, 1, 1.0), (0.14, 2.06, 2, -1.0))
     fine = FAR if level else _PARKED
     found: list[Piece] = []
@@ -117,7 +118,7 @@ def _bicycle(kind: int, fine: Fineness) -> Iterator[Piece]:
 
 
 def _hoop(y: float, bends: int) -> Mesh:
-    """A bent tube along the y axis."""
+    """Bend a tube along the y axis."""
     turn = np.linspace(np.pi, 0.0, bends)
     top = np.column_stack([np.zeros(bends), 0.22 * np.cos(turn), 0.58 + 0.22 * np.sin(turn)])
     path: Floats = np.concatenate([[[0.0, -0.22, -0.3]], top, [[0.0, 0.22, -0.3]]])
@@ -125,7 +126,7 @@ def _hoop(y: float, bends: int) -> Mesh:
 
 
 def _sheet(radius: float, turns: tuple[float, float], heights: tuple[float, float]) -> Mesh:
-    """A poster around a column."""
+    """Build a poster around a column."""
     turn = np.linspace(*turns, 6)
     ring = np.column_stack([np.cos(turn), np.sin(turn)])
     rows = [np.column_stack([radius * ring, np.full(6, z)]) for z in heights]
@@ -137,6 +138,6 @@ def _sheet(radius: float, turns: tuple[float, float], heights: tuple[float, floa
     return Mesh(np.concatenate(rows), faces, normals)
 
 
-def _coloured(mesh: Mesh, colour: Colour) -> Part:
-    """A part in one colour."""
+def coloured(mesh: Mesh, colour: Colour) -> Part:
+    """Paint a mesh in one colour."""
     return Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1)))

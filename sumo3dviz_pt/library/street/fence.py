@@ -2,7 +2,7 @@
 
 References:
     Beam 0.31 m high and 0.08 m deep with its middle 0.60 m above the ground, posts
-    each 4 m: EN 1317 type A rails, as measured in the project's look study.
+    each 4 m: as of EN 1317 type A rails.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sumo3dviz_pt.library.buildings.shell import box
 from sumo3dviz_pt.library.mesh.grids import grid_faces
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.model.vectors import arc_length, unit
 
 STEP = 2.0
@@ -40,7 +40,7 @@ _FAR = np.array([(0.04, -0.155), (0.04, 0.155)])
 
 
 def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int = 0) -> Mesh:
-    """A piece of guard rail with normals.
+    """Build a piece of guard rail with normals.
 
     Args:
         line: Smooth line at steps of `STEP`, (n, 3) [m], n >= 2.
@@ -48,7 +48,7 @@ def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int
         sides: Beams on the left (1), on the right (-1), or on both.
         level: 0 for the full profile, 1 for a flat beam on posts, 2 without posts.
     """
-    keep = np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
+    keep = thinned(line, level)
     across = leftward(line)
     profile = _NEAR if level == 0 else _FAR
     parts = [_beam(line[keep], across[keep] * side, drop[keep], profile) for side in sides]
@@ -60,7 +60,7 @@ def fence(line: Floats, drop: Floats, *, sides: Sequence[int] = (1,), level: int
 
 
 def resampled(line: Floats) -> Floats:
-    """A smooth curve through a polyline's points, (m, k) [m], in steps of about `STEP`.
+    """Lay a smooth curve through a polyline's points, (m, k) [m], in steps of about `STEP`.
 
     Tangents are those of the polyline weighted by the opposite segments' lengths, so
     that long straight pieces stay straight.
@@ -89,7 +89,7 @@ def resampled(line: Floats) -> Floats:
 
 
 def end_drop(line: Floats) -> Floats:
-    """How far the beam of a whole rail comes down towards both ends, (n,) [m].
+    """Return how far the beam of a whole rail comes down towards both ends, (n,) [m].
 
     Both ends go into the ground, as rails must that have no other terminal.
     """
@@ -106,6 +106,11 @@ def leftward(line: Floats) -> Floats:
     along = np.gradient(line, axis=0)
     left = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))])
     return unit(left)
+
+
+def thinned(line: Floats, level: int) -> Ints:
+    """Return the numbers of the points that a level of detail keeps, (m,)."""
+    return np.unique(np.append(np.arange(0, len(line), (1, 2, 4)[level]), len(line) - 1))
 
 
 def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:
@@ -127,7 +132,7 @@ def _beam(line: Floats, across: Floats, sink: Floats, profile: Floats) -> Mesh:
 
 
 def _posts(line: Floats, across: Floats, sink: Floats) -> Mesh:
-    """Upright boxes with flat normals; posts of lowered ends are as low as the beam."""
+    """Build upright boxes with flat normals; posts of lowered ends are as low as the beam."""
     faces = box((-0.05, -0.03, -0.5), (0.05, 0.03, 0.72), skip="b")
     along = np.column_stack([across[:, 1], -across[:, 0], np.zeros(len(across))])
     tall = 0.70 - sink

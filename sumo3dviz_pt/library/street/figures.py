@@ -51,7 +51,7 @@ _WALKING: Sequence[Sequence[tuple[float, float]]] = (
 
 
 def walker(index: int, *, walking: bool) -> Mesh:
-    """A standing or walking person in front of a lens; index 0 is the lowest lamp."""
+    """Draw a standing or walking person in front of a lens; index 0 is the lowest lamp."""
     bodies = _WALKING if walking else _STANDING
     head = disc(0.155, centre=(0.02 if walking else 0.0, 0.69), sides=10)
     flat = np.concatenate([*(fan(body) for body in bodies), head]) * 0.088
@@ -59,12 +59,12 @@ def walker(index: int, *, walking: bool) -> Mesh:
 
 
 def window(index: int, *, sides: int = 20) -> Mesh:
-    """The dark disc behind a figure."""
+    """Build the dark disc behind a figure."""
     return upright(disc(0.1, sides=sides), x=FRONT - 0.007, z=HOUSING * (index + 0.5))
 
 
 def digit(place: int, index: int) -> tuple[Mesh, ...]:
-    """The seven bars of one of two digits, in the order of `BARS`.
+    """Build the seven bars of one of two digits, in the order of `BARS`.
 
     Args:
         place: 0 for tens, 1 for ones.
@@ -89,7 +89,7 @@ def digit(place: int, index: int) -> tuple[Mesh, ...]:
 
 
 def bars_of(number: int | None) -> frozenset[tuple[int, str]]:
-    """Lit bars, as (place, bar), of a number from 0 to 99; none for anything else."""
+    """Return the lit bars, as (place, bar), of a number from 0 to 99; none for anything else."""
     if number is None or not 0 <= number <= 99:
         return frozenset()
     return frozenset(
@@ -98,7 +98,13 @@ def bars_of(number: int | None) -> frozenset[tuple[int, str]]:
 
 
 def upright(flat: Floats, *, x: float, z: float) -> Mesh:
-    """Triangles of a reader's plane, (n, 3, 2), stood up at x, around a height z [m]."""
+    """Stand a flat drawing up, so that it looks to -x.
+
+    Args:
+        flat: Triangles of the reader's plane, (n, 3, 2) [m].
+        x: Where they stand [m].
+        z: Height of the plane's origin [m].
+    """
     points = flat.reshape(-1, 2)
     vertices = np.column_stack([np.full(len(points), x), -points[:, 0], z + points[:, 1]])
     faces = np.arange(len(points)).reshape(-1, 3)
@@ -106,7 +112,7 @@ def upright(flat: Floats, *, x: float, z: float) -> Mesh:
 
 
 def _bar(half: float, thick: float) -> Floats:
-    """A lying bar with pointed ends, counter-clockwise, (6, 2) [m]."""
+    """Outline a lying bar with pointed ends, counter-clockwise, (6, 2) [m]."""
     return np.array(
         [
             (-half, 0.0),

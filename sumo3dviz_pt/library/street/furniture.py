@@ -13,12 +13,13 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, prism, superellipsoid, tube
 from sumo3dviz_pt.library.street import corners
+from sumo3dviz_pt.library.street.corners import coloured
 from sumo3dviz_pt.library.street.strokes import lettering
 from sumo3dviz_pt.library.street.traffic_light import upward
 from sumo3dviz_pt.model.geometry import Colour, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 
-DARK: Colour = (0.03, 0.033, 0.035)
+_DARK: Colour = (0.03, 0.033, 0.035)
 _WHITE: Colour = (0.6, 0.6, 0.58)
 _BLUE: Colour = (0.006, 0.06, 0.26)
 _PAPER: Colour = (0.55, 0.55, 0.5)
@@ -28,18 +29,18 @@ SHELTER = (4.0, 1.5, 2.5)
 
 
 def bollard(level: int = 0) -> list[Part]:
-    """A steel post of 0.95 m with a reflecting band."""
+    """Build a steel post of 0.95 m with a reflecting band."""
     sides = 6 if level else 14
     body = [(0.0, -0.3), (0.05, -0.3), (0.05, 0.72)]
     top = [(0.0, 0.80), (0.05, 0.80), (0.05, 0.90), (0.035, 0.935), (0.0, 0.95)]
     band = [(0.0, 0.72), (0.051, 0.72), (0.051, 0.80), (0.0, 0.80)]
     steel = merge_meshes([upward([*body, (0.0, 0.72)], segments=sides),
                           upward(top, segments=sides)])  # fmt: skip
-    return [_coloured(steel, DARK), _coloured(upward(band, segments=sides), _WHITE)]
+    return [coloured(steel, _DARK), coloured(upward(band, segments=sides), _WHITE)]
 
 
 def bin_(level: int = 0) -> list[Part]:
-    """A round litter bin on a post, its mouth under a lid."""
+    """Build a round litter bin on a post, its mouth under a lid."""
     sides = 7 if level else 18
     can = upward(
         [(0.0, 0.22), (0.17, 0.22), (0.2, 0.26), (0.21, 0.78), (0.0, 0.78)], segments=sides
@@ -48,14 +49,14 @@ def bin_(level: int = 0) -> list[Part]:
         [(0.0, 0.93), (0.22, 0.93), (0.225, 0.95), (0.15, 1.0), (0.0, 1.02)], segments=sides
     )
     mouth = upward([(0.0, 0.78), (0.14, 0.78), (0.14, 0.93), (0.0, 0.93)], segments=sides)
-    parts = [_coloured(merge_meshes([can, lid]), (0.035, 0.07, 0.045)), _coloured(mouth, DARK)]
+    parts = [coloured(merge_meshes([can, lid]), (0.035, 0.07, 0.045)), coloured(mouth, _DARK)]
     stands = [tube([(x, y, -0.2), (x, y, 0.95)], radius=0.018, sides=5)
               for x, y in ((0.17, 0.1), (0.17, -0.1), (-0.2, 0.0))]  # fmt: skip
     return [*parts, Part(merge_meshes(stands), "galvanised")]
 
 
 def bench(level: int = 0) -> list[Part]:
-    """A bench of 1.8 m with a back: boards on two cast feet; who sits looks to +x."""
+    """Build a bench of 1.8 m with a back: boards on two cast feet; people on it look to +x."""
     half = 0.9
     boards = []
     count = 1 if level else 5
@@ -69,11 +70,11 @@ def bench(level: int = 0) -> list[Part]:
     side = [(-0.2, 0.0), (-0.14, 0.0), (-0.13, 0.36), (0.17, 0.36), (0.16, 0.0), (0.22, 0.0),
             (0.23, 0.42), (-0.2, 0.42), (-0.27, 0.88), (-0.31, 0.88)]  # fmt: skip
     legs = [_frame(side, y) for y in (-0.65, 0.65)]
-    return [Part(merge_meshes(boards), "street_wood"), _coloured(merge_meshes(legs), DARK)]
+    return [Part(merge_meshes(boards), "street_wood"), coloured(merge_meshes(legs), _DARK)]
 
 
 def parking_meter(level: int = 0) -> list[Part]:
-    """A ticket machine: a slim case with a screen and a hat."""
+    """Build a ticket machine: a slim case with a screen and a hat."""
     case = moved(
         superellipsoid((0.13, 0.16, 0.5), squareness=8.0, segments=8 if level else 20, rings=6),
         0.0, 0.0, 1.2,
@@ -83,15 +84,15 @@ def parking_meter(level: int = 0) -> list[Part]:
     screen = box((0.1, -0.09, 1.38), (0.135, 0.09, 1.52))
     sign = box((-0.02, -0.16, 1.73), (0.02, 0.16, 2.05))
     return [
-        _coloured(merge_meshes([case, stand, hat]), (0.1, 0.11, 0.12)),
+        coloured(merge_meshes([case, stand, hat]), (0.1, 0.11, 0.12)),
         Part(screen, "pane"),
-        _coloured(sign, _BLUE),
-        _coloured(_letter("P", 0.2, x=0.0215, z=1.89), _WHITE),
+        coloured(sign, _BLUE),
+        coloured(_letter("P", 0.2, x=0.0215, z=1.89), _WHITE),
     ]
 
 
 def bus_shelter(level: int = 0) -> list[Part]:
-    """Roof, panes at the back and the left end, posts, bench, timetable; open to +x."""
+    """Build roof, panes at the back and the left end, posts, bench, timetable; open to +x."""
     (long, deep, tall), post = SHELTER, 0.035
     back, half = -deep / 2, long / 2
     posts = [box((back - post, y - post, -0.4), (back + post, y + post, tall - 0.1))
@@ -113,14 +114,14 @@ def bus_shelter(level: int = 0) -> list[Part]:
     feet = [box((back + 0.05, y, -0.2), (back + 0.42, y + 0.05, 0.45)) for y in (-1.0, 0.75)]
     board = box((back + 0.012, -half + 0.25, 0.9), (back + 0.03, -half + 0.95, 1.9))
     parts = [
-        _coloured(merge_meshes([*posts, *rails, roof, *feet]), (0.07, 0.075, 0.08)),
+        coloured(merge_meshes([*posts, *rails, roof, *feet]), (0.07, 0.075, 0.08)),
         Part(merge_meshes(panes), "pane"),
         Part(merge_meshes(seat), "street_wood"),
-        _coloured(board, _PAPER),
+        coloured(board, _PAPER),
     ]
     if level == 0:
         head = box((back + 0.03, -half + 0.25, 1.74), (back + 0.034, -half + 0.95, 1.9))
-        parts.append(_coloured(head, _BLUE))
+        parts.append(coloured(head, _BLUE))
     return parts
 
 
@@ -138,13 +139,8 @@ FURNITURE: Mapping[str, Callable[[int], list[Part]]] = {
 """Every piece by its name."""
 
 
-def _coloured(mesh: Mesh, colour: Colour) -> Part:
-    """A part in one colour."""
-    return Part(mesh, "sign", np.tile(colour, (len(mesh.faces), 1)))
-
-
 def _frame(outline: Sequence[tuple[float, float]], y: float) -> Mesh:
-    """A flat cast foot of strips between an outline's points."""
+    """Build a flat cast foot of strips between an outline's points."""
     bars = [
         tube([(a[0], y, a[1]), (b[0], y, b[1])], radius=0.02, sides=4)
         for a, b in (
@@ -157,7 +153,7 @@ def _frame(outline: Sequence[tuple[float, float]], y: float) -> Mesh:
 
 
 def _letter(text: str, height: float, *, x: float, z: float) -> Mesh:
-    """A word that looks to +x."""
+    """Write a word that looks to +x."""
     flat = lettering(text, height=height).reshape(-1, 2)
     vertices = np.column_stack([np.full(len(flat), x), flat[:, 0], z + flat[:, 1]])
     faces = np.arange(len(flat)).reshape(-1, 3)

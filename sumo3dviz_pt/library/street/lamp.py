@@ -19,7 +19,7 @@ REACH = 1.5
 
 
 def pole(height: float, *, level: int = 0) -> Mesh:
-    """Pole, arm and the case of the head; the lens hangs below at a height [m].
+    """Build pole, arm and the case of the head; the lens hangs below at a height [m].
 
     Args:
         height: Of the lens above the foot [m].
@@ -48,7 +48,7 @@ def pole(height: float, *, level: int = 0) -> Mesh:
 
 
 def head(height: float, *, level: int = 0) -> Mesh:
-    """The case over the lens, thin towards its tip."""
+    """Build the case over the lens, thin towards its tip."""
     back, tip = REACH - 0.42, REACH + 0.36
     low = height + 0.006
     if level == 2:
@@ -65,7 +65,7 @@ def head(height: float, *, level: int = 0) -> Mesh:
 
 
 def lens(height: float) -> Mesh:
-    """The area that shines, looking down, two triangles."""
+    """Build the area that shines, looking down, of two triangles."""
     u, v = LENS[0] / 2, LENS[1] / 2
     corners = [(REACH - u, -v), (REACH - u, v), (REACH + u, v), (REACH + u, -v)]
     vertices = np.array([(x, y, height) for x, y in corners])

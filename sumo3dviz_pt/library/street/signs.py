@@ -31,18 +31,18 @@ BLACK: Colour = (0.015, 0.015, 0.015)
 
 _LIFT = 0.003  # between a sign's layers of paint [m]
 
-Layer = tuple[Floats, Colour]
+SignLayer = tuple[Floats, Colour]
 """Triangles of a reader's plane, (n, 3, 2) [m], and their colour."""
 
 
 def post(height: float, *, level: int = 0) -> Part:
-    """A round steel post from 0.5 m below the ground."""
+    """Build a round steel post from 0.5 m below the ground."""
     mesh = tube([(0.0, 0.0, -0.5), (0.0, 0.0, height)], radius=0.03, sides=5 if level else 10)
     return Part(mesh, "galvanised")
 
 
-def plate(outline: Floats, layers: Sequence[Layer], *, z: float) -> list[Part]:
-    """A convex plate with painted layers in front of a post.
+def plate(outline: Floats, layers: Sequence[SignLayer], *, z: float) -> list[Part]:
+    """Build a convex plate with painted layers in front of a post.
 
     Args:
         outline: Counter-clockwise for the reader, (n, 2) [m].
@@ -54,8 +54,14 @@ def plate(outline: Floats, layers: Sequence[Layer], *, z: float) -> list[Part]:
     return [Part(turned, "galvanised"), painted(layers, x=-0.048, z=z)]
 
 
-def painted(layers: Sequence[Layer], *, x: float, z: float) -> Part:
-    """Layers of paint in front of a plane, each a little nearer to the reader."""
+def painted(layers: Sequence[SignLayer], *, x: float, z: float) -> Part:
+    """Paint layers in front of a plane, each a little nearer to the reader.
+
+    Args:
+        layers: From the lowest to the highest.
+        x: Where the plane stands [m].
+        z: Height of the layers' origin [m].
+    """
     meshes, tints = [], []
     for i, (flat, colour) in enumerate(layers):
         meshes.append(upright(flat, x=x - _LIFT * (i + 1), z=z))
@@ -65,7 +71,7 @@ def painted(layers: Sequence[Layer], *, x: float, z: float) -> Part:
 
 @cache
 def speed_limit(number: int) -> tuple[Part, ...]:
-    """A round sign with a red ring and a number [km/h]."""
+    """Build a round sign with a red ring and a number [km/h]."""
     outer, inner = regular(0.30, sides=28), regular(0.235, sides=28)
     digits = lettering(str(number), height=0.25 if number < 100 else 0.2, weight=0.15)
     if number >= 100:
@@ -76,14 +82,14 @@ def speed_limit(number: int) -> tuple[Part, ...]:
 
 @cache
 def give_way() -> tuple[Part, ...]:
-    """A triangle on its tip, white with a red border."""
+    """Build a triangle on its tip, white with a red border."""
     outer, inner = _triangle(0.45), _triangle(0.31)
     return tuple(plate(outer, [(fan(inner), WHITE), (ring(outer, inner), RED)], z=-0.08))
 
 
 @cache
 def stop() -> tuple[Part, ...]:
-    """A red octagon with a white border and the word."""
+    """Build a red octagon with a white border and the word."""
     turn = np.pi / 8
     outer, inner = (regular(r, sides=8, turn=turn) for r in (0.41, 0.385))
     word = lettering("STOP", height=0.21, weight=0.16, gap=0.22)
@@ -93,7 +99,7 @@ def stop() -> tuple[Part, ...]:
 
 @cache
 def priority_road() -> tuple[Part, ...]:
-    """A yellow square on its tip with a white border."""
+    """Build a yellow square on its tip with a white border."""
     outer, inner = regular(0.36, sides=4), regular(0.24, sides=4)
     layers = [(fan(inner), YELLOW), (ring(outer, inner), WHITE)]
     return tuple(plate(outer, layers, z=0.0))
@@ -101,7 +107,7 @@ def priority_road() -> tuple[Part, ...]:
 
 @cache
 def bus_stop() -> tuple[Part, ...]:
-    """A blue plate with a bus."""
+    """Build a blue plate with a bus."""
     outline = rounded(0.42, 0.56, radius=0.04)
     body = fan([(-0.15, -0.05), (0.15, -0.05), (0.15, 0.12), (-0.15, 0.12)])
     panes = [fan([(u, 0.0), (u + 0.07, 0.0), (u + 0.07, 0.075), (u, 0.075)]) for u in
@@ -127,7 +133,13 @@ SIGNS: Mapping[str, Callable[[], tuple[Part, ...]]] = {
 
 
 def on_post(face: Sequence[Part], *, bottom: float = 2.1, level: int = 0) -> list[Part]:
-    """A sign's plate on a post, its lowest edge at a height [m]."""
+    """Put a sign's plate on a post.
+
+    Args:
+        face: Parts of the plate.
+        bottom: Height of its lowest edge [m].
+        level: 0 near; from 2 on, the post and the paint alone.
+    """
     low = min(float(part.mesh.bounds[0, 2]) for part in face)
     high = max(float(part.mesh.bounds[1, 2]) for part in face)
     up = Transform.from_pose((0.0, 0.0, bottom - low))
@@ -138,7 +150,7 @@ def on_post(face: Sequence[Part], *, bottom: float = 2.1, level: int = 0) -> lis
 
 @cache
 def board(lines: tuple[str, ...], pointer: str, *, height: float = 0.32) -> tuple[Part, ...]:
-    """A blue board with white lettering around the origin, for gantries and exits.
+    """Build a blue board with white lettering around the origin, for gantries and exits.
 
     Args:
         lines: Text from top to bottom.
@@ -172,13 +184,13 @@ def board(lines: tuple[str, ...], pointer: str, *, height: float = 0.32) -> tupl
 
 
 def board_size(face: Sequence[Part]) -> tuple[float, float]:
-    """Width and height of a board [m]."""
+    """Return width and height of a board [m]."""
     low, high = face[0].mesh.bounds
     return float(high[1] - low[1]), float(high[2] - low[2])
 
 
 def exit_board(lines: tuple[str, ...]) -> list[Part]:
-    """A low board on two posts at the nose of an exit."""
+    """Build a low board on two posts at the nose of an exit."""
     face = board(lines, "exit", height=0.24)
     wide, tall = board_size(face)
     up = Transform.from_pose((0.0, 0.0, 1.5 + tall / 2))
@@ -193,7 +205,7 @@ def exit_board(lines: tuple[str, ...]) -> list[Part]:
 def gantry(
     left: float, right: float, boards: Sequence[tuple[float, tuple[Part, ...]]], *, portal: bool
 ) -> list[Part]:
-    """A frame over a carriageway with boards.
+    """Build a frame over a carriageway with boards.
 
     Args:
         left: Where its left post stands, along +y [m]; for a single post, its arm's end.
@@ -202,6 +214,7 @@ def gantry(
         portal: Whether a left post stands; else the right one carries it alone.
     """
     clear, depth = 5.6, 0.28
+    # Four chords, slanting bars and ties between them make the lattice beam.
     chord = [
         tube([(x, left, z), (x, right, z)], radius=0.06, sides=8)
         for x in (-depth, depth)
@@ -220,14 +233,11 @@ def gantry(
         for y in ys.tolist()
         for z in (clear, clear + 0.9)
     ]
+    feet = (left, right) if portal else (right,)
     posts = [
-        box((-depth - 0.1, y - 0.14, -0.5), (depth + 0.1, y + 0.14, clear + 1.05))
-        for y in ((left, right) if portal else (right,))
+        box((-depth - 0.1, y - 0.14, -0.5), (depth + 0.1, y + 0.14, clear + 1.05)) for y in feet
     ]
-    plinths = [
-        box((-0.7, y - 0.45, -0.6), (0.7, y + 0.45, 0.25))
-        for y in ((left, right) if portal else (right,))
-    ]
+    plinths = [box((-0.7, y - 0.45, -0.6), (0.7, y + 0.45, 0.25)) for y in feet]
     parts = [Part(merge_meshes([*chord, *lattice, *ties, *posts]), "galvanised")]
     parts.append(Part(merge_meshes(plinths), "kerb"))
     for y, face in boards:
@@ -237,7 +247,7 @@ def gantry(
 
 
 def _triangle(half: float) -> Floats:
-    """A triangle on its tip with cut corners, counter-clockwise, (6, 2) [m]."""
+    """Outline a triangle on its tip with cut corners, counter-clockwise, (6, 2) [m]."""
     tall, cut = half * np.sqrt(3.0), 0.09
     corners = np.array([(-half, tall / 3), (0.0, -2 * tall / 3), (half, tall / 3)])
     points: list[Floats] = []

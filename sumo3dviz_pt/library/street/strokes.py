@@ -19,7 +19,7 @@ Line = Sequence[tuple[float, float]]
 def _arc(
     centre: tuple[float, float], radii: tuple[float, float], begin: float, end: float
 ) -> list[tuple[float, float]]:
-    """Points of an elliptic arc between two angles [deg]."""
+    """Return points of an elliptic arc between two angles [deg]."""
     turn = np.radians(np.linspace(begin, end, max(3, int(abs(end - begin) / 30) + 1)))
     return [
         (centre[0] + radii[0] * float(np.cos(t)), centre[1] + radii[1] * float(np.sin(t)))
@@ -100,11 +100,11 @@ GLYPHS: Mapping[str, tuple[Line, ...]] = {
     "Z": ([(0.0, 1.0), (0.54, 1.0), (0.0, 0.0), (0.54, 0.0)],),
     " ": (),
 }
-"""Strokes of every sign that lettering knows."""
+"""Strokes of every character that `lettering` can write."""
 
 
 def lettering(text: str, *, height: float, weight: float = 0.16, gap: float = 0.26) -> Floats:
-    """A line of text around the origin as triangles, (n, 3, 2) [m].
+    """Write a line of text around the origin as triangles, (n, 3, 2) [m].
 
     Args:
         text: Of characters in `GLYPHS`.
@@ -134,7 +134,7 @@ def lettering(text: str, *, height: float, weight: float = 0.16, gap: float = 0.
 
 
 def ribbon(points: Floats, width: float) -> Floats:
-    """A polyline, (n, 2), drawn with a width: a quad a piece, longer at bends, (m, 3, 2)."""
+    """Draw a polyline, (n, 2), with a width: a quad a piece, longer at bends, (m, 3, 2)."""
     points = np.asarray(points, dtype=np.float64)
     step = unit(np.diff(points, axis=0))
     normals = np.column_stack([-step[:, 1], step[:, 0]])
@@ -152,24 +152,42 @@ def ribbon(points: Floats, width: float) -> Floats:
 
 
 def fan(outline: Iterable[Sequence[float]] | Floats) -> Floats:
-    """A convex counter-clockwise outline as triangles, (n, 3, 2)."""
+    """Cover a convex counter-clockwise outline with triangles, (n, 3, 2)."""
     points = np.asarray(outline, dtype=np.float64)
     return np.stack([[points[0], points[k], points[k + 1]] for k in range(1, len(points) - 1)])
 
 
 def disc(radius: float, *, centre: tuple[float, float] = (0.0, 0.0), sides: int = 28) -> Floats:
-    """A circle as triangles, (n, 3, 2) [m]."""
+    """Cover a circle with triangles.
+
+    Args:
+        radius: [m].
+        centre: [m].
+        sides: Of the polygon that stands for it.
+
+    Returns:
+        (n, 3, 2) [m].
+    """
     return fan(regular(radius, sides=sides) + np.array(centre))
 
 
 def regular(radius: float, *, sides: int, turn: float = 0.0) -> Floats:
-    """Corners of a regular polygon around the origin, counter-clockwise, (n, 2) [m]."""
+    """Return the corners of a regular polygon around the origin.
+
+    Args:
+        radius: [m].
+        sides: How many.
+        turn: Direction of the first corner [rad].
+
+    Returns:
+        Counter-clockwise, (n, 2) [m].
+    """
     angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False) + turn
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def ring(outer: Floats, inner: Floats) -> Floats:
-    """What lies between two outlines of equally many corners, (n, 3, 2)."""
+    """Cover what lies between two outlines of equally many corners, (n, 3, 2)."""
     after_outer, after_inner = np.roll(outer, -1, axis=0), np.roll(inner, -1, axis=0)
     one = np.stack([outer, after_outer, after_inner], axis=1)
     other = np.stack([outer, after_inner, inner], axis=1)
@@ -177,7 +195,16 @@ def ring(outer: Floats, inner: Floats) -> Floats:
 
 
 def arrow(length: float, width: float, *, turn: float = 0.0) -> Floats:
-    """An arrow around the origin that points up, or turned counter-clockwise [rad], (n, 3, 2)."""
+    """Draw an arrow around the origin.
+
+    Args:
+        length: [m].
+        width: Of its head [m].
+        turn: From upwards, counter-clockwise [rad].
+
+    Returns:
+        Triangles, (n, 3, 2) [m].
+    """
     head, half = 0.42 * length, 0.17 * width
     shaft = fan([(-half, -length / 2), (half, -length / 2), (half, length / 2 - head),
                  (-half, length / 2 - head)])  # fmt: skip

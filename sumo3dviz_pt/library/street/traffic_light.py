@@ -25,11 +25,12 @@ RADIUS = 0.10
 FRONT = -0.10
 """Where the front of a housing lies, along x [m]."""
 
-_BOARD = (0.25, 0.11, -0.03)  # half width, rim above and below, front of the backing board [m]
+# Of the backing board: half its width, its rim above and below the head, and its front [m].
+_BOARD_HALF, _BOARD_RIM, _BOARD_FRONT = 0.25, 0.11, -0.03
 
 
 def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: int = 0) -> Mesh:
-    """The dark body of a head with hoods, and the board behind it.
+    """Build the dark body of a head with hoods, and the board behind it.
 
     Args:
         lamps: How many lamps are stacked.
@@ -41,8 +42,9 @@ def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: i
     tall = HOUSING * boxes
     parts = [_case(HOUSING * i, level) for i in range(boxes)]
     if backing:
-        half, rim, front = _BOARD
-        parts.append(plate(2 * half, tall + 2 * rim, front=front, back=front + 0.015, z=tall / 2))
+        wide, high = 2 * _BOARD_HALF, tall + 2 * _BOARD_RIM
+        back = _BOARD_FRONT + 0.015
+        parts.append(plate(wide, high, front=_BOARD_FRONT, back=back, z=tall / 2))
     for i in range(lamps):
         middle = HOUSING * (i + 0.5)
         parts.append(_visor(middle, 12 if level == 0 else 5))
@@ -55,14 +57,14 @@ def housing(lamps: int, *, backing: bool = True, counter: bool = False, level: i
 
 
 def border(lamps: int) -> Mesh:
-    """The white edge of the backing board: an open ring that looks to -x."""
-    half, rim, front = _BOARD
+    """Build the white edge of the backing board: an open ring that looks to -x."""
     tall = HOUSING * lamps
-    outer = rounded(2 * half, tall + 2 * rim, radius=0.05)
-    inner = rounded(2 * half - 0.06, tall + 2 * rim - 0.06, radius=0.03)
+    wide, high = 2 * _BOARD_HALF, tall + 2 * _BOARD_RIM
+    outer = rounded(wide, high, radius=0.05)
+    inner = rounded(wide - 0.06, high - 0.06, radius=0.03)
     count = len(outer)
     ring = np.vstack([outer, inner])
-    vertices = np.column_stack([np.full(2 * count, front - 0.004), -ring[:, 0], ring[:, 1]])
+    vertices = np.column_stack([np.full(2 * count, _BOARD_FRONT - 0.004), -ring[:, 0], ring[:, 1]])
     vertices[:, 2] += tall / 2
     i, after = np.arange(count), (np.arange(count) + 1) % count
     faces = np.concatenate(
@@ -72,7 +74,7 @@ def border(lamps: int) -> Mesh:
 
 
 def bracket(lamps: int, *, reach: float = 0.17) -> Mesh:
-    """Two short arms from a head's back to the pole behind it, `reach` away [m]."""
+    """Build two short arms from a head's back to the pole behind it, `reach` away [m]."""
     heights = (0.07, HOUSING * lamps - 0.07)
     return merge_meshes(
         [tube([(0.06, 0, z), (reach, 0, z)], radius=0.022, sides=6) for z in heights]
@@ -80,13 +82,19 @@ def bracket(lamps: int, *, reach: float = 0.17) -> Mesh:
 
 
 def hanger(lamps: int, top: float, *, reach: float = 0.19) -> Mesh:
-    """A bar behind a head that hangs on an arm `top` above the head's foot [m]."""
+    """Build the bar behind a head that hangs on an arm.
+
+    Args:
+        lamps: How many lamps the head has.
+        top: Height of the arm above the head's foot [m].
+        reach: From the head's middle to the bar [m].
+    """
     upright = tube([(reach, 0, 0.12), (reach, 0, top)], radius=0.03, sides=8)
     return merge_meshes([bracket(lamps, reach=reach), upright])
 
 
 def lens(index: int, *, segments: int = 16) -> Mesh:
-    """A domed disc; index 0 is the lowest lamp."""
+    """Build a domed disc; index 0 is the lowest lamp."""
     cap = segments // 2
     z = HOUSING * (index + 0.5)
     rings = [(RADIUS, -0.106, segments), (0.58 * RADIUS, -0.122, cap)]
@@ -108,7 +116,13 @@ def lens(index: int, *, segments: int = 16) -> Mesh:
 
 
 def pole(height: float, *, radius: float = 0.055, level: int = 0) -> Mesh:
-    """An upright pole from 0.5 m below the ground, with a collar at its foot."""
+    """Build an upright pole from 0.5 m below the ground, with a collar at its foot.
+
+    Args:
+        height: Above the ground [m].
+        radius: [m].
+        level: 0 near, 1 farther away: without the foot.
+    """
     if level:
         return tube(np.array([(0, 0, -0.5), (0, 0, height)], float), radius=radius, sides=6)
     upright = upward(
@@ -118,7 +132,7 @@ def pole(height: float, *, radius: float = 0.055, level: int = 0) -> Mesh:
 
 
 def foot(radius: float) -> Mesh:
-    """Base plate, bolts and collar of a pole of a radius [m]."""
+    """Build base plate, bolts and collar of a pole of a radius [m]."""
     half = 2.6 * radius
     plate_ = box((-half, -half, -0.1), (half, half, 0.02))
     bolts = [
@@ -139,7 +153,14 @@ def foot(radius: float) -> Mesh:
 
 
 def mast(height: float, reach: float, *, radius: float = 0.09, level: int = 0) -> Mesh:
-    """A pole with an arm to its left (+y), `reach` long [m]; negative reaches to the right."""
+    """Build a pole with an arm over the road.
+
+    Args:
+        height: Of the arm above the ground [m].
+        reach: How long the arm is [m]; positive to the left (+y), negative to the right.
+        radius: Of the pole [m].
+        level: 0 near, 1 farther away: without foot and door.
+    """
     side = float(np.sign(reach))
     turn = np.linspace(0.0, np.pi / 2, 3 if level else 6)
     # Laid out along +x, where `tube` has a frame for every point, and turned.
@@ -162,18 +183,24 @@ def mast(height: float, reach: float, *, radius: float = 0.09, level: int = 0) -
 
 
 def crossbar(width: float, height: float) -> Mesh:
-    """A horizontal bar that several heads hang on, `width` between the outer ones [m]."""
+    """Build a level bar that several heads hang on, `width` between the outer ones [m]."""
     ends = np.array([(-0.02, -width / 2, height), (-0.02, width / 2, height)], float)
     return tube(ends, radius=0.03, sides=8)
 
 
 def placed(mesh: Mesh, position: Sequence[float] | Floats, yaw: float) -> Mesh:
-    """A mesh moved to a place [m] and turned [rad]."""
+    """Turn a mesh and move it.
+
+    Args:
+        mesh: About the origin.
+        position: Where to, (3,) [m].
+        yaw: By which angle [rad].
+    """
     return Transform.from_pose(np.asarray(position), yaw=yaw).mesh(mesh)
 
 
 def upward(profile: Sequence[Sequence[float]], *, segments: int = 12) -> Mesh:
-    """A body turned around the z axis from (radius, z) pairs [m], from its foot to its top."""
+    """Turn a profile of (radius, z) pairs [m], from foot to top, around the z axis."""
     body = lathe(profile, segments=segments)
     # `lathe` turns around y; z takes its place.
     swap = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
@@ -182,7 +209,7 @@ def upward(profile: Sequence[Sequence[float]], *, segments: int = 12) -> Mesh:
 
 
 def rounded(width: float, height: float, *, radius: float, steps: int = 3) -> Floats:
-    """Outline of a rectangle with round corners around the origin, counter-clockwise, (n, 2) [m].
+    """Outline a rectangle with round corners around the origin, counter-clockwise, (n, 2) [m].
 
     Args:
         width: [m].
@@ -200,7 +227,15 @@ def rounded(width: float, height: float, *, radius: float, steps: int = 3) -> Fl
 
 
 def plate(width: float, height: float, *, front: float, back: float, z: float) -> Mesh:
-    """An upright board with round corners between two x [m], its middle at a height z [m]."""
+    """Build an upright board with round corners.
+
+    Args:
+        width: Along y [m].
+        height: [m].
+        front: Its lower x [m].
+        back: Its higher x [m].
+        z: Height of its middle [m].
+    """
     outline = rounded(width, height, radius=min(0.05, 0.2 * width))
     board = prism(outline.tolist(), half_width=(back - front) / 2, crease=0.9)
     turned = Transform.from_pose(((front + back) / 2, 0.0, z), yaw=np.pi / 2)
@@ -208,7 +243,7 @@ def plate(width: float, height: float, *, front: float, back: float, z: float) -
 
 
 def _case(z: float, level: int) -> Mesh:
-    """The housing of one lamp, rounded, from a height on [m]."""
+    """Build the housing of one lamp, rounded, from a height on [m]."""
     if level:
         return box((FRONT, -WIDTH / 2, z), (0.08, WIDTH / 2, z + HOUSING))
     outline = rounded(WIDTH, HOUSING - 0.006, radius=0.035)
@@ -217,7 +252,7 @@ def _case(z: float, level: int) -> Mesh:
 
 
 def _rim(z: float) -> Mesh:
-    """The dark ring around a lens."""
+    """Build the dark ring around a lens."""
     ring = lathe(
         [(RADIUS * 0.97, 0.0), (RADIUS * 0.99, 0.014), (0.119, 0.014), (0.124, 0.0)][::-1],
         segments=20,
@@ -229,7 +264,7 @@ def _rim(z: float) -> Mesh:
 
 
 def _visor(z: float, pieces: int) -> Mesh:
-    """A hood over a lens: part of a cylinder, deeper on top than at its sides, with an inside."""
+    """Build a hood over a lens: part of a cylinder with an inside, deepest on top."""
     turn = np.linspace(np.radians(-25), np.radians(205), pieces + 1)
     depth = 0.05 + 0.19 * np.clip(0.25 + 0.75 * np.sin(turn), 0.0, 1.0)
     rows = [

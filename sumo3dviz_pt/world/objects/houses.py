@@ -17,7 +17,7 @@ from sumo3dviz_pt.library.buildings.lights import SHOPS as SHOP_LIGHTS
 from sumo3dviz_pt.library.buildings.lights import WINDOWS
 from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, cladding, palette
 from sumo3dviz_pt.library.buildings.shell import Palette, Shell, paint
-from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS, Style
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS, BuildingStyle
 from sumo3dviz_pt.library.materials.named import MATERIALS, TINT, surface_bsdf, surface_scale
 from sumo3dviz_pt.model.geometry import Floats, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
@@ -28,7 +28,11 @@ from sumo3dviz_pt.world.objects.kinds import Kind, colour_in, drawn_model
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
-STYLES: Mapping[str, Mapping[str, Style]] = {"homes": HOMES, "shops": SHOPS, "blocks": BLOCKS}
+STYLES: Mapping[str, Mapping[str, BuildingStyle]] = {
+    "homes": HOMES,
+    "shops": SHOPS,
+    "blocks": BLOCKS,
+}
 """Models of the kinds that are buildings at points."""
 
 _STREET = 40.0  # how far from a lane a wall still looks at the street [m]
@@ -189,7 +193,7 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
 
 
 def painted(
-    shell: Shell, style: Style, settings: ObjectSettings, chance: Chance, *, level: int
+    shell: Shell, style: BuildingStyle, settings: ObjectSettings, chance: Chance, *, level: int
 ) -> tuple[Part, ...]:
     """A shell in the colours of one building; textures and lights to aim at only nearby.
 
@@ -211,7 +215,9 @@ def painted(
     )
 
 
-def _colours(style: Style, settings: ObjectSettings, chance: Chance, *, textured: bool) -> Palette:
+def _colours(
+    style: BuildingStyle, settings: ObjectSettings, chance: Chance, *, textured: bool
+) -> Palette:
     """Colours of one building, chosen by its name."""
     rng = np.random.default_rng(int(chance.share("colour") * 2**48))
     return palette(style.colours, rng, colour_in(settings), textured=textured, dark=chance.dark)
@@ -224,7 +230,7 @@ def _tiles() -> Mapping[str, float]:
 
 
 @cache
-def _shell(style: Style, variant: int, level: int) -> Shell:
+def _shell(style: BuildingStyle, variant: int, level: int) -> Shell:
     return style.build(variant, level)
 
 

@@ -10,11 +10,12 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import ObjectSettings
-from sumo3dviz_pt.library.buildings.build import Design, Walls, raised
+from sumo3dviz_pt.library.buildings.build import raised
+from sumo3dviz_pt.library.buildings.design import Design, Walls
 from sumo3dviz_pt.library.buildings.facade import FAR, MIDDLE, NEAR
 from sumo3dviz_pt.library.buildings.roofs import upright
 from sumo3dviz_pt.library.buildings.shell import joined
-from sumo3dviz_pt.library.buildings.styles import ROWS, Style
+from sumo3dviz_pt.library.buildings.styles import ROWS, BuildingStyle
 from sumo3dviz_pt.library.materials.by_key import (
     material_name,
     metres_per_tile,
@@ -133,11 +134,10 @@ def house_of_row(
     return painted(placed, style, ObjectSettings(), chance, level=level)
 
 
-def _look(house: House, chance: Chance) -> tuple[Style, Design]:
-    """Style and design of a house; shops are usual at main streets and corners."""
-    # Offices need a plan without wings.
-    known = ROWS[:3] if house.corner else ROWS
-    style = known[pick([weight for _, weight in known], chance.share("style"))][0]
+def _look(house: House, chance: Chance) -> tuple[BuildingStyle, Design]:
+    """BuildingStyle and design of a house; shops are usual at main streets and corners."""
+    known = [row for row in ROWS if row.corners or not house.corner]
+    style = known[pick([row.share for row in known], chance.share("style"))].style
     shops = chance.share("shops") < (0.8 if house.main or house.corner else 0.35)
     fit = [d for d in style.designs if (d.foot == "shops") == shops] or list(style.designs)
     # Roofs along the street suit straight houses only.

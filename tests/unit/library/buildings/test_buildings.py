@@ -16,13 +16,13 @@ from sumo3dviz_pt.library.buildings.facade import (
     wall,
     windows,
 )
-from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, style_for
+from sumo3dviz_pt.library.buildings.footprint import cleaned, extruded, footprint_of, style_for
 from sumo3dviz_pt.library.buildings.lights import SHOPS as SHOP_LIGHTS
 from sumo3dviz_pt.library.buildings.lights import WINDOWS, lit_roles
 from sumo3dviz_pt.library.buildings.palettes import SIGNS, palette
 from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
 from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
-from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
+from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, ROWS, SHOPS, SUITING
 
 MOST = {"homes": (1900, 360, 130), "shops": (800, 260, 90), "blocks": (8900, 2200, 560)}
 EVERY = [
@@ -148,12 +148,13 @@ def test_panes_look_outwards_and_lie_within_the_walls(style, level):
 
 
 def test_every_role_of_every_shell_has_a_colour():
-    for styles in (HOMES, SHOPS, BLOCKS):
-        for style in styles.values():
-            for dark in (False, True):
-                colours = palette(style.colours, np.random.default_rng(0), dark=dark)
-                for seed in range(style.variants):
-                    assert set(style.build(seed, NEAR)) <= set(colours)
+    every = {style for some in SUITING.values() for style in some} | {row.style for row in ROWS}
+    every |= {style for styles in (HOMES, SHOPS, BLOCKS) for style in styles.values()}
+    for style in every:
+        for dark in (False, True):
+            colours = palette(style.colours, np.random.default_rng(0), dark=dark)
+            for seed in range(style.variants):
+                assert set(style.build(seed, NEAR)) <= set(colours)
 
 
 def test_panes_of_a_facade_tilt_by_millimetres():
@@ -282,6 +283,26 @@ def test_extruded_buildings_keep_to_their_footprint(plan, height, level):
         assert height < top < height + 9.5
         roof = shell.get("roof", shell.get("deck"))
         assert (normals_of(roof)[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("size", "height", "expected"),
+    [
+        ((4, 5), 2.6, "shed"),
+        ((10, 9), 3.5, "low_house"),
+        ((10, 9), 6.0, "house"),
+        ((20, 8), 6.0, "long_house"),
+        ((20, 20), 6.0, "wide"),
+        ((50, 40), 6.0, "large"),
+        ((20, 12), 15.0, "block"),
+        ((50, 12), 15.0, "long_block"),
+        ((50, 12), 30.0, "tower"),
+    ],
+)
+def test_footprints_are_told_apart_by_size_shape_and_height(size, height, expected):
+    plan = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * np.array(size, float)
+    assert footprint_of(plan, height) == expected
+    assert style_for(plan, height, share=0.0) == SUITING[expected][0]
 
 
 @pytest.mark.parametrize("pitch", [0.2, 0.8])
