@@ -12,7 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.library.mesh.implicit import Curve, dual_contour, intersect, unite
-from sumo3dviz_pt.library.vehicles.car.recipe import CarRecipe
+from sumo3dviz_pt.library.vehicles.car.recipe import Bed, CarRecipe
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 
 WELL_DEPTH = 0.30
@@ -86,7 +86,8 @@ class CarShape:
     def field(self, d: Floats, y: Floats, z: Floats) -> Floats:
         """Negative inside the body; all arguments of one shape [m]."""
         body = unite(_lower(self, d, y, z), _cabin(self, d, y, z), 0.022)
-        return intersect(body, -_bed(self, d, y, z), 0.012) if self.recipe.bed else body
+        bed = self.recipe.bed
+        return body if bed is None else intersect(body, -_bed(self, bed, (d, y, z)), 0.012)
 
 
 def car_shape(recipe: CarRecipe) -> CarShape:
@@ -202,12 +203,12 @@ def _cabin(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:
     return np.maximum(intersect(cabin, roof, 0.085), floor - z)
 
 
-def _bed(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:
+def _bed(shape: CarShape, bed: Bed, place: tuple[Floats, Floats, Floats]) -> Floats:
     """The open bed of a pickup."""
-    first, last, floor = shape.recipe.bed
-    along = np.maximum(first - d, d - last)
+    d, y, z = place
+    along = np.maximum(bed.begin - d, d - bed.end)
     across = np.abs(y) - (shape.half * 0.93 - 0.09)
-    return intersect(intersect(along, across, 0.04), floor - z, 0.03)
+    return intersect(intersect(along, across, 0.04), bed.floor - z, 0.03)
 
 
 def body_surface(shape: CarShape, *, spacing: float) -> Surface:

@@ -63,16 +63,17 @@ def _place(shape: CarShape) -> Floats:
 
 def _side_text(shape: CarShape) -> Iterator[Piece]:
     """Letters on both flanks, which read from the left on either."""
-    if not shape.recipe.sides:
+    flanks = shape.recipe.flanks
+    if flanks is None:
         return
-    text, d, z, height, material = shape.recipe.sides
-    letters = lettering(str(text), height=float(height), weight=0.2)
+    d, z = flanks.at
+    letters = lettering(flanks.text, height=flanks.height, weight=0.2)
     flat, numbers = np.unique(letters.reshape(-1, 2), axis=0, return_inverse=True)
     faces = numbers.reshape(-1, 3)
     for side in (1.0, -1.0):
         spots = land(shape, "side", np.column_stack([d + side * flat[:, 0], z + flat[:, 1]]))
         places = (spots.points + _LETTERS_OUT * spots.normals) * [1.0, side, 1.0]
-        yield str(material), shaded(places, faces, crease=1.0)
+        yield flanks.material, shaded(places, faces, crease=1.0)
 
 
 def _sign(at: Floats, sides: int) -> Iterator[Piece]:

@@ -47,16 +47,17 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
 
     surface = cut_region(surface, shape, Cut(dark, tag_of("trim")))
     surface = _handle_cups(surface, shape)
-    if not recipe.bed:
+    if recipe.bed is None:
         return surface
-    first, last, floor = recipe.bed
+    pit = recipe.bed
     wide = shape.half * 0.93 - 0.09
 
     def bed(d: Floats, y: Floats, z: Floats) -> Floats:
-        inside = np.maximum(np.maximum(first - d, d - last), y - wide) - 0.012
-        return np.where(z > floor - 0.1, inside, FAR)
+        inside = np.maximum(np.maximum(pit.begin - d, d - pit.end), y - wide) - 0.012
+        return np.where(z > pit.floor - 0.1, inside, FAR)
 
-    return cut_region(surface, shape, Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > floor - 0.02))
+    above = Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > pit.floor - 0.02)
+    return cut_region(surface, shape, above)
 
 
 def handle_places(shape: CarShape) -> tuple[tuple[float, float], ...]:

@@ -147,16 +147,14 @@ def projected(panel: Panel, shell: Shell) -> Field:
 
 def _folded(u: Floats, panel: Panel) -> Floats:
     """The coordinate along which a panel is repeated, folded back to the first."""
-    count, step = panel.repeat
-    return u if count <= 1 else np.asarray(u - step * number_of(u, panel))
+    return u if panel.repeat <= 1 else np.asarray(u - panel.step * number_of(u, panel))
 
 
 def number_of(u: Floats, panel: Panel) -> Floats:
     """Which of the repetitions is the nearest, from 0."""
-    count, step = panel.repeat
     first = np.asarray(panel.outline, dtype=np.float64)[:, 0]
     middle = 0.5 * (first.min() + first.max())
-    return np.asarray(np.clip(np.round((u - middle) / step), 0, count - 1))
+    return np.asarray(np.clip(np.round((u - middle) / panel.step), 0, panel.repeat - 1))
 
 
 def _both_sides(outline: Floats) -> Floats:

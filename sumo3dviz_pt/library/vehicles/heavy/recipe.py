@@ -9,24 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.mesh.recipe_values import read_value, read_values
+from sumo3dviz_pt.library.vehicles.recipe import RecipeValue, read_value, with_sizes
 
 Points = tuple[tuple[float, ...], ...]
-VIEWS = ("front", "rear", "side", "left", "right", "top")
-"""Directions from which an outline is projected; `side` is both flanks."""
 
-PIECES = ("block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard")
-"""Kinds of pieces; see `library/vehicles/heavy/pieces.py`."""
+View = Literal["front", "rear", "side", "left", "right", "top"]
+"""Direction from which an outline is projected; `side` is both flanks."""
+
+PieceKind = Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
+"""Kind of a piece; see `library/vehicles/heavy/pieces.py`."""
 
 GAP = "gap"
 """Material of shut lines."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel:
+class Wheel(RecipeValue):
     """A wheel.
 
     Attributes:
@@ -46,7 +46,7 @@ class Wheel:
 
 
 @dataclass(frozen=True, slots=True)
-class Axle:
+class Axle(RecipeValue):
     """A pair of wheels, or of twin wheels.
 
     Attributes:
@@ -65,7 +65,7 @@ class Axle:
 
 
 @dataclass(frozen=True, slots=True)
-class Panel:
+class Panel(RecipeValue):
     """An outline projected onto a shell: a window, a lamp, a stripe, a shut line.
 
     Attributes:
@@ -76,29 +76,26 @@ class Panel:
         radius: Of the corners [m].
         recess: How far the inside is pushed into the shell [m].
         over: Materials that it replaces; empty for that of the shell.
-        repeat: How many, and the step from one to the next along the first coordinate [m].
+        repeat: How many.
+        step: From one to the next along the first coordinate [m].
         reach: How far front and rear panels reach along the shell [m].
         width: Of a shut line [m].
     """
 
-    view: str
+    view: View
     outline: Points
     material: str = GAP
     radius: float = 0.02
     recess: float = 0.0
     over: tuple[str, ...] = ()
-    repeat: tuple[float, float] = (1, 1.0)
+    repeat: int = 1
+    step: float = 1.0
     reach: float = 0.6
     width: float = 0.010
 
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        if self.view not in VIEWS:
-            raise ConfigError(f"no view is called {self.view!r}", key="recipe.hulls")
-
 
 @dataclass(frozen=True, slots=True)
-class Hull:
+class Hull(RecipeValue):
     """A closed shell with rounded edges, symmetric in y.
 
     Attributes:
@@ -145,11 +142,11 @@ class Hull:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Piece(RecipeValue):
     """Something fixed to the shells.
 
     Attributes:
-        kind: One of `PIECES`.
+        kind: One of `PieceKind`.
         material: Of all of it.
         low: Lowest corner (d, y, z); of a turned body its centre [m].
         high: Highest corner (d, y, z) [m].
@@ -170,7 +167,7 @@ class Piece:
             of which they are negative for `front` and positive otherwise.
     """
 
-    kind: str
+    kind: PieceKind
     material: str = "trim"
     low: tuple[float, float, float] = (0.0, 0.0, 0.0)
     high: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -187,14 +184,9 @@ class Piece:
     far: bool = False
     cling: str = ""
 
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        if self.kind not in PIECES:
-            raise ConfigError(f"no piece is called {self.kind!r}", key="recipe.pieces")
-
 
 @dataclass(frozen=True, slots=True)
-class LampSpot:
+class LampSpot(RecipeValue):
     """A lamp's place on the finished vehicle.
 
     Attributes:
@@ -210,8 +202,8 @@ class LampSpot:
     size: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class BoxRecipe:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoxRecipe(RecipeValue):
     """A heavy vehicle.
 
     Attributes:
@@ -246,24 +238,4 @@ def read_box(asset: Mapping[str, Any]) -> BoxRecipe:
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
-    recipe = dict(asset.get("recipe", {}), **sizes)
-    recipe["wheel"] = read_value(Wheel, recipe.get("wheel"), "recipe.wheel")
-    kinds = {"axles": Axle, "pieces": Piece, "lamps": LampSpot}
-    for name, kind in kinds.items():
-        recipe[name] = read_values(kind, recipe.get(name, ()), f"recipe.{name}")
-    recipe["hulls"] = tuple(
-        _read_hull(item, f"recipe.hulls[{k}]") for k, item in enumerate(recipe.get("hulls", ()))
-    )
-    return read_value(BoxRecipe, recipe, "recipe")
-
-
-def _read_hull(content: Any, place: str) -> Hull:
-    """Build a shell with its panels and gaps."""
-    if not isinstance(content, Mapping):
-        raise ConfigError("must be a mapping", key=place)
-    inner = {
-        name: read_values(Panel, content.get(name, ()), f"{place}.{name}")
-        for name in ("panels", "gaps")
-    }
-    return read_value(Hull, {**content, **inner}, place)
+    return read_value(BoxRecipe, with_sizes(asset))

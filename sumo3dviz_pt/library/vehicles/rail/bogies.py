@@ -5,21 +5,18 @@ Coordinates are those of `heavy/recipe.py`: d behind the front, y, z over the ra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from collections.abc import Iterator
+from dataclasses import dataclass
 
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Piece, Points
-
-_T = TypeVar("_T", bound="Bogie | Pantograph")
+from sumo3dviz_pt.library.vehicles.recipe import RecipeValue
 
 _WHEEL = (0.685, 0.82)
 """|y| of a wheel's inner and outer face [m], on the standard gauge of 1.435 m (UIC 510)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Bogie:
+class Bogie(RecipeValue):
     """Two wheelsets in a frame.
 
     Attributes:
@@ -40,7 +37,7 @@ class Bogie:
 
 
 @dataclass(frozen=True, slots=True)
-class Pantograph:
+class Pantograph(RecipeValue):
     """A raised single-arm pantograph whose knee points backwards.
 
     Attributes:
@@ -54,31 +51,6 @@ class Pantograph:
     foot: float
     top: float
     ahead: bool = False
-
-
-def read_running_gear(
-    recipe: Mapping[str, Any],
-) -> tuple[tuple[Bogie, ...], tuple[Pantograph, ...]]:
-    """Read what lies under `bogies` and `pantographs`.
-
-    Raises:
-        ConfigError: If a key is unknown or missing.
-    """
-    return _read_all(Bogie, recipe, "bogies"), _read_all(Pantograph, recipe, "pantographs")
-
-
-def _read_all(kind: type[_T], recipe: Mapping[str, Any], name: str) -> tuple[_T, ...]:
-    """Build a list of recipe values."""
-    known = {item.name for item in fields(kind)}
-    found = []
-    for number, row in enumerate(recipe.get(name, ())):
-        if not isinstance(row, Mapping) or not set(row) <= known or "at" not in row:
-            keys = ", ".join(sorted(known))
-            raise ConfigError(
-                f"must have `at` and none but: {keys}", key=f"recipe.{name}[{number}]"
-            )
-        found.append(kind(**row))
-    return tuple(found)
 
 
 def bogie_pieces(bogie: Bogie) -> Iterator[Piece]:

@@ -212,7 +212,8 @@ def test_repeated_panes_and_recesses():
             "outline": [[0.5, 1.0], [0.9, 1.0], [0.9, 1.5], [0.5, 1.5]],
             "material": "pane",
             "radius": 0.0,
-            "repeat": [3, 0.8],
+            "repeat": 3,
+            "step": 0.8,
             "recess": 0.05,
         }
     ]
