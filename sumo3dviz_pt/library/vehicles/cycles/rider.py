@@ -12,6 +12,7 @@ from sumo3dviz_pt.library.people.posture import Hold, Posture, Step, about_y, ab
 from sumo3dviz_pt.library.people.rig import SIDES
 from sumo3dviz_pt.library.people.wardrobe import Recipe
 from sumo3dviz_pt.library.vehicles.cycles.parts import Piece, Point
+from sumo3dviz_pt.library.vehicles.recipe import RecipeValue
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
 from sumo3dviz_pt.model.scene import Part
 
@@ -32,7 +33,7 @@ CLOTHES: Mapping[str, Colour] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Grasp:
+class Grasp(RecipeValue):
     """Where a rider touches the machine; y is that of the left, mirrored on the right.
 
     Attributes:
