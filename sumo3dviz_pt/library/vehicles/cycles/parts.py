@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import lathe, moved, shaded, tube
+from sumo3dviz_pt.library.mesh.solids import lathe, shaded, tube
 from sumo3dviz_pt.library.people.stack import Stack, closed
 from sumo3dviz_pt.library.vehicles.recipe import RecipeValue
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
