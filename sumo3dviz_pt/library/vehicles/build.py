@@ -1,4 +1,4 @@
-"""Builds any vehicle from its recipe: what builders give, and which one a recipe names."""
+"""What builders of vehicles give, and which builder a recipe names."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class BakedVehicle:
     """The levels of a vehicle that travel with the package, in the body's frame.
 
     Attributes:
-        parts: The middle level, wheels included; fewer than 18,000 triangles.
-        far: Likewise, fewer than 2,000.
+        parts: The near level, wheels included; fewer than 18,000 triangles.
+        far: The far level, wheels included; fewer than 2,000 triangles.
         lamps: What can shine; the same at every level.
         wheels: Where the wheels are.
     """
@@ -68,7 +68,7 @@ Recipe = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Builder:
-    """A way to build vehicles.
+    """Functions that build a kind of vehicle.
 
     Attributes:
         bake: Makes the levels that travel with the package.

@@ -1,4 +1,4 @@
-"""Plain bodies of the right size for classes and sizes that no model of the catalogue serves."""
+"""Plain bodies of the right size, for classes and sizes that no model of the catalogue serves."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Size = tuple[float, float, float]
 """Length, width, height [m]."""
 
 _WITHOUT_WHEELS = UNLIT | {"ship", "cable_car"}
-"""Classes that do not roll; what is no class at all does."""
+"""Classes that do not roll; a word that is no class does."""
 
 _LARGEST_WHEEL = 0.5
 """Radius [m]."""
@@ -24,7 +24,7 @@ def plain_body(vclass: str, *, length: float, width: float, height: float) -> Pr
     """Build a body of a size: a bevelled box, on wheels where it rolls.
 
     Args:
-        vclass: SUMO's vClass, or another word; somebody sits in a `wheelchair`.
+        vclass: SUMO's vClass, or another word; a `wheelchair` is one with a person in it.
         length: [m], > 0.
         width: [m], > 0.
         height: [m], > 0.

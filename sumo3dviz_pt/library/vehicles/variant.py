@@ -9,7 +9,7 @@ _MORE = "more_"
 
 
 def varied(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """The content of an `asset.yaml` that names another asset as its `base`.
+    """Complete the content of an `asset.yaml` that names another asset as its `base`.
 
     Args:
         base: Content of the other one.

@@ -18,7 +18,8 @@ from sumo3dviz_pt.library.vehicles.car.lamps import car_lamps
 from sumo3dviz_pt.library.vehicles.car.ornaments import ornaments
 from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarRecipe, read_recipe
 from sumo3dviz_pt.library.vehicles.car.shell import Piece, body_pieces, surface_pieces
-from sumo3dviz_pt.library.vehicles.grime import grimed
+from sumo3dviz_pt.library.vehicles.grime import Dirt, grimed
+from sumo3dviz_pt.library.vehicles.halves import fit_to
 from sumo3dviz_pt.library.vehicles.wheel import build_wheel
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
@@ -64,10 +65,8 @@ def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
 
 def _fit(recipe: CarRecipe, points: Floats) -> Transform:
     """Stretch a body by the last millimetres to its declared size."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = np.array([high[0] - low[0], 2.0 * high[1], high[2]])
-    scale = np.array([recipe.length, recipe.width, recipe.height]) / size
-    return Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
+    size = (recipe.length, recipe.width, recipe.height)
+    return fit_to(size, low=points.min(axis=0), high=points.max(axis=0))
 
 
 def _fitted(lamp: VehicleLamp, fit: Transform) -> VehicleLamp:
@@ -84,10 +83,10 @@ def _painted(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
 
 def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
     """Pieces as `_painted`, the paint with road dirt on it."""
-    axles = [(d, recipe.wheel.radius) for d in recipe.axles]
+    dirt = Dirt(recipe.length, recipe.clearance, recipe.axles, recipe.wheel.radius)
     for material, mesh in _painted(recipe, pieces):
         if material == "paint":
-            mesh = grimed(mesh, length=recipe.length, low=recipe.clearance, axles=axles)
+            mesh = grimed(mesh, dirt)
         yield material, mesh
 
 

@@ -1,7 +1,7 @@
 """Places and pieces that follow a car's body: bars, and where something lies on it.
 
-Points are given as in a recipe (see `car_recipe`); what comes out lies in the body's
-frame, with x = -d.
+Points are given as in a recipe (see `recipe.py`); the results lie in the body's frame, with
+x = -d.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Spots:
 
 
 def land(shape: CarShape, view: str, path: ArrayLike) -> Spots:
-    """Where rays along a view first meet the body.
+    """Return where rays along a view first meet the body.
 
     Args:
         shape: The body.
@@ -112,7 +112,7 @@ def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
 
 
 def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bool = False) -> Mesh:
-    """A closed bar along places on a body.
+    """Build a closed bar along places on a body.
 
     Args:
         spots: Along its middle line, at least two.
@@ -140,7 +140,13 @@ def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bo
 
 
 def closed(vertices: Floats, rows: int, columns: int) -> Mesh:
-    """A solid from rings of vertices, row-major, with flat ends; outward whatever its sense."""
+    """Build a solid from rings of vertices, with flat ends.
+
+    Args:
+        vertices: Ring after ring in either sense, (rows * columns, 3) [m].
+        rows: Number of rings.
+        columns: Vertices of a ring.
+    """
     i, j = np.meshgrid(np.arange(rows - 1), np.arange(columns), indexing="ij")
     after = (j + 1) % columns
     a, b = i * columns + j, i * columns + after

@@ -35,7 +35,13 @@ def ornaments(shape: CarShape, level: Level) -> Iterator[Piece]:
 
 
 def strip_mesh(shape: CarShape, strip: Strip, level: Level) -> Mesh:
-    """The bar of a strip on the left side."""
+    """Build the bar of a strip on the left side.
+
+    Args:
+        shape: The body.
+        strip: Where it runs and what it is like.
+        level: How finely it is made.
+    """
     spots = land(shape, strip.view, resampled(strip.path, level.step))
     return bar(spots, strip.width, height=strip.height, depth=strip.depth, bevelled=level.bevels)
 

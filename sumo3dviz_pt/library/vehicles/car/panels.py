@@ -17,6 +17,7 @@ from sumo3dviz_pt.library.vehicles.car.cuts import (
     tag_of,
 )
 from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, Panel
+from sumo3dviz_pt.library.vehicles.halves import both_sides
 from sumo3dviz_pt.model.geometry import Floats
 
 
@@ -78,13 +79,19 @@ def _handle_cups(surface: Surface, shape: CarShape) -> Surface:
 
 
 def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
-    """Field of a panel's outline, projected along its view and limited in reach."""
+    """Return the field of a panel's outline, projected along its view and limited in reach.
+
+    Args:
+        panel: The panel.
+        shape: The body.
+        rounded: Whether its corners are.
+    """
     outline = np.asarray(panel.outline, dtype=np.float64)
     foot = float(outline[0, 1])
     if panel.view != "side":
-        outline = _both_sides(outline)
+        outline = both_sides(outline)
     radius = panel.radius if rounded else 0.0
-    length, (reach, growth) = shape.recipe.length, panel.reach
+    length, reach = shape.recipe.length, panel.reach
 
     def field(d: Floats, y: Floats, z: Floats) -> Floats:
         if panel.view == "side":
@@ -94,21 +101,10 @@ def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
             return np.where(z > shape.recipe.shoulder - 0.05, inside, FAR)
         behind = d if panel.view == "front" else length - d
         inside = polygon(np.abs(y), z, outline, radius=radius)
-        limit = behind - reach - growth * (z - foot)
+        limit = behind - reach - panel.growth * (z - foot)
         return np.where(behind < reach + 0.5, intersect(inside, limit, min(radius, 0.02)), FAR)
 
     return field
-
-
-def _both_sides(outline: Floats) -> Floats:
-    """Complete an outline in (|y|, z) that ends in the middle by its mirror image."""
-    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
-    if len(middle) != 2:
-        return outline
-    # Begin where the outline leaves the middle and end where it comes back.
-    begin = middle[1] if middle[1] - middle[0] == 1 else 0
-    half = np.roll(outline, -begin, axis=0)
-    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
 
 
 def facing(panel: Panel) -> Where:

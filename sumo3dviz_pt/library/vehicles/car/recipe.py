@@ -93,8 +93,8 @@ class Panel(RecipeValue):
         outline: Corners of the outline [m].
         material: What the inside becomes; a gap's line is always dark.
         radius: Of the corners [m].
-        reach: How far the projection reaches from the bumper [m] and how this grows
-            with height above the outline's first corner.
+        reach: How far the projection reaches from the bumper [m].
+        growth: By how much it reaches farther for each metre above the outline's first corner [m].
         recess: How far the inside is pushed into the body [m].
         over: Materials that the panel replaces.
         role: What lights it: some of `Role`.
@@ -106,7 +106,8 @@ class Panel(RecipeValue):
     outline: Points
     material: Material = "trim"
     radius: float = 0.02
-    reach: tuple[float, float] = (0.6, 0.0)
+    reach: float = 0.6
+    growth: float = 0.0
     recess: float = 0.0
     over: tuple[Material, ...] = ("paint",)
     role: tuple[Role, ...] = ()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,10 +16,9 @@ from sumo3dviz_pt.library.vehicles.car.cuts import HOLE, Cut, Finish, cut_region
 from sumo3dviz_pt.library.vehicles.car.gaps import cut_gaps
 from sumo3dviz_pt.library.vehicles.car.panels import cut_dark_parts, cut_panels
 from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
+from sumo3dviz_pt.library.vehicles.halves import forward, rim_of
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
-
-_FLIP = np.array([-1.0, 1.0, 1.0])
 
 Piece = tuple[str, Mesh]
 """Material and mesh in the body's frame."""
@@ -69,9 +67,9 @@ def surface_pieces(
         at = corners[chosen].reshape(-1)
         places = surface.vertices[at] + known[tag].recess * inwards[at]
         facing = _facing(places, normals[chosen].reshape(-1, 3))
-        yield known[tag].material, _forward(weld(at, places, facing))
+        yield known[tag].material, forward(weld(at, places, facing))
     for tag, mesh in _walls(surface, inwards, np.array([finish.recess for finish in known])):
-        yield known[tag].material, _forward(mesh)
+        yield known[tag].material, forward(mesh)
 
 
 def _facing(places: Floats, normals: Floats) -> Floats:
@@ -137,7 +135,7 @@ def _quads(a: Floats, b: Floats, c: Floats, d: Floats) -> Mesh:
 def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[Piece]:
     """Lips around the holes for the wheels, and dark shells behind."""
     hole = surface.faces[surface.tags == HOLE]
-    yield "trim", _forward(_lips(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))
+    yield "trim", forward(_lips(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))
     recipe = shape.recipe
     span = (shape.half - WELL_DEPTH - 0.01, shape.half - 0.03)
     lowest = recipe.clearance + 0.10 - recipe.wheel.radius
@@ -148,22 +146,6 @@ def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[Piece]:
 
 def _lips(vertices: Floats, faces: Ints, shift: Floats) -> Mesh:
     """Quads between the rim of some faces and the same rim pushed in, seen from inside."""
-    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    count = len(vertices)
-    back = sides[:, 1] * count + sides[:, 0]
-    rim = sides[~np.isin(sides[:, 0] * count + sides[:, 1], back)]
-    # The seam of the two halves is no rim.
-    rim = rim[(np.abs(vertices[rim, 1]) > 1e-9).any(axis=1)]
+    rim = rim_of(vertices, faces)
     a, b = vertices[rim[:, 0]], vertices[rim[:, 1]]
     return _quads(a, b, b + shift, a + shift)
-
-
-def _forward(mesh: Mesh) -> Mesh:
-    """Turn d backwards into x forwards."""
-    assert mesh.normals is not None
-    return replace(
-        mesh,
-        vertices=mesh.vertices * _FLIP,
-        faces=mesh.faces[:, ::-1],
-        normals=mesh.normals * _FLIP,
-    )

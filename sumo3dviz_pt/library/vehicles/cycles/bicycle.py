@@ -112,7 +112,7 @@ def _bicycle(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
 
 
 def still_parts(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
-    """What does not move where somebody pedals: all but drive, wheels and rider."""
+    """What does not move while the rider pedals: all but drive, wheels and rider."""
     yield from _frame(recipe, fine)
     yield from _saddle(fine)
     yield from _bar(recipe, fine)

@@ -1,4 +1,4 @@
-"""What every two-wheeler says about itself."""
+"""What is known of every two-wheeler, whatever its recipe."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cyclists who pedal: frame, drive and rider of a bicycle in the phases of one turn."""
+"""Cyclists who pedal: a bicycle with its rider in the phases of one turn of the cranks."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
 
 PHASES = 12
-"""Of one turn of the cranks."""
+"""Number of phases of one turn of the cranks."""
 
 DEVELOPMENT = 5.5
-"""Way of one turn of the cranks: a 28-inch wheel times a gear of 2.6 [m]."""
+"""How far a bicycle rolls in one turn of the cranks: a 28-inch wheel times a gear of 2.6 [m]."""
 
 
 def pedals(recipe: Mapping[str, Any]) -> bool:
-    """Whether somebody pedals it; argument as the content of an `asset.yaml`."""
+    """Whether the vehicle of an `asset.yaml` is pedalled."""
     return bool(recipe.get("recipe", {}).get("model") == "bicycle")
 
 
 def pedalling(recipe: Mapping[str, Any]) -> tuple[tuple[Part, ...], Poses]:
-    """A bicycle with its rider.
+    """Build a bicycle with its rider.
 
     Args:
         recipe: Content of an `asset.yaml` for which `pedals` holds.

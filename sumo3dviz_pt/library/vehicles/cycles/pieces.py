@@ -1,7 +1,6 @@
 """Pieces of two-wheelers as recipes give them.
 
-Coordinates are x, y and z before the front of the front wheel, where +x is ahead and +y on the
-left [m].
+Their origin is on the ground below the front of the front wheel; +x is ahead, +y on the left [m].
 """
 
 from __future__ import annotations

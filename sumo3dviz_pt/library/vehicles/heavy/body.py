@@ -10,6 +10,7 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, share_normals, weld
 from sumo3dviz_pt.library.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import mirrored, moved
+from sumo3dviz_pt.library.vehicles.halves import rim_of
 from sumo3dviz_pt.library.vehicles.heavy.cuts import (
     HOLE,
     WELL_DEPTH,
@@ -106,19 +107,14 @@ def _tilted(surface: Surface, corners: Ints, normals: Floats, finish: Finish, ta
 
 
 def walls(vertices: Floats, faces: Ints, shift: Floats) -> Mesh:
-    """Quads between the rim of some faces and the same rim pushed in, seen from inside.
+    """Build quads between the rim of some faces and the same rim pushed in, seen from inside.
 
     Args:
         vertices: (n, 3) [m].
-        faces: The faces that are pushed, (m, 3).
-        shift: Where to, (3,) [m].
+        faces: The faces that are pushed in, (m, 3).
+        shift: By how much, (3,) [m].
     """
-    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    count = len(vertices)
-    back = sides[:, 1] * count + sides[:, 0]
-    rim = sides[~np.isin(sides[:, 0] * count + sides[:, 1], back)]
-    # The seam of the two halves is no rim.
-    rim = rim[(np.abs(vertices[rim, 1]) > 1e-9).any(axis=1)]
+    rim = rim_of(vertices, faces)
     normal = np.cross(vertices[rim[:, 1]] - vertices[rim[:, 0]], shift)
     length = np.linalg.norm(normal, axis=1)
     # Where the rim runs along the shift, there is no wall.

@@ -1,4 +1,4 @@
-"""Windows, doors, stripes and shut lines cut into the shell of a heavy vehicle."""
+"""Windows, doors, stripes and shut lines that are cut into the shell of a heavy vehicle."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface, refine, retag, split
 from sumo3dviz_pt.library.mesh.implicit import Field, polygon, values_at
+from sumo3dviz_pt.library.vehicles.halves import both_sides
 from sumo3dviz_pt.library.vehicles.heavy.hull import Shell
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Panel
 from sumo3dviz_pt.model.geometry import Bools, Floats
@@ -87,7 +88,7 @@ def cut_shell(surface: Surface, shell: Shell, wells: Field | None, *, side: str)
         if tag >= 2 + len(shell.hull.panels):
             surface = _cut_line(surface, shell, panel, tag, over)
         else:
-            surface = _cut(surface, shell, projected(panel, shell), tag, over, facing(panel))
+            surface = _cut(surface, shell, projected(panel, shell), tag, over, panel)
     return surface
 
 
@@ -130,7 +131,7 @@ def projected(panel: Panel, shell: Shell) -> Field:
     """Field of a panel's outline with its repetitions, projected along its view."""
     outline = np.asarray(panel.outline, dtype=np.float64)
     if panel.view in ("front", "rear"):
-        outline = _both_sides(outline)
+        outline = both_sides(outline)
     low, high = shell.bounds[:, 0]
 
     def field(d: Floats, y: Floats, z: Floats) -> Floats:
@@ -157,28 +158,12 @@ def number_of(u: Floats, panel: Panel) -> Floats:
     return np.asarray(np.clip(np.round((u - middle) / panel.step), 0, panel.repeat - 1))
 
 
-def _both_sides(outline: Floats) -> Floats:
-    """Complete an outline in (|y|, z) that touches the middle by its mirror image."""
-    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
-    if len(middle) != 2:
-        return outline
-    begin = middle[1] if middle[1] - middle[0] == 1 else 0
-    half = np.roll(outline, -begin, axis=0)
-    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
-
-
-def facing(panel: Panel) -> tuple[int, float, float]:
-    """Axis, sign and least cosine of the faces that a panel may retag."""
-    axis, sign = _AXES[panel.view]
-    return axis, sign, -0.1 if axis == 0 else 0.45
-
-
-def _chosen(surface: Surface, where: tuple[int, float, float] | None) -> Bools:
-    """Faces that look towards a view."""
-    if where is None:
+def _facing(surface: Surface, panel: Panel | None) -> Bools:
+    """Faces that look towards a panel's view and that it may retag, (n,); all without a panel."""
+    if panel is None:
         return np.ones(len(surface.faces), dtype=np.bool_)
-    axis, sign, least = where
-    return np.asarray(sign * surface.face_normals[:, axis] > least)
+    axis, sign = _AXES[panel.view]
+    return np.asarray(sign * surface.face_normals[:, axis] > (-0.1 if axis == 0 else 0.45))
 
 
 def _cut(
@@ -187,11 +172,11 @@ def _cut(
     curve: Field,
     tag: int,
     over: tuple[int, ...],
-    where: tuple[int, float, float] | None = None,
+    panel: Panel | None = None,
 ) -> Surface:
     """Split along a curve and retag what lies inside."""
     surface = split(refine(surface, curve, shell.field, tolerance=_TOLERANCE), curve)
-    inside = (values_at(curve, surface.centroids) < 0.0) & _chosen(surface, where)
+    inside = (values_at(curve, surface.centroids) < 0.0) & _facing(surface, panel)
     return retag(surface, inside, tag, over)
 
 
@@ -208,5 +193,5 @@ def _cut_line(
             return np.asarray(line(d, y, z) + by)
 
         surface = split(surface, beside)
-    inside = (np.abs(values_at(line, surface.centroids)) < half) & _chosen(surface, facing(panel))
+    inside = (np.abs(values_at(line, surface.centroids)) < half) & _facing(surface, panel)
     return retag(surface, inside, tag, over)

@@ -1,6 +1,6 @@
 """Pieces fixed to the shells of heavy vehicles: blocks, plates, rods, tanks, sheets, texts.
 
-Everything is made in the recipe's frame (d, y, z) and turned round by `box.py`.
+Everything is made in the recipe's frame (d, y, z) and turned round by `build.py`.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ _SIGNS = {"front": -1.0, "rear": 1.0, "left": 1.0, "right": -1.0, "side": 1.0, "
 
 
 def build_piece(piece: Piece, ground: Ground) -> Iterator[Mesh]:
-    """All copies of a piece, outward in the frame (d, y, z).
+    """Build all copies of a piece, in the frame (d, y, z).
 
     Args:
         piece: From the recipe.
-        ground: What pieces cling to.
+        ground: The surface that pieces cling to.
     """
     for number in range(piece.repeat):
         offset = number * np.asarray(piece.step)
@@ -73,7 +73,13 @@ def _set_down(mesh: Mesh, view: str, axis: int, ground: Ground) -> Mesh:
 
 
 def bevelled(low: Sequence[float], high: Sequence[float], *, bevel: float) -> Mesh:
-    """A box between two corners whose edges are bevelled and shaded round [m]."""
+    """Build a box with bevelled edges that are shaded round.
+
+    Args:
+        low: Lowest corner, (3,) [m].
+        high: Highest corner, (3,) [m].
+        bevel: Width of the bevels [m].
+    """
     corners = np.array([low, high], dtype=np.float64)
     middle, half = corners.mean(axis=0), 0.5 * (corners[1] - corners[0])
     bevel = min(bevel, 0.9 * float(half.min()))
@@ -181,7 +187,7 @@ def _dome(piece: Piece) -> Mesh:
 
 def _sheet(piece: Piece) -> Mesh:
     """A wavy sheet with its outer face towards the view, as curtains and shutters are."""
-    amplitude, along, upwards = piece.waves
+    amplitude, along, upwards = piece.waves.height, piece.waves.along, piece.waves.upwards
     axis = {"front": 0, "rear": 0, "top": 2}.get(piece.view, 1)
     u_axis, v_axis = (1, 2) if axis == 0 else (0, 2) if axis == 1 else (0, 1)
     low, high = np.asarray(piece.low), np.asarray(piece.high)

@@ -95,6 +95,42 @@ class Panel(RecipeValue):
 
 
 @dataclass(frozen=True, slots=True)
+class Rounding(RecipeValue):
+    """Radii of a shell's edges.
+
+    Attributes:
+        front: Of the flanks to the front [m].
+        rear: Of the flanks to the rear [m].
+        roof: Around the roof [m].
+        floor: Around the floor [m].
+    """
+
+    front: float
+    rear: float
+    roof: float
+    floor: float
+
+
+@dataclass(frozen=True, slots=True)
+class Waves(RecipeValue):
+    """Waves of a sheet; a pitch longer than the sheet means none that way.
+
+    Attributes:
+        height: Of a wave [m].
+        along: Pitch along the sheet [m].
+        upwards: Pitch upwards [m].
+    """
+
+    height: float
+    along: float
+    upwards: float
+
+
+_ROUNDING = Rounding(front=0.06, rear=0.04, roof=0.06, floor=0.02)
+_FLAT = Waves(height=0.0, along=1.0, upwards=1.0)
+
+
+@dataclass(frozen=True, slots=True)
 class Hull(RecipeValue):
     """A closed shell with rounded edges, symmetric in y.
 
@@ -109,7 +145,7 @@ class Hull(RecipeValue):
         sweep: How far front and rear corners lie behind and ahead of the middle [m].
         crown: How much lower the roof is at the sides than in the middle [m].
         bend: Exponent of sweep and crown over |y|.
-        rounding: Radii of the edges: flanks to front, flanks to rear, roof, floor [m].
+        rounding: Radii of its edges.
         smooth: Blur of the splines [m].
         material: Where nothing is cut.
         under: Material of the underside.
@@ -130,7 +166,7 @@ class Hull(RecipeValue):
     sweep: tuple[float, float] = (0.0, 0.0)
     crown: float = 0.02
     bend: float = 3.0
-    rounding: tuple[float, float, float, float] = (0.06, 0.04, 0.06, 0.02)
+    rounding: Rounding = _ROUNDING
     smooth: float = 0.03
     material: str = "paint"
     under: str = "trim"
@@ -156,7 +192,7 @@ class Piece(RecipeValue):
             body the axis it is turned around.
         span: Of a plate: where it begins and ends along its view [m].
         round: Radius of bevels, rods and mudguards [m].
-        waves: Of a sheet: amplitude [m], pitch along [m], and pitch upwards [m].
+        waves: Of a sheet.
         text: Of a text.
         mirror: Whether there is another one at -y.
         repeat: How many.
@@ -175,7 +211,7 @@ class Piece(RecipeValue):
     view: str = "side"
     span: tuple[float, float] = (0.0, 0.0)
     round: float = 0.01
-    waves: tuple[float, float, float] = (0.0, 1.0, 1.0)
+    waves: Waves = _FLAT
     text: str = ""
     mirror: bool = False
     repeat: int = 1

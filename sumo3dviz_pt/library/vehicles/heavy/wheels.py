@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,12 +21,7 @@ _DEEP, _SHALLOW = 0.62, 0.30  # dish of reversed wheels, in half widths
 
 
 def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
-    """Both wheels of an axle, or all four, in the frame (d, y, z).
-
-    Args:
-        wheel: What they are like.
-        axle: Where they are.
-    """
+    """Build both wheels of an axle, or all four, in the frame (d, y, z)."""
     middle = axle.out - 0.5 * wheel.width
     for material, mesh in build_box_wheel(wheel, style=axle.style or wheel.style):
         placed = moved(mesh, axle.at, middle, wheel.radius)
@@ -57,12 +53,7 @@ def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
 
 
 def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
-    """A wheel around the y axis with its outer face towards +y, about its middle.
-
-    Args:
-        wheel: What it is like.
-        style: As of `Wheel`.
-    """
+    """Build a wheel around the y axis with its outer face towards +y, in a style of `Wheel`."""
     yield "rubber", _tyre(wheel, segments=_SEGMENTS)
     yield from _rim(wheel, style)
 
@@ -70,35 +61,56 @@ def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
 def _rim(wheel: Wheel, style: str, *, depth: float = _DEEP) -> Iterator[Piece]:
     """Lip, dish, hub, hand holes and nuts, towards +y."""
     r, w = wheel.radius * wheel.rim, 0.5 * wheel.width
-    dish, hub, bolts = _profiles(style, depth)
+    shape = _rim_shape(style, depth)
     # The bead seat stands out from the tyre and runs in to the dish.
     lip = [(r + 0.012, 0.80 * w), (r + 0.008, 0.90 * w), (r - 0.016, 0.88 * w)]
-    dish = [(r * radius, w * y) for radius, y in dish]
+    dish = [(r * radius, w * y) for radius, y in shape.dish]
     yield wheel.material, lathe([*lip, *dish], segments=_SEGMENTS, crease=0.55)
-    turned = lathe([(r * radius, w * y) for radius, y in hub], segments=14, crease=0.5)
+    turned = lathe([(r * radius, w * y) for radius, y in shape.hub], segments=14, crease=0.5)
     yield "trim" if style == "concave" else wheel.material, turned
     yield "trim", _around(_hole(dish[1], dish[2]), count=_HOLES)
     count = 5 if style == "cap" else 10
-    yield "chrome", _around(_nut(r * bolts[0], w * bolts[1]), count=count)
+    yield "chrome", _around(_nut(r * shape.nuts[0], w * shape.nuts[1]), count=count)
 
 
 Profile = list[tuple[float, float]]
 """(radius, y) as shares of the rim's radius and of half the tyre's width."""
 
 
-def _profiles(style: str, depth: float) -> tuple[Profile, Profile, tuple[float, float]]:
-    """Dish, hub, and where the nuts stand."""
+@dataclass(frozen=True, slots=True)
+class _RimShape:
+    """Profiles of a rim.
+
+    Attributes:
+        dish: From the tyre inwards.
+        hub: From the dish inwards.
+        nuts: Where the nuts stand.
+    """
+
+    dish: Profile
+    hub: Profile
+    nuts: tuple[float, float]
+
+
+def _rim_shape(style: str, depth: float) -> _RimShape:
+    """The rim of a wheel's style, with the depth of a concave dish."""
     if style == "convex":
-        dish = [(0.90, 0.42), (0.78, 0.55), (0.63, 0.86), (0.46, 0.86)]
-        hub = [(0.43, 0.86), (0.41, 1.10), (0.30, 1.16), (0.0, 1.18)]
-        return dish, hub, (0.585, 0.86)
+        return _RimShape(
+            dish=[(0.90, 0.42), (0.78, 0.55), (0.63, 0.86), (0.46, 0.86)],
+            hub=[(0.43, 0.86), (0.41, 1.10), (0.30, 1.16), (0.0, 1.18)],
+            nuts=(0.585, 0.86),
+        )
     if style == "concave":
-        dish = [(0.93, 0.1), (0.90, 0.2 - depth), (0.72, -depth), (0.48, -depth)]
-        hub = [(0.42, -depth), (0.40, 0.35), (0.30, 0.52), (0.0, 0.54)]
-        return dish, hub, (0.60, -depth)
-    dish = [(0.93, 0.52), (0.84, 0.56), (0.62, 0.70), (0.40, 0.66)]
-    hub = [(0.34, 0.66), (0.32, 0.80), (0.0, 0.84)]
-    return dish, hub, (0.50, 0.68)
+        return _RimShape(
+            dish=[(0.93, 0.1), (0.90, 0.2 - depth), (0.72, -depth), (0.48, -depth)],
+            hub=[(0.42, -depth), (0.40, 0.35), (0.30, 0.52), (0.0, 0.54)],
+            nuts=(0.60, -depth),
+        )
+    return _RimShape(
+        dish=[(0.93, 0.52), (0.84, 0.56), (0.62, 0.70), (0.40, 0.66)],
+        hub=[(0.34, 0.66), (0.32, 0.80), (0.0, 0.84)],
+        nuts=(0.50, 0.68),
+    )
 
 
 def _tyre(wheel: Wheel, *, segments: int) -> Mesh:

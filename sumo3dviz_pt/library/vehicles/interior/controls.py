@@ -7,6 +7,7 @@ that looks at the road: instruments some 17 degrees under the horizon.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,17 +37,31 @@ _TICKS = np.radians(np.linspace(-130.0, 130.0, 14))
 
 _NEEDLES = np.radians([-28.0, -52.0])
 
-_SCREEN = (0.69, 0.345, -0.214, 0.115, 0.041)
-"""Ahead of the eye, towards the middle, over the eye, half width, half height [m]."""
+
+class _Street(NamedTuple):
+    """A bar on the screen's map, from the screen's middle [m]."""
+
+    left: float
+    up: float
+    width: float
+    height: float
+
+
+_SCREEN = (0.69, 0.345, -0.214)
+"""The screen's middle: ahead of the eye, towards the car's middle, over the eye [m]."""
+
+_SCREEN_HALF = (0.115, 0.041)
+"""Half its width and height [m]."""
 
 _STREETS = (
-    (-0.02, 0.004, 0.007, 0.064),
-    (0.045, 0.004, 0.004, 0.064),
-    (-0.01, 0.016, 0.17, 0.005),
-    (-0.06, -0.012, 0.09, 0.004),
-    (0.085, 0.02, 0.004, 0.03),
+    # left, up, width, height
+    _Street(-0.02, 0.004, 0.007, 0.064),
+    _Street(0.045, 0.004, 0.004, 0.064),
+    _Street(-0.01, 0.016, 0.17, 0.005),
+    _Street(-0.06, -0.012, 0.09, 0.004),
+    _Street(0.085, 0.02, 0.004, 0.03),
 )
-"""What the screen shows: left and up from its middle, width and height [m]."""
+"""What the screen shows."""
 
 
 def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
@@ -106,31 +121,31 @@ def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
 
 def screen(eye: Floats, *, belt: float) -> Iterator[Piece]:
     """A flat screen that stands in the middle, with a map on it; arguments as of `binnacle`."""
-    middle, wide, high = _screen_at(eye)
+    middle, (wide, high) = _screen_at(eye), _SCREEN_HALF
     yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
     rim = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
     yield "trim", moved(rim, *middle)
     foot = box((0.011, -0.04, belt - middle[2] - 0.03), (0.03, 0.04, 0.0))
     yield "trim", moved(foot, *middle)
     for y, z, width, height in _STREETS:
-        low, high_ = (-0.001, y - width / 2, z - height / 2), (0.001, y + width / 2, z + height / 2)
-        yield "screen_map", moved(box(low, high_), *middle)
+        low, top = (-0.001, y - width / 2, z - height / 2), (0.001, y + width / 2, z + height / 2)
+        yield "screen_map", moved(box(low, top), *middle)
 
 
 def screen_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
     """The screen's map, which glows at night."""
-    middle, _, _ = _screen_at(eye)
+    middle = _screen_at(eye)
     return tuple(
         _lamp("screen", middle + np.array([-0.003, y, z]), (width, height))
         for y, z, width, height in _STREETS
     )
 
 
-def _screen_at(eye: Floats) -> tuple[Floats, float, float]:
-    """Middle of the screen, (3,), half its width and height [m]."""
-    ahead, inwards, up, wide, high = _SCREEN
+def _screen_at(eye: Floats) -> Floats:
+    """Middle of the screen, (3,) [m]."""
+    ahead, inwards, up = _SCREEN
     side = float(np.sign(eye[1]) or 1.0)
-    return eye + np.array([ahead, -side * inwards, up]), wide, high
+    return np.asarray(eye + np.array([ahead, -side * inwards, up]))
 
 
 def _lamp(role: str, at: Floats, size: tuple[float, float]) -> VehicleLamp:
