@@ -65,7 +65,7 @@ def _with_area(meshes: Meshes) -> Meshes:
 
 
 def has_full_detail(recipe: Mapping[str, Any]) -> bool:
-    """Whether vehicles of this kind have a level for close views."""
+    """Return whether vehicles of this kind have a level for close views."""
     return "units" not in recipe and builder_of(recipe, BUILDERS).full is not None
 
 

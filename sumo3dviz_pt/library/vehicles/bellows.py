@@ -73,13 +73,13 @@ def bellows(shape: Bellows, *, far: bool = False) -> tuple[Part, Poses]:
 
 
 def bend_phase(bend: float) -> float:
-    """The phase at which a bellows is bent by an angle [rad], positive to the left."""
+    """Return the phase at which a bellows is bent by an angle [rad], positive to the left."""
     share = (float(np.clip(bend, -MOST_BEND, MOST_BEND)) + MOST_BEND) / (2.0 * MOST_BEND)
     return share * (BENDS - 1) / BENDS
 
 
 def chord(length: float, bend: float) -> float:
-    """Straight distance between the ends of a bent bellows [m]."""
+    """Return the straight distance between the ends of a bellows [m] bent by an angle [rad]."""
     half = min(abs(bend), MOST_BEND) / 2.0
     return length * float(np.sinc(half / np.pi))
 
@@ -129,7 +129,7 @@ class _Arc:
         return cls(np.column_stack([x, y]), headings)
 
     def points(self, rings: Floats) -> Floats:
-        """Sections at their places, (r, m, 2) to (r m, 3)."""
+        """Put sections of (y, z), (r, m, 2), at their places, (r m, 3) [m]."""
         left = np.column_stack([-np.sin(self.headings), np.cos(self.headings)])
         found = np.zeros((*rings.shape[:2], 3))
         found[..., :2] = self.places[:, None] + rings[..., :1] * left[:, None]
@@ -137,7 +137,7 @@ class _Arc:
         return found.reshape(-1, 3)
 
     def normals(self, outwards: Floats, slopes: Floats) -> Floats:
-        """Unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
+        """Return unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
         ahead = np.column_stack([np.cos(self.headings), np.sin(self.headings)])
         left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
         found = np.zeros((len(slopes), len(outwards), 3))

@@ -13,6 +13,9 @@ from sumo3dviz_pt.model.lamps import VehicleLamp
 Meshes = Mapping[str, Mesh]
 """Meshes by material."""
 
+Piece = tuple[str, Mesh]
+"""Material and mesh."""
+
 
 @dataclass(frozen=True, slots=True)
 class WheelPlace:
@@ -80,7 +83,7 @@ class Builder:
 
 
 def builder_of(recipe: Recipe, builders: Mapping[str, Builder]) -> Builder:
-    """The builder that a recipe names under `build`.
+    """Return the builder that a recipe names under `build`.
 
     Raises:
         ConfigError: If there is none of that name.

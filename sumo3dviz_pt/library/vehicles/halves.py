@@ -5,13 +5,15 @@ Their recipes' frame is (d, y, z) with d behind the front; the body's frame has 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.library.mesh.implicit import Field, dual_contour
+from sumo3dviz_pt.library.mesh.solids import mirrored
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 
 _FLIP = np.array([-1.0, 1.0, 1.0])
@@ -40,7 +42,7 @@ def _open_vertices(faces: Ints) -> Ints:
 
 
 def rim_of(vertices: Floats, faces: Ints) -> Ints:
-    """Edges around some faces, (n, 2), but those on the seam of the two halves."""
+    """Return the edges around some faces, (n, 2), without those on the seam of the two halves."""
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     count = len(vertices)
     back = sides[:, 1] * count + sides[:, 0]
@@ -57,6 +59,13 @@ def both_sides(outline: Floats) -> Floats:
     begin = middle[1] if middle[1] - middle[0] == 1 else 0
     half = np.roll(outline, -begin, axis=0)
     return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
+
+
+def on_both_sides(pieces: Iterable[Piece]) -> Iterator[Piece]:
+    """Yield each piece, and after it its mirror image."""
+    for material, mesh in pieces:
+        yield material, mesh
+        yield material, mirrored(mesh)
 
 
 def forward(mesh: Mesh) -> Mesh:

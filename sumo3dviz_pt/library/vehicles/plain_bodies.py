@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sumo3dviz_pt.library.mesh.solids import by_material, fitted, lathe, mirrored, moved
+from sumo3dviz_pt.library.mesh.solids import by_material, fitted, lathe, moved
 from sumo3dviz_pt.library.mesh.stacks import Level, stack
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
-from sumo3dviz_pt.library.vehicles.wheelchair import Piece, wheelchair
+from sumo3dviz_pt.library.vehicles.wheelchair import wheelchair
 from sumo3dviz_pt.model.scene import Part, Prototype
 
 Size = tuple[float, float, float]
@@ -64,6 +66,4 @@ def _wheels(size: Size, radius: float, *, fine: bool) -> Iterator[Piece]:
     profile = [(radius, -tread), (radius, tread), (0.0, tread)]
     wheel = lathe(profile, segments=14 if fine else 6)
     for x in (-0.2 * length, -0.8 * length):
-        placed = moved(wheel, x, 0.49 * width - tread, radius)
-        yield "rubber", placed
-        yield "rubber", mirrored(placed)
+        yield from on_both_sides([("rubber", moved(wheel, x, 0.49 * width - tread, radius))])

@@ -39,7 +39,7 @@ def read_value(kind: type[_T], content: Any) -> _T:
 
 
 def with_sizes(asset: Mapping[str, Any]) -> dict[str, Any]:
-    """The recipe of an `asset.yaml` with the vehicle's length, width and height."""
+    """Return the recipe of an `asset.yaml` with the vehicle's length, width and height."""
     sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
     return {**asset.get("recipe", {}), **sizes}
 

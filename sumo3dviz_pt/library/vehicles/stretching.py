@@ -50,12 +50,12 @@ class Stretch:
         return (self.factor - 1.0) * (self.last - self.first)
 
     def moved(self, x: Floats) -> Floats:
-        """Where points at x <= 0 come to lie, of any shape [m]."""
+        """Return where points at x <= 0, of any shape, come to lie [m]."""
         behind = np.clip(-np.asarray(x), self.first, self.last) - self.first
         return np.asarray(x - (self.factor - 1.0) * behind)
 
     def moved_point(self, point: tuple[float, float, float]) -> tuple[float, float, float]:
-        """Where one point comes to lie [m]."""
+        """Return where one point comes to lie [m]."""
         x, y, z = point
         return float(self.moved(np.array(x))), y, z
 

@@ -7,10 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, superellipsoid, tube
-from sumo3dviz_pt.model.geometry import Mesh
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
+from sumo3dviz_pt.library.vehicles.build import Piece
 
 _HIP = (-0.86, 0.57)
 """x and z of the hips [m]."""
@@ -26,7 +23,7 @@ _FOOT = 0.15
 
 
 def wheelchair(*, fine: bool) -> Iterator[Piece]:
-    """A wheelchair with somebody in it, 1.2 m long and tall; `fine` asks for the detailed level."""
+    """Build a wheelchair with a person in it, 1.2 m long and tall, in detail where it is `fine`."""
     for y in (-0.30, 0.30):
         for material, mesh in _wheel(-0.85, radius=0.31, tyre=0.022, fine=fine):
             yield material, moved(mesh, 0.0, y, 0.0)

@@ -67,19 +67,19 @@ class CarShape:
         return (self.recipe.header - d) / (float(self.roof(self.recipe.header)) - z)
 
     def windscreen(self, z: Floats) -> Floats:
-        """Distance d of the windscreen in the middle at heights z [m]."""
+        """Return the distance d of the windscreen's middle at heights z [m]."""
         d, low = self.recipe.cowl
         return np.asarray(d + (z - low) * self.rake + 0.10 * np.maximum(z - low, 0.0) ** 2)
 
     def side_glass(self, d: Floats, z: Floats) -> Floats:
-        """|y| of the side windows, [m]."""
+        """Return |y| of the side windows [m]."""
         above = np.maximum(z - self.belt(d), -0.02)
         base = self.half * self.plan(d) * 0.958 - 0.012
         slope = self.recipe.tumblehome
         return np.asarray(base - slope * above - 0.22 * np.maximum(above, 0.0) ** 2)
 
     def from_axle(self, d: Floats, z: Floats) -> Floats:
-        """Distance from the nearer axle in the side view [m]."""
+        """Return distances from the nearer axle in the side view [m]."""
         front, rear = self.recipe.axles
         up = z - self.recipe.wheel.radius
         return np.asarray(np.minimum(np.hypot(d - front, up), np.hypot(d - rear, up)))

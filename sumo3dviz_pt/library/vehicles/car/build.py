@@ -6,8 +6,14 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import by_material, mirrored, moved, solid_faces
-from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, FullVehicle, WheelPlace
+from sumo3dviz_pt.library.mesh.solids import by_material, moved, solid_faces
+from sumo3dviz_pt.library.vehicles.build import (
+    BakedVehicle,
+    Builder,
+    FullVehicle,
+    Piece,
+    WheelPlace,
+)
 from sumo3dviz_pt.library.vehicles.car.body import CarShape, car_shape
 from sumo3dviz_pt.library.vehicles.car.conform import Level
 from sumo3dviz_pt.library.vehicles.car.cuts import Finish
@@ -17,11 +23,11 @@ from sumo3dviz_pt.library.vehicles.car.far import far_details, far_surface, far_
 from sumo3dviz_pt.library.vehicles.car.lamps import car_lamps
 from sumo3dviz_pt.library.vehicles.car.ornaments import ornaments
 from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarRecipe, read_recipe
-from sumo3dviz_pt.library.vehicles.car.shell import Piece, body_pieces, surface_pieces
+from sumo3dviz_pt.library.vehicles.car.shell import body_pieces, surface_pieces
 from sumo3dviz_pt.library.vehicles.grime import Dirt, grimed
-from sumo3dviz_pt.library.vehicles.halves import fit_to
+from sumo3dviz_pt.library.vehicles.halves import fit_to, on_both_sides
 from sumo3dviz_pt.library.vehicles.wheel import build_wheel
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 MIDDLE = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
@@ -93,9 +99,7 @@ def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
 def _far_pieces(shape: CarShape) -> Iterator[Piece]:
     """The far level's body, both halves."""
     known = tuple(Finish(name) for name in MATERIALS)
-    for material, mesh in surface_pieces(shape, far_surface(shape), known, crease=0.7):
-        yield material, mesh
-        yield material, mirrored(mesh)
+    yield from on_both_sides(surface_pieces(shape, far_surface(shape), known, crease=0.7))
 
 
 def _track(recipe: CarRecipe) -> float:
@@ -111,14 +115,12 @@ def _wheel_places(recipe: CarRecipe, track: float) -> Iterator[WheelPlace]:
             yield WheelPlace((-d, y, radius), radius, steered=number == 0)
 
 
-def _wheels(shape: CarShape, track: float) -> Iterator[tuple[str, Mesh]]:
+def _wheels(shape: CarShape, track: float) -> Iterator[Piece]:
     """Four wheels on the ground."""
     recipe = shape.recipe
     for material, mesh in build_wheel(recipe.wheel).items():
         for d in recipe.axles:
-            placed = moved(mesh, -d, track, recipe.wheel.radius)
-            yield material, placed
-            yield material, mirrored(placed)
+            yield from on_both_sides([(material, moved(mesh, -d, track, recipe.wheel.radius))])
 
 
 CAR = Builder(

@@ -102,7 +102,7 @@ def _rays(shape: CarShape, view: str, u: Floats, v: Floats) -> tuple[Floats, Flo
 
 
 def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
-    """A polyline with its corners and points between them no further apart than a step [m]."""
+    """Add points to a polyline until no two are further apart than a step [m]."""
     points = np.asarray(path, dtype=np.float64)
     pieces = [points[:1]]
     for a, b in pairwise(points):

@@ -8,9 +8,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid
 from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.library.vehicles.car.conform import Level, land
-from sumo3dviz_pt.library.vehicles.car.ornaments import Piece
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -22,13 +22,13 @@ _LETTERS_OUT = 0.008
 
 
 def equipment(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """What stands on the roof, and the letters on the flanks."""
+    """Build what stands on the roof, and the letters on the flanks."""
     yield from _side_text(shape)
     yield from roof_equipment(shape, max(10, level.sides))
 
 
 def roof_equipment(shape: CarShape, sides: int) -> Iterator[Piece]:
-    """What stands on the roof.
+    """Build what stands on the roof.
 
     Args:
         shape: The body.
@@ -42,7 +42,7 @@ def roof_equipment(shape: CarShape, sides: int) -> Iterator[Piece]:
 
 
 def equipment_lamps(shape: CarShape) -> Iterator[VehicleLamp]:
-    """What shines there, forward and backward."""
+    """Return what shines on the roof, forward and backward."""
     x, _, z = _place(shape)
     kind = shape.recipe.equipment
     for sign, yaw in ((1.0, 0.0), (-1.0, float(np.pi))):

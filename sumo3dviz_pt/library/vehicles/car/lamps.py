@@ -46,7 +46,7 @@ class _Lens:
 
 
 def car_lamps(shape: CarShape) -> tuple[VehicleLamp, ...]:
-    """All lamps of a car in its body's frame; `turn` becomes `left` and `right`."""
+    """Return all lamps of a car in its body's frame; `turn` becomes `left` and `right`."""
     found: list[VehicleLamp] = []
     for lens in _lenses(shape.recipe):
         lamp = _before(shape, lens)

@@ -29,7 +29,7 @@ def cut_panels(surface: Surface, shape: CarShape) -> Surface:
 
 
 def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
-    """Wheel wells with their lips, the underside, claddings and a pickup's bed."""
+    """Cut wheel wells with their lips, the underside, claddings and a pickup's bed."""
     recipe = shape.recipe
 
     def well(d: Floats, y: Floats, z: Floats) -> Floats:
@@ -62,7 +62,7 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
 
 
 def handle_places(shape: CarShape) -> tuple[tuple[float, float], ...]:
-    """(d, z) of the door handles [m]."""
+    """Return (d, z) of the door handles [m]."""
     behind = [last - 0.17 for _, last in shape.recipe.doors]
     return tuple((d, float(shape.crease(d)) + shape.recipe.handle) for d in behind)
 
@@ -108,7 +108,7 @@ def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
 
 
 def facing(panel: Panel) -> Where:
-    """Faces that look towards a panel's view."""
+    """Choose the faces that look towards a panel's view."""
     axis, sign = {"front": (0, -1.0), "rear": (0, 1.0), "side": (1, 1.0), "top": (2, 1.0)}[
         panel.view
     ]

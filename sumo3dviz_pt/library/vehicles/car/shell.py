@@ -9,31 +9,28 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.library.mesh.implicit import gradient
 from sumo3dviz_pt.library.mesh.simplify import simplify
-from sumo3dviz_pt.library.mesh.solids import mirrored, moved
+from sumo3dviz_pt.library.mesh.solids import moved
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import WELL_DEPTH, CarShape, body_surface
 from sumo3dviz_pt.library.vehicles.car.conform import Level
 from sumo3dviz_pt.library.vehicles.car.cuts import HOLE, Cut, Finish, cut_region, finishes
 from sumo3dviz_pt.library.vehicles.car.gaps import cut_gaps
 from sumo3dviz_pt.library.vehicles.car.panels import cut_dark_parts, cut_panels
 from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
-from sumo3dviz_pt.library.vehicles.halves import forward, rim_of
+from sumo3dviz_pt.library.vehicles.halves import forward, on_both_sides, rim_of
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 
-Piece = tuple[str, Mesh]
-"""Material and mesh in the body's frame."""
-
 
 def body_pieces(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """The cut body, both halves, with wheel wells."""
+    """Build the cut body, both halves, with wheel wells."""
     surface = body_surface(shape, spacing=level.spacing)
     for cut in (cut_dark_parts, cut_windows, cut_panels, cut_gaps):
         surface = cut(surface, shape)
     known = (*finishes(shape.recipe.panels, gap=level.gap), Finish("paint"))
     surface = simplify(_creased(surface, shape, len(known) - 1), faces=level.faces)
-    for material, mesh in (*surface_pieces(shape, surface, known), *_well_pieces(shape, surface)):
-        yield material, mesh
-        yield material, mirrored(mesh)
+    half = (*surface_pieces(shape, surface, known), *_well_pieces(shape, surface))
+    yield from on_both_sides(half)
 
 
 def _creased(surface: Surface, shape: CarShape, tag: int) -> Surface:
@@ -51,7 +48,7 @@ def _creased(surface: Surface, shape: CarShape, tag: int) -> Surface:
 def surface_pieces(
     shape: CarShape, surface: Surface, known: tuple[Finish, ...], *, crease: float = 0.45
 ) -> Iterator[Piece]:
-    """Half a body in the body's frame: its faces, pushed in where they are, and walls.
+    """Build half a body in the body's frame: its faces, some of them pushed in, and walls.
 
     Args:
         shape: The body.

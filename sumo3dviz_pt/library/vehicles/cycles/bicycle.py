@@ -13,10 +13,10 @@ from typing import Any, Literal
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, tube
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import (
     Fineness,
-    Piece,
     Point,
     Wheel,
     arc,
@@ -72,7 +72,7 @@ class BicycleRecipe(RecipeValue):
 
 
 def bicycle(recipe: BicycleRecipe) -> Machine:
-    """The two-wheeler of a recipe."""
+    """Make the two-wheeler of a recipe."""
     sporty, turn = recipe.sporty, recipe.turn
     lean = 0.62 if sporty else 0.24
     right, left = _pedal(turn), _pedal(turn + np.pi)
@@ -112,7 +112,7 @@ def _bicycle(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
 
 
 def still_parts(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
-    """What does not move while the rider pedals: all but drive, wheels and rider."""
+    """Build what does not move while the rider pedals: all but drive, wheels and rider."""
     yield from _frame(recipe, fine)
     yield from _saddle(fine)
     yield from _bar(recipe, fine)
@@ -201,7 +201,7 @@ def _bar(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
 
 
 def drive(turn: float, fine: Fineness) -> Iterator[Piece]:
-    """Chain ring, cranks, pedals, sprocket and chain, on the right."""
+    """Build chain ring, cranks, pedals, sprocket and chain, on the right."""
     y = -0.048
     x, _, z = _CRANK
     ring = [(0.060, 0.002), (0.060, -0.002), (0.092, -0.002), (0.092, 0.002), (0.060, 0.002)]

@@ -13,19 +13,20 @@ from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
     FullVehicle,
+    Piece,
     Recipe,
     WheelPlace,
 )
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.motor import MotorRecipe, motor
-from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, FULL, MIDDLE, Fineness, Piece, wheel
+from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, FULL, MIDDLE, Fineness, wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import rider
 from sumo3dviz_pt.library.vehicles.recipe import read_value
 
 
 def machine_of(recipe: Recipe) -> Machine:
-    """The two-wheeler of a recipe.
+    """Make the two-wheeler of an `asset.yaml`.
 
     Raises:
         ConfigError: If its model or a key is unknown, or a value missing or of the wrong kind.
@@ -37,7 +38,7 @@ def machine_of(recipe: Recipe) -> Machine:
 
 
 def bake(recipe: Recipe) -> BakedVehicle:
-    """The levels that travel with the package."""
+    """Build the levels that travel with the package."""
     machine = machine_of(recipe)
     places = tuple(
         WheelPlace((x, 0.0, machine.wheel.radius), machine.wheel.radius, steered=number == 0)
@@ -60,7 +61,7 @@ def bake(recipe: Recipe) -> BakedVehicle:
 
 
 def full(recipe: Recipe) -> FullVehicle:
-    """The level for close views."""
+    """Build the level for close views."""
     machine = machine_of(recipe)
     body = by_material(list(_body(machine, FULL, "middle")))
     return FullVehicle(body, by_material(list(wheel(machine.wheel, FULL))))

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Piece, Wheel
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
 from sumo3dviz_pt.model.lamps import VehicleLamp
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
-from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Piece, Point, Wheel, lamp
+from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Point, Wheel, lamp
 from sumo3dviz_pt.library.vehicles.cycles.pieces import Item, shaped
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
 from sumo3dviz_pt.library.vehicles.recipe import RecipeValue
@@ -57,7 +58,7 @@ class MotorRecipe(RecipeValue):
 
 
 def motor(recipe: MotorRecipe) -> Machine:
-    """The two-wheeler of a recipe."""
+    """Make the two-wheeler of a recipe."""
 
     def frame(fine: Fineness) -> Iterator[Piece]:
         yield from shaped(recipe.pieces, fine)

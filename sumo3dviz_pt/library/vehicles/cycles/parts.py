@@ -9,12 +9,10 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import lathe, shaded, tube
 from sumo3dviz_pt.library.people.stack import Stack, closed
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.recipe import RecipeValue
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
 
 Point = tuple[float, float, float]
 
@@ -59,7 +57,7 @@ class Wheel(RecipeValue):
 
 
 def wheel(shape: Wheel, fine: Fineness) -> Iterator[Piece]:
-    """A wheel around the y axis through the origin."""
+    """Build a wheel around the y axis through the origin."""
     r, t = shape.radius, shape.tyre
     deep = min(2.0 * t, 0.36 * r)
     if not fine.small:
@@ -203,7 +201,7 @@ def facing(mesh: Mesh, at: Point, *, yaw: float = 0.0, pitch: float = 0.0) -> Me
 
 
 def round_lamp(at: Point, radius: float) -> Iterator[Piece]:
-    """A bowl with a mirror and a bulb that looks forward."""
+    """Build a bowl with a mirror and a bulb that looks forward."""
     bowl = [(0.0, -1.1 * radius), (0.62 * radius, -0.9 * radius), (0.97 * radius, -0.15 * radius)]
     bowl += [(1.04 * radius, 0.0), (1.04 * radius, 0.06 * radius), (0.92 * radius, 0.07 * radius)]
     yield "trim", facing(lathe(bowl, segments=14, crease=0.7), at)

@@ -12,9 +12,10 @@ from sumo3dviz_pt.library.mesh.solids import by_material, moved
 from sumo3dviz_pt.library.people.build import LEVELS, clothed, measures
 from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.skin import dressed
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle, drive, still_parts
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
-from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, Piece, wheel
+from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import posture
 from sumo3dviz_pt.library.vehicles.recipe import read_value
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -28,7 +29,7 @@ DEVELOPMENT = 5.5
 
 
 def pedals(recipe: Mapping[str, Any]) -> bool:
-    """Whether the vehicle of an `asset.yaml` is pedalled."""
+    """Return whether the vehicle of an `asset.yaml` is pedalled."""
     return bool(recipe.get("recipe", {}).get("model") == "bicycle")
 
 

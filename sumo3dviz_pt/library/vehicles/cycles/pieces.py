@@ -14,7 +14,8 @@ from pydantic import Field
 
 from sumo3dviz_pt.library.mesh.solids import box, lathe, mirrored, moved, shaded, tube
 from sumo3dviz_pt.library.people.stack import closed, rope
-from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Piece, Point, arc, band, facing
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Point, arc, band, facing
 from sumo3dviz_pt.library.vehicles.cycles.parts import loft as lofted
 from sumo3dviz_pt.library.vehicles.recipe import RecipeValue
 from sumo3dviz_pt.model.geometry import Mesh
@@ -41,7 +42,7 @@ class Box(RecipeValue):
     high: Point
 
     def mesh(self, fine: Fineness, side: float) -> Mesh:
-        """The box, or where `side` is -1 the one opposite."""
+        """Build the box, or the one opposite where `side` is -1."""
         y = sorted((side * self.low[1], side * self.high[1]))
         return box((self.low[0], y[0], self.low[2]), (self.high[0], y[1], self.high[2]))
 
@@ -66,7 +67,7 @@ class Tube(RecipeValue):
     more: int = 0
 
     def mesh(self, fine: Fineness, side: float) -> Mesh:
-        """The tube, or where `side` is -1 the one opposite."""
+        """Build the tube, or the one opposite where `side` is -1."""
         path = [_beside(point, side) for point in self.path]
         return tube(path, radius=self.radius, sides=self.sides or fine.sides + self.more)
 
@@ -89,7 +90,7 @@ class Rope(RecipeValue):
     sides: int
 
     def mesh(self, fine: Fineness, side: float) -> Mesh:
-        """The rope, or where `side` is -1 the one opposite."""
+        """Build the rope, or the one opposite where `side` is -1."""
         path = np.array([_beside(point, side) for point in self.path])
         rings = rope(path, np.array(self.radius), self.sides)
         vertices, faces = closed(rings, bottom=True, top=True)
@@ -116,7 +117,7 @@ class Loft(RecipeValue):
     at: Point = _MIDDLE
 
     def mesh(self, fine: Fineness, side: float) -> Mesh:
-        """The body, or where `side` is -1 the one opposite."""
+        """Build the body, or the one opposite where `side` is -1."""
         rings, sides = _count(self.rings, fine), _count(self.sides, fine)
         mesh = lofted(self.sections, rings=rings, sides=sides)
         return mesh if self.at == _MIDDLE else moved(mesh, *_beside(self.at, side))
@@ -148,7 +149,7 @@ class Turned(RecipeValue):
     crease: float = 0.7
 
     def mesh(self, fine: Fineness, side: float) -> Mesh:
-        """The body, or where `side` is -1 the one opposite."""
+        """Build the body, or the one opposite where `side` is -1."""
         mesh, at = lathe(self.profile, segments=self.segments, crease=self.crease), self.at
         if self.facing == "left":
             placed = moved(mesh, *_beside(at, side))
@@ -181,7 +182,7 @@ class Guard(RecipeValue):
     thick: float
 
     def mesh(self, fine: Fineness, side: float) -> Mesh:
-        """The mudguard, or where `side` is -1 the one opposite."""
+        """Build the mudguard, or the one opposite where `side` is -1."""
         path = arc(_beside(self.at, side), self.radius, *self.turn, self.count)
         return band(path, half=self.half, thick=self.thick)
 

@@ -10,6 +10,7 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, share_normals, weld
 from sumo3dviz_pt.library.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import mirrored, moved
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.halves import rim_of
 from sumo3dviz_pt.library.vehicles.heavy.cuts import (
     HOLE,
@@ -25,9 +26,6 @@ from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, Hull, Panel
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 
-Piece = tuple[str, Mesh]
-"""Material and mesh in the frame (d, y, z)."""
-
 _TILT = 0.006
 _FAR_SPACING = 2.2
 _FAR_PANEL = 0.09
@@ -36,7 +34,7 @@ _FAR_LAMP = 0.008
 
 
 def hull_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
-    """A shell in full, both sides."""
+    """Build a shell in full, both sides."""
     shell = shell_of(hull)
     wells = wheel_wells(shell, recipe.axles, radius=recipe.wheel.radius)
     surface = shell_surface(shell, spacing=hull.spacing)
@@ -140,7 +138,7 @@ def _well_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
 
 
 def far_hull(hull: Hull, recipe: BoxRecipe, *, faces: int) -> Iterator[Piece]:
-    """A shell with few faces: its large panels only, no shut lines.
+    """Build a shell with few faces: its large panels only, no shut lines.
 
     Args:
         hull: The shell.

@@ -8,7 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material
-from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, FullVehicle, WheelPlace
+from sumo3dviz_pt.library.vehicles.build import (
+    BakedVehicle,
+    Builder,
+    FullVehicle,
+    Piece,
+    WheelPlace,
+)
 from sumo3dviz_pt.library.vehicles.grime import Dirt, grimed
 from sumo3dviz_pt.library.vehicles.halves import fit_to, forward
 from sumo3dviz_pt.library.vehicles.heavy.body import far_hull, hull_pieces
@@ -24,9 +30,6 @@ from sumo3dviz_pt.library.vehicles.heavy.wheels import (
     wheels_of,
 )
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
 
 _FAR_FACES = 260
 _FULL_FACES = 2

@@ -51,7 +51,7 @@ class Finish:
 
 
 def finishes(shell: Shell) -> dict[int, Finish]:
-    """All finishes of a shell by tag."""
+    """Return all finishes of a shell by tag."""
     hull = shell.hull
     known = {0: Finish(hull.material), UNDER: Finish(hull.under)}
     for number, panel in enumerate((*hull.panels, *hull.gaps)):
@@ -63,7 +63,7 @@ def finishes(shell: Shell) -> dict[int, Finish]:
 
 
 def on_side(panel: Panel, side: str) -> bool:
-    """Whether a panel is cut into the half on the `left` or `right`."""
+    """Return whether a panel is cut into the half on the `left` or `right`."""
     return panel.view not in ("left", "right") or panel.view == side
 
 
@@ -105,7 +105,7 @@ def _cut_underside(surface: Surface) -> Surface:
 
 
 def wheel_wells(shell: Shell, axles: Sequence[Axle], *, radius: float) -> Field | None:
-    """Field of the wheel wells of a shell, or None if it has no arches.
+    """Return the field of a shell's wheel wells, or None if it has no arches.
 
     Args:
         shell: The shell.
@@ -128,7 +128,7 @@ def wheel_wells(shell: Shell, axles: Sequence[Axle], *, radius: float) -> Field 
 
 
 def projected(panel: Panel, shell: Shell) -> Field:
-    """Field of a panel's outline with its repetitions, projected along its view."""
+    """Return the field of a panel's outline and its repetitions, projected along its view."""
     outline = np.asarray(panel.outline, dtype=np.float64)
     if panel.view in ("front", "rear"):
         outline = both_sides(outline)
@@ -152,7 +152,7 @@ def _folded(u: Floats, panel: Panel) -> Floats:
 
 
 def number_of(u: Floats, panel: Panel) -> Floats:
-    """Which of the repetitions is the nearest, from 0."""
+    """Return which of the repetitions is the nearest, from 0."""
     first = np.asarray(panel.outline, dtype=np.float64)[:, 0]
     middle = 0.5 * (first.min() + first.max())
     return np.asarray(np.clip(np.round((u - middle) / panel.step), 0, panel.repeat - 1))

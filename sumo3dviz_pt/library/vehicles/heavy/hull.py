@@ -126,7 +126,7 @@ def _graded(low: float, high: float, spacing: float) -> Floats:
 
 
 def surface_at(shells: Sequence[Shell], view: str, point: Floats) -> float:
-    """Where a ray along a view first meets one of some shells.
+    """Return where a ray along a view first meets one of some shells.
 
     Args:
         shells: They may overlap.

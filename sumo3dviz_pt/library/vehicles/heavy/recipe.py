@@ -18,8 +18,8 @@ Points = tuple[tuple[float, ...], ...]
 View = Literal["front", "rear", "side", "left", "right", "top"]
 """Direction from which an outline is projected; `side` is both flanks."""
 
-PieceKind = Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
-"""Kind of a piece; see `library/vehicles/heavy/pieces.py`."""
+FittingKind = Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
+"""Kind of a fitting; see `library/vehicles/heavy/pieces.py`."""
 
 GAP = "gap"
 """Material of shut lines."""
@@ -178,11 +178,11 @@ class Hull(RecipeValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Piece(RecipeValue):
+class Fitting(RecipeValue):
     """Something fixed to the shells.
 
     Attributes:
-        kind: One of `PieceKind`.
+        kind: One of `FittingKind`.
         material: Of all of it.
         low: Lowest corner (d, y, z); of a turned body its centre [m].
         high: Highest corner (d, y, z) [m].
@@ -203,7 +203,7 @@ class Piece(RecipeValue):
             of which they are negative for `front` and positive otherwise.
     """
 
-    kind: PieceKind
+    kind: FittingKind
     material: str = "trim"
     low: tuple[float, float, float] = (0.0, 0.0, 0.0)
     high: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -260,7 +260,7 @@ class BoxRecipe(RecipeValue):
     wheel: Wheel
     axles: tuple[Axle, ...]
     hulls: tuple[Hull, ...]
-    pieces: tuple[Piece, ...] = ()
+    pieces: tuple[Fitting, ...] = ()
     lamps: tuple[LampSpot, ...] = ()
     stretch: tuple[float, ...] = ()
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import lathe, mirrored, moved
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Wheel
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
 
 _SEGMENTS = 24
 _HOLES = 8
@@ -24,28 +23,25 @@ def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
     """Build both wheels of an axle, or all four, in the frame (d, y, z)."""
     middle = axle.out - 0.5 * wheel.width
     for material, mesh in build_box_wheel(wheel, style=axle.style or wheel.style):
-        placed = moved(mesh, axle.at, middle, wheel.radius)
-        yield material, placed
-        yield material, mirrored(placed)
+        yield from on_both_sides([(material, moved(mesh, axle.at, middle, wheel.radius))])
     yield from inner_tyres(wheel, axle)
 
 
 def inner_tyres(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
-    """The inner tyres of an axle with twin wheels, in the frame (d, y, z)."""
+    """Build the inner tyres of an axle with twin wheels, in the frame (d, y, z)."""
     if axle.twin:
         middle = axle.out - 1.5 * wheel.width - _TWIN_GAP
-        placed = moved(_tyre(wheel, segments=16), axle.at, middle, wheel.radius)
-        yield "rubber", placed
-        yield "rubber", mirrored(placed)
+        tyre = moved(_tyre(wheel, segments=16), axle.at, middle, wheel.radius)
+        yield from on_both_sides([("rubber", tyre)])
 
 
 def is_reversed(wheel: Wheel, axle: Axle) -> bool:
-    """Whether an axle's wheels are mounted the other way round: bulging inwards."""
+    """Return whether an axle's wheels are mounted the other way round, bulging inwards."""
     return wheel.style == "convex" and axle.style == "concave"
 
 
 def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
-    """One wheel that serves for all axles: where some are reversed, it has two faces."""
+    """Build one wheel that serves for all axles: where some are reversed, it has two faces."""
     yield from build_box_wheel(wheel, style=wheel.style)
     if any(is_reversed(wheel, axle) for axle in axles):
         for material, mesh in _rim(wheel, "concave", depth=_SHALLOW):
@@ -171,7 +167,7 @@ def _turned(mesh: Mesh, turn: float) -> Mesh:
 
 
 def far_box_wheels(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
-    """Wheels as short cylinders with discs, in the frame (d, y, z)."""
+    """Build wheels as short cylinders with discs, in the frame (d, y, z)."""
     r, w = wheel.radius, 0.5 * wheel.width
     rim = r * wheel.rim
     for axle in axles:
@@ -180,6 +176,4 @@ def far_box_wheels(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
         tyre = lathe([(r, back), (r, w), (rim, w)], segments=10, crease=0.8)
         disc = lathe([(rim, w), (0.7 * rim, depth), (0.0, depth)], segments=10, crease=0.4)
         for material, mesh in (("rubber", tyre), (wheel.material, disc)):
-            placed = moved(mesh, axle.at, axle.out - w, r)
-            yield material, placed
-            yield material, mirrored(placed)
+            yield from on_both_sides([(material, moved(mesh, axle.at, axle.out - w, r))])

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, superellipsoid, tube
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.interior.controls import (
-    Piece,
     binnacle,
     dial_lamps,
     screen,
@@ -62,7 +62,7 @@ def cockpit(
 
 
 def cockpit_lamps(*, belt: float, eye: Floats) -> tuple[VehicleLamp, ...]:
-    """What glows at night in a cabin; arguments as of `cockpit`."""
+    """Return what glows at night in a cabin; arguments as in `cockpit`."""
     if eye[2] - belt >= _DEEP:
         return ()
     return (*dial_lamps(eye), *screen_lamps(eye))

@@ -13,11 +13,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
 from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
 
 _LEAN = np.radians(24.0)
 """Of the wheel's rim, from upright."""
@@ -65,7 +63,7 @@ _STREETS = (
 
 
 def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
-    """The steering wheel before the driver: rim, hub and three spokes.
+    """Build the steering wheel before the driver: rim, hub and three spokes.
 
     Args:
         eye: The driver's, (3,) [m].
@@ -86,7 +84,7 @@ def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
 
 
 def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[Piece]:
-    """The hood over the instruments, and two dials under it.
+    """Build the hood over the instruments, and two dials under it.
 
     Args:
         eye: The driver's, (3,) [m].
@@ -106,7 +104,7 @@ def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[Piece]:
 
 
 def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
-    """Ticks and needles that glow at night."""
+    """Return ticks and needles that glow at night."""
     found = []
     for (left, radius), needle in zip(_DIALS, _NEEDLES, strict=True):
         turns = [*_TICKS[::2].tolist(), *([float(needle)] * 4)]
@@ -120,7 +118,7 @@ def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
 
 
 def screen(eye: Floats, *, belt: float) -> Iterator[Piece]:
-    """A flat screen that stands in the middle, with a map on it; arguments as of `binnacle`."""
+    """Build a flat screen in the middle, with a map on it; arguments as in `binnacle`."""
     middle, (wide, high) = _screen_at(eye), _SCREEN_HALF
     yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
     rim = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
@@ -133,7 +131,7 @@ def screen(eye: Floats, *, belt: float) -> Iterator[Piece]:
 
 
 def screen_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
-    """The screen's map, which glows at night."""
+    """Return the screen's map, which glows at night."""
     middle = _screen_at(eye)
     return tuple(
         _lamp("screen", middle + np.array([-0.003, y, z]), (width, height))
@@ -218,7 +216,7 @@ def _rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
 
 
 def sheet(points: Floats, *, normals: Floats | None = None) -> Mesh:
-    """A smooth surface through a grid of points, (n, m, 3), facing rows x columns."""
+    """Build a smooth surface through a grid of points, (n, m, 3), that faces rows x columns."""
     rows, columns = points.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]

@@ -114,7 +114,7 @@ class _Limit:
     half: float
 
     def over(self, points: Floats) -> Floats:
-        """How far points, (n, 3), lie above it, (n,) [m]."""
+        """Return how far points, (n, 3), lie above it, (n,) [m]."""
         flank = np.maximum(np.abs(points[:, 1]) / self.half - 0.68, 0.0)
         return np.asarray(points[:, 2] - (self.middle - 0.4 * flank))
 

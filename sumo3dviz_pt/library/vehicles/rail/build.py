@@ -88,7 +88,7 @@ def build_hull_vehicle(asset: Mapping[str, Any]) -> BakedVehicle:
 
 
 def turned_round(mesh: Mesh, length: float) -> Mesh:
-    """A mesh turned by half a circle about the middle of a length [m]."""
+    """Turn a mesh by half a circle about the middle of a length [m]."""
     turn = np.array([-1.0, -1.0, 1.0])
     normals = None if mesh.normals is None else mesh.normals * turn
     moved = mesh.vertices * turn - np.array([length, 0.0, 0.0])
