@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sumo3dviz_pt.library.mesh.solids import by_material, fitted, lathe, moved
-from sumo3dviz_pt.library.mesh.stacks import Level, stack
 from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
+from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
 from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
 from sumo3dviz_pt.library.vehicles.wheelchair import wheelchair
 from sumo3dviz_pt.model.scene import Part, Prototype
@@ -33,37 +33,26 @@ def plain_body(vclass: str, *, length: float, width: float, height: float) -> Pr
     """
     levels = []
     for fine in (True, False):
-        if vclass == "wheelchair":
-            pieces = list(wheelchair(fine=fine))
-        else:
-            pieces = list(_box((length, width, height), vclass not in _WITHOUT_WHEELS, fine=fine))
+        pieces = list(_pieces(vclass, (length, width, height), fine=fine))
         pieces = fitted(pieces, length=length, width=width, height=height)
         levels.append(tuple(Part(mesh, name) for name, mesh in by_material(pieces).items()))
     return Prototype(vclass, levels[0], levels[1])
 
 
-def _box(size: Size, rolling: bool, *, fine: bool) -> Iterator[Piece]:
-    """A box with bevelled edges; one that rolls stands on two axles."""
+def _pieces(vclass: str, size: Size, *, fine: bool) -> Iterator[Piece]:
+    """The box with two axles, or the wheelchair."""
+    if vclass == "wheelchair":
+        yield from wheelchair(fine=fine)
+        return
     length, width, height = size
-    bevel = 0.04 * min(size)
-    half = width / 2
-    radius = min(_LARGEST_WHEEL, 0.2 * height, 0.15 * length) if rolling else 0.0
-    levels = [
-        Level(radius, -bevel, bevel - length, half - bevel),
-        Level(radius + bevel, 0.0, -length, half),
-        Level(height - bevel, 0.0, -length, half),
-        Level(height, -bevel, bevel - length, half - bevel),
-    ]
-    yield from stack(levels, radius=bevel, segments=2 if fine else 1)
-    if rolling:
-        yield from _wheels(size, radius, fine=fine)
-
-
-def _wheels(size: Size, radius: float, *, fine: bool) -> Iterator[Piece]:
-    """Two pairs of wheels, half of each inside the box and their outer faces within its width."""
-    length, width, _ = size
+    rolls = vclass not in _WITHOUT_WHEELS
+    radius = min(_LARGEST_WHEEL, 0.2 * height, 0.15 * length) if rolls else 0.0
+    low, high = (-length, -0.5 * width, radius), (0.0, 0.5 * width, height)
+    yield "paint", bevelled(low, high, bevel=0.04 * min(size))
+    if not rolls:
+        return
+    # Half of each wheel is inside the box, and its outer face a little within the box's width.
     tread = 0.3 * min(radius, width)
-    profile = [(radius, -tread), (radius, tread), (0.0, tread)]
-    wheel = lathe(profile, segments=14 if fine else 6)
+    wheel = lathe([(radius, -tread), (radius, tread), (0.0, tread)], segments=14 if fine else 6)
     for x in (-0.2 * length, -0.8 * length):
         yield from on_both_sides([("rubber", moved(wheel, x, 0.49 * width - tread, radius))])
