@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
-from sumo3dviz_pt.library.vehicles.heavy.recipe import LampSpot
+from sumo3dviz_pt.library.vehicles.heavy.recipe import End, LampSpot
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -41,7 +41,8 @@ def _spots(vclass: str, width: float, height: float) -> Iterator[LampSpot]:
     size = _NARROW_SIZE if narrow else (0.12 * width, 0.05 * width)
     across = 0.0 if narrow else 0.36 * width
     up = 0.5 * height if narrow else min(0.42 * height, 0.85)
-    for role, view in (("head", "front"), ("tail", "rear"), ("brake", "rear")):
+    ends: tuple[tuple[str, End], ...] = (("head", "front"), ("tail", "rear"), ("brake", "rear"))
+    for role, view in ends:
         above = 1.6 * size[1] if role == "brake" else 0.0
         # Ships have lights, but none that throws a beam.
         shown = "sign" if (vclass, role) == ("ship", "head") else role

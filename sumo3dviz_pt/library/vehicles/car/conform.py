@@ -18,9 +18,9 @@ from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.model.geometry import Floats, Mesh, settled
 
-_MARCHES = 60
-_HALVINGS = 14
-_LONGEST_RUN = 2.6
+_MARCHES = 60  # steps of a ray towards the body
+_HALVINGS = 14  # of the step that enters it
+_LONGEST_RUN = 2.6  # of a ray [m]
 _FLIP = np.array([-1.0, 1.0, 1.0])
 
 

@@ -22,8 +22,8 @@ HOLE = -1
 FAR = 1.0
 """Value of a curve's field where it does not reach [m]."""
 
-_GAP = 0.003
-_TOLERANCE = 0.0025
+_GAP = 0.003  # half width of shut lines [m]
+_TOLERANCE = 0.0025  # of cuts [m]
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh
 _BEFORE = 0.0016
 """Distance of the first layer before the glass, and of each layer before the last [m]."""
 
-_RINGS = 4
+_RINGS = 4  # of triangles of each figure
 
 _HEAD = (0.075, 0.115)
 """Half width and height of a head as seen from ahead [m]."""

@@ -15,10 +15,16 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 _SIGN = (0.075, 0.23, 0.062)
+"""Half sizes of a taxi sign [m]."""
+
 _BLOCK = (0.115, 0.2, 0.05)
+"""Half sizes of a blue light [m]."""
+
 _CLEAR = 0.006
+"""Distance of lamps before what they shine from [m]."""
+
 _LETTERS_OUT = 0.008
-"""Letters clear the body's triangles, which lie within some millimetres of its field [m]."""
+"""Distance of letters from the field of the body; its triangles are some millimetres off it [m]."""
 
 
 def equipment(shape: CarShape, level: Level) -> Iterator[Piece]:

@@ -21,12 +21,13 @@ from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.model.geometry import Ints
 
-_SPACING = 0.08
-_HALF_FACES = 300
-_SEGMENTS = 12
-_OUTSET = 0.012
-_FEW_SIDES = 6
+_SPACING = 0.08  # of the body's grid [m]
+_HALF_FACES = 300  # of half the body
+_SEGMENTS = 12  # facets around a wheel
+_OUTSET = 0.012  # of the wheels against those of the near level [m]
+_FEW_SIDES = 6  # facets of what stands on the roof
 _LIGHTS = ("projector", "reflector", "eye")
+# Materials of panels that are seen from afar, and what stands for them.
 _SHOWN = {
     "lamp_clear": "lamp_clear",
     "lamp_white": "lamp_white",

@@ -26,11 +26,11 @@ from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, Hull, Panel
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 
-_TILT = 0.006
-_FAR_SPACING = 2.2
-_FAR_PANEL = 0.09
-_FAR_CREASE = 0.5
-_FAR_LAMP = 0.008
+_TILT = 0.006  # of panes against each other, as a slope
+_FAR_SPACING = 2.2  # of the far level's grid, in spacings of the near one
+_FAR_CREASE = 0.5  # angle above which an edge of the far level stays sharp [rad]
+_FAR_PANEL = 0.09  # least area of panels at the far level [m2]
+_FAR_LAMP = 0.008  # least area of lamps there [m2]
 
 
 def hull_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:

@@ -31,10 +31,9 @@ from sumo3dviz_pt.library.vehicles.heavy.wheels import (
 )
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
-_FAR_FACES = 260
-_FULL_FACES = 2
-_LOW = 0.3
-"""Height of the lower edges of bodies [m]."""
+_FAR_FACES = 260  # of half the shells at the far level, all together
+_FULL_FACES = 2  # at the full level, in faces of the near one
+_LOW = 0.3  # height of the lower edges of bodies [m]
 
 
 def build_box(recipe: BoxRecipe) -> BakedVehicle:

@@ -23,8 +23,9 @@ UNDER = 1
 WELL_DEPTH = 0.42
 """How far wheel wells reach inwards from the flank [m]."""
 
-_FAR = 1.0
-_TOLERANCE = 0.003
+_FAR = 1.0  # value of a field where it does not reach [m]
+_TOLERANCE = 0.003  # of cuts [m]
+# Axis of (d, y, z) along which a view looks, and the sign there of normals towards the viewer.
 _AXES = {
     "front": (0, -1.0),
     "rear": (0, 1.0),

@@ -17,10 +17,10 @@ from sumo3dviz_pt.library.vehicles.halves import half_surface
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Hull
 from sumo3dviz_pt.model.geometry import Floats
 
-_MARGIN = 0.06
-_STEEPEST = 4.0
-_ENDS = 1.3
-_COARSER = 2.0
+_MARGIN = 0.06  # of the grid around a shell [m]
+_STEEPEST = 4.0  # slopes of outlines count no more than this
+_ENDS = 1.3  # length of the finer grid at either end [m]
+_COARSER = 2.0  # spacing between the ends, in spacings at the ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 Ground = Callable[[str, Floats], float]
 """Coordinate of the surface along a view, at a point (d, y, z) whose own there is ignored."""
 
-_SHARP = 1e-4
+_SHARP = 1e-4  # smaller bevels are left out [m]
 
 _SIGNS = {"front": -1.0, "rear": 1.0, "left": 1.0, "right": -1.0, "side": 1.0, "top": 1.0}
 
@@ -153,7 +153,7 @@ def _plate(piece: Fitting) -> Mesh:
 
 
 def _from_plane(uvw: Floats, faces: Ints, view: str, *, crease: float) -> Mesh:
-    """Turn (u, v, w), w towards the looker from +, into (d, y, z) by the view's plane."""
+    """Turn (u, v, w), where w is the coordinate along the view, into (d, y, z)."""
     u, v, w = uvw.T
     if view == "top":
         return shaded(np.column_stack([u, v, w]), faces, crease=crease)

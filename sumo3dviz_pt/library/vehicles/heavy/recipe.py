@@ -21,6 +21,13 @@ View = Literal["front", "rear", "side", "left", "right", "top"]
 FittingKind = Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
 """Kind of a fitting; see `library/vehicles/heavy/pieces.py`."""
 
+End = Literal["front", "rear"]
+"""End of a vehicle."""
+
+WheelStyle = Literal["convex", "concave", "cap"]
+"""`convex` bulges outwards, as on front axles; `concave` is a deep dish, as on driven and trailer
+axles; `cap` is a plain steel wheel with a cover."""
+
 GAP = "gap"
 """Material of shut lines."""
 
@@ -33,15 +40,14 @@ class Wheel(RecipeValue):
         radius: Of the tyre [m].
         width: Of one tyre [m].
         rim: Radius of the rim as a share of the tyre's, (0, 1).
-        style: `convex` bulges outwards, as on front axles; `concave` is a deep dish, as
-            on driven and trailer axles; `cap` is a plain steel wheel with a cover.
+        style: Shape of the rim.
         material: Of the rim.
     """
 
     radius: float
     width: float
     rim: float = 0.57
-    style: str = "convex"
+    style: WheelStyle = "convex"
     material: str = "rim"
 
 
@@ -52,14 +58,14 @@ class Axle(RecipeValue):
     Attributes:
         at: d of the axle [m].
         out: |y| of the outer tyres' outer walls [m].
-        style: As of `Wheel`; empty takes that of the recipe's wheel.
+        style: Shape of the rims; empty takes that of the recipe's wheel.
         twin: Whether there are two tyres on each side.
         steered: Whether the wheels steer.
     """
 
     at: float
     out: float
-    style: str = ""
+    style: Literal["", WheelStyle] = ""
     twin: bool = False
     steered: bool = False
 
@@ -218,7 +224,7 @@ class Fitting(RecipeValue):
     step: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outside: bool = False
     far: bool = False
-    cling: str = ""
+    cling: Literal["", View] = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +239,7 @@ class LampSpot(RecipeValue):
     """
 
     role: str
-    view: str
+    view: End
     at: tuple[float, float]
     size: tuple[float, float]
 

@@ -13,9 +13,9 @@ from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Wheel
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
 
-_SEGMENTS = 24
-_HOLES = 8
-_TWIN_GAP = 0.03
+_SEGMENTS = 24  # facets around a wheel
+_HOLES = 8  # hand holes of a rim
+_TWIN_GAP = 0.03  # between twin tyres [m]
 _DEEP, _SHALLOW = 0.62, 0.30  # dish of reversed wheels, in half widths
 
 
