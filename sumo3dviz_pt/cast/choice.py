@@ -33,8 +33,9 @@ LIVERIES = frozenset(["taxi", "police"])
 _OWN_SHAPES = frozenset(["firebrigade", "police"])
 """guiShapes that are no vClass but have models."""
 
-_MOST_LENGTH = 1.5
-"""A model is stretched or squeezed to a vType's length by no more than this factor."""
+_STRETCHES = (1.5, 2.0)
+"""Factors by which a model is stretched or squeezed to a vType's length, at most: the second
+only where no model would do with the first, as it still looks better than a box."""
 
 DEFAULT_CAR: Size = (5.0, 1.8, 1.5)
 """SUMO's size of the class passenger: says nothing about the real car."""
@@ -267,7 +268,7 @@ def choose(
     if not serving and vclass in LIVERIES:
         serving = [model for model in models if "passenger" in model.vclasses]
     if vclass not in CAR_CLASSES:
-        able = [model for model in serving if can_be(model, kind.length)]
+        able = _able(serving, kind.length)
         trains = [model for model in serving if cars is not None and model.pitch]
         serving = trains or able
     if not serving:
@@ -280,9 +281,24 @@ def choose(
     return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size, cars)
 
 
-def can_be(model: Model, length: float) -> bool:
-    """Whether a model can be stretched to a length [m]; trains gain or lose cars first."""
-    return 1.0 / _MOST_LENGTH < length / model.filled(length) < _MOST_LENGTH
+def can_be(model: Model, length: float, *, most: float = _STRETCHES[0]) -> bool:
+    """Whether a model can be stretched to a length; trains gain or lose cars first.
+
+    Args:
+        model: Of the catalogue.
+        length: Wanted [m].
+        most: Factor by which it may become longer or shorter.
+    """
+    return 1.0 / most < length / model.filled(length) < most
+
+
+def _able(models: Sequence[Model], length: float) -> list[Model]:
+    """The models that can be stretched to a length [m], no farther than needed."""
+    for most in _STRETCHES:
+        able = [model for model in models if can_be(model, length, most=most)]
+        if able:
+            return able
+    return []
 
 
 def _likelihood(length: float, *, wanted: float) -> float:

@@ -12,8 +12,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, by_material, moved, tube
 from sumo3dviz_pt.library.street.traffic_light import upward
-from sumo3dviz_pt.library.vehicles.cycles.bicycle import still_parts
-from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, Fineness, Piece, Wheel, wheel
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, still_parts
+from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, Fineness, Wheel, wheel
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 
@@ -110,7 +111,7 @@ def bicycle_stand(level: int = 0) -> list[Part]:
 
 def _bicycle(kind: int, fine: Fineness) -> Iterator[Piece]:
     """A bicycle that nobody rides, in metres behind the front of its wheel."""
-    recipe = {"frame": _FRAMES[kind], "step_through": kind == 1, "sporty": kind == 2}
+    recipe = BicycleRecipe(frame=_FRAMES[kind], step_through=kind == 1, sporty=kind == 2)
     yield from still_parts(recipe, fine)
     for x in _AXLES:
         stand = Transform.from_pose((x, 0.0, _WHEEL.radius))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.mesh.ply import write_ply
 from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
@@ -64,7 +65,7 @@ def _with_area(meshes: Meshes) -> Meshes:
 
 
 def has_full_detail(recipe: Mapping[str, Any]) -> bool:
-    """Whether vehicles of this kind have a level for close views."""
+    """Return whether vehicles of this kind have a level for close views."""
     return "units" not in recipe and builder_of(recipe, BUILDERS).full is not None
 
 
@@ -90,10 +91,13 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
         The files written.
 
     Raises:
-        ConfigError: If the recipe is wrong.
+        ConfigError: If the recipe is wrong; it names the file and the key.
     """
     recipe = _read(folder)
-    baked = bake_vehicle(recipe)
+    try:
+        baked = bake_vehicle(recipe)
+    except ConfigError as error:
+        raise ConfigError(str(error), file=folder / "asset.yaml") from error
     files = () if "turns" in recipe else _write_meshes(folder, baked)
     for old in set(folder.glob("*.ply")) - set(files):
         old.unlink()

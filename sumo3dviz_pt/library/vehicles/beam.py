@@ -1,12 +1,11 @@
 """The low beam of a head lamp, as a map of luminous intensity.
 
-Only its upper edge is sharp. To the sides it fades over tens of degrees; towards the car it
-falls so fast that the road gets about 10 to 15 lx from 2 to 10 m ahead, and ever less
-nearer by.
+Only its upper edge is sharp. To the sides it fades over tens of degrees. Downwards it falls so
+fast that the road gets about 10 to 15 lx from 2 to 10 m ahead, and less nearer to the car.
 
 References:
-    UN Regulation No. 112, class B, tables of the passing beam: what is asked for at the
-    points named in tests/unit/library/vehicles/test_beam.py.
+    UN Regulation No. 112, class B, tables of the passing beam: the limits at the points that
+    tests/unit/library/vehicles/test_beam.py checks.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Image
 
 PEAK = 18_000.0
-"""Of one lamp [cd]: usual for halogen and LED lamps on the market."""
+"""Largest intensity of one lamp [cd]: usual for halogen and LED lamps on the market."""
 
 HALF_ANGLE = float(np.radians(52.0))
 """From straight ahead to the map's edge [rad]."""
@@ -30,7 +29,7 @@ _CUTOFF = -0.57
 
 
 def low_beam(across: Floats, up: Floats) -> Floats:
-    """Luminous intensity of one lamp in right-hand traffic.
+    """Return the luminous intensity of one lamp in right-hand traffic.
 
     Args:
         across: Angles to the right of straight ahead [deg].
@@ -45,18 +44,21 @@ def low_beam(across: Floats, up: Floats) -> Floats:
     deep = np.maximum(below, 0.0)
     depth = 0.8 * np.exp(-deep / 2.2) + 0.2 * np.exp(-deep / 5.0)
     spread = 0.6 * np.exp(-((across / 7.0) ** 2)) + 0.4 * np.exp(-((across / 26.0) ** 2))
-    # Oncoming drivers sit to the left.
-    shy = 1.0 - 0.42 / (1.0 + np.exp((across + 1.5) / 0.5))
+    # Less light goes to the left, where oncoming drivers sit.
+    shielded = 1.0 - 0.42 / (1.0 + np.exp((across + 1.5) / 0.5))
     stray = 170.0 * np.exp(-np.abs(below) / 5.0) * np.exp(-((across / 26.0) ** 2))
-    return np.asarray((PEAK * edge * depth * spread * shy + stray) * _faded(across, up))
+    return np.asarray((PEAK * edge * depth * spread * shielded + stray) * _faded(across, up))
 
 
 def beam_pattern(size: int = 1024, *, left_hand: bool = False) -> Image:
-    """The beam as a share of its peak, even in the tangent of the angle, (size, size).
+    """Return the beam as a share of its peak on a grid of equal steps of the angles' tangents.
 
     Args:
         size: Rows and columns; rows from above to below, columns from left to right.
         left_hand: Whether oncoming traffic is on the right.
+
+    Returns:
+        (size, size), in [0, 1].
     """
     edge = np.tan(HALF_ANGLE)
     steps = (np.arange(size) + 0.5) / size * 2.0 - 1.0

@@ -1,8 +1,8 @@
 """The folds between the units of buses, trams and trains, straight and bent.
 
-A bellows runs backwards from the middle of the face that it hangs on at the unit ahead.
-Bent, its centre line is a circle's arc whose chord lies along -x: that way one stretch
-along x makes it reach from face to face, whatever the distance.
+A bellows begins at the middle of the rear face of the unit ahead and runs backwards. Where it is
+bent, its centre line is an arc whose chord lies along -x, so that scaling it along x makes it
+reach from face to face, whatever the distance between them.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
 
 MOST_BEND = float(np.radians(60.0))
-"""Between the two units, to either side [rad]."""
+"""Largest angle between the two units, to either side [rad]."""
 
 BENDS = 25
-"""Shapes from one side to the other; 5 degrees between them."""
+"""Number of shapes from one side to the other, 5 degrees apart."""
 
 _DEPTH = 0.45
-"""Of a fold, against its length."""
+"""Depth of a fold as a share of its length."""
 
 _ROUND = 0.16
 """Radius of the corners of the section [m]."""
@@ -54,7 +54,7 @@ def bellows(shape: Bellows, *, far: bool = False) -> tuple[Part, Poses]:
 
     Args:
         shape: Its measures.
-        far: Whether a stand-in without folds will do.
+        far: Whether it is seen from far away and needs no folds.
     """
     folds = 2 if far else 2 * shape.folds
     depth = 0.0 if far else _DEPTH * shape.length / shape.folds
@@ -73,13 +73,13 @@ def bellows(shape: Bellows, *, far: bool = False) -> tuple[Part, Poses]:
 
 
 def bend_phase(bend: float) -> float:
-    """The phase at which a bellows is bent by an angle [rad], positive to the left."""
+    """Return the phase at which a bellows is bent by an angle [rad], positive to the left."""
     share = (float(np.clip(bend, -MOST_BEND, MOST_BEND)) + MOST_BEND) / (2.0 * MOST_BEND)
     return share * (BENDS - 1) / BENDS
 
 
 def chord(length: float, bend: float) -> float:
-    """Straight distance between the ends of a bent bellows [m]."""
+    """Return the straight distance between the ends of a bellows [m] bent by an angle [rad]."""
     half = min(abs(bend), MOST_BEND) / 2.0
     return length * float(np.sinc(half / np.pi))
 
@@ -114,7 +114,13 @@ class _Arc:
 
     @classmethod
     def of(cls, along: Floats, length: float, bend: float) -> _Arc:
-        """Bend a line of a length [m] by an angle [rad]; rings at shares of it, (r,)."""
+        """Bend a line.
+
+        Args:
+            along: Where the rings are, as shares of the line, (r,).
+            length: Of the line [m].
+            bend: Between its ends, positive to the left [rad].
+        """
         headings = bend / 2.0 - bend * along
         if abs(bend) < 1e-9:
             return cls(np.column_stack([-length * along, 0.0 * along]), headings)
@@ -123,7 +129,7 @@ class _Arc:
         return cls(np.column_stack([x, y]), headings)
 
     def points(self, rings: Floats) -> Floats:
-        """Sections at their places, (r, m, 2) to (r m, 3)."""
+        """Put sections of (y, z), (r, m, 2), at their places, (r m, 3) [m]."""
         left = np.column_stack([-np.sin(self.headings), np.cos(self.headings)])
         found = np.zeros((*rings.shape[:2], 3))
         found[..., :2] = self.places[:, None] + rings[..., :1] * left[:, None]
@@ -131,7 +137,7 @@ class _Arc:
         return found.reshape(-1, 3)
 
     def normals(self, outwards: Floats, slopes: Floats) -> Floats:
-        """Unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
+        """Return unit normals of flanks that rise by slopes, (r,), to the rear; (r m, 3)."""
         ahead = np.column_stack([np.cos(self.headings), np.sin(self.headings)])
         left = np.column_stack([-ahead[:, 1], ahead[:, 0]])
         found = np.zeros((len(slopes), len(outwards), 3))

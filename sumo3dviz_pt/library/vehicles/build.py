@@ -1,4 +1,4 @@
-"""Builds any vehicle from its recipe: what builders give, and which one a recipe names."""
+"""What builders of vehicles give, and which builder a recipe names."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from sumo3dviz_pt.model.lamps import VehicleLamp
 
 Meshes = Mapping[str, Mesh]
 """Meshes by material."""
+
+Piece = tuple[str, Mesh]
+"""Material and mesh."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +39,8 @@ class BakedVehicle:
     """The levels of a vehicle that travel with the package, in the body's frame.
 
     Attributes:
-        parts: The middle level, wheels included; fewer than 18,000 triangles.
-        far: Likewise, fewer than 2,000.
+        parts: The near level, wheels included; fewer than 18,000 triangles.
+        far: The far level, wheels included; fewer than 2,000 triangles.
         lamps: What can shine; the same at every level.
         wheels: Where the wheels are.
     """
@@ -68,7 +71,7 @@ Recipe = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Builder:
-    """A way to build vehicles.
+    """Functions that build a kind of vehicle.
 
     Attributes:
         bake: Makes the levels that travel with the package.
@@ -80,7 +83,7 @@ class Builder:
 
 
 def builder_of(recipe: Recipe, builders: Mapping[str, Builder]) -> Builder:
-    """The builder that a recipe names under `build`.
+    """Return the builder that a recipe names under `build`.
 
     Raises:
         ConfigError: If there is none of that name.

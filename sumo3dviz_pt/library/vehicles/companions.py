@@ -1,7 +1,7 @@
 """Finds the files that a user's model is read from beside its own.
 
-A YAML file names a mesh, an OBJ its materials and these their pictures, a glTF its buffers and
-pictures, a PLY its texture. Whoever asks whether a model has changed must look at all of them.
+A YAML file names a mesh, an OBJ file its materials and these their pictures, a glTF file its
+buffers and pictures, a PLY file its texture. A model has changed if any of these has.
 
 References:
     Khronos glTF 2.0, section 3.6.1.1 (URIs); Wavefront OBJ and MTL (`mtllib`, `map_*`).
@@ -19,11 +19,11 @@ import yaml
 
 
 def companions(path: Path) -> tuple[Path, ...]:
-    """All files that a model refers to, directly or not, that exist; none twice.
+    """Return all existing files that a model refers to, directly or not; none twice.
 
     Args:
-        path: A mesh, or a YAML file about one. What cannot be read refers to nothing: whoever
-            reads it for the picture says what is wrong with it.
+        path: A mesh, or a YAML file about one. A file that cannot be read refers to nothing: what
+            is wrong with it is said when it is read for a picture.
     """
     found: dict[Path, None] = {}
     waiting = [path]

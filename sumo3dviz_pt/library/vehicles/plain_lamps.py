@@ -1,4 +1,4 @@
-"""Lamps of plain bodies: whatever moves by night is lit, also what has no model yet."""
+"""Lamps of plain bodies, so that vehicles without a model are lit by night too."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
-from sumo3dviz_pt.library.vehicles.heavy.recipe import LampSpot
+from sumo3dviz_pt.library.vehicles.heavy.recipe import End, LampSpot
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -15,13 +15,13 @@ NARROW = frozenset(["bicycle", "scooter", "motorcycle", "moped"])
 """Classes with one lamp at each end."""
 
 UNLIT = frozenset(["pedestrian", "wheelchair", "container", "aircraft", "drone"])
-"""Classes without lamps; what is no class at all has them."""
+"""Classes without lamps; a word that is no class has them."""
 
 _NARROW_SIZE = (0.12, 0.12)
 
 
 def plain_lamps(vclass: str, meshes: Sequence[Mesh]) -> tuple[VehicleLamp, ...]:
-    """Head, tail and brake lamps on the surface of a plain body.
+    """Return head, tail and brake lamps on the surface of a plain body.
 
     Args:
         vclass: SUMO's vClass.
@@ -40,9 +40,9 @@ def _spots(vclass: str, width: float, height: float) -> Iterator[LampSpot]:
     narrow = vclass in NARROW
     size = _NARROW_SIZE if narrow else (0.12 * width, 0.05 * width)
     across = 0.0 if narrow else 0.36 * width
-    # Wheels and riders are narrow: at half their height all of them have something.
     up = 0.5 * height if narrow else min(0.42 * height, 0.85)
-    for role, view in (("head", "front"), ("tail", "rear"), ("brake", "rear")):
+    ends: tuple[tuple[str, End], ...] = (("head", "front"), ("tail", "rear"), ("brake", "rear"))
+    for role, view in ends:
         above = 1.6 * size[1] if role == "brake" else 0.0
         # Ships have lights, but none that throws a beam.
         shown = "sign" if (vclass, role) == ("ship", "head") else role

@@ -1,4 +1,4 @@
-"""Fits bodies to other lengths: what may grow grows, and wheels stay round."""
+"""Fits bodies to other lengths: only their stretch becomes longer, and wheels stay round."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TURNING = frozenset(["rubber", "rim", "disc"])
 """Materials of wheels."""
 
 _MOST_SHRINK = 0.35
-"""A stretch that may give keeps at least this share of its length."""
+"""A stretch keeps at least this share of its length."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,12 @@ class Stretch:
 
     @classmethod
     def to_length(cls, span: tuple[float, float], *, extra: float) -> Stretch:
-        """The stretch that makes a body longer by `extra` [m], as far as it can."""
+        """Return the stretch that makes a body longer by `extra` [m], or as short as it may be.
+
+        Args:
+            span: Where it begins and ends, behind the front [m].
+            extra: By how much the body is to become longer, negative for shorter [m].
+        """
         length = span[1] - span[0]
         return cls(*span, max((length + extra) / length, _MOST_SHRINK))
 
@@ -45,18 +50,24 @@ class Stretch:
         return (self.factor - 1.0) * (self.last - self.first)
 
     def moved(self, x: Floats) -> Floats:
-        """Where points at x <= 0 come to lie, of any shape [m]."""
+        """Return where points at x <= 0, of any shape, come to lie [m]."""
         behind = np.clip(-np.asarray(x), self.first, self.last) - self.first
         return np.asarray(x - (self.factor - 1.0) * behind)
 
     def moved_point(self, point: tuple[float, float, float]) -> tuple[float, float, float]:
-        """Where one point comes to lie [m]."""
+        """Return where one point comes to lie [m]."""
         x, y, z = point
         return float(self.moved(np.array(x))), y, z
 
 
 def stretched(prototype: Prototype, stretch: Stretch, *, name: str) -> Prototype:
-    """A body whose stretch has another length; all else keeps its shape."""
+    """Return a body whose stretch has another length; all else keeps its shape.
+
+    Args:
+        prototype: The body in its own length.
+        stretch: What becomes longer.
+        name: Of the new body.
+    """
     near, far = (
         tuple(replace(part, mesh=_longer(part.mesh, stretch)) for part in parts)
         for parts in (prototype.parts, prototype.far)
@@ -68,7 +79,7 @@ def stretched(prototype: Prototype, stretch: Stretch, *, name: str) -> Prototype
 def round_wheels(
     prototype: Prototype, wheels: Sequence[WheelPlace], *, ratio: float, name: str
 ) -> Prototype:
-    """A body whose wheels become round when x is scaled by `ratio` more than z.
+    """Return a body whose wheels become round when x is scaled by `ratio` more than z.
 
     Args:
         prototype: The unscaled body.
@@ -108,5 +119,5 @@ def _longer(mesh: Mesh, stretch: Stretch) -> Mesh:
 
 
 def _lamp(lamp: VehicleLamp, stretch: Stretch) -> VehicleLamp:
-    """A lamp that goes with the body."""
+    """A lamp on the longer body."""
     return replace(lamp, at=stretch.moved_point(lamp.at))

@@ -1,4 +1,4 @@
-"""Reads a user's own vehicle: a mesh file, or a YAML file that says how to take it.
+"""Reads a user's own vehicle: a mesh file, or a YAML file that says how to use one.
 
 The YAML file holds `mesh` (a path relative to it) and may hold
 
@@ -11,7 +11,7 @@ The YAML file holds `mesh` (a path relative to it) and may hold
     lamps:                 # in metres behind the front, as drawn without `fit`
       - {role: head, at: [0.0, 0.6, 0.7], size: [0.2, 0.1], yaw: 0}
 
-Where it maps nothing, colours, roughness and metal of the file count; transparent
+Where it maps nothing, colours, roughness and metal of the mesh file are used; transparent
 parts become dark glass.
 """
 
@@ -42,7 +42,7 @@ _SMOOTHEST = 0.05  # smoother materials make fireflies
 _SCALES = (1e-6, 1e4)  # metres per unit: micrometres, and more than any
 _LONGEST = 1000.0  # of a model as drawn [m]
 _SHORTEST = 0.01
-_SLIMMEST = 50.0  # times as high or wide as long; what is taken the wrong way round is more
+_SLIMMEST = 50.0  # times as high or wide as long; a model with its axes confused is more
 _MOST_LAMPS = 200
 _LARGEST_LAMP = 20.0  # [m]
 LAMP_ROLES = ("head", "tail", "brake", "left", "right", "reverse", "blue", "sign")
@@ -113,7 +113,7 @@ def read_user_vehicle(path: Path, *, materials: Collection[str]) -> UserVehicle:
 
 
 def _check_size(path: Path, sides: Floats, *, fitted: bool) -> None:
-    """Refuse what is as long as a town or as small as a nail: its unit is not the metre."""
+    """Refuse a model as long as a town or as small as a nail, whose unit is not the metre."""
     length, longest = float(sides[0]), float(sides.max())
     if length <= 0.0 or longest > _SLIMMEST * length:
         length, width, height = sides
@@ -274,7 +274,7 @@ def _lamp(row: Any, path: Path) -> VehicleLamp:
 
 
 def _own_finish(solid: Solid) -> Finish:
-    """What the file says a mesh looks like; without a word it is painted."""
+    """What the file says a mesh looks like; if it says nothing, the mesh is painted."""
     if solid.rgba is None:
         return Finish(named="paint")
     if solid.blended or solid.rgba[3] < 0.9:

@@ -9,7 +9,7 @@ _MORE = "more_"
 
 
 def varied(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """The content of an `asset.yaml` that names another asset as its `base`.
+    """Complete the content of an `asset.yaml` that names another asset as its `base`.
 
     Args:
         base: Content of the other one.
@@ -17,7 +17,7 @@ def varied(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
             key, and there `more_panels`, `more_strips` and the like go after the base's.
 
     Returns:
-        A whole recipe; `base` still says where it comes from.
+        A whole recipe; `base` is still the name of the other asset.
     """
     recipe = dict(base.get("recipe", {}))
     for key, value in own.get("recipe", {}).items():

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material, lathe, shaded
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.conform import closed
 from sumo3dviz_pt.library.vehicles.car.recipe import WheelRecipe
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -17,12 +18,9 @@ _SEGMENTS = (20, 56)
 _BRAKE = 0.62
 """Radius of the brake disc as a share of the rim's."""
 
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
-
 
 def build_wheel(recipe: WheelRecipe, *, fine: bool = False) -> Mapping[str, Mesh]:
-    """A wheel around the y axis with its outer face towards +y.
+    """Build a wheel around the y axis with its outer face towards +y.
 
     Args:
         recipe: The wheel.
@@ -39,7 +37,7 @@ def build_wheel(recipe: WheelRecipe, *, fine: bool = False) -> Mapping[str, Mesh
 
 
 def well_shell(radius: float, span: tuple[float, float], *, lowest: float) -> Mesh:
-    """The inside of a wheel well above the axle: an arch and a wall behind it.
+    """Build the inside of a wheel well above the axle: an arch and a wall behind it.
 
     Args:
         radius: Of the arch [m].

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
-from sumo3dviz_pt.library.mesh.implicit import Curve, dual_contour, intersect, unite
-from sumo3dviz_pt.library.vehicles.car.recipe import CarRecipe
-from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.library.mesh.implicit import Curve, intersect, unite
+from sumo3dviz_pt.library.vehicles.car.recipe import Bed, CarRecipe
+from sumo3dviz_pt.library.vehicles.halves import half_surface
+from sumo3dviz_pt.model.geometry import Floats
 
 WELL_DEPTH = 0.30
 """How far wheel wells reach inwards from the flank [m]."""
@@ -66,27 +67,34 @@ class CarShape:
         return (self.recipe.header - d) / (float(self.roof(self.recipe.header)) - z)
 
     def windscreen(self, z: Floats) -> Floats:
-        """Distance d of the windscreen in the middle at heights z [m]."""
+        """Return the distance d of the windscreen's middle at heights z [m]."""
         d, low = self.recipe.cowl
         return np.asarray(d + (z - low) * self.rake + 0.10 * np.maximum(z - low, 0.0) ** 2)
 
     def side_glass(self, d: Floats, z: Floats) -> Floats:
-        """|y| of the side windows, [m]."""
+        """Return |y| of the side windows [m]."""
         above = np.maximum(z - self.belt(d), -0.02)
         base = self.half * self.plan(d) * 0.958 - 0.012
         slope = self.recipe.tumblehome
         return np.asarray(base - slope * above - 0.22 * np.maximum(above, 0.0) ** 2)
 
     def from_axle(self, d: Floats, z: Floats) -> Floats:
-        """Distance from the nearer axle in the side view [m]."""
+        """Return distances from the nearer axle in the side view [m]."""
         front, rear = self.recipe.axles
         up = z - self.recipe.wheel.radius
         return np.asarray(np.minimum(np.hypot(d - front, up), np.hypot(d - rear, up)))
 
     def field(self, d: Floats, y: Floats, z: Floats) -> Floats:
-        """Negative inside the body; all arguments of one shape [m]."""
+        """Return the body's field: negative inside.
+
+        Args:
+            d: Distance behind the front [m].
+            y: To the left, of the same shape [m].
+            z: Height, of the same shape [m].
+        """
         body = unite(_lower(self, d, y, z), _cabin(self, d, y, z), 0.022)
-        return intersect(body, -_bed(self, d, y, z), 0.012) if self.recipe.bed else body
+        bed = self.recipe.bed
+        return body if bed is None else intersect(body, -_bed(self, bed, (d, y, z)), 0.012)
 
 
 def car_shape(recipe: CarRecipe) -> CarShape:
@@ -202,12 +210,12 @@ def _cabin(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:
     return np.maximum(intersect(cabin, roof, 0.085), floor - z)
 
 
-def _bed(shape: CarShape, d: Floats, y: Floats, z: Floats) -> Floats:
+def _bed(shape: CarShape, bed: Bed, place: tuple[Floats, Floats, Floats]) -> Floats:
     """The open bed of a pickup."""
-    first, last, floor = shape.recipe.bed
-    along = np.maximum(first - d, d - last)
+    d, y, z = place
+    along = np.maximum(bed.begin - d, d - bed.end)
     across = np.abs(y) - (shape.half * 0.93 - 0.09)
-    return intersect(intersect(along, across, 0.04), floor - z, 0.03)
+    return intersect(intersect(along, across, 0.04), bed.floor - z, 0.03)
 
 
 def body_surface(shape: CarShape, *, spacing: float) -> Surface:
@@ -228,26 +236,13 @@ def body_surface(shape: CarShape, *, spacing: float) -> Surface:
     )
     low = max(recipe.clearance - 0.08, 0.0)
     z = np.arange(low, height + 0.09, 0.85 * spacing)
-    vertices, faces = dual_contour(shape.field, (d, y, z))
-    seam = np.abs(vertices[:, 1]) < 0.6 * spacing
-    border = _border_vertices(faces, len(vertices))
-    vertices[seam & border, 1] = 0.0
-    return Surface(vertices, faces, np.zeros(len(faces), dtype=np.int64))
-
-
-def _border_vertices(faces: Ints, count: int) -> Bools:
-    """Whether each vertex lies on an open edge."""
-    sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    unique, uses = np.unique(sides, axis=0, return_counts=True)
-    border = np.zeros(count, dtype=np.bool_)
-    border[unique[uses == 1].reshape(-1)] = True
-    return border
+    return half_surface(shape.field, (d, y, z), spacing=spacing)
 
 
 def _axis(
     low: float, high: float, spacing: float, *, ends: float, only_last: bool = False
 ) -> Floats:
-    """Grid coordinates, fine within `ends` of the limits and coarser between [m]."""
+    """Grid coordinates [m], fine within `ends` of the limits (or the last) and coarser between."""
     steps = np.linspace(low, high, 400)
     near = np.minimum(steps - low if not only_last else np.inf, high - steps)
     local = spacing * (1.0 + np.clip((near - ends) / 0.3, 0.0, 1.0))

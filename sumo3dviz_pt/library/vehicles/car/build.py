@@ -6,8 +6,14 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import by_material, mirrored, moved, solid_faces
-from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, FullVehicle, WheelPlace
+from sumo3dviz_pt.library.mesh.solids import by_material, moved, solid_faces
+from sumo3dviz_pt.library.vehicles.build import (
+    BakedVehicle,
+    Builder,
+    FullVehicle,
+    Piece,
+    WheelPlace,
+)
 from sumo3dviz_pt.library.vehicles.car.body import CarShape, car_shape
 from sumo3dviz_pt.library.vehicles.car.conform import Level
 from sumo3dviz_pt.library.vehicles.car.cuts import Finish
@@ -17,10 +23,11 @@ from sumo3dviz_pt.library.vehicles.car.far import far_details, far_surface, far_
 from sumo3dviz_pt.library.vehicles.car.lamps import car_lamps
 from sumo3dviz_pt.library.vehicles.car.ornaments import ornaments
 from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarRecipe, read_recipe
-from sumo3dviz_pt.library.vehicles.car.shell import Piece, body_pieces, surface_pieces
-from sumo3dviz_pt.library.vehicles.grime import grimed
+from sumo3dviz_pt.library.vehicles.car.shell import body_pieces, surface_pieces
+from sumo3dviz_pt.library.vehicles.grime import Dirt, grimed
+from sumo3dviz_pt.library.vehicles.halves import fit_to, on_both_sides
 from sumo3dviz_pt.library.vehicles.wheel import build_wheel
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 MIDDLE = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
@@ -64,10 +71,8 @@ def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
 
 def _fit(recipe: CarRecipe, points: Floats) -> Transform:
     """Stretch a body by the last millimetres to its declared size."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = np.array([high[0] - low[0], 2.0 * high[1], high[2]])
-    scale = np.array([recipe.length, recipe.width, recipe.height]) / size
-    return Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
+    size = (recipe.length, recipe.width, recipe.height)
+    return fit_to(size, low=points.min(axis=0), high=points.max(axis=0))
 
 
 def _fitted(lamp: VehicleLamp, fit: Transform) -> VehicleLamp:
@@ -84,19 +89,17 @@ def _painted(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
 
 def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
     """Pieces as `_painted`, the paint with road dirt on it."""
-    axles = [(d, recipe.wheel.radius) for d in recipe.axles]
+    dirt = Dirt(recipe.length, recipe.clearance, recipe.axles, recipe.wheel.radius)
     for material, mesh in _painted(recipe, pieces):
         if material == "paint":
-            mesh = grimed(mesh, length=recipe.length, low=recipe.clearance, axles=axles)
+            mesh = grimed(mesh, dirt)
         yield material, mesh
 
 
 def _far_pieces(shape: CarShape) -> Iterator[Piece]:
     """The far level's body, both halves."""
     known = tuple(Finish(name) for name in MATERIALS)
-    for material, mesh in surface_pieces(shape, far_surface(shape), known, crease=0.7):
-        yield material, mesh
-        yield material, mirrored(mesh)
+    yield from on_both_sides(surface_pieces(shape, far_surface(shape), known, crease=0.7))
 
 
 def _track(recipe: CarRecipe) -> float:
@@ -112,14 +115,12 @@ def _wheel_places(recipe: CarRecipe, track: float) -> Iterator[WheelPlace]:
             yield WheelPlace((-d, y, radius), radius, steered=number == 0)
 
 
-def _wheels(shape: CarShape, track: float) -> Iterator[tuple[str, Mesh]]:
+def _wheels(shape: CarShape, track: float) -> Iterator[Piece]:
     """Four wheels on the ground."""
     recipe = shape.recipe
     for material, mesh in build_wheel(recipe.wheel).items():
         for d in recipe.axles:
-            placed = moved(mesh, -d, track, recipe.wheel.radius)
-            yield material, placed
-            yield material, mirrored(placed)
+            yield from on_both_sides([(material, moved(mesh, -d, track, recipe.wheel.radius))])
 
 
 CAR = Builder(

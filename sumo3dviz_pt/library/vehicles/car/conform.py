@@ -1,7 +1,7 @@
 """Places and pieces that follow a car's body: bars, and where something lies on it.
 
-Points are given as in a recipe (see `car_recipe`); what comes out lies in the body's
-frame, with x = -d.
+Points are given as in a recipe (see `recipe.py`); the results lie in the body's frame, with
+x = -d.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.model.geometry import Floats, Mesh, settled
 
-_MARCHES = 60
-_HALVINGS = 14
-_LONGEST_RUN = 2.6
+_MARCHES = 60  # steps of a ray towards the body
+_HALVINGS = 14  # of the step that enters it
+_LONGEST_RUN = 2.6  # of a ray [m]
 _FLIP = np.array([-1.0, 1.0, 1.0])
 
 
@@ -60,7 +60,7 @@ class Spots:
 
 
 def land(shape: CarShape, view: str, path: ArrayLike) -> Spots:
-    """Where rays along a view first meet the body.
+    """Return where rays along a view first meet the body.
 
     Args:
         shape: The body.
@@ -103,7 +103,7 @@ def _rays(shape: CarShape, view: str, u: Floats, v: Floats) -> tuple[Floats, Flo
 
 
 def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
-    """A polyline with its corners and points between them no further apart than a step [m]."""
+    """Add points to a polyline until no two are further apart than a step [m]."""
     points = np.asarray(path, dtype=np.float64)
     pieces = [points[:1]]
     for a, b in pairwise(points):
@@ -113,7 +113,7 @@ def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
 
 
 def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bool = False) -> Mesh:
-    """A closed bar along places on a body.
+    """Build a closed bar along places on a body.
 
     Args:
         spots: Along its middle line, at least two.
@@ -141,7 +141,13 @@ def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bo
 
 
 def closed(vertices: Floats, rows: int, columns: int) -> Mesh:
-    """A solid from rings of vertices, row-major, with flat ends; outward whatever its sense."""
+    """Build a solid from rings of vertices, with flat ends.
+
+    Args:
+        vertices: Ring after ring in either sense, (rows * columns, 3) [m].
+        rows: Number of rings.
+        columns: Vertices of a ring.
+    """
     hull = grid_faces(rows, columns, closed=True)
     fan = np.array([(0, k + 1, k) for k in range(1, columns - 1)])
     faces = np.concatenate([hull, fan, fan[:, ::-1] + (rows - 1) * columns])

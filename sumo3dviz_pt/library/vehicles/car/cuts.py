@@ -1,4 +1,4 @@
-"""The one way in which regions and lines are cut into a car's body."""
+"""Cuts regions and lines into a car's body."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ HOLE = -1
 FAR = 1.0
 """Value of a curve's field where it does not reach [m]."""
 
-_GAP = 0.003
-_TOLERANCE = 0.0025
+_GAP = 0.003  # half width of shut lines [m]
+_TOLERANCE = 0.0025  # of cuts [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Finish:
 
 
 def finishes(panels: tuple[Panel, ...], *, gap: float = 0.0) -> tuple[Finish, ...]:
-    """All finishes of a car; panel k has tag `len(MATERIALS) + k`, wheel wells have `HOLE`.
+    """Return all finishes of a car; panel k has tag `len(MATERIALS) + k`, wheel wells `HOLE`.
 
     Args:
         panels: Of the recipe.
@@ -78,7 +78,13 @@ class Cut:
 
 
 def cut_region(surface: Surface, shape: CarShape, cut: Cut) -> Surface:
-    """Split along a curve and retag what lies inside."""
+    """Split along a curve and retag what lies inside.
+
+    Args:
+        surface: Half the body.
+        shape: The body that the surface follows.
+        cut: The region.
+    """
     surface = split(refine(surface, cut.curve, shape.field, tolerance=_TOLERANCE), cut.curve)
     centroids = surface.centroids
     inside = (values_at(cut.curve, centroids) < 0.0) & cut.where(centroids, surface.face_normals)
@@ -91,7 +97,14 @@ def _shifted(line: Field, by: float) -> Field:
 
 
 def cut_line(surface: Surface, shape: CarShape, line: Field, where: Where) -> Surface:
-    """Cut a thin dark strip along the zero set of a curve."""
+    """Cut a thin dark strip along the zero set of a curve.
+
+    Args:
+        surface: Half the body.
+        shape: The body that the surface follows.
+        line: The curve.
+        where: Which faces the cut may retag.
+    """
     surface = refine(surface, line, shape.field, tolerance=_TOLERANCE)
     for side in (-_GAP, _GAP):
         surface = split(surface, _shifted(line, side))

@@ -6,31 +6,28 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import box, mirrored, moved, shaded, superellipsoid, tube
+from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid, tube
 from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.library.vehicles.car.conform import Level, bar, closed, land, resampled
 from sumo3dviz_pt.library.vehicles.car.driver import driver
-from sumo3dviz_pt.library.vehicles.car.ornaments import Piece
 from sumo3dviz_pt.library.vehicles.car.panels import handle_places
+from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 
 _PLATE = (0.26, 0.056)
 """Half sizes of a number plate [m]."""
 
 
 def attached(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """Plates and roof rails, which count for the car's length and height."""
-    for material, mesh in _rails(shape, level):
-        yield material, mesh
-        yield material, mirrored(mesh)
+    """Build plates and roof rails, which count for the car's length and height."""
+    yield from on_both_sides(_rails(shape, level))
     yield from _plates(shape)
 
 
 def details(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """Mirrors, handles, wipers and antenna, which may stick out of the car's measures."""
-    for material, mesh in (*_mirror(shape, level), *_handles(shape, level)):
-        yield material, mesh
-        yield material, mirrored(mesh)
+    """Build mirrors, handles, wipers and antenna, which may stick out of the car's measures."""
+    yield from on_both_sides((*_mirror(shape, level), *_handles(shape, level)))
     yield from _wipers(shape, level)
     yield from driver(shape, level)
     yield from _spoiler(shape, level)

@@ -1,7 +1,7 @@
-"""The driver as one sees somebody through a car's windows: a figure on the panes.
+"""The driver as he is seen through a car's windows: a figure on the panes.
 
-Panes are opaque, so that what sits behind them is drawn on them, a hair's breadth before
-the glass and as glossy as it: it lies under the same reflections.
+Panes are opaque, so that the driver is drawn on them, 1.6 mm before the glass and as glossy as it
+is: he lies under the same reflections.
 """
 
 from __future__ import annotations
@@ -10,25 +10,25 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.library.vehicles.car.conform import Level, land
-from sumo3dviz_pt.library.vehicles.car.shell import Piece
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 _BEFORE = 0.0016
-"""Of the first layer before the glass, and of each layer before the next [m]."""
+"""Distance of the first layer before the glass, and of each layer before the last [m]."""
 
-_RINGS = 4
+_RINGS = 4  # of triangles of each figure
 
 _HEAD = (0.075, 0.115)
-"""Half sizes of a head as seen from ahead [m]."""
+"""Half width and height of a head as seen from ahead [m]."""
 
 _PROFILE = (0.095, 0.115)
-"""Likewise from the side."""
+"""Half width and height of a head as seen from the side [m]."""
 
 
 def driver(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """Head and shoulders of the driver in the windscreen, the side windows and from behind."""
+    """Build head and shoulders of the driver in the windscreen and the side windows."""
     recipe, sides = shape.recipe, max(14, level.sides)
     seat = recipe.doors[0][1] - 0.24
     floor = float(shape.belt(seat))

@@ -8,27 +8,33 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid
 from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.library.vehicles.car.conform import Level, land
-from sumo3dviz_pt.library.vehicles.car.ornaments import Piece
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 _SIGN = (0.075, 0.23, 0.062)
+"""Half sizes of a taxi sign [m]."""
+
 _BLOCK = (0.115, 0.2, 0.05)
+"""Half sizes of a blue light [m]."""
+
 _CLEAR = 0.006
+"""Distance of lamps before what they shine from [m]."""
+
 _LETTERS_OUT = 0.008
-"""Letters clear the body's triangles, which lie within some millimetres of its field [m]."""
+"""Distance of letters from the field of the body; its triangles are some millimetres off it [m]."""
 
 
 def equipment(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """What stands on the roof, and the letters on the flanks."""
+    """Build what stands on the roof, and the letters on the flanks."""
     yield from _side_text(shape)
     yield from roof_equipment(shape, max(10, level.sides))
 
 
 def roof_equipment(shape: CarShape, sides: int) -> Iterator[Piece]:
-    """What stands on the roof.
+    """Build what stands on the roof.
 
     Args:
         shape: The body.
@@ -42,7 +48,7 @@ def roof_equipment(shape: CarShape, sides: int) -> Iterator[Piece]:
 
 
 def equipment_lamps(shape: CarShape) -> Iterator[VehicleLamp]:
-    """What shines there, forward and backward."""
+    """Return what shines on the roof, forward and backward."""
     x, _, z = _place(shape)
     kind = shape.recipe.equipment
     for sign, yaw in ((1.0, 0.0), (-1.0, float(np.pi))):
@@ -63,16 +69,17 @@ def _place(shape: CarShape) -> Floats:
 
 def _side_text(shape: CarShape) -> Iterator[Piece]:
     """Letters on both flanks, which read from the left on either."""
-    if not shape.recipe.sides:
+    flanks = shape.recipe.flanks
+    if flanks is None:
         return
-    text, d, z, height, material = shape.recipe.sides
-    letters = lettering(str(text), height=float(height), weight=0.2)
+    d, z = flanks.at
+    letters = lettering(flanks.text, height=flanks.height, weight=0.2)
     flat, numbers = np.unique(letters.reshape(-1, 2), axis=0, return_inverse=True)
     faces = numbers.reshape(-1, 3)
     for side in (1.0, -1.0):
         spots = land(shape, "side", np.column_stack([d + side * flat[:, 0], z + flat[:, 1]]))
         places = (spots.points + _LETTERS_OUT * spots.normals) * [1.0, side, 1.0]
-        yield str(material), shaded(places, faces, crease=1.0)
+        yield flanks.material, shaded(places, faces, crease=1.0)
 
 
 def _sign(at: Floats, sides: int) -> Iterator[Piece]:

@@ -9,7 +9,8 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.library.mesh.simplify import simplify
-from sumo3dviz_pt.library.mesh.solids import box, lathe, mirrored, moved, superellipsoid
+from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, superellipsoid
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import CarShape, body_surface
 from sumo3dviz_pt.library.vehicles.car.conform import land
 from sumo3dviz_pt.library.vehicles.car.cuts import tag_of
@@ -17,14 +18,16 @@ from sumo3dviz_pt.library.vehicles.car.equipment import roof_equipment
 from sumo3dviz_pt.library.vehicles.car.panels import cut_panels
 from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarRecipe, Panel
 from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
-from sumo3dviz_pt.model.geometry import Ints, Mesh
+from sumo3dviz_pt.library.vehicles.halves import on_both_sides
+from sumo3dviz_pt.model.geometry import Ints
 
-_SPACING = 0.08
-_HALF_FACES = 300
-_SEGMENTS = 12
-_OUTSET = 0.012
-_FEW_SIDES = 6
+_SPACING = 0.08  # of the body's grid [m]
+_HALF_FACES = 300  # of half the body
+_SEGMENTS = 12  # facets around a wheel
+_OUTSET = 0.012  # of the wheels against those of the near level [m]
+_FEW_SIDES = 6  # facets of what stands on the roof
 _LIGHTS = ("projector", "reflector", "eye")
+# Materials of panels that are seen from afar, and what stands for them.
 _SHOWN = {
     "lamp_clear": "lamp_clear",
     "lamp_white": "lamp_white",
@@ -41,7 +44,7 @@ _SMALLEST = 0.012
 
 
 def far_surface(shape: CarShape) -> Surface:
-    """The half body with y >= 0 and few faces; windows without frames, lamps without detail.
+    """Mesh the half body with y >= 0 with few faces, its windows without frames.
 
     Args:
         shape: The body.
@@ -84,8 +87,8 @@ def _area(panel: Panel) -> float:
     return abs(float((a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]).sum())) / 2.0
 
 
-def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
-    """Plates, mirrors, head lamps and what stands on the roof.
+def far_details(shape: CarShape) -> Iterator[Piece]:
+    """Build plates, mirrors, head lamps and what stands on the roof.
 
     Yields:
         Material and mesh, in the body frame.
@@ -98,21 +101,18 @@ def far_details(shape: CarShape) -> Iterator[tuple[str, Mesh]]:
     d = recipe.cowl[0] + 0.38
     z, y = float(shape.belt(d)) + 0.10, shape.half + 0.055
     cap = superellipsoid((0.07, 0.11, 0.068), squareness=2.6, segments=6, rings=4)
-    mirror = moved(cap, -d + 0.02, y, z)
-    yield recipe.mirror, mirror
-    yield recipe.mirror, mirrored(mirror)
+    yield from on_both_sides([(recipe.mirror, moved(cap, -d + 0.02, y, z))])
     for disc in recipe.discs:
         if disc.style in _LIGHTS:
             x, y, z = land(shape, disc.view, [disc.at]).points[0]
             half = 0.75 * disc.radius
             light = box((x - 0.02, y - half, z - half), (x + 0.004, y + half, z + half))
-            yield "lamp_white", light
-            yield "lamp_white", mirrored(light)
+            yield from on_both_sides([("lamp_white", light)])
     yield from roof_equipment(shape, _FEW_SIDES)
 
 
-def far_wheels(shape: CarShape, *, track: float) -> Iterator[tuple[str, Mesh]]:
-    """Four wheels as short cylinders with bright discs, flush with the flanks.
+def far_wheels(shape: CarShape, *, track: float) -> Iterator[Piece]:
+    """Build four wheels as short cylinders with bright discs, flush with the flanks.
 
     Args:
         shape: The body.
@@ -127,6 +127,4 @@ def far_wheels(shape: CarShape, *, track: float) -> Iterator[tuple[str, Mesh]]:
     disc = lathe([(rim, w), (0.0, w)], segments=_SEGMENTS, crease=0.9)
     for d in shape.recipe.axles:
         for material, mesh in (("rubber", tyre), ("disc", disc)):
-            placed = moved(mesh, -d, track + _OUTSET, r)
-            yield material, placed
-            yield material, mirrored(placed)
+            yield from on_both_sides([(material, moved(mesh, -d, track + _OUTSET, r))])

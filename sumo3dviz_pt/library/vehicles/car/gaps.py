@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.geometry import Floats
 
 
 def cut_gaps(surface: Surface, shape: CarShape) -> Surface:
-    """Shut lines of doors and bonnet, then those that the recipe adds."""
+    """Cut the shut lines of doors and bonnet, then those that the recipe adds."""
     for first, last in shape.recipe.doors:
         line = _door(shape, first, last)
         surface = cut_line(surface, shape, line, lambda c, n: np.abs(n[:, 1]) > 0.3)

@@ -14,8 +14,14 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
 _CLEAR = 0.004
+"""Distance of a lamp before the body [m]."""
+
 _FARTHEST = 0.022
+"""A lamp shrinks until the body at its rim is no farther ahead of its middle than this [m]."""
+
 _SHARE = 0.85
+"""Size of a lamp as a share of its piece's."""
+
 _YAW = {"front": 0.0, "rear": np.pi, "side": np.pi / 2}
 _NARROW = 0.3
 """Half width up to which a piece in the middle is one lamp; wider ones are two [m]."""
@@ -46,7 +52,7 @@ class _Lens:
 
 
 def car_lamps(shape: CarShape) -> tuple[VehicleLamp, ...]:
-    """All lamps of a car in its body's frame; `turn` becomes `left` and `right`."""
+    """Return all lamps of a car in its body's frame; `turn` becomes `left` and `right`."""
     found: list[VehicleLamp] = []
     for lens in _lenses(shape.recipe):
         lamp = _before(shape, lens)

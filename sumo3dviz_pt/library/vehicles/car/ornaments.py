@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import lathe, mirrored
+from sumo3dviz_pt.library.mesh.solids import lathe
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
 from sumo3dviz_pt.library.vehicles.car.conform import Level, bar, land, resampled
 from sumo3dviz_pt.library.vehicles.car.recipe import Disc, Panel, Strip
+from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, settled
-
-Piece = tuple[str, Mesh]
-"""Material and mesh in the body's frame."""
 
 Profile = Sequence[tuple[float, float]]
 
@@ -21,27 +20,33 @@ _MIDDLE = 1e-6
 
 
 def ornaments(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """Bars, strips and discs of a recipe, both sides."""
+    """Build the bars, strips and discs of a recipe on both sides."""
     recipe = shape.recipe
     for panel in recipe.panels:
         for strip in panel_bars(panel):
-            yield from _both(strip.material, strip_mesh(shape, strip, level))
+            yield from on_both_sides([(strip.material, strip_mesh(shape, strip, level))])
     for strip in recipe.strips:
-        yield from _both(strip.material, strip_mesh(shape, strip, level))
+        yield from on_both_sides([(strip.material, strip_mesh(shape, strip, level))])
     for disc in recipe.discs:
         central = disc.view != "side" and abs(disc.at[disc.view == "top"]) < _MIDDLE
-        for material, mesh in _disc(shape, disc, level):
-            yield from ((material, mesh),) if central else _both(material, mesh)
+        made = _disc(shape, disc, level)
+        yield from made if central else on_both_sides(made)
 
 
 def strip_mesh(shape: CarShape, strip: Strip, level: Level) -> Mesh:
-    """The bar of a strip on the left side."""
+    """Build the bar of a strip on the left side.
+
+    Args:
+        shape: The body.
+        strip: Where it runs and what it is like.
+        level: How finely it is made.
+    """
     spots = land(shape, strip.view, resampled(strip.path, level.step))
     return bar(spots, strip.width, height=strip.height, depth=strip.depth, bevelled=level.bevels)
 
 
 def panel_bars(panel: Panel) -> Iterator[Strip]:
-    """The bars of a grille, within its recess."""
+    """Return the bars of a grille, within its recess."""
     count, outline = abs(panel.bars), np.asarray(panel.outline)
     if not count:
         return
@@ -77,12 +82,6 @@ def _chord(outline: Floats, height: float) -> tuple[float, float] | None:
     low, high = float(at.min()), float(at.max())
     # Bars that begin in the middle meet their mirror image there.
     return (low + 0.004 if abs(low) > _MIDDLE else low), high - 0.004
-
-
-def _both(material: str, mesh: Mesh) -> Iterator[Piece]:
-    """A piece and its mirror image."""
-    yield material, mesh
-    yield material, mirrored(mesh)
 
 
 def _disc(shape: CarShape, disc: Disc, level: Level) -> Iterator[Piece]:

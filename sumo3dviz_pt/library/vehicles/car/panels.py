@@ -17,6 +17,7 @@ from sumo3dviz_pt.library.vehicles.car.cuts import (
     tag_of,
 )
 from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, Panel
+from sumo3dviz_pt.library.vehicles.halves import both_sides
 from sumo3dviz_pt.model.geometry import Floats
 
 
@@ -28,7 +29,7 @@ def cut_panels(surface: Surface, shape: CarShape) -> Surface:
 
 
 def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
-    """Wheel wells with their lips, the underside, claddings and a pickup's bed."""
+    """Cut wheel wells with their lips, the underside, claddings and a pickup's bed."""
     recipe = shape.recipe
 
     def well(d: Floats, y: Floats, z: Floats) -> Floats:
@@ -47,20 +48,21 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
 
     surface = cut_region(surface, shape, Cut(dark, tag_of("trim")))
     surface = _handle_cups(surface, shape)
-    if not recipe.bed:
+    if recipe.bed is None:
         return surface
-    first, last, floor = recipe.bed
+    pit = recipe.bed
     wide = shape.half * 0.93 - 0.09
 
     def bed(d: Floats, y: Floats, z: Floats) -> Floats:
-        inside = np.maximum(np.maximum(first - d, d - last), y - wide) - 0.012
-        return np.where(z > floor - 0.1, inside, FAR)
+        inside = np.maximum(np.maximum(pit.begin - d, d - pit.end), y - wide) - 0.012
+        return np.where(z > pit.floor - 0.1, inside, FAR)
 
-    return cut_region(surface, shape, Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > floor - 0.02))
+    above = Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > pit.floor - 0.02)
+    return cut_region(surface, shape, above)
 
 
 def handle_places(shape: CarShape) -> tuple[tuple[float, float], ...]:
-    """(d, z) of the door handles [m]."""
+    """Return (d, z) of the door handles [m]."""
     behind = [last - 0.17 for _, last in shape.recipe.doors]
     return tuple((d, float(shape.crease(d)) + shape.recipe.handle) for d in behind)
 
@@ -77,13 +79,19 @@ def _handle_cups(surface: Surface, shape: CarShape) -> Surface:
 
 
 def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
-    """Field of a panel's outline, projected along its view and limited in reach."""
+    """Return the field of a panel's outline, projected along its view and limited in reach.
+
+    Args:
+        panel: The panel.
+        shape: The body.
+        rounded: Whether its corners are.
+    """
     outline = np.asarray(panel.outline, dtype=np.float64)
     foot = float(outline[0, 1])
     if panel.view != "side":
-        outline = _both_sides(outline)
+        outline = both_sides(outline)
     radius = panel.radius if rounded else 0.0
-    length, (reach, growth) = shape.recipe.length, panel.reach
+    length, reach = shape.recipe.length, panel.reach
 
     def field(d: Floats, y: Floats, z: Floats) -> Floats:
         if panel.view == "side":
@@ -93,25 +101,14 @@ def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
             return np.where(z > shape.recipe.shoulder - 0.05, inside, FAR)
         behind = d if panel.view == "front" else length - d
         inside = polygon(np.abs(y), z, outline, radius=radius)
-        limit = behind - reach - growth * (z - foot)
+        limit = behind - reach - panel.growth * (z - foot)
         return np.where(behind < reach + 0.5, intersect(inside, limit, min(radius, 0.02)), FAR)
 
     return field
 
 
-def _both_sides(outline: Floats) -> Floats:
-    """Complete an outline in (|y|, z) that ends in the middle by its mirror image."""
-    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
-    if len(middle) != 2:
-        return outline
-    # Begin where the outline leaves the middle and end where it comes back.
-    begin = middle[1] if middle[1] - middle[0] == 1 else 0
-    half = np.roll(outline, -begin, axis=0)
-    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
-
-
 def facing(panel: Panel) -> Where:
-    """Faces that look towards a panel's view."""
+    """Choose the faces that look towards a panel's view."""
     axis, sign = {"front": (0, -1.0), "rear": (0, 1.0), "side": (1, 1.0), "top": (2, 1.0)}[
         panel.view
     ]

@@ -10,18 +10,18 @@ from that other asset (see `variant`).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.mesh.recipe_values import read_value, read_values
+from sumo3dviz_pt.library.asset_files import RecipeValue
+from sumo3dviz_pt.library.vehicles.recipe import read_value, with_sizes
 
 Points = tuple[tuple[float, ...], ...]
-VIEWS = ("front", "rear", "side", "top")
-"""Directions from which a panel's outline is projected."""
 
+View = Literal["front", "rear", "side", "top"]
+"""Direction from which a panel's outline is projected."""
 
-MATERIALS = (
+Material = Literal[
     "paint",
     "glass",
     "trim",
@@ -47,22 +47,23 @@ MATERIALS = (
     "livery_blue",
     "glass_face",
     "glass_coat",
-)
+]
+
+MATERIALS: tuple[Material, ...] = get_args(Material)
 """Materials of a car's parts; a face's tag is the place in this list."""
 
-ROLES = ("head", "tail", "brake", "turn", "reverse", "blue", "sign")
+Role = Literal["head", "tail", "brake", "turn", "reverse", "blue", "sign"]
 """What can light a piece; `turn` is `left` on the left side and `right` on the other."""
 
-STYLES = ("projector", "reflector", "eye", "fog", "badge", "tip")
-"""Kinds of round pieces."""
+Style = Literal["projector", "reflector", "eye", "fog", "badge", "tip"]
+"""Kind of a round piece."""
 
-
-EQUIPMENT = ("", "taxi_sign", "light_bar")
+Equipment = Literal["", "taxi_sign", "light_bar"]
 """What a car may carry on its roof."""
 
 
 @dataclass(frozen=True, slots=True)
-class WheelRecipe:
+class WheelRecipe(RecipeValue):
     """Wheels of a car.
 
     Attributes:
@@ -85,7 +86,7 @@ class WheelRecipe:
 
 
 @dataclass(frozen=True, slots=True)
-class Panel:
+class Panel(RecipeValue):
     """An outline projected onto the body: a lamp, a grille, a gap.
 
     Attributes:
@@ -93,35 +94,30 @@ class Panel:
         outline: Corners of the outline [m].
         material: What the inside becomes; a gap's line is always dark.
         radius: Of the corners [m].
-        reach: How far the projection reaches from the bumper [m] and how this grows
-            with height above the outline's first corner.
+        reach: How far the projection reaches from the bumper [m].
+        growth: By how much it reaches farther for each metre above the outline's first corner [m].
         recess: How far the inside is pushed into the body [m].
         over: Materials that the panel replaces.
-        role: What lights it: some of `ROLES`.
+        role: What lights it: some of `Role`.
         bars: Number of bars across a grille; negative for upright ones.
         bar_material: Of these bars.
     """
 
-    view: str
+    view: View
     outline: Points
-    material: str = "trim"
+    material: Material = "trim"
     radius: float = 0.02
-    reach: tuple[float, float] = (0.6, 0.0)
+    reach: float = 0.6
+    growth: float = 0.0
     recess: float = 0.0
-    over: tuple[str, ...] = ("paint",)
-    role: tuple[str, ...] = ()
+    over: tuple[Material, ...] = ("paint",)
+    role: tuple[Role, ...] = ()
     bars: int = 0
-    bar_material: str = "gloss_black"
-
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        _check((self.material, self.bar_material, *self.over), MATERIALS, "material", "panels")
-        _check((self.view,), VIEWS, "view", "panels")
-        _check(self.role, ROLES, "role", "panels")
+    bar_material: Material = "gloss_black"
 
 
 @dataclass(frozen=True, slots=True)
-class Strip:
+class Strip(RecipeValue):
     """A bar that follows the body: a light guide, a chrome strip, the blade of a wiper.
 
     Attributes:
@@ -131,60 +127,73 @@ class Strip:
         width: Across [m].
         height: How far it stands out of the body, less than 0 within a recess [m].
         depth: How far it reaches into the body [m].
-        role: What lights it: some of `ROLES`.
+        role: What lights it: some of `Role`.
     """
 
-    view: str
+    view: View
     path: Points
-    material: str = "chrome"
+    material: Material = "chrome"
     width: float = 0.02
     height: float = 0.005
     depth: float = 0.02
-    role: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        _check((self.material,), MATERIALS, "material", "strips")
-        _check((self.view,), VIEWS, "view", "strips")
-        _check(self.role, ROLES, "role", "strips")
+    role: tuple[Role, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Disc:
+class Disc(RecipeValue):
     """A round piece on the body: a lamp, a badge, an exhaust pipe.
 
     Attributes:
         view: As that of a panel.
         at: Its middle, as the points of an outline [m].
         radius: [m].
-        style: One of `STYLES`.
+        style: One of `Style`.
         height: How far its rim stands out of the body, less than 0 within a recess [m].
-        role: What lights it: some of `ROLES`.
+        role: What lights it: some of `Role`.
     """
 
-    view: str
+    view: View
     at: tuple[float, float]
     radius: float
-    style: str = "projector"
+    style: Style = "projector"
     height: float = 0.0
-    role: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        _check((self.style,), STYLES, "style", "discs")
-        _check((self.view,), VIEWS, "view", "discs")
-        _check(self.role, ROLES, "role", "discs")
-
-
-def _check(names: tuple[str, ...], known: tuple[str, ...], kind: str, place: str) -> None:
-    """Stop at a name that is not known."""
-    for name in names:
-        if name not in known:
-            raise ConfigError(f"no {kind} is called {name!r}", key=f"recipe.{place}")
+    role: tuple[Role, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class CarRecipe:
+class Bed(RecipeValue):
+    """The open bed of a pickup.
+
+    Attributes:
+        begin: d of its front wall [m].
+        end: d of its rear wall [m].
+        floor: Height of its floor [m].
+    """
+
+    begin: float
+    end: float
+    floor: float
+
+
+@dataclass(frozen=True, slots=True)
+class FlankText(RecipeValue):
+    """Letters on both flanks.
+
+    Attributes:
+        text: What they say.
+        at: (d, z) of their middle [m].
+        height: [m].
+        material: Of the letters.
+    """
+
+    text: str
+    at: tuple[float, float]
+    height: float
+    material: Material
+
+
+@dataclass(frozen=True, slots=True)
+class CarRecipe(RecipeValue):
     """A passenger car.
 
     Attributes:
@@ -213,7 +222,7 @@ class CarRecipe:
         corners: How far front and rear corners sweep back in plan [m].
         cladding: Width of dark wheel arch claddings [m]; 0 for none.
         rails: Whether the roof carries rails.
-        bed: First d, last d and floor height of a pickup's bed, or empty [m].
+        bed: A pickup's bed, or None.
         plates: Heights of the number plates, front and rear [m].
         plate: What the plates say.
         joints: Heights of the bumpers' shut lines on the flank, front and rear [m].
@@ -229,7 +238,7 @@ class CarRecipe:
         spoiler: How far a lip stands out over the rear window [m]; 0 for none.
         antenna: d of the antenna on the roof [m]; 0 for none.
         equipment: Of a taxi or the police: `taxi_sign` or `light_bar`, or empty.
-        sides: Text on the flanks, d and z of its middle, its height [m] and its material.
+        flanks: What stands on the flanks, or None.
         panels: Lamps, grilles, intakes, in this order.
         strips: Light guides, chrome and the like.
         discs: Round lamps, badges, exhaust pipes.
@@ -262,32 +271,26 @@ class CarRecipe:
     corners: tuple[float, float] = (0.27, 0.2)
     cladding: float = 0.0
     rails: bool = False
-    bed: tuple[float, ...] = ()
+    bed: Bed | None = None
     plate: str = "SV 1604"
     joints: tuple[float, ...] = ()
     flap: tuple[float, ...] = ()
     handle: float = 0.055
-    frame: str = "gloss_black"
-    mirror: str = "paint"
-    grip: str = "paint"
-    rail: str = "chrome"
+    frame: Material = "gloss_black"
+    mirror: Material = "paint"
+    grip: Material = "paint"
+    rail: Material = "chrome"
     plate_recess: float = 0.0
-    body: str = "paint"
+    body: Material = "paint"
     wiper: float = 0.0
     spoiler: float = 0.0
     antenna: float = 0.0
-    equipment: str = ""
-    sides: tuple[Any, ...] = ()
+    equipment: Equipment = ""
+    flanks: FlankText | None = None
     panels: tuple[Panel, ...] = ()
     strips: tuple[Strip, ...] = ()
     discs: tuple[Disc, ...] = ()
     gaps: tuple[Panel, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        named = (self.frame, self.mirror, self.grip, self.rail, self.body)
-        _check(named, MATERIALS, "material", "body")
-        _check((self.equipment,), EQUIPMENT, "equipment", "equipment")
 
     @property
     def arch_radius(self) -> float:
@@ -296,7 +299,7 @@ class CarRecipe:
 
 
 def read_recipe(asset: Mapping[str, Any]) -> CarRecipe:
-    """Read the recipe of a vehicle asset.
+    """Read the recipe of a car.
 
     Args:
         asset: Content of `asset.yaml`: sizes, and the rest under `recipe`.
@@ -304,22 +307,14 @@ def read_recipe(asset: Mapping[str, Any]) -> CarRecipe:
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
-    recipe = dict(asset.get("recipe", {}), **sizes)
-    recipe["wheel"] = read_value(WheelRecipe, recipe.get("wheel"), "recipe.wheel")
-    recipe["panels"] = read_values(Panel, recipe.get("panels", ()), "recipe.panels")
-    recipe["strips"] = read_values(Strip, recipe.get("strips", ()), "recipe.strips")
-    recipe["discs"] = read_values(Disc, recipe.get("discs", ()), "recipe.discs")
-    recipe["gaps"] = read_values(Panel, recipe.get("gaps", ()), "recipe.gaps")
-    recipe["panels"] += _plate_hollow(recipe)
-    return read_value(CarRecipe, recipe, "recipe")
+    recipe = read_value(CarRecipe, with_sizes(asset))
+    return replace(recipe, panels=(*recipe.panels, *_plate_hollow(recipe)))
 
 
-def _plate_hollow(recipe: Mapping[str, Any]) -> tuple[Panel, ...]:
+def _plate_hollow(recipe: CarRecipe) -> tuple[Panel, ...]:
     """The hollow that holds the rear plate."""
-    depth, plates = recipe.get("plate_recess", 0.0), recipe.get("plates")
-    if not depth or not plates:
+    if not recipe.plate_recess:
         return ()
-    z = float(plates[1])
+    z = recipe.plates[1]
     outline = ((0.0, z - 0.085), (0.31, z - 0.085), (0.33, z + 0.085), (0.0, z + 0.085))
-    return (Panel("rear", outline, "paint", radius=0.03, recess=float(depth)),)
+    return (Panel("rear", outline, "paint", radius=0.03, recess=recipe.plate_recess),)

@@ -3,39 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.library.mesh.implicit import gradient
 from sumo3dviz_pt.library.mesh.simplify import simplify
-from sumo3dviz_pt.library.mesh.solids import mirrored, moved
+from sumo3dviz_pt.library.mesh.solids import moved
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.car.body import WELL_DEPTH, CarShape, body_surface
 from sumo3dviz_pt.library.vehicles.car.conform import Level
 from sumo3dviz_pt.library.vehicles.car.cuts import HOLE, Cut, Finish, cut_region, finishes
 from sumo3dviz_pt.library.vehicles.car.gaps import cut_gaps
 from sumo3dviz_pt.library.vehicles.car.panels import cut_dark_parts, cut_panels
 from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
+from sumo3dviz_pt.library.vehicles.halves import forward, on_both_sides, rim_of
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 
-_FLIP = np.array([-1.0, 1.0, 1.0])
-
-Piece = tuple[str, Mesh]
-"""Material and mesh in the body's frame."""
-
 
 def body_pieces(shape: CarShape, level: Level) -> Iterator[Piece]:
-    """The cut body, both halves, with wheel wells."""
+    """Build the cut body, both halves, with wheel wells."""
     surface = body_surface(shape, spacing=level.spacing)
     for cut in (cut_dark_parts, cut_windows, cut_panels, cut_gaps):
         surface = cut(surface, shape)
     known = (*finishes(shape.recipe.panels, gap=level.gap), Finish("paint"))
     surface = simplify(_creased(surface, shape, len(known) - 1), faces=level.faces)
-    for material, mesh in (*surface_pieces(shape, surface, known), *_well_pieces(shape, surface)):
-        yield material, mesh
-        yield material, mirrored(mesh)
+    half = (*surface_pieces(shape, surface, known), *_well_pieces(shape, surface))
+    yield from on_both_sides(half)
 
 
 def _creased(surface: Surface, shape: CarShape, tag: int) -> Surface:
@@ -53,7 +48,7 @@ def _creased(surface: Surface, shape: CarShape, tag: int) -> Surface:
 def surface_pieces(
     shape: CarShape, surface: Surface, known: tuple[Finish, ...], *, crease: float = 0.45
 ) -> Iterator[Piece]:
-    """Half a body in the body's frame: its faces, pushed in where they are, and walls.
+    """Build half a body in the body's frame: its faces, some of them pushed in, and walls.
 
     Args:
         shape: The body.
@@ -69,9 +64,9 @@ def surface_pieces(
         at = corners[chosen].reshape(-1)
         places = surface.vertices[at] + known[tag].recess * inwards[at]
         facing = _facing(places, normals[chosen].reshape(-1, 3))
-        yield known[tag].material, _forward(weld(at, places, facing))
+        yield known[tag].material, forward(weld(at, places, facing))
     for tag, mesh in _walls(surface, inwards, np.array([finish.recess for finish in known])):
-        yield known[tag].material, _forward(mesh)
+        yield known[tag].material, forward(mesh)
 
 
 def _facing(places: Floats, normals: Floats) -> Floats:
@@ -137,7 +132,7 @@ def _quads(a: Floats, b: Floats, c: Floats, d: Floats) -> Mesh:
 def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[Piece]:
     """Lips around the holes for the wheels, and dark shells behind."""
     hole = surface.faces[surface.tags == HOLE]
-    yield "trim", _forward(_lips(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))
+    yield "trim", forward(_lips(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))
     recipe = shape.recipe
     span = (shape.half - WELL_DEPTH - 0.01, shape.half - 0.03)
     lowest = recipe.clearance + 0.10 - recipe.wheel.radius
@@ -148,22 +143,6 @@ def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[Piece]:
 
 def _lips(vertices: Floats, faces: Ints, shift: Floats) -> Mesh:
     """Quads between the rim of some faces and the same rim pushed in, seen from inside."""
-    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    count = len(vertices)
-    back = sides[:, 1] * count + sides[:, 0]
-    rim = sides[~np.isin(sides[:, 0] * count + sides[:, 1], back)]
-    # The seam of the two halves is no rim.
-    rim = rim[(np.abs(vertices[rim, 1]) > 1e-9).any(axis=1)]
+    rim = rim_of(vertices, faces)
     a, b = vertices[rim[:, 0]], vertices[rim[:, 1]]
     return _quads(a, b, b + shift, a + shift)
-
-
-def _forward(mesh: Mesh) -> Mesh:
-    """Turn d backwards into x forwards."""
-    assert mesh.normals is not None
-    return replace(
-        mesh,
-        vertices=mesh.vertices * _FLIP,
-        faces=mesh.faces[:, ::-1],
-        normals=mesh.normals * _FLIP,
-    )

@@ -1,4 +1,4 @@
-"""Bicycles and e-scooters, in metres behind the front of the front wheel.
+"""Bicycles, in metres behind the front of the front wheel.
 
 Frame angles and lengths after usual city bicycles: wheels of 28 inches, seat tube at 73
 degrees, head tube at 71, chain stays of 0.43 m, cranks of 0.17 m.
@@ -6,24 +6,24 @@ degrees, head tube at 71, chain stays of 0.43 m, cranks of 0.17 m.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
+from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, tube
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import (
     Fineness,
-    Piece,
     Point,
     Wheel,
     arc,
     band,
-    facing,
     lamp,
     loft,
-    placed,
     round_lamp,
     tubes,
 )
@@ -40,24 +40,50 @@ _HEAD: Point = (-0.565, 0.0, 0.875)
 _STEM: Point = (-0.592, 0.0, 0.985)
 _ARM = 0.170
 _PEDAL_Y = 0.155
+_SOLE = 0.014
+"""From a pedal's middle up to the sole on it [m]."""
 
 
-def bicycle(recipe: Mapping[str, Any]) -> Machine:
-    """A bicycle: `step_through`, `sporty`, `basket`, `bag` and `turn`, the cranks' angle."""
-    sporty = bool(recipe.get("sporty", False))
-    turn = float(recipe.get("turn", 0.6))
-    grip: Point = (-0.645, 0.275, 0.985) if sporty else (-0.700, 0.290, 1.075)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BicycleRecipe(RecipeValue):
+    """A bicycle.
+
+    Attributes:
+        frame: Material of its frame.
+        sporty: Whether its rider leans forward, and it has neither mudguards nor rack.
+        step_through: Whether its frame is low.
+        basket: Whether there is one before the handlebar.
+        turn: Angle of the right crank, forward from the top [rad].
+        rider: A recipe of `library/people`.
+    """
+
+    model: Literal["bicycle"] = "bicycle"
+    frame: str = "enamel_black"
+    sporty: bool = False
+    step_through: bool = False
+    basket: bool = False
+    turn: float = 0.6
+    rider: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def grip(self) -> Point:
+        """Middle of the left grip [m]."""
+        return (-0.645, 0.275, 0.985) if self.sporty else (-0.700, 0.290, 1.075)
+
+
+def bicycle(recipe: BicycleRecipe) -> Machine:
+    """Make the two-wheeler of a recipe."""
+    sporty, turn = recipe.sporty, recipe.turn
     lean = 0.62 if sporty else 0.24
     right, left = _pedal(turn), _pedal(turn + np.pi)
-    ball = (0.012 * np.cos(turn), 0.014)
     feet = (
-        (left[0], _PEDAL_Y, left[2] + ball[1]),
-        (right[0], -_PEDAL_Y, right[2] + ball[1]),
+        (left[0], _PEDAL_Y, left[2] + _SOLE),
+        (right[0], -_PEDAL_Y, right[2] + _SOLE),
     )
     # The heel is low when the pedal is in front, high when it is behind and below.
     pitch = tuple(float(-0.16 - 0.16 * np.sin(turn + shift - 0.6)) for shift in (np.pi, 0.0))
     hips = (_SADDLE[0] + (0.06 if sporty else 0.0), 0.0, _SADDLE[2] + 0.105)
-    grasp = Grasp(hips, lean, grip, feet, -0.30, (pitch[0], pitch[1]), roll=0.25)
+    grasp = Grasp(hips, lean, recipe.grip, feet, -0.30, (pitch[0], pitch[1]), roll=0.25)
     x, _, z = _tail(recipe)
     lamps = (
         lamp("head", (-0.425, 0.0, 0.800), (0.05, 0.05)),
@@ -69,6 +95,7 @@ def bicycle(recipe: Mapping[str, Any]) -> Machine:
         frame=lambda fine: _bicycle(recipe, fine),
         grasp=grasp,
         lamps=lamps,
+        rider=recipe.rider,
     )
 
 
@@ -77,28 +104,28 @@ def _pedal(turn: float) -> Point:
     return (_CRANK[0] + _ARM * np.sin(turn), 0.0, _CRANK[2] + _ARM * np.cos(turn))
 
 
-def _bicycle(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+def _bicycle(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
     """Everything but wheels and rider."""
     yield from still_parts(recipe, fine)
     if fine.small:
-        yield from drive(float(recipe.get("turn", 0.6)), fine)
+        yield from drive(recipe.turn, fine)
 
 
-def still_parts(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
-    """What does not move where somebody pedals: all but drive, wheels and rider."""
+def still_parts(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+    """Build what does not move while the rider pedals: all but drive, wheels and rider."""
     yield from _frame(recipe, fine)
     yield from _saddle(fine)
     yield from _bar(recipe, fine)
     if not fine.small:
         return
-    yield from _lamps(recipe, fine)
-    if not recipe.get("sporty", False):
+    yield from _lamps(recipe)
+    if not recipe.sporty:
         yield from _town(recipe, fine)
 
 
-def _frame(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+def _frame(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
     """Main triangle, stays and fork."""
-    colour = str(recipe.get("frame", "enamel_black"))
+    colour = recipe.frame
     low: Point = (_CROWN[0] - 0.016, 0.0, _CROWN[2] + 0.045)
     top: Point = (_HEAD[0] + 0.014, 0.0, _HEAD[2] - 0.045)
     runs: list[tuple[Sequence[Point], float]] = [
@@ -106,7 +133,7 @@ def _frame(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
         ((_CRANK, low), 0.018),
         ((_CROWN, _HEAD), 0.020),
     ]
-    if recipe.get("step_through", False):
+    if recipe.step_through:
         middle: Point = (-0.80, 0.0, 0.430)
         runs.append(((top, (-0.66, 0.0, 0.62), middle, (-1.0, 0.0, 0.455)), 0.016))
     else:
@@ -152,10 +179,10 @@ def _saddle(fine: Fineness) -> Iterator[Piece]:
     yield "trim", loft(sections, rings=counts[0], sides=counts[1])
 
 
-def _bar(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+def _bar(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
     """Stem, handlebar, grips, bell and brake levers."""
     x, _, z = _STEM
-    grip: Point = (-0.645, 0.275, 0.985) if recipe.get("sporty") else (-0.700, 0.290, 1.075)
+    grip = recipe.grip
     ahead: Point = (x + 0.055, 0.0, max(z + 0.01, grip[2] - 0.025))
     yield from tubes([((_HEAD, (x, 0.0, ahead[2] - 0.01), ahead), 0.0125)], "rim", fine)
     for s in (1.0, -1.0):
@@ -174,7 +201,7 @@ def _bar(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
 
 
 def drive(turn: float, fine: Fineness) -> Iterator[Piece]:
-    """Chain ring, cranks, pedals, sprocket and chain, on the right."""
+    """Build chain ring, cranks, pedals, sprocket and chain, on the right."""
     y = -0.048
     x, _, z = _CRANK
     ring = [(0.060, 0.002), (0.060, -0.002), (0.092, -0.002), (0.092, 0.002), (0.060, 0.002)]
@@ -197,28 +224,27 @@ def drive(turn: float, fine: Fineness) -> Iterator[Piece]:
             yield "lamp_amber", moved(light, 0.0, _PEDAL_Y * s, 0.0)
 
 
-def _tail(recipe: Mapping[str, Any]) -> Point:
+def _tail(recipe: BicycleRecipe) -> Point:
     """Where the tail lamp is: on the rack, or below the saddle."""
-    return (-1.655, 0.0, 0.640) if not recipe.get("sporty") else (-1.172, 0.0, 0.790)
+    return (-1.655, 0.0, 0.640) if not recipe.sporty else (-1.172, 0.0, 0.790)
 
 
-def _lamps(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
+def _lamps(recipe: BicycleRecipe) -> Iterator[Piece]:
     """Head lamp, tail lamp and the reflector above it."""
     x, _, z = _tail(recipe)
-    yield from round_lamp((-0.445, 0.0, 0.800), 0.030, fine, shell="trim", lens="lamp_white")
+    yield from round_lamp((-0.445, 0.0, 0.800), 0.030)
     yield "trim", tube([(-0.46, 0.0, 0.79), (-0.52, 0.0, 0.75)], radius=0.007, sides=4)
-    half = 0.025 if recipe.get("sporty") else 0.040
+    half = 0.025 if recipe.sporty else 0.040
     yield "trim", box((x + 0.005, -half - 0.005, z - 0.025), (x + 0.045, half + 0.005, z + 0.050))
     yield "lamp_red", box((x, -half, z - 0.020), (x + 0.005, half, z + 0.020))
     yield "lamp_red", box((x, -half, z + 0.024), (x + 0.005, half, z + 0.046))
 
 
-def _town(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
-    """Mudguards, lamps, reflectors, rack, stand, chain guard, basket."""
+def _town(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+    """Mudguards, rack, reflectors, stand and basket."""
     count = 16 if fine.segments > 30 else 10
-    guard = str(recipe.get("guards", "trim"))
-    yield guard, band(arc(_REAR, _R + 0.022, 20.0, 190.0, count), half=0.026, thick=0.003)
-    yield guard, band(arc(_FRONT, _R + 0.022, 25.0, 165.0, count), half=0.026, thick=0.003)
+    yield "trim", band(arc(_REAR, _R + 0.022, 20.0, 190.0, count), half=0.026, thick=0.003)
+    yield "trim", band(arc(_FRONT, _R + 0.022, 25.0, 165.0, count), half=0.026, thick=0.003)
     deck = _R * 2 + 0.055
     for s in (1.0, -1.0):
         rail = [
@@ -236,19 +262,11 @@ def _town(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
             yield "lamp_amber", moved(box((-0.03, -0.006, -0.012), (0.03, 0.006, 0.012)), *place)
     side = (_CRANK[0] - 0.01, -0.068, _CRANK[2] - 0.04), (-1.16, -0.068, 0.055)
     yield "trim", tube(side, radius=0.008, sides=5)
-    if recipe.get("basket", False):
-        yield from _basket(fine)
-    if recipe.get("bag", False):
-        sections = (
-            (1.30, 0.56, 0.15, 0.16, 0.05, 4.0),
-            (1.34, 0.56, 0.17, 0.17, 0.065, 4.0),
-            (1.58, 0.56, 0.17, 0.17, 0.065, 4.0),
-            (1.62, 0.56, 0.15, 0.16, 0.05, 4.0),
-        )
-        yield from placed(iter([("fabric_grey", loft(sections, rings=6, sides=12))]), 0, 0.13, 0)
+    if recipe.basket:
+        yield from _basket()
 
 
-def _basket(fine: Fineness) -> Iterator[Piece]:
+def _basket() -> Iterator[Piece]:
     """A wire basket before the handlebar."""
     for z, a, b in (
         (1.04, 0.165, 0.125),
@@ -274,68 +292,3 @@ def _basket(fine: Fineness) -> Iterator[Piece]:
             (1.1 * x + 0.04, 0.16, 1.04),
         ]
         yield "trim", tube(path, radius=0.004, sides=3)
-
-
-def e_scooter(recipe: Mapping[str, Any]) -> Machine:
-    """A kick scooter with a motor; the rider stands with the feet one behind the other."""
-    grip: Point = (-0.355, 0.225, 1.115)
-    feet = ((-0.505, 0.035, 0.150), (-0.755, -0.035, 0.150))
-    hips = (-0.660, 0.0, 0.150 + 0.50 * float(recipe["rider"]["body"]["height"]))
-    grasp = Grasp(hips, 0.06, grip, feet, -0.55, (0.0, 0.0), knees=0.25, roll=0.10)
-    lamps = (
-        lamp("head", (-0.175, 0.0, 0.985), (0.05, 0.035)),
-        lamp("tail", (-1.085, 0.0, 0.185), (0.06, 0.025), back=True),
-        lamp("brake", (-1.085, 0.0, 0.185), (0.06, 0.025), back=True),
-    )
-    return Machine(
-        wheel=Wheel(0.112, 0.024, spoked=False),
-        axles=(-0.112, -0.985),
-        frame=lambda fine: _e_scooter(recipe, fine),
-        grasp=grasp,
-        lamps=lamps,
-    )
-
-
-def _e_scooter(recipe: Mapping[str, Any], fine: Fineness) -> Iterator[Piece]:
-    """Deck, stem, bar, fork, mudguards."""
-    colour = str(recipe.get("frame", "enamel_black"))
-    deck = (
-        (0.265, 0.118, 0.014, 0.014, 0.045, 3.5),
-        (0.300, 0.112, 0.030, 0.030, 0.078, 4.5),
-        (0.840, 0.112, 0.030, 0.030, 0.078, 4.5),
-        (0.875, 0.118, 0.020, 0.014, 0.045, 3.5),
-    )
-    counts = (7, 12) if fine.small else (3, 4)
-    yield colour, loft(deck, rings=counts[0], sides=counts[1])
-    yield "rubber", box((-0.83, -0.070, 0.141), (-0.31, 0.070, 0.148))
-    foot, top = (-0.185, 0.0, 0.215), (-0.335, 0.0, 1.095)
-    yield from tubes([((foot, top), 0.024)], colour, fine)
-    yield from tubes([((foot, (-0.28, 0.0, 0.125)), 0.026)], colour, fine)
-    yield from tubes([(((-0.335, -0.25, 1.105), top, (-0.335, 0.25, 1.105)), 0.014)], "trim", fine)
-    if not fine.small:
-        return
-    for s in (1.0, -1.0):
-        grip = [(-0.336, 0.155 * s, 1.106), (-0.345, 0.265 * s, 1.107)]
-        yield "rubber", tube(grip, radius=0.019, sides=8)
-        lever = [(-0.30, 0.12 * s, 1.095), (-0.285, 0.20 * s, 1.085)]
-        yield "trim", tube(lever, radius=0.007, sides=4)
-        fork = [(foot[0], 0.040 * s, foot[2] + 0.02), (-0.112, 0.040 * s, 0.112)]
-        yield colour, tube(fork, radius=0.013, sides=6)
-        stay = [(-0.85, 0.048 * s, 0.115), (-0.985, 0.048 * s, 0.112)]
-        yield colour, tube(stay, radius=0.013, sides=6)
-    bridge = [(foot[0], -0.045, foot[2] + 0.015), (foot[0], 0.045, foot[2] + 0.015)]
-    yield colour, tube(bridge, radius=0.018, sides=6)
-    yield "trim", band(arc((-0.985, 0.0, 0.112), 0.125, 60.0, 170.0, 9), half=0.036, thick=0.004)
-    yield "trim", band(arc((-0.112, 0.0, 0.112), 0.125, 40.0, 140.0, 8), half=0.036, thick=0.004)
-    yield (
-        "trim",
-        loft(
-            ((0.20, 0.985, 0.02, 0.02, 0.022, 3.0), (0.29, 0.985, 0.028, 0.028, 0.026, 3.0)),
-            rings=2,
-            sides=10,
-        ),
-    )
-    lens = [(0.0, 0.004), (0.018, 0.002), (0.019, 0.0), (0.0, -0.01)][::-1]
-    yield "lamp_white", facing(lathe(lens, segments=10), (-0.197, 0.0, 0.985))
-    yield "glass", box((-0.365, -0.035, 1.110), (-0.310, 0.035, 1.128))
-    yield "lamp_red", box((-1.105, -0.028, 0.172), (-1.085, 0.028, 0.196))

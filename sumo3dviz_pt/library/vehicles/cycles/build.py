@@ -1,54 +1,44 @@
 """Builds two-wheelers with their riders: bicycle, e-scooter, moped, motorcycle.
 
-The key `recipe` of an `asset.yaml` holds `model` (one of `MODELS`), what that model asks
-for, `frame` (a material) and `rider` (a recipe of `people`). What is made of `paint` or
-`cloth` takes the road user's colour.
+The key `recipe` of an `asset.yaml` holds `model`, `bicycle` or `motor`, and the fields of
+`BicycleRecipe` or `MotorRecipe`. What is made of `paint` or `cloth` takes the road user's colour.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
-from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.mesh.solids import by_material, moved
 from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
     FullVehicle,
+    Piece,
     Recipe,
     WheelPlace,
 )
-from sumo3dviz_pt.library.vehicles.cycles.bicycle import bicycle, e_scooter
+from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
-from sumo3dviz_pt.library.vehicles.cycles.moped import moped
-from sumo3dviz_pt.library.vehicles.cycles.motorcycle import motorcycle
-from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, FULL, MIDDLE, Fineness, Piece, wheel
+from sumo3dviz_pt.library.vehicles.cycles.motor import MotorRecipe, motor
+from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, FULL, MIDDLE, Fineness, wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import rider
-
-MODELS: Mapping[str, Callable[[Mapping[str, Any]], Machine]] = {
-    "bicycle": bicycle,
-    "e_scooter": e_scooter,
-    "moped": moped,
-    "motorcycle": motorcycle,
-}
-"""By the word that a recipe has under `model`."""
+from sumo3dviz_pt.library.vehicles.recipe import read_value
 
 
 def machine_of(recipe: Recipe) -> Machine:
-    """The two-wheeler of a recipe.
+    """Make the two-wheeler of an `asset.yaml`.
 
     Raises:
-        ConfigError: If its model is unknown.
+        ConfigError: If its model or a key is unknown, or a value missing or of the wrong kind.
     """
     own = recipe["recipe"]
-    if own["model"] not in MODELS:
-        raise ConfigError(f"no two-wheeler is called {own['model']!r}; known: {', '.join(MODELS)}")
-    return MODELS[own["model"]](own)
+    if own.get("model") == "motor":
+        return motor(read_value(MotorRecipe, own))
+    return bicycle(read_value(BicycleRecipe, own))
 
 
 def bake(recipe: Recipe) -> BakedVehicle:
-    """The levels that travel with the package."""
+    """Build the levels that travel with the package."""
     machine = machine_of(recipe)
     places = tuple(
         WheelPlace((x, 0.0, machine.wheel.radius), machine.wheel.radius, steered=number == 0)
@@ -57,7 +47,7 @@ def bake(recipe: Recipe) -> BakedVehicle:
     near, far = (
         by_material(
             [
-                *_body(recipe, machine, fine, level),
+                *_body(machine, fine, level),
                 *(
                     (material, moved(mesh, *place.at))
                     for place in places
@@ -71,16 +61,16 @@ def bake(recipe: Recipe) -> BakedVehicle:
 
 
 def full(recipe: Recipe) -> FullVehicle:
-    """The level for close views."""
+    """Build the level for close views."""
     machine = machine_of(recipe)
-    body = by_material(list(_body(recipe, machine, FULL, "middle")))
+    body = by_material(list(_body(machine, FULL, "middle")))
     return FullVehicle(body, by_material(list(wheel(machine.wheel, FULL))))
 
 
-def _body(recipe: Recipe, machine: Machine, fine: Fineness, level: str) -> Iterator[Piece]:
+def _body(machine: Machine, fine: Fineness, level: str) -> Iterator[Piece]:
     """Frame and rider."""
     yield from machine.frame(fine)
-    yield from rider(recipe["recipe"]["rider"], machine.grasp, level)
+    yield from rider(machine.rider, machine.grasp, level)
 
 
 CYCLE = Builder(bake, full)

@@ -1,11 +1,13 @@
-"""What every two-wheeler says about itself."""
+"""What is known of every two-wheeler, whatever its recipe."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Piece, Wheel
+from sumo3dviz_pt.library.people.wardrobe import Recipe
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -20,6 +22,7 @@ class Machine:
         frame: Everything but wheels and rider, at a fineness.
         grasp: Where the rider touches it.
         lamps: What can shine.
+        rider: A recipe of `library/people`.
     """
 
     wheel: Wheel
@@ -27,3 +30,4 @@ class Machine:
     frame: Callable[[Fineness], Iterator[Piece]]
     grasp: Grasp
     lamps: tuple[VehicleLamp, ...]
+    rider: Recipe

@@ -1,4 +1,4 @@
-"""Parts that two-wheelers share: wheels, bands, bent tubes, lofts, lamps, mirrors."""
+"""Parts that two-wheelers share: wheels, bands, bent tubes, lofts, lamps."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, shaded, tube
+from sumo3dviz_pt.library.asset_files import RecipeValue
+from sumo3dviz_pt.library.mesh.solids import lathe, shaded, tube
 from sumo3dviz_pt.library.people.stack import Stack, closed
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
 
 Point = tuple[float, float, float]
 
@@ -41,7 +40,7 @@ FAR = Fineness(10, 0, 3, False)
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel:
+class Wheel(RecipeValue):
     """A two-wheeler's wheel.
 
     Attributes:
@@ -58,7 +57,7 @@ class Wheel:
 
 
 def wheel(shape: Wheel, fine: Fineness) -> Iterator[Piece]:
-    """A wheel around the y axis through the origin."""
+    """Build a wheel around the y axis through the origin."""
     r, t = shape.radius, shape.tyre
     deep = min(2.0 * t, 0.36 * r)
     if not fine.small:
@@ -116,10 +115,10 @@ def _hub(shape: Wheel, rim: float, fine: Fineness) -> Iterator[Piece]:
 
 
 def band(path: Floats, *, half: float, thick: float) -> Mesh:
-    """A curved strip along a path in a plane y = const, closed, outside away from its middle.
+    """Build a curved, closed strip along a path, whose outside looks away from the path's middle.
 
     Args:
-        path: (n, 3) [m].
+        path: Points in a plane of constant y, (n, 3) [m].
         half: Half width along y [m].
         thick: Thickness [m].
     """
@@ -156,7 +155,15 @@ def _volume(vertices: Floats, faces: Ints) -> float:
 
 
 def arc(middle: Point, radius: float, begin: float, end: float, count: int) -> Floats:
-    """Points of an arc in the plane y = const, angles from +x upwards [deg], (count, 3) [m]."""
+    """Return points of an arc in a plane of constant y, (count, 3) [m].
+
+    Args:
+        middle: Of the circle [m].
+        radius: Of the circle [m].
+        begin: Angle of the first point, from +x upwards [deg].
+        end: Angle of the last point [deg].
+        count: Number of points.
+    """
     a = np.radians(np.linspace(begin, end, count))
     return np.array(middle) + radius * np.stack([np.cos(a), 0.0 * a, np.sin(a)], axis=1)
 
@@ -164,7 +171,7 @@ def arc(middle: Point, radius: float, begin: float, end: float, count: int) -> F
 def loft(
     sections: Sequence[Sequence[float]], *, rings: int, sides: int, crease: float = 0.8
 ) -> Mesh:
-    """A rounded body along x.
+    """Build a rounded body along x.
 
     Args:
         sections: From front to rear: distance behind x = 0, height of the middle, reach up,
@@ -181,64 +188,51 @@ def loft(
 
 
 def facing(mesh: Mesh, at: Point, *, yaw: float = 0.0, pitch: float = 0.0) -> Mesh:
-    """Turn something lathed about y so that its +y end looks forward (+x), at a place."""
+    """Put something turned around y at a place, so that its +y end looks forward (+x).
+
+    Args:
+        mesh: Around the origin.
+        at: The place [m].
+        yaw: By how much it looks to the left instead [rad].
+        pitch: By how much it looks up [rad].
+    """
     quarter = Transform.from_pose((0.0, 0.0, 0.0), yaw=-np.pi / 2)
     return (Transform.from_pose(at, yaw=yaw, pitch=pitch) @ quarter).mesh(mesh)
 
 
-def round_lamp(
-    at: Point, radius: float, fine: Fineness, *, shell: str, lens: str, back: bool = False
-) -> Iterator[Piece]:
-    """A bowl with a mirror and a bulb that looks forward, or backward."""
-    yaw = np.pi if back else 0.0
-    segments = 14 if fine.small else 6
+def round_lamp(at: Point, radius: float) -> Iterator[Piece]:
+    """Build a bowl with a mirror and a bulb that looks forward."""
     bowl = [(0.0, -1.1 * radius), (0.62 * radius, -0.9 * radius), (0.97 * radius, -0.15 * radius)]
     bowl += [(1.04 * radius, 0.0), (1.04 * radius, 0.06 * radius), (0.92 * radius, 0.07 * radius)]
-    yield shell, facing(lathe(bowl, segments=segments, crease=0.7), at, yaw=yaw)
-    if not fine.small:
-        disc = [(0.93 * radius, 0.05 * radius), (0.0, 0.1 * radius)]
-        yield lens, facing(lathe(disc, segments=segments), at, yaw=yaw)
-        return
+    yield "trim", facing(lathe(bowl, segments=14, crease=0.7), at)
     mirror = [(0.93, 0.07), (0.78, -0.14), (0.52, -0.34), (0.24, -0.44)]
     bulb = [(0.24, -0.44), (0.24, -0.12), (0.14, 0.0), (0.0, 0.03)]
-    for material, profile in (("lamp_bowl", mirror), (lens, bulb)):
+    for material, profile in (("lamp_bowl", mirror), ("lamp_white", bulb)):
         scaled = [(radius * r, radius * y) for r, y in profile]
-        yield material, facing(lathe(scaled, segments=segments, crease=1.2), at, yaw=yaw)
+        yield material, facing(lathe(scaled, segments=14, crease=1.2), at)
 
 
 def lamp(role: str, at: Point, size: tuple[float, float], *, back: bool = False) -> VehicleLamp:
-    """A lamp that can shine."""
+    """Return a lamp that can shine.
+
+    Args:
+        role: What lights it.
+        at: Its middle [m].
+        size: Width and height [m].
+        back: Whether it shines backward instead of forward.
+    """
     return VehicleLamp(role, at, size, float(np.pi) if back else 0.0)
-
-
-def mirrors(at: Point, foot: Point, fine: Fineness) -> Iterator[Piece]:
-    """A pair of round mirrors on stalks; `at` and `foot` are those on the left."""
-    for s in (1.0, -1.0):
-        x, y, z = at
-        stalk = [(foot[0], s * foot[1], foot[2]), (x, s * y * 0.93, z - 0.04), (x, s * y, z)]
-        yield "trim", tube(stalk, radius=0.006, sides=max(4, fine.sides - 1))
-        cup = [(0.0, -0.026), (0.030, -0.022), (0.052, 0.0), (0.048, 0.004)]
-        yield "trim", facing(lathe(cup[::1], segments=12, crease=0.9), (x, s * y, z), yaw=np.pi)
-        glass = [(0.048, 0.003), (0.0, 0.004)]
-        yield "chrome", facing(lathe(glass, segments=12), (x, s * y, z), yaw=np.pi)
-
-
-def plate(at: Point, *, half: tuple[float, float]) -> Iterator[Piece]:
-    """A number plate that looks backward, leaning a little."""
-    x, y, z = at
-    low, high = (x, y - half[0], z - half[1]), (x + 0.004, y + half[0], z + half[1])
-    yield "plate", box(low, high)
 
 
 def tubes(
     runs: Sequence[tuple[Sequence[Point], float]], material: str, fine: Fineness
 ) -> Iterator[Piece]:
-    """Bent tubes of one material: (path, radius) each."""
+    """Build bent tubes of one material.
+
+    Args:
+        runs: Path and radius of each [m].
+        material: Of all of them.
+        fine: How finely they are modelled.
+    """
     for path, radius in runs:
         yield material, tube(path, radius=radius, sides=fine.sides)
-
-
-def placed(pieces: Iterator[Piece], *offset: float) -> Iterator[Piece]:
-    """Shift pieces [m]."""
-    for material, mesh in pieces:
-        yield material, moved(mesh, *offset)

@@ -1,8 +1,9 @@
-"""Cyclists who pedal: frame, drive and rider of a bicycle in the phases of one turn."""
+"""Cyclists who pedal: a bicycle with its rider in the phases of one turn of the cranks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,27 +12,29 @@ from sumo3dviz_pt.library.mesh.solids import by_material, moved
 from sumo3dviz_pt.library.people.build import LEVELS, clothed, measures
 from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.skin import dressed
-from sumo3dviz_pt.library.vehicles.cycles.bicycle import bicycle, drive, still_parts
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle, drive, still_parts
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
-from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, Piece, wheel
+from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, wheel
 from sumo3dviz_pt.library.vehicles.cycles.rider import posture
+from sumo3dviz_pt.library.vehicles.recipe import read_value
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
 
 PHASES = 12
-"""Of one turn of the cranks."""
+"""Number of phases of one turn of the cranks."""
 
 DEVELOPMENT = 5.5
-"""Way of one turn of the cranks: a 28-inch wheel times a gear of 2.6 [m]."""
+"""How far a bicycle rolls in one turn of the cranks: a 28-inch wheel times a gear of 2.6 [m]."""
 
 
 def pedals(recipe: Mapping[str, Any]) -> bool:
-    """Whether somebody pedals it; argument as the content of an `asset.yaml`."""
+    """Return whether the vehicle of an `asset.yaml` is pedalled."""
     return bool(recipe.get("recipe", {}).get("model") == "bicycle")
 
 
 def pedalling(recipe: Mapping[str, Any]) -> tuple[tuple[Part, ...], Poses]:
-    """A bicycle with its rider.
+    """Build a bicycle with its rider.
 
     Args:
         recipe: Content of an `asset.yaml` for which `pedals` holds.
@@ -39,11 +42,10 @@ def pedalling(recipe: Mapping[str, Any]) -> tuple[tuple[Part, ...], Poses]:
     Returns:
         Parts at rest, and their poses: 0 is at rest, the others are the phases of one turn.
     """
-    own = dict(recipe["recipe"])
-    rest = float(own.get("turn", 0.6))
-    turns = [rest, *(2.0 * np.pi * np.arange(PHASES) / PHASES).tolist()]
-    machines = [bicycle({**own, "turn": turn}) for turn in turns]
-    figure = {**own["rider"], "curl": 0.85}
+    own = read_value(BicycleRecipe, recipe["recipe"])
+    turns = [own.turn, *(2.0 * np.pi * np.arange(PHASES) / PHASES).tolist()]
+    machines = [bicycle(replace(own, turn=turn)) for turn in turns]
+    figure = {**own.rider, "curl": 0.85}
     body = measures(figure)
     bones = np.stack([matrices(body, posture(machine.grasp)) for machine in machines])
     rider, moves = dressed(list(clothed(figure, LEVELS["middle"])), bones)

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.people.build import LEVELS, in_posture
 from sumo3dviz_pt.library.people.posture import Hold, Posture, Step, about_y, about_z
 from sumo3dviz_pt.library.people.rig import SIDES
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.cycles.parts import Piece, Point
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.parts import Point
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
 from sumo3dviz_pt.model.scene import Part
 
@@ -32,7 +34,7 @@ CLOTHES: Mapping[str, Colour] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Grasp:
+class Grasp(RecipeValue):
     """Where a rider touches the machine; y is that of the left, mirrored on the right.
 
     Attributes:
@@ -61,7 +63,7 @@ PALM = np.array([0.068, 0.024])
 
 
 def posture(grasp: Grasp) -> Posture:
-    """The pose of a rider."""
+    """Return the pose of a rider."""
     hips = np.array(grasp.hips)
     spine = about_y(grasp.lean)
     arms, feet = {}, {}
@@ -79,7 +81,7 @@ def posture(grasp: Grasp) -> Posture:
 
 
 def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[Piece]:
-    """A person in the saddle, in materials without tints.
+    """Build a person in the saddle, in materials without tints.
 
     Args:
         recipe: As in `people`.

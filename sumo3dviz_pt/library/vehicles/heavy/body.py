@@ -10,6 +10,8 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, share_normals, weld
 from sumo3dviz_pt.library.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import mirrored, moved
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.halves import rim_of
 from sumo3dviz_pt.library.vehicles.heavy.cuts import (
     HOLE,
     WELL_DEPTH,
@@ -25,18 +27,15 @@ from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.vectors import area_vectors
 
-Piece = tuple[str, Mesh]
-"""Material and mesh in the frame (d, y, z)."""
-
-_TILT = 0.006
-_FAR_SPACING = 2.2
-_FAR_PANEL = 0.09
-_FAR_CREASE = 0.5
-_FAR_LAMP = 0.008
+_TILT = 0.006  # of panes against each other, as a slope
+_FAR_SPACING = 2.2  # of the far level's grid, in spacings of the near one
+_FAR_CREASE = 0.5  # angle above which an edge of the far level stays sharp [rad]
+_FAR_PANEL = 0.09  # least area of panels at the far level [m2]
+_FAR_LAMP = 0.008  # least area of lamps there [m2]
 
 
 def hull_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
-    """A shell in full, both sides."""
+    """Build a shell in full, both sides."""
     shell = shell_of(hull)
     wells = wheel_wells(shell, recipe.axles, radius=recipe.wheel.radius)
     surface = shell_surface(shell, spacing=hull.spacing)
@@ -106,19 +105,14 @@ def _tilted(surface: Surface, corners: Ints, normals: Floats, finish: Finish, ta
 
 
 def walls(vertices: Floats, faces: Ints, shift: Floats) -> Mesh:
-    """Quads between the rim of some faces and the same rim pushed in, seen from inside.
+    """Build quads between the rim of some faces and the same rim pushed in, seen from inside.
 
     Args:
         vertices: (n, 3) [m].
-        faces: The faces that are pushed, (m, 3).
-        shift: Where to, (3,) [m].
+        faces: The faces that are pushed in, (m, 3).
+        shift: By how much, (3,) [m].
     """
-    sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    count = len(vertices)
-    back = sides[:, 1] * count + sides[:, 0]
-    rim = sides[~np.isin(sides[:, 0] * count + sides[:, 1], back)]
-    # The seam of the two halves is no rim.
-    rim = rim[(np.abs(vertices[rim, 1]) > 1e-9).any(axis=1)]
+    rim = rim_of(vertices, faces)
     normal = np.cross(vertices[rim[:, 1]] - vertices[rim[:, 0]], shift)
     length = np.linalg.norm(normal, axis=1)
     # Where the rim runs along the shift, there is no wall.
@@ -144,7 +138,7 @@ def _well_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
 
 
 def far_hull(hull: Hull, recipe: BoxRecipe, *, faces: int) -> Iterator[Piece]:
-    """A shell with few faces: its large panels only, no shut lines.
+    """Build a shell with few faces: its large panels only, no shut lines.
 
     Args:
         hull: The shell.

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material
-from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder, FullVehicle, WheelPlace
-from sumo3dviz_pt.library.vehicles.grime import grimed
+from sumo3dviz_pt.library.vehicles.build import (
+    BakedVehicle,
+    Builder,
+    FullVehicle,
+    Piece,
+    WheelPlace,
+)
+from sumo3dviz_pt.library.vehicles.grime import Dirt, grimed
+from sumo3dviz_pt.library.vehicles.halves import fit_to, forward
 from sumo3dviz_pt.library.vehicles.heavy.body import far_hull, hull_pieces
 from sumo3dviz_pt.library.vehicles.heavy.hull import shell_of, surface_at
 from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
@@ -22,16 +29,11 @@ from sumo3dviz_pt.library.vehicles.heavy.wheels import (
     is_reversed,
     wheels_of,
 )
-from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.geometry import Floats, Mesh
 
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
-
-_FLIP = np.array([-1.0, 1.0, 1.0])
-_FAR_FACES = 260
-_FULL_FACES = 2
-_LOW = 0.3
-"""Height of the lower edges of bodies [m]."""
+_FAR_FACES = 260  # of half the shells at the far level, all together
+_FULL_FACES = 2  # at the full level, in faces of the near one
+_LOW = 0.3  # height of the lower edges of bodies [m]
 
 
 def build_box(recipe: BoxRecipe) -> BakedVehicle:
@@ -42,8 +44,8 @@ def build_box(recipe: BoxRecipe) -> BakedVehicle:
     """
     near = _level(recipe, _near_bodies(recipe), _pieces(recipe, far=False))
     far = _level(recipe, _far_bodies(recipe), _pieces(recipe, far=True))
-    near += [_forward(*p) for axle in recipe.axles for p in wheels_of(recipe.wheel, axle)]
-    far += [_forward(*p) for p in far_box_wheels(recipe.wheel, recipe.axles)]
+    near += [_placed(p) for axle in recipe.axles for p in wheels_of(recipe.wheel, axle)]
+    far += [_placed(p) for p in far_box_wheels(recipe.wheel, recipe.axles)]
     lamps = tuple(find_lamps(recipe.lamps, [mesh for _, mesh in near]))
     shown = by_material(_dirty(recipe, near))
     return BakedVehicle(shown, by_material(far), lamps, _wheel_places(recipe))
@@ -56,17 +58,18 @@ def full_box(recipe: BoxRecipe) -> FullVehicle:
     """
     hulls = tuple(replace(hull, faces=_FULL_FACES * hull.faces) for hull in recipe.hulls)
     body = _level(recipe, _near_bodies(replace(recipe, hulls=hulls)), _pieces(recipe, far=False))
-    body += [_forward(*p) for axle in recipe.axles for p in inner_tyres(recipe.wheel, axle)]
-    wheel = [_forward(*piece) for piece in full_wheel(recipe.wheel, recipe.axles)]
+    body += [_placed(p) for axle in recipe.axles for p in inner_tyres(recipe.wheel, axle)]
+    wheel = [_placed(piece) for piece in full_wheel(recipe.wheel, recipe.axles)]
     return FullVehicle(by_material(_dirty(recipe, body)), by_material(wheel))
 
 
 def _dirty(recipe: BoxRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
     """Pieces, the paint with road dirt on it."""
-    axles = [(axle.at, recipe.wheel.radius) for axle in recipe.axles]
+    axles = tuple(axle.at for axle in recipe.axles)
+    dirt = Dirt(recipe.length, _LOW, axles, recipe.wheel.radius)
     for material, mesh in pieces:
         if material == "paint":
-            mesh = grimed(mesh, length=recipe.length, low=_LOW, axles=axles)
+            mesh = grimed(mesh, dirt)
         yield material, mesh
 
 
@@ -83,8 +86,17 @@ def _far_bodies(recipe: BoxRecipe) -> Iterator[Piece]:
         yield from far_hull(hull, recipe, faces=max(60, _FAR_FACES * hull.faces // sum(faces)))
 
 
-def _pieces(recipe: BoxRecipe, *, far: bool) -> Iterator[tuple[str, Mesh, bool]]:
-    """Material, mesh, and whether it may stick out of the declared size."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fixed:
+    """A piece that is fixed to a shell; `outside` ones may stick out of the declared size."""
+
+    material: str
+    mesh: Mesh
+    outside: bool
+
+
+def _pieces(recipe: BoxRecipe, *, far: bool) -> Iterator[_Fixed]:
+    """What is fixed to the shells, in the frame (d, y, z)."""
     shells = [shell_of(hull) for hull in recipe.hulls]
 
     def ground(view: str, point: Floats) -> float:
@@ -94,36 +106,25 @@ def _pieces(recipe: BoxRecipe, *, far: bool) -> Iterator[tuple[str, Mesh, bool]]
         if far and not piece.far:
             continue
         for mesh in build_piece(piece, ground):
-            yield piece.material, far_piece(mesh) if far else mesh, piece.outside
+            yield _Fixed(piece.material, far_piece(mesh) if far else mesh, piece.outside)
 
 
-def _level(
-    recipe: BoxRecipe, bodies: Iterable[Piece], pieces: Iterable[tuple[str, Mesh, bool]]
-) -> list[Piece]:
+def _level(recipe: BoxRecipe, bodies: Iterable[Piece], pieces: Iterable[_Fixed]) -> list[Piece]:
     """Everything but wheels in the body's frame, stretched by millimetres to its size."""
-    hulls = [_forward(*piece) for piece in bodies]
-    fixed = [(*_forward(material, mesh), outside) for material, mesh, outside in pieces]
-    inside = [mesh for _, mesh in hulls] + [mesh for _, mesh, outside in fixed if not outside]
+    hulls = [_placed(piece) for piece in bodies]
+    fixed = [replace(item, mesh=forward(item.mesh)) for item in pieces]
+    inside = [mesh for _, mesh in hulls] + [item.mesh for item in fixed if not item.outside]
     bounds = np.stack([mesh.bounds for mesh in inside])
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
-    size = np.array([high[0] - low[0], 2.0 * high[1], high[2]])
-    scale = np.array([recipe.length, recipe.width, recipe.height]) / size
-    fit = Transform.from_pose((-high[0] * scale[0], 0.0, 0.0), scale=scale)
+    fit = fit_to((recipe.length, recipe.width, recipe.height), low=low, high=high)
     return [(material, fit.mesh(mesh)) for material, mesh in hulls] + [
-        (material, fit.mesh(mesh)) for material, mesh, _ in fixed
+        (item.material, fit.mesh(item.mesh)) for item in fixed
     ]
 
 
-def _forward(material: str, mesh: Mesh) -> Piece:
-    """Turn d backwards into x forwards."""
-    assert mesh.normals is not None
-    turned = replace(
-        mesh,
-        vertices=mesh.vertices * _FLIP,
-        faces=mesh.faces[:, ::-1],
-        normals=mesh.normals * _FLIP,
-    )
-    return material, turned
+def _placed(piece: Piece) -> Piece:
+    """A piece in the body's frame."""
+    return piece[0], forward(piece[1])
 
 
 def _wheel_places(recipe: BoxRecipe) -> tuple[WheelPlace, ...]:

@@ -1,4 +1,4 @@
-"""Windows, doors, stripes and shut lines cut into the shell of a heavy vehicle."""
+"""Windows, doors, stripes and shut lines that are cut into the shell of a heavy vehicle."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface, refine, retag, split
 from sumo3dviz_pt.library.mesh.implicit import Field, polygon, values_at
+from sumo3dviz_pt.library.vehicles.halves import both_sides
 from sumo3dviz_pt.library.vehicles.heavy.hull import Shell
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Panel
 from sumo3dviz_pt.model.geometry import Bools, Floats
@@ -22,8 +23,9 @@ UNDER = 1
 WELL_DEPTH = 0.42
 """How far wheel wells reach inwards from the flank [m]."""
 
-_FAR = 1.0
-_TOLERANCE = 0.003
+_FAR = 1.0  # value of a field where it does not reach [m]
+_TOLERANCE = 0.003  # of cuts [m]
+# Axis of (d, y, z) along which a view looks, and the sign there of normals towards the viewer.
 _AXES = {
     "front": (0, -1.0),
     "rear": (0, 1.0),
@@ -50,7 +52,7 @@ class Finish:
 
 
 def finishes(shell: Shell) -> dict[int, Finish]:
-    """All finishes of a shell by tag."""
+    """Return all finishes of a shell by tag."""
     hull = shell.hull
     known = {0: Finish(hull.material), UNDER: Finish(hull.under)}
     for number, panel in enumerate((*hull.panels, *hull.gaps)):
@@ -62,7 +64,7 @@ def finishes(shell: Shell) -> dict[int, Finish]:
 
 
 def on_side(panel: Panel, side: str) -> bool:
-    """Whether a panel is cut into the half on the `left` or `right`."""
+    """Return whether a panel is cut into the half on the `left` or `right`."""
     return panel.view not in ("left", "right") or panel.view == side
 
 
@@ -87,7 +89,7 @@ def cut_shell(surface: Surface, shell: Shell, wells: Field | None, *, side: str)
         if tag >= 2 + len(shell.hull.panels):
             surface = _cut_line(surface, shell, panel, tag, over)
         else:
-            surface = _cut(surface, shell, projected(panel, shell), tag, over, facing(panel))
+            surface = _cut(surface, shell, projected(panel, shell), tag, over, panel)
     return surface
 
 
@@ -104,7 +106,7 @@ def _cut_underside(surface: Surface) -> Surface:
 
 
 def wheel_wells(shell: Shell, axles: Sequence[Axle], *, radius: float) -> Field | None:
-    """Field of the wheel wells of a shell, or None if it has no arches.
+    """Return the field of a shell's wheel wells, or None if it has no arches.
 
     Args:
         shell: The shell.
@@ -127,10 +129,10 @@ def wheel_wells(shell: Shell, axles: Sequence[Axle], *, radius: float) -> Field 
 
 
 def projected(panel: Panel, shell: Shell) -> Field:
-    """Field of a panel's outline with its repetitions, projected along its view."""
+    """Return the field of a panel's outline and its repetitions, projected along its view."""
     outline = np.asarray(panel.outline, dtype=np.float64)
     if panel.view in ("front", "rear"):
-        outline = _both_sides(outline)
+        outline = both_sides(outline)
     low, high = shell.bounds[:, 0]
 
     def field(d: Floats, y: Floats, z: Floats) -> Floats:
@@ -147,40 +149,22 @@ def projected(panel: Panel, shell: Shell) -> Field:
 
 def _folded(u: Floats, panel: Panel) -> Floats:
     """The coordinate along which a panel is repeated, folded back to the first."""
-    count, step = panel.repeat
-    return u if count <= 1 else np.asarray(u - step * number_of(u, panel))
+    return u if panel.repeat <= 1 else np.asarray(u - panel.step * number_of(u, panel))
 
 
 def number_of(u: Floats, panel: Panel) -> Floats:
-    """Which of the repetitions is the nearest, from 0."""
-    count, step = panel.repeat
+    """Return which of the repetitions is the nearest, from 0."""
     first = np.asarray(panel.outline, dtype=np.float64)[:, 0]
     middle = 0.5 * (first.min() + first.max())
-    return np.asarray(np.clip(np.round((u - middle) / step), 0, count - 1))
+    return np.asarray(np.clip(np.round((u - middle) / panel.step), 0, panel.repeat - 1))
 
 
-def _both_sides(outline: Floats) -> Floats:
-    """Complete an outline in (|y|, z) that touches the middle by its mirror image."""
-    middle = np.flatnonzero(np.abs(outline[:, 0]) < 1e-9)
-    if len(middle) != 2:
-        return outline
-    begin = middle[1] if middle[1] - middle[0] == 1 else 0
-    half = np.roll(outline, -begin, axis=0)
-    return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
-
-
-def facing(panel: Panel) -> tuple[int, float, float]:
-    """Axis, sign and least cosine of the faces that a panel may retag."""
-    axis, sign = _AXES[panel.view]
-    return axis, sign, -0.1 if axis == 0 else 0.45
-
-
-def _chosen(surface: Surface, where: tuple[int, float, float] | None) -> Bools:
-    """Faces that look towards a view."""
-    if where is None:
+def _facing(surface: Surface, panel: Panel | None) -> Bools:
+    """Faces that look towards a panel's view and that it may retag, (n,); all without a panel."""
+    if panel is None:
         return np.ones(len(surface.faces), dtype=np.bool_)
-    axis, sign, least = where
-    return np.asarray(sign * surface.face_normals[:, axis] > least)
+    axis, sign = _AXES[panel.view]
+    return np.asarray(sign * surface.face_normals[:, axis] > (-0.1 if axis == 0 else 0.45))
 
 
 def _cut(
@@ -189,11 +173,11 @@ def _cut(
     curve: Field,
     tag: int,
     over: tuple[int, ...],
-    where: tuple[int, float, float] | None = None,
+    panel: Panel | None = None,
 ) -> Surface:
     """Split along a curve and retag what lies inside."""
     surface = split(refine(surface, curve, shell.field, tolerance=_TOLERANCE), curve)
-    inside = (values_at(curve, surface.centroids) < 0.0) & _chosen(surface, where)
+    inside = (values_at(curve, surface.centroids) < 0.0) & _facing(surface, panel)
     return retag(surface, inside, tag, over)
 
 
@@ -210,5 +194,5 @@ def _cut_line(
             return np.asarray(line(d, y, z) + by)
 
         surface = split(surface, beside)
-    inside = (np.abs(values_at(line, surface.centroids)) < half) & _chosen(surface, facing(panel))
+    inside = (np.abs(values_at(line, surface.centroids)) < half) & _facing(surface, panel)
     return retag(surface, inside, tag, over)

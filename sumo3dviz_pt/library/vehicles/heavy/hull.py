@@ -12,14 +12,15 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.mesh.cutting import Surface
-from sumo3dviz_pt.library.mesh.implicit import Curve, dual_contour, intersect
+from sumo3dviz_pt.library.mesh.implicit import Curve, intersect
+from sumo3dviz_pt.library.vehicles.halves import half_surface
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Hull
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats
 
-_MARGIN = 0.06
-_STEEPEST = 4.0
-_ENDS = 1.3
-_COARSER = 2.0
+_MARGIN = 0.06  # of the grid around a shell [m]
+_STEEPEST = 4.0  # slopes of outlines count no more than this
+_ENDS = 1.3  # length of the finer grid at either end [m]
+_COARSER = 2.0  # spacing between the ends, in spacings at the ends
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,9 +46,15 @@ class Shell:
     plan: Curve
 
     def field(self, d: Floats, y: Floats, z: Floats) -> Floats:
-        """Negative inside the shell; all arguments of one shape [m]."""
+        """Return the shell's field: negative inside.
+
+        Args:
+            d: Distance behind the front [m].
+            y: To the left, of the same shape [m].
+            z: Height, of the same shape [m].
+        """
         hull = self.hull
-        to_front, to_rear, to_roof, to_floor = hull.rounding
+        edges = hull.rounding
         across = np.minimum(np.abs(y) / hull.half, 1.05)
         side = np.abs(y) - hull.half * self.section(z) * self.plan(d)
         ahead, behind = hull.sweep
@@ -55,9 +62,9 @@ class Shell:
         rear = (d - self.tail(z) + behind * across**hull.bend) / self._steepness(self.tail, z)
         roof = z - self.top(d) + hull.crown * across**2.5
         roof = roof / np.hypot(1.0, np.clip(self.top.slope(d), -_STEEPEST, _STEEPEST))
-        body = intersect(intersect(side, front, to_front), rear, to_rear)
-        body = intersect(body, roof, to_roof)
-        return intersect(body, self.bottom(d) - z, to_floor)
+        body = intersect(intersect(side, front, edges.front), rear, edges.rear)
+        body = intersect(body, roof, edges.roof)
+        return intersect(body, self.bottom(d) - z, edges.floor)
 
     @staticmethod
     def _steepness(outline: Curve, z: Floats) -> Floats:
@@ -101,11 +108,7 @@ def shell_surface(shell: Shell, *, spacing: float) -> Surface:
     d = _graded(low[0] - _MARGIN, high[0] + _MARGIN, spacing)
     z = _steps(low[2] - _MARGIN, high[2] + _MARGIN, spacing)
     y = np.concatenate([[-0.6 * spacing], _steps(0.6 * spacing, high[1] + _MARGIN, spacing)])
-    vertices, faces = dual_contour(shell.field, (d, y, z))
-    seam = _open_vertices(faces)
-    seam = seam[np.abs(vertices[seam, 1]) < 0.6 * spacing]
-    vertices[seam, 1] = 0.0
-    return Surface(vertices, faces, np.zeros(len(faces), dtype=np.int64))
+    return half_surface(shell.field, (d, y, z), spacing=spacing)
 
 
 def _steps(low: float, high: float, spacing: float) -> Floats:
@@ -122,15 +125,8 @@ def _graded(low: float, high: float, spacing: float) -> Floats:
     return np.concatenate([first[:-1], middle, last[1:]])
 
 
-def _open_vertices(faces: Ints) -> Ints:
-    """Vertices on edges that only one face has."""
-    sides = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    unique, uses = np.unique(sides, axis=0, return_counts=True)
-    return np.asarray(np.unique(unique[uses == 1]))
-
-
 def surface_at(shells: Sequence[Shell], view: str, point: Floats) -> float:
-    """Where a ray along a view first meets one of some shells.
+    """Return where a ray along a view first meets one of some shells.
 
     Args:
         shells: They may overlap.

@@ -17,7 +17,7 @@ _OTHER_SIDE = {"left": "right", "right": "left"}
 
 
 def find_lamps(spots: Iterable[LampSpot], meshes: Iterable[Mesh]) -> Iterator[VehicleLamp]:
-    """Lamps a few millimetres before what a ray along the vehicle meets first.
+    """Place lamps a few millimetres before what a ray along the vehicle meets first.
 
     Args:
         spots: From the recipe.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 _ROWS = 7
 
 _DOTS: Mapping[str, str] = {
-    # Seven rows of five dots, as octal-like pairs of hexadecimal digits from the top.
+    # Seven rows of five dots from the top, each a number of two hexadecimal digits.
     "0": "0e11131519110e",
     "1": "040c040404040e",
     "2": "0e11010204081f",
@@ -47,30 +48,54 @@ _DOTS: Mapping[str, str] = {
 }
 
 
-def letter_runs(text: str) -> tuple[list[tuple[int, float, float]], int, int]:
-    """Horizontal runs of lit dots of a text.
+class Run(NamedTuple):
+    """Lit dots beside each other; between two letters a column is left free.
+
+    Attributes:
+        row: From the top.
+        begin: Where it begins [columns].
+        end: Where it ends [columns].
+    """
+
+    row: int
+    begin: float
+    end: float
+
+
+class DotText(NamedTuple):
+    """A text of dots.
+
+    Attributes:
+        runs: What is lit.
+        columns: How many.
+        rows: How many.
+    """
+
+    runs: list[Run]
+    columns: int
+    rows: int
+
+
+def letter_runs(text: str) -> DotText:
+    """Return the lit dots of a text.
 
     Args:
         text: Of known letters: digits, most capitals, space, hyphen.
 
-    Returns:
-        Row from the top, first and last column of each run, with a little space between
-        dots left away; and the numbers of columns and rows.
-
     Raises:
         KeyError: If a letter is unknown.
     """
-    runs: list[tuple[int, float, float]] = []
+    runs: list[Run] = []
     for place, letter in enumerate(text):
         code = _DOTS[letter]
         for row in range(_ROWS):
             bits = int(code[2 * row : 2 * row + 2], 16)
             lit = [column for column in range(5) if bits >> (4 - column) & 1]
             runs += [
-                (row, 6.0 * place + first, 6.0 * place + last + 1)
+                Run(row, 6.0 * place + first, 6.0 * place + last + 1)
                 for first, last in _stretches(lit)
             ]
-    return runs, max(6 * len(text) - 1, 1), _ROWS
+    return DotText(runs, max(6 * len(text) - 1, 1), _ROWS)
 
 
 def _stretches(lit: list[int]) -> list[tuple[int, int]]:

@@ -1,6 +1,6 @@
 """Pieces fixed to the shells of heavy vehicles: blocks, plates, rods, tanks, sheets, texts.
 
-Everything is made in the recipe's frame (d, y, z) and turned round by `box.py`.
+Everything is made in the recipe's frame (d, y, z) and turned round by `build.py`.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from sumo3dviz_pt.library.mesh.solids import (
 )
 from sumo3dviz_pt.library.mesh.triangulate import triangulate
 from sumo3dviz_pt.library.vehicles.heavy.letters import letter_runs
-from sumo3dviz_pt.library.vehicles.heavy.recipe import Piece
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Fitting
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 
 Ground = Callable[[str, Floats], float]
 """Coordinate of the surface along a view, at a point (d, y, z) whose own there is ignored."""
 
-_SHARP = 1e-4
+_SHARP = 1e-4  # smaller bevels are left out [m]
 
 _SIGNS = {"front": -1.0, "rear": 1.0, "left": 1.0, "right": -1.0, "side": 1.0, "top": 1.0}
 
 
-def build_piece(piece: Piece, ground: Ground) -> Iterator[Mesh]:
-    """All copies of a piece, outward in the frame (d, y, z).
+def build_piece(piece: Fitting, ground: Ground) -> Iterator[Mesh]:
+    """Build all copies of a piece, in the frame (d, y, z).
 
     Args:
         piece: From the recipe.
-        ground: What pieces cling to.
+        ground: The surface that pieces cling to.
     """
     for number in range(piece.repeat):
         offset = number * np.asarray(piece.step)
@@ -48,7 +48,7 @@ def build_piece(piece: Piece, ground: Ground) -> Iterator[Mesh]:
                 yield mirrored(mesh)
 
 
-def _clung(piece: Piece, offset: Floats, ground: Ground) -> Iterator[Mesh]:
+def _clung(piece: Fitting, offset: Floats, ground: Ground) -> Iterator[Mesh]:
     """One copy, put on the surface where it clings to one."""
     if not piece.cling:
         yield moved(_KINDS[piece.kind](piece), *offset)
@@ -74,7 +74,13 @@ def _set_down(mesh: Mesh, view: str, axis: int, ground: Ground) -> Mesh:
 
 
 def bevelled(low: Sequence[float], high: Sequence[float], *, bevel: float) -> Mesh:
-    """A box between two corners whose edges are bevelled and shaded round [m]."""
+    """Build a box with bevelled edges that are shaded round.
+
+    Args:
+        low: Lowest corner, (3,) [m].
+        high: Highest corner, (3,) [m].
+        bevel: Width of the bevels [m].
+    """
     corners = np.array([low, high], dtype=np.float64)
     middle, half = corners.mean(axis=0), 0.5 * (corners[1] - corners[0])
     bevel = min(bevel, 0.9 * float(half.min()))
@@ -117,12 +123,12 @@ def _bevel_faces() -> Ints:
 _BEVEL_FACES = _bevel_faces()
 
 
-def _block(piece: Piece) -> Mesh:
+def _block(piece: Fitting) -> Mesh:
     """A box with bevelled edges."""
     return bevelled(piece.low, piece.high, bevel=piece.round)
 
 
-def _plate(piece: Piece) -> Mesh:
+def _plate(piece: Fitting) -> Mesh:
     """An outline drawn out along its view, between the two ends of `span`."""
     flat, faces = triangulate(Polygon(piece.outline))
     count = len(flat)
@@ -148,7 +154,7 @@ def _plate(piece: Piece) -> Mesh:
 
 
 def _from_plane(uvw: Floats, faces: Ints, view: str, *, crease: float) -> Mesh:
-    """Turn (u, v, w), w towards the looker from +, into (d, y, z) by the view's plane."""
+    """Turn (u, v, w), where w is the coordinate along the view, into (d, y, z)."""
     u, v, w = uvw.T
     if view == "top":
         return shaded(np.column_stack([u, v, w]), faces, crease=crease)
@@ -157,12 +163,12 @@ def _from_plane(uvw: Floats, faces: Ints, view: str, *, crease: float) -> Mesh:
     return shaded(np.column_stack([u, w, v]), faces[:, ::-1], crease=crease)
 
 
-def _rod(piece: Piece) -> Mesh:
+def _rod(piece: Fitting) -> Mesh:
     """A tube along a path."""
     return tube(np.asarray(piece.outline), radius=piece.round, sides=6)
 
 
-def _turned(piece: Piece) -> Mesh:
+def _turned(piece: Fitting) -> Mesh:
     """A profile turned around an axis through `low`; `view` names the axis d, y or z."""
     most = max(r for r, _ in piece.outline)
     segments = 8 if most < 0.06 else 12 if most < 0.2 else 20 if most < 0.6 else 32
@@ -173,16 +179,16 @@ def _turned(piece: Piece) -> Mesh:
     return moved(turned, *piece.low)
 
 
-def _dome(piece: Piece) -> Mesh:
+def _dome(piece: Fitting) -> Mesh:
     """A rounded body that fills a box."""
     low, high = np.asarray(piece.low), np.asarray(piece.high)
     body = superellipsoid((0.5 * (high - low)).tolist(), squareness=3.5, segments=10, rings=4)
     return moved(body, *(0.5 * (low + high)))
 
 
-def _sheet(piece: Piece) -> Mesh:
+def _sheet(piece: Fitting) -> Mesh:
     """A wavy sheet with its outer face towards the view, as curtains and shutters are."""
-    amplitude, along, upwards = piece.waves
+    amplitude, along, upwards = piece.waves.height, piece.waves.along, piece.waves.upwards
     axis = {"front": 0, "rear": 0, "top": 2}.get(piece.view, 1)
     u_axis, v_axis = (1, 2) if axis == 0 else (0, 2) if axis == 1 else (0, 1)
     low, high = np.asarray(piece.low), np.asarray(piece.high)
@@ -227,12 +233,12 @@ def _waves(u: Floats, pitch: float) -> Floats:
     return np.asarray(np.abs(np.sin(np.pi * u / pitch)) ** 0.8)
 
 
-def _text(piece: Piece) -> Mesh:
+def _text(piece: Fitting) -> Mesh:
     """Letters of flat dots between `low` and `high`, at the outer end along the view."""
     return merge_meshes(_letters(piece))
 
 
-def _letters(piece: Piece) -> list[Mesh]:
+def _letters(piece: Fitting) -> list[Mesh]:
     """The blocks of a text."""
     low, high = np.asarray(piece.low), np.asarray(piece.high)
     axis = {"front": 0, "rear": 0}.get(piece.view, 1)
@@ -270,7 +276,7 @@ def _face(low: Floats, high: Floats, axis: int, sign: float) -> Mesh:
     return Mesh(mesh.vertices, mesh.faces[:, ::-1], -mesh.normals)
 
 
-def _mudguard(piece: Piece) -> Mesh:
+def _mudguard(piece: Fitting) -> Mesh:
     """A bent strip over a wheel: `low` is the axle, `span` the two |y|, `outline` angles."""
     begin, end = (np.radians(angle) for angle, _ in piece.outline[:2])
     turn = np.linspace(begin, end, 11)
@@ -294,7 +300,7 @@ def _outward(vertices: Floats, faces: Ints) -> Ints:
     return faces[:, ::-1] if inside_out else faces
 
 
-_KINDS: Mapping[str, Callable[[Piece], Mesh]] = {
+_KINDS: Mapping[str, Callable[[Fitting], Mesh]] = {
     "block": _block,
     "plate": _plate,
     "rod": _rod,
@@ -307,6 +313,6 @@ _KINDS: Mapping[str, Callable[[Piece], Mesh]] = {
 
 
 def far_piece(mesh: Mesh) -> Mesh:
-    """The box around a mesh."""
+    """Return the box around a mesh."""
     low, high = mesh.bounds
     return box(low.tolist(), high.tolist())

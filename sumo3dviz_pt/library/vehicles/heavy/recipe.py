@@ -9,63 +9,70 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.mesh.recipe_values import read_value, read_values
+from sumo3dviz_pt.library.asset_files import RecipeValue
+from sumo3dviz_pt.library.vehicles.recipe import read_value, with_sizes
 
 Points = tuple[tuple[float, ...], ...]
-VIEWS = ("front", "rear", "side", "left", "right", "top")
-"""Directions from which an outline is projected; `side` is both flanks."""
 
-PIECES = ("block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard")
-"""Kinds of pieces; see `library/vehicles/heavy/pieces.py`."""
+View = Literal["front", "rear", "side", "left", "right", "top"]
+"""Direction from which an outline is projected; `side` is both flanks."""
+
+FittingKind = Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
+"""Kind of a fitting; see `library/vehicles/heavy/pieces.py`."""
+
+End = Literal["front", "rear"]
+"""End of a vehicle."""
+
+WheelStyle = Literal["convex", "concave", "cap"]
+"""`convex` bulges outwards, as on front axles; `concave` is a deep dish, as on driven and trailer
+axles; `cap` is a plain steel wheel with a cover."""
 
 GAP = "gap"
 """Material of shut lines."""
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel:
+class Wheel(RecipeValue):
     """A wheel.
 
     Attributes:
         radius: Of the tyre [m].
         width: Of one tyre [m].
         rim: Radius of the rim as a share of the tyre's, (0, 1).
-        style: `convex` bulges outwards, as on front axles; `concave` is a deep dish, as
-            on driven and trailer axles; `cap` is a plain steel wheel with a cover.
+        style: Shape of the rim.
         material: Of the rim.
     """
 
     radius: float
     width: float
     rim: float = 0.57
-    style: str = "convex"
+    style: WheelStyle = "convex"
     material: str = "rim"
 
 
 @dataclass(frozen=True, slots=True)
-class Axle:
+class Axle(RecipeValue):
     """A pair of wheels, or of twin wheels.
 
     Attributes:
         at: d of the axle [m].
         out: |y| of the outer tyres' outer walls [m].
-        style: As of `Wheel`; empty takes that of the recipe's wheel.
+        style: Shape of the rims; empty takes that of the recipe's wheel.
         twin: Whether there are two tyres on each side.
         steered: Whether the wheels steer.
     """
 
     at: float
     out: float
-    style: str = ""
+    style: Literal["", WheelStyle] = ""
     twin: bool = False
     steered: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Panel:
+class Panel(RecipeValue):
     """An outline projected onto a shell: a window, a lamp, a stripe, a shut line.
 
     Attributes:
@@ -76,29 +83,62 @@ class Panel:
         radius: Of the corners [m].
         recess: How far the inside is pushed into the shell [m].
         over: Materials that it replaces; empty for that of the shell.
-        repeat: How many, and the step from one to the next along the first coordinate [m].
+        repeat: How many.
+        step: From one to the next along the first coordinate [m].
         reach: How far front and rear panels reach along the shell [m].
         width: Of a shut line [m].
     """
 
-    view: str
+    view: View
     outline: Points
     material: str = GAP
     radius: float = 0.02
     recess: float = 0.0
     over: tuple[str, ...] = ()
-    repeat: tuple[float, float] = (1, 1.0)
+    repeat: int = 1
+    step: float = 1.0
     reach: float = 0.6
     width: float = 0.010
 
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        if self.view not in VIEWS:
-            raise ConfigError(f"no view is called {self.view!r}", key="recipe.hulls")
+
+@dataclass(frozen=True, slots=True)
+class Rounding(RecipeValue):
+    """Radii of a shell's edges.
+
+    Attributes:
+        front: Of the flanks to the front [m].
+        rear: Of the flanks to the rear [m].
+        roof: Around the roof [m].
+        floor: Around the floor [m].
+    """
+
+    front: float
+    rear: float
+    roof: float
+    floor: float
 
 
 @dataclass(frozen=True, slots=True)
-class Hull:
+class Waves(RecipeValue):
+    """Waves of a sheet; a pitch longer than the sheet means none that way.
+
+    Attributes:
+        height: Of a wave [m].
+        along: Pitch along the sheet [m].
+        upwards: Pitch upwards [m].
+    """
+
+    height: float
+    along: float
+    upwards: float
+
+
+_ROUNDING = Rounding(front=0.06, rear=0.04, roof=0.06, floor=0.02)
+_FLAT = Waves(height=0.0, along=1.0, upwards=1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Hull(RecipeValue):
     """A closed shell with rounded edges, symmetric in y.
 
     Attributes:
@@ -112,7 +152,7 @@ class Hull:
         sweep: How far front and rear corners lie behind and ahead of the middle [m].
         crown: How much lower the roof is at the sides than in the middle [m].
         bend: Exponent of sweep and crown over |y|.
-        rounding: Radii of the edges: flanks to front, flanks to rear, roof, floor [m].
+        rounding: Radii of its edges.
         smooth: Blur of the splines [m].
         material: Where nothing is cut.
         under: Material of the underside.
@@ -133,7 +173,7 @@ class Hull:
     sweep: tuple[float, float] = (0.0, 0.0)
     crown: float = 0.02
     bend: float = 3.0
-    rounding: tuple[float, float, float, float] = (0.06, 0.04, 0.06, 0.02)
+    rounding: Rounding = _ROUNDING
     smooth: float = 0.03
     material: str = "paint"
     under: str = "trim"
@@ -145,11 +185,11 @@ class Hull:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class Fitting(RecipeValue):
     """Something fixed to the shells.
 
     Attributes:
-        kind: One of `PIECES`.
+        kind: One of `FittingKind`.
         material: Of all of it.
         low: Lowest corner (d, y, z); of a turned body its centre [m].
         high: Highest corner (d, y, z) [m].
@@ -159,7 +199,7 @@ class Piece:
             body the axis it is turned around.
         span: Of a plate: where it begins and ends along its view [m].
         round: Radius of bevels, rods and mudguards [m].
-        waves: Of a sheet: amplitude [m], pitch along [m], and pitch upwards [m].
+        waves: Of a sheet.
         text: Of a text.
         mirror: Whether there is another one at -y.
         repeat: How many.
@@ -170,7 +210,7 @@ class Piece:
             of which they are negative for `front` and positive otherwise.
     """
 
-    kind: str
+    kind: FittingKind
     material: str = "trim"
     low: tuple[float, float, float] = (0.0, 0.0, 0.0)
     high: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -178,23 +218,18 @@ class Piece:
     view: str = "side"
     span: tuple[float, float] = (0.0, 0.0)
     round: float = 0.01
-    waves: tuple[float, float, float] = (0.0, 1.0, 1.0)
+    waves: Waves = _FLAT
     text: str = ""
     mirror: bool = False
     repeat: int = 1
     step: tuple[float, float, float] = (0.0, 0.0, 0.0)
     outside: bool = False
     far: bool = False
-    cling: str = ""
-
-    def __post_init__(self) -> None:
-        """Check names, which no type can."""
-        if self.kind not in PIECES:
-            raise ConfigError(f"no piece is called {self.kind!r}", key="recipe.pieces")
+    cling: Literal["", View] = ""
 
 
 @dataclass(frozen=True, slots=True)
-class LampSpot:
+class LampSpot(RecipeValue):
     """A lamp's place on the finished vehicle.
 
     Attributes:
@@ -205,13 +240,13 @@ class LampSpot:
     """
 
     role: str
-    view: str
+    view: End
     at: tuple[float, float]
     size: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class BoxRecipe:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoxRecipe(RecipeValue):
     """A heavy vehicle.
 
     Attributes:
@@ -232,7 +267,7 @@ class BoxRecipe:
     wheel: Wheel
     axles: tuple[Axle, ...]
     hulls: tuple[Hull, ...]
-    pieces: tuple[Piece, ...] = ()
+    pieces: tuple[Fitting, ...] = ()
     lamps: tuple[LampSpot, ...] = ()
     stretch: tuple[float, ...] = ()
 
@@ -246,24 +281,4 @@ def read_box(asset: Mapping[str, Any]) -> BoxRecipe:
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    sizes = {key: asset[key] for key in ("length", "width", "height") if key in asset}
-    recipe = dict(asset.get("recipe", {}), **sizes)
-    recipe["wheel"] = read_value(Wheel, recipe.get("wheel"), "recipe.wheel")
-    kinds = {"axles": Axle, "pieces": Piece, "lamps": LampSpot}
-    for name, kind in kinds.items():
-        recipe[name] = read_values(kind, recipe.get(name, ()), f"recipe.{name}")
-    recipe["hulls"] = tuple(
-        _read_hull(item, f"recipe.hulls[{k}]") for k, item in enumerate(recipe.get("hulls", ()))
-    )
-    return read_value(BoxRecipe, recipe, "recipe")
-
-
-def _read_hull(content: Any, place: str) -> Hull:
-    """Build a shell with its panels and gaps."""
-    if not isinstance(content, Mapping):
-        raise ConfigError("must be a mapping", key=place)
-    inner = {
-        name: read_values(Panel, content.get(name, ()), f"{place}.{name}")
-        for name in ("panels", "gaps")
-    }
-    return read_value(Hull, {**content, **inner}, place)
+    return read_value(BoxRecipe, with_sizes(asset))

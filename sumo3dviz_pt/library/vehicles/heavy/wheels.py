@@ -3,53 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import lathe, mirrored, moved
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Wheel
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
 
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
-
-_SEGMENTS = 24
-_HOLES = 8
-_TWIN_GAP = 0.03
+_SEGMENTS = 24  # facets around a wheel
+_HOLES = 8  # hand holes of a rim
+_TWIN_GAP = 0.03  # between twin tyres [m]
 _DEEP, _SHALLOW = 0.62, 0.30  # dish of reversed wheels, in half widths
 
 
 def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
-    """Both wheels of an axle, or all four, in the frame (d, y, z).
-
-    Args:
-        wheel: What they are like.
-        axle: Where they are.
-    """
+    """Build both wheels of an axle, or all four, in the frame (d, y, z)."""
     middle = axle.out - 0.5 * wheel.width
     for material, mesh in build_box_wheel(wheel, style=axle.style or wheel.style):
-        placed = moved(mesh, axle.at, middle, wheel.radius)
-        yield material, placed
-        yield material, mirrored(placed)
+        yield from on_both_sides([(material, moved(mesh, axle.at, middle, wheel.radius))])
     yield from inner_tyres(wheel, axle)
 
 
 def inner_tyres(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
-    """The inner tyres of an axle with twin wheels, in the frame (d, y, z)."""
+    """Build the inner tyres of an axle with twin wheels, in the frame (d, y, z)."""
     if axle.twin:
         middle = axle.out - 1.5 * wheel.width - _TWIN_GAP
-        placed = moved(_tyre(wheel, segments=16), axle.at, middle, wheel.radius)
-        yield "rubber", placed
-        yield "rubber", mirrored(placed)
+        tyre = moved(_tyre(wheel, segments=16), axle.at, middle, wheel.radius)
+        yield from on_both_sides([("rubber", tyre)])
 
 
 def is_reversed(wheel: Wheel, axle: Axle) -> bool:
-    """Whether an axle's wheels are mounted the other way round: bulging inwards."""
+    """Return whether an axle's wheels are mounted the other way round, bulging inwards."""
     return wheel.style == "convex" and axle.style == "concave"
 
 
 def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
-    """One wheel that serves for all axles: where some are reversed, it has two faces."""
+    """Build one wheel that serves for all axles: where some are reversed, it has two faces."""
     yield from build_box_wheel(wheel, style=wheel.style)
     if any(is_reversed(wheel, axle) for axle in axles):
         for material, mesh in _rim(wheel, "concave", depth=_SHALLOW):
@@ -57,12 +49,7 @@ def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
 
 
 def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
-    """A wheel around the y axis with its outer face towards +y, about its middle.
-
-    Args:
-        wheel: What it is like.
-        style: As of `Wheel`.
-    """
+    """Build a wheel around the y axis with its outer face towards +y, in a style of `Wheel`."""
     yield "rubber", _tyre(wheel, segments=_SEGMENTS)
     yield from _rim(wheel, style)
 
@@ -70,35 +57,56 @@ def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
 def _rim(wheel: Wheel, style: str, *, depth: float = _DEEP) -> Iterator[Piece]:
     """Lip, dish, hub, hand holes and nuts, towards +y."""
     r, w = wheel.radius * wheel.rim, 0.5 * wheel.width
-    dish, hub, bolts = _profiles(style, depth)
+    shape = _rim_shape(style, depth)
     # The bead seat stands out from the tyre and runs in to the dish.
     lip = [(r + 0.012, 0.80 * w), (r + 0.008, 0.90 * w), (r - 0.016, 0.88 * w)]
-    dish = [(r * radius, w * y) for radius, y in dish]
+    dish = [(r * radius, w * y) for radius, y in shape.dish]
     yield wheel.material, lathe([*lip, *dish], segments=_SEGMENTS, crease=0.55)
-    turned = lathe([(r * radius, w * y) for radius, y in hub], segments=14, crease=0.5)
+    turned = lathe([(r * radius, w * y) for radius, y in shape.hub], segments=14, crease=0.5)
     yield "trim" if style == "concave" else wheel.material, turned
     yield "trim", _around(_hole(dish[1], dish[2]), count=_HOLES)
     count = 5 if style == "cap" else 10
-    yield "chrome", _around(_nut(r * bolts[0], w * bolts[1]), count=count)
+    yield "chrome", _around(_nut(r * shape.nuts[0], w * shape.nuts[1]), count=count)
 
 
 Profile = list[tuple[float, float]]
 """(radius, y) as shares of the rim's radius and of half the tyre's width."""
 
 
-def _profiles(style: str, depth: float) -> tuple[Profile, Profile, tuple[float, float]]:
-    """Dish, hub, and where the nuts stand."""
+@dataclass(frozen=True, slots=True)
+class _RimShape:
+    """Profiles of a rim.
+
+    Attributes:
+        dish: From the tyre inwards.
+        hub: From the dish inwards.
+        nuts: Where the nuts stand.
+    """
+
+    dish: Profile
+    hub: Profile
+    nuts: tuple[float, float]
+
+
+def _rim_shape(style: str, depth: float) -> _RimShape:
+    """The rim of a wheel's style, with the depth of a concave dish."""
     if style == "convex":
-        dish = [(0.90, 0.42), (0.78, 0.55), (0.63, 0.86), (0.46, 0.86)]
-        hub = [(0.43, 0.86), (0.41, 1.10), (0.30, 1.16), (0.0, 1.18)]
-        return dish, hub, (0.585, 0.86)
+        return _RimShape(
+            dish=[(0.90, 0.42), (0.78, 0.55), (0.63, 0.86), (0.46, 0.86)],
+            hub=[(0.43, 0.86), (0.41, 1.10), (0.30, 1.16), (0.0, 1.18)],
+            nuts=(0.585, 0.86),
+        )
     if style == "concave":
-        dish = [(0.93, 0.1), (0.90, 0.2 - depth), (0.72, -depth), (0.48, -depth)]
-        hub = [(0.42, -depth), (0.40, 0.35), (0.30, 0.52), (0.0, 0.54)]
-        return dish, hub, (0.60, -depth)
-    dish = [(0.93, 0.52), (0.84, 0.56), (0.62, 0.70), (0.40, 0.66)]
-    hub = [(0.34, 0.66), (0.32, 0.80), (0.0, 0.84)]
-    return dish, hub, (0.50, 0.68)
+        return _RimShape(
+            dish=[(0.93, 0.1), (0.90, 0.2 - depth), (0.72, -depth), (0.48, -depth)],
+            hub=[(0.42, -depth), (0.40, 0.35), (0.30, 0.52), (0.0, 0.54)],
+            nuts=(0.60, -depth),
+        )
+    return _RimShape(
+        dish=[(0.93, 0.52), (0.84, 0.56), (0.62, 0.70), (0.40, 0.66)],
+        hub=[(0.34, 0.66), (0.32, 0.80), (0.0, 0.84)],
+        nuts=(0.50, 0.68),
+    )
 
 
 def _tyre(wheel: Wheel, *, segments: int) -> Mesh:
@@ -159,7 +167,7 @@ def _turned(mesh: Mesh, turn: float) -> Mesh:
 
 
 def far_box_wheels(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
-    """Wheels as short cylinders with discs, in the frame (d, y, z)."""
+    """Build wheels as short cylinders with discs, in the frame (d, y, z)."""
     r, w = wheel.radius, 0.5 * wheel.width
     rim = r * wheel.rim
     for axle in axles:
@@ -168,6 +176,4 @@ def far_box_wheels(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
         tyre = lathe([(r, back), (r, w), (rim, w)], segments=10, crease=0.8)
         disc = lathe([(rim, w), (0.7 * rim, depth), (0.0, depth)], segments=10, crease=0.4)
         for material, mesh in (("rubber", tyre), (wheel.material, disc)):
-            placed = moved(mesh, axle.at, axle.out - w, r)
-            yield material, placed
-            yield material, mirrored(placed)
+            yield from on_both_sides([(material, moved(mesh, axle.at, axle.out - w, r))])

@@ -1,7 +1,7 @@
 """What a driver sees of the own cabin: a padded dashboard, pillars, wipers, the mirror.
 
-Glass and roof are left out, so that nothing hides the road. Instruments and the wheel are
-made in `cockpit_controls`.
+Glass and roof are left out, so that nothing hides the road. Instruments and the steering wheel
+are made in `controls`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, superellipsoid, tube
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.library.vehicles.interior.controls import (
-    Piece,
     binnacle,
     dial_lamps,
     screen,
@@ -28,7 +28,7 @@ _DEPTH = 0.44
 """From the windscreen's foot to the dashboard's edge [m]."""
 
 _GRAIN = 0.035
-"""How far the pad's normals are off, as a slope."""
+"""Standard deviation of the pad's normals, as a slope."""
 
 _DEEP = 0.45
 """Dashboards that lie lower under the eye than this are those of trucks and buses [m]."""
@@ -40,7 +40,7 @@ _SLOT = (0.10, 0.016)
 def cockpit(
     width: float, *, front: float, belt: float, edge: float, eye: Floats
 ) -> Iterator[Piece]:
-    """Dashboard, instruments, steering wheel and what stands about the windscreen.
+    """Build dashboard, instruments, steering wheel and what stands around the windscreen.
 
     Args:
         width: Of the body [m].
@@ -62,7 +62,7 @@ def cockpit(
 
 
 def cockpit_lamps(*, belt: float, eye: Floats) -> tuple[VehicleLamp, ...]:
-    """What glows at night in a cabin; arguments as of `cockpit`."""
+    """Return what glows at night in a cabin; arguments as in `cockpit`."""
     if eye[2] - belt >= _DEEP:
         return ()
     return (*dial_lamps(eye), *screen_lamps(eye))
@@ -86,10 +86,10 @@ def _shelf(half: float, *, front: float, belt: float, edge: float) -> Mesh:
 
 
 def _grained(mesh: Mesh) -> Mesh:
-    """The same mesh with the fine unrest of a soft pad in its normals."""
+    """The same mesh with the fine grain of a soft pad in its normals."""
     assert mesh.normals is not None
-    unrest = np.random.default_rng(5).normal(scale=_GRAIN, size=mesh.normals.shape)
-    normals = mesh.normals + unrest
+    grain = np.random.default_rng(5).normal(scale=_GRAIN, size=mesh.normals.shape)
+    normals = mesh.normals + grain
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Mesh(mesh.vertices, mesh.faces, normals)
 

@@ -7,16 +7,15 @@ that looks at the road: instruments some 17 degrees under the horizon.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
 from sumo3dviz_pt.library.street.strokes import lettering
+from sumo3dviz_pt.library.vehicles.build import Piece
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
-
-Piece = tuple[str, Mesh]
-"""Material and mesh."""
 
 _LEAN = np.radians(24.0)
 """Of the wheel's rim, from upright."""
@@ -36,21 +35,35 @@ _TICKS = np.radians(np.linspace(-130.0, 130.0, 14))
 
 _NEEDLES = np.radians([-28.0, -52.0])
 
-_SCREEN = (0.69, 0.345, -0.214, 0.115, 0.041)
-"""Ahead of the eye, towards the middle, over the eye, half width, half height [m]."""
+
+class _Street(NamedTuple):
+    """A bar on the screen's map, from the screen's middle [m]."""
+
+    left: float
+    up: float
+    width: float
+    height: float
+
+
+_SCREEN = (0.69, 0.345, -0.214)
+"""The screen's middle: ahead of the eye, towards the car's middle, over the eye [m]."""
+
+_SCREEN_HALF = (0.115, 0.041)
+"""Half its width and height [m]."""
 
 _STREETS = (
-    (-0.02, 0.004, 0.007, 0.064),
-    (0.045, 0.004, 0.004, 0.064),
-    (-0.01, 0.016, 0.17, 0.005),
-    (-0.06, -0.012, 0.09, 0.004),
-    (0.085, 0.02, 0.004, 0.03),
+    # left, up, width, height
+    _Street(-0.02, 0.004, 0.007, 0.064),
+    _Street(0.045, 0.004, 0.004, 0.064),
+    _Street(-0.01, 0.016, 0.17, 0.005),
+    _Street(-0.06, -0.012, 0.09, 0.004),
+    _Street(0.085, 0.02, 0.004, 0.03),
 )
-"""What the screen shows: left and up from its middle, width and height [m]."""
+"""What the screen shows."""
 
 
 def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
-    """The steering wheel before the driver: rim, hub and three spokes.
+    """Build the steering wheel before the driver: rim, hub and three spokes.
 
     Args:
         eye: The driver's, (3,) [m].
@@ -71,7 +84,7 @@ def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
 
 
 def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[Piece]:
-    """The hood over the instruments, and two dials under it.
+    """Build the hood over the instruments, and two dials under it.
 
     Args:
         eye: The driver's, (3,) [m].
@@ -91,7 +104,7 @@ def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[Piece]:
 
 
 def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
-    """Ticks and needles that glow at night."""
+    """Return ticks and needles that glow at night."""
     found = []
     for (left, radius), needle in zip(_DIALS, _NEEDLES, strict=True):
         turns = [*_TICKS[::2].tolist(), *([float(needle)] * 4)]
@@ -105,32 +118,32 @@ def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
 
 
 def screen(eye: Floats, *, belt: float) -> Iterator[Piece]:
-    """A flat screen that stands in the middle, with a map on it; arguments as of `binnacle`."""
-    middle, wide, high = _screen_at(eye)
+    """Build a flat screen in the middle, with a map on it; arguments as in `binnacle`."""
+    middle, (wide, high) = _screen_at(eye), _SCREEN_HALF
     yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
     rim = box((0.002, -wide - 0.004, -high - 0.004), (0.011, wide + 0.004, high + 0.004))
     yield "trim", moved(rim, *middle)
     foot = box((0.011, -0.04, belt - middle[2] - 0.03), (0.03, 0.04, 0.0))
     yield "trim", moved(foot, *middle)
     for y, z, width, height in _STREETS:
-        low, high_ = (-0.001, y - width / 2, z - height / 2), (0.001, y + width / 2, z + height / 2)
-        yield "screen_map", moved(box(low, high_), *middle)
+        low, top = (-0.001, y - width / 2, z - height / 2), (0.001, y + width / 2, z + height / 2)
+        yield "screen_map", moved(box(low, top), *middle)
 
 
 def screen_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
-    """The screen's map, which glows at night."""
-    middle, _, _ = _screen_at(eye)
+    """Return the screen's map, which glows at night."""
+    middle = _screen_at(eye)
     return tuple(
         _lamp("screen", middle + np.array([-0.003, y, z]), (width, height))
         for y, z, width, height in _STREETS
     )
 
 
-def _screen_at(eye: Floats) -> tuple[Floats, float, float]:
-    """Middle of the screen, (3,), half its width and height [m]."""
-    ahead, inwards, up, wide, high = _SCREEN
+def _screen_at(eye: Floats) -> Floats:
+    """Middle of the screen, (3,) [m]."""
+    ahead, inwards, up = _SCREEN
     side = float(np.sign(eye[1]) or 1.0)
-    return eye + np.array([ahead, -side * inwards, up]), wide, high
+    return np.asarray(eye + np.array([ahead, -side * inwards, up]))
 
 
 def _lamp(role: str, at: Floats, size: tuple[float, float]) -> VehicleLamp:
@@ -203,7 +216,7 @@ def _rim(centre: Floats, *, across: Floats, up: Floats, thick: float) -> Mesh:
 
 
 def sheet(points: Floats, *, normals: Floats | None = None) -> Mesh:
-    """A smooth surface through a grid of points, (n, m, 3), facing rows x columns."""
+    """Build a smooth surface through a grid of points, (n, m, 3), that faces rows x columns."""
     rows, columns = points.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]

@@ -23,10 +23,11 @@ _BONNET_ABOVE_BELT = 0.06
 """What is ahead of the windscreen and higher is a mirror or a wiper [m]."""
 
 _TRIM_ABOVE_BELT = 0.012
-"""Likewise what is not painted, such as the wipers, which the cockpit has of its own [m]."""
+"""Unpainted parts ahead of the windscreen are left out above this, since the cockpit brings its own
+wipers [m]."""
 
 _FLATTEST = 0.1
-"""Least cosine between a shown face's normals and the way to the eye."""
+"""Least cosine between a shown face's normals and the direction to the eye."""
 
 _TRIMMINGS = frozenset({"trim", "gloss_black", "rubber", "gap", "glass", "chrome"})
 
@@ -35,7 +36,7 @@ _NARROWEST_DASHBOARD = 1.2
 
 
 def cutaway(prototype: Prototype, *, cowl: float, belt: float, eye: Floats) -> Prototype:
-    """Keep what a driver sees of the own vehicle.
+    """Keep what a driver sees of his own vehicle.
 
     Args:
         prototype: The whole body.
@@ -114,7 +115,7 @@ class _Limit:
     half: float
 
     def over(self, points: Floats) -> Floats:
-        """How far points, (n, 3), lie above it, (n,) [m]."""
+        """Return how far points, (n, 3), lie above it, (n,) [m]."""
         flank = np.maximum(np.abs(points[:, 1]) / self.half - 0.68, 0.0)
         return np.asarray(points[:, 2] - (self.middle - 0.4 * flank))
 
@@ -164,9 +165,10 @@ def _with_cuts(mesh: Mesh, lone: Ints, others: Ints, share: Floats) -> Mesh:
 
 
 def _seen_from(mesh: Mesh, eye: Floats) -> Mesh:
-    """The same mesh, its normals bent to the eye where its faces look at it but they do not.
+    """The same mesh, its normals bent to the eye where a face is seen but its normals look away.
 
-    Along a bonnet one looks so flatly that smooth normals of few faces would turn it black.
+    A driver looks along the bonnet at so flat an angle that the smooth normals of its few faces
+    would turn it black.
     """
     if mesh.normals is None or not len(mesh.faces):
         return mesh

@@ -5,21 +5,18 @@ Coordinates are those of `heavy/recipe.py`: d behind the front, y, z over the ra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from collections.abc import Iterator
+from dataclasses import dataclass
 
-from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.vehicles.heavy.recipe import Piece, Points
-
-_T = TypeVar("_T", bound="Bogie | Pantograph")
+from sumo3dviz_pt.library.asset_files import RecipeValue
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Fitting, Points
 
 _WHEEL = (0.685, 0.82)
 """|y| of a wheel's inner and outer face [m], on the standard gauge of 1.435 m (UIC 510)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Bogie:
+class Bogie(RecipeValue):
     """Two wheelsets in a frame.
 
     Attributes:
@@ -40,7 +37,7 @@ class Bogie:
 
 
 @dataclass(frozen=True, slots=True)
-class Pantograph:
+class Pantograph(RecipeValue):
     """A raised single-arm pantograph whose knee points backwards.
 
     Attributes:
@@ -56,33 +53,8 @@ class Pantograph:
     ahead: bool = False
 
 
-def read_running_gear(
-    recipe: Mapping[str, Any],
-) -> tuple[tuple[Bogie, ...], tuple[Pantograph, ...]]:
-    """Read what lies under `bogies` and `pantographs`.
-
-    Raises:
-        ConfigError: If a key is unknown or missing.
-    """
-    return _read_all(Bogie, recipe, "bogies"), _read_all(Pantograph, recipe, "pantographs")
-
-
-def _read_all(kind: type[_T], recipe: Mapping[str, Any], name: str) -> tuple[_T, ...]:
-    """Build a list of recipe values."""
-    known = {item.name for item in fields(kind)}
-    found = []
-    for number, row in enumerate(recipe.get(name, ())):
-        if not isinstance(row, Mapping) or not set(row) <= known or "at" not in row:
-            keys = ", ".join(sorted(known))
-            raise ConfigError(
-                f"must have `at` and none but: {keys}", key=f"recipe.{name}[{number}]"
-            )
-        found.append(kind(**row))
-    return tuple(found)
-
-
-def bogie_pieces(bogie: Bogie) -> Iterator[Piece]:
-    """Wheels, axles, frame and springs of a bogie."""
+def bogie_pieces(bogie: Bogie) -> Iterator[Fitting]:
+    """Build wheels, axles, frame and springs of a bogie."""
     for sign in (-0.5, 0.5):
         yield from _wheelset(bogie, bogie.at + sign * bogie.base)
     yield _side_beam(bogie)
@@ -93,23 +65,23 @@ def bogie_pieces(bogie: Bogie) -> Iterator[Piece]:
         yield from _axle_box(bogie, bogie.at + sign * bogie.base)
 
 
-def _wheelset(bogie: Bogie, at: float) -> Iterator[Piece]:
+def _wheelset(bogie: Bogie, at: float) -> Iterator[Fitting]:
     """Two wheels with a polished tread and a dished web, and what joins them."""
     inner, outer = _WHEEL
     r = bogie.radius
     low = (at, 0.0, r)
     web = 0.5 * (inner + outer)
     face = ((r, outer), (0.84 * r, outer), (0.80 * r, web), (0.0, outer))
-    yield Piece(
+    yield Fitting(
         "turned", "wheel_steel", low, view="y", mirror=True, far=True,
         outline=((0.0, inner), (r, inner), (r, outer)),
     )  # fmt: skip
-    yield Piece("turned", "bogie", low, view="y", outline=face, mirror=True)
+    yield Fitting("turned", "bogie", low, view="y", outline=face, mirror=True)
     axle = ((at, -inner, r), (at, inner, r))
-    yield Piece("rod", "bogie", outline=axle, round=0.08)
+    yield Fitting("rod", "bogie", outline=axle, round=0.08)
 
 
-def _side_beam(bogie: Bogie) -> Piece:
+def _side_beam(bogie: Bogie) -> Fitting:
     """Both side beams: high over the axles, deep between them."""
     half, r, end = 0.5 * bogie.base, bogie.radius, 0.42
     over = r + (0.10 if bogie.hidden else 0.17)
@@ -121,60 +93,60 @@ def _side_beam(bogie: Bogie) -> Piece:
     left = [(-d, z) for d, z in reversed(right) if d > 0.0]
     outline = tuple((bogie.at + d, z) for d, z in (*right, *left))
     span = (bogie.frame - 0.07, bogie.frame + 0.07)
-    return Piece("plate", "bogie", view="side", outline=outline, span=span, mirror=True, far=True)
+    return Fitting("plate", "bogie", view="side", outline=outline, span=span, mirror=True, far=True)
 
 
-def _middle(bogie: Bogie) -> Iterator[Piece]:
+def _middle(bogie: Bogie) -> Iterator[Fitting]:
     """Transom, air springs, dampers and the drive between the wheelsets."""
     at, top, y = bogie.at, bogie.floor, bogie.frame
     low = 0.62 * bogie.radius + 0.5 * (top - bogie.radius) * 0.5
-    yield Piece("block", "bogie", (at - 0.28, -y, low), (at + 0.28, y, low + 0.2), round=0.03)
-    yield Piece(
+    yield Fitting("block", "bogie", (at - 0.28, -y, low), (at + 0.28, y, low + 0.2), round=0.03)
+    yield Fitting(
         "block", "bogie", (at - 0.95, -0.62, 0.3), (at + 0.95, 0.62, 0.66), round=0.06, far=True
     )
     foot = 0.84 * (bogie.radius + 0.33)
     bulge = 0.5 * (foot + top)
-    yield Piece(
+    yield Fitting(
         "turned", "rubber", (at, y, 0.0), view="z", mirror=True,
         outline=((0.2, foot), (0.29, bulge), (0.22, top)),
     )  # fmt: skip
     damper = ((at - 0.62, y + 0.13, 0.52), (at + 0.30, y + 0.13, 0.56))
-    yield Piece("rod", "bogie", outline=damper, round=0.045, mirror=True)
+    yield Fitting("rod", "bogie", outline=damper, round=0.045, mirror=True)
     inner = ((at - 0.2, y + 0.13, 0.54), (at + 0.62, y + 0.13, 0.575))
-    yield Piece("rod", "galvanised", outline=inner, round=0.024, mirror=True)
+    yield Fitting("rod", "galvanised", outline=inner, round=0.024, mirror=True)
 
 
-def _axle_box(bogie: Bogie, at: float) -> Iterator[Piece]:
+def _axle_box(bogie: Bogie, at: float) -> Iterator[Fitting]:
     """A bearing with its cover, its springs, its brake and its sand pipe."""
     y, r = bogie.frame, bogie.radius
     cover = ((0.15, -0.1), (0.15, 0.11), (0.0, 0.13))
-    yield Piece("turned", "bogie", (at, y, r), view="y", outline=cover, mirror=True)
+    yield Fitting("turned", "bogie", (at, y, r), view="y", outline=cover, mirror=True)
     cap = ((0.058, 0.11), (0.058, 0.145), (0.0, 0.145))
-    yield Piece("turned", "galvanised", (at, y, r), view="y", outline=cap, mirror=True)
+    yield Fitting("turned", "galvanised", (at, y, r), view="y", outline=cap, mirror=True)
     foot, top = r - 0.04, r + 0.24
     for side in (-0.27, 0.27):
-        yield Piece(
+        yield Fitting(
             "turned", "bogie", (at + side, y, 0.0), view="z", mirror=True,
             outline=((0.09, foot), (0.09, top)),
         )  # fmt: skip
-    yield Piece(
+    yield Fitting(
         "block", "bogie", (at - 0.36, y - 0.06, r - 0.12), (at + 0.36, y + 0.06, r - 0.03),
         round=0.0, mirror=True,
     )  # fmt: skip
     outward = 1.0 if at > bogie.at else -1.0
     pipe = tuple((at + outward * d, 0.76, z) for d, z in ((0.62, 0.75), (0.6, 0.3), (0.52, 0.09)))
-    yield Piece("rod", "rubber", outline=pipe, round=0.022, mirror=True)
+    yield Fitting("rod", "rubber", outline=pipe, round=0.022, mirror=True)
 
 
-def pantograph_pieces(item: Pantograph) -> Iterator[Piece]:
-    """Insulators, frame, arms and the strips that touch the wire."""
+def pantograph_pieces(item: Pantograph) -> Iterator[Fitting]:
+    """Build insulators, frame, arms and the strips that touch the wire."""
     sign = -1.0 if item.ahead else 1.0
     foot, top = item.foot + 0.26, item.top
     knee = (item.at + sign * 1.25, 0.5 * (foot + top) - 0.04)
     head = (item.at + sign * 0.05, top - 0.14)
     shape = ((0.05, 0.0), (0.059, 0.05), (0.045, 0.08), (0.059, 0.12), (0.05, 0.18))
     for d in (-0.55, 0.55):
-        yield Piece(
+        yield Fitting(
             "turned", "coat_red", (item.at + d, 0.42, item.foot), view="z", mirror=True,
             outline=((0.0, 0.0), *shape, (0.0, 0.18)), outside=True,
         )  # fmt: skip
@@ -195,8 +167,8 @@ def pantograph_pieces(item: Pantograph) -> Iterator[Piece]:
     yield _arm(link, 0.015, mirror=True)
 
 
-def _arm(path: Points, radius: float, *, mirror: bool = False) -> Piece:
+def _arm(path: Points, radius: float, *, mirror: bool = False) -> Fitting:
     """A tube of a pantograph."""
-    return Piece(
+    return Fitting(
         "rod", "galvanised", outline=path, round=radius, outside=True, mirror=mirror
     )  # fmt: skip

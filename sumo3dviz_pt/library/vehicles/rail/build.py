@@ -1,65 +1,83 @@
 """Builds what has shells but no road wheels: trains on bogies, ships, containers.
 
-The shells and what is fixed to them are those of `box.py`; bogies and pantographs are
+The shells and what is fixed to them are those of heavy vehicles; bogies and pantographs are
 written as pieces of the same kind, so that one builder makes both.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder
 from sumo3dviz_pt.library.vehicles.heavy.build import build_box
-from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, read_box
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, BoxRecipe, Wheel
 from sumo3dviz_pt.library.vehicles.rail.bogies import (
+    Bogie,
+    Pantograph,
     bogie_pieces,
     pantograph_pieces,
-    read_running_gear,
 )
+from sumo3dviz_pt.library.vehicles.recipe import read_value, with_sizes
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
-_NO_WHEEL = {"radius": 0.4, "width": 0.1}
-_OWN_KEYS = frozenset(["bogies", "pantographs", "turned"])
-_SWAPPED = {"head": "tail", "tail": "head", "left": "right", "right": "left"}
+_NO_WHEEL = Wheel(0.4, 0.1)
+
+_OTHER_END = {"head": "tail", "tail": "head", "left": "right", "right": "left"}
+"""Roles of lamps on a vehicle that runs backwards."""
 
 
-def read_hull_vehicle(asset: Mapping[str, Any]) -> BoxRecipe:
-    """Read the recipe of a vehicle without road wheels.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HullRecipe(BoxRecipe):
+    """A vehicle without road wheels.
+
+    Attributes:
+        wheel: Of no use where there are no axles.
+        axles: None.
+        bogies: Of a rail vehicle.
+        pantographs: Of a rail vehicle.
+        turned: Whether it runs backwards: what was its front is its rear, and what were its
+            head lamps are its tail lamps.
+    """
+
+    wheel: Wheel = _NO_WHEEL
+    axles: tuple[Axle, ...] = ()
+    bogies: tuple[Bogie, ...] = ()
+    pantographs: tuple[Pantograph, ...] = ()
+    turned: bool = False
+
+
+def read_hull_vehicle(asset: Mapping[str, Any]) -> HullRecipe:
+    """Read the recipe of a vehicle without road wheels; its running gear becomes pieces.
 
     Args:
-        asset: Content of `asset.yaml`: sizes, and under `recipe` the keys of
-            `library/vehicles/heavy/recipe.py` but `wheel` and `axles`, and those of
-            `library/vehicles/rail/bogies.py`; `turned` is read by `build_hull_vehicle`.
+        asset: Content of `asset.yaml`: sizes, and the rest under `recipe`.
 
     Raises:
         ConfigError: If a key is unknown, missing or of the wrong kind.
     """
-    own = asset.get("recipe", {})
-    rest = {key: value for key, value in own.items() if key not in _OWN_KEYS}
-    recipe = read_box({**asset, "recipe": {**rest, "wheel": _NO_WHEEL, "axles": ()}})
-    bogies, pantographs = read_running_gear(own)
-    gear = [piece for bogie in bogies for piece in bogie_pieces(bogie)]
-    gear += [piece for item in pantographs for piece in pantograph_pieces(item)]
+    recipe = read_value(HullRecipe, with_sizes(asset))
+    gear = [piece for bogie in recipe.bogies for piece in bogie_pieces(bogie)]
+    gear += [piece for item in recipe.pantographs for piece in pantograph_pieces(item)]
     return replace(recipe, pieces=(*recipe.pieces, *gear))
 
 
 def build_hull_vehicle(asset: Mapping[str, Any]) -> BakedVehicle:
     """Build both levels; the same recipe gives the same meshes.
 
-    With `turned`, the vehicle runs backwards: what was its front is its rear, and what
-    were its head lamps are its tail lamps.
+    Args:
+        asset: As in `read_hull_vehicle`.
 
     Raises:
         ConfigError: If the recipe is wrong or a lamp lies beside the vehicle.
     """
     recipe = read_hull_vehicle(asset)
     baked = build_box(recipe)
-    if not asset.get("recipe", {}).get("turned", False):
+    if not recipe.turned:
         return baked
     parts, far = (
         {name: turned_round(mesh, recipe.length) for name, mesh in level.items()}
@@ -70,7 +88,7 @@ def build_hull_vehicle(asset: Mapping[str, Any]) -> BakedVehicle:
 
 
 def turned_round(mesh: Mesh, length: float) -> Mesh:
-    """A mesh turned by half a circle about the middle of a length [m]."""
+    """Turn a mesh by half a circle about the middle of a length [m]."""
     turn = np.array([-1.0, -1.0, 1.0])
     normals = None if mesh.normals is None else mesh.normals * turn
     moved = mesh.vertices * turn - np.array([length, 0.0, 0.0])
@@ -78,10 +96,10 @@ def turned_round(mesh: Mesh, length: float) -> Mesh:
 
 
 def _turned_lamp(lamp: VehicleLamp, length: float) -> VehicleLamp:
-    """Likewise, a lamp; it has the role of the end where it now is."""
+    """A lamp turned as in `turned_round`; it has the role of the end where it now is."""
     x, y, z = lamp.at
     yaw = float(np.pi) - lamp.yaw
-    role = _SWAPPED.get(lamp.role, lamp.role)
+    role = _OTHER_END.get(lamp.role, lamp.role)
     return VehicleLamp(role, (-x - length, -y, z), lamp.size, yaw)
 
 

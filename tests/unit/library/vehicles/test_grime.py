@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from sumo3dviz_pt.library.vehicles.grime import MOST, grimed
+from sumo3dviz_pt.library.vehicles.grime import MOST, Dirt, grimed
 from sumo3dviz_pt.model.geometry import Mesh
 
-AXLES = [(0.9, 0.33), (3.6, 0.33)]
+DIRT = Dirt(length=4.5, low=0.16, axles=(0.9, 3.6), radius=0.33)
 
 
 def dirt(*points, normal=(0.0, 1.0, 0.0)):
     vertices = np.array(points, dtype=float)
     normals = np.tile(np.array(normal, dtype=float), (len(points), 1))
     mesh = Mesh(vertices, np.zeros((0, 3), np.int64), normals)
-    return grimed(mesh, length=4.5, low=0.16, axles=AXLES).uvs[:, 1]
+    return grimed(mesh, DIRT).uvs[:, 1]
 
 
 def around(x, z, **given):

@@ -310,3 +310,16 @@ def test_recipe_errors_name_the_place():
     wrong["recipe"]["panels"][0]["view"] = "below"
     with pytest.raises(ConfigError, match="below"):
         read_recipe(wrong)
+    wrong = recipe()
+    wrong["recipe"]["axles"] = [1.0]
+    with pytest.raises(ConfigError, match=r"recipe\.axles: too few values"):
+        read_recipe(wrong)
+    wrong["recipe"]["axles"] = ["front", "rear"]
+    with pytest.raises(ConfigError, match=r"recipe\.axles\[0\]: .*valid number"):
+        read_recipe(wrong)
+
+
+def test_baking_names_the_file_at_fault(tmp_path):
+    (tmp_path / "asset.yaml").write_text("{length: 4.0, recipe: {hat: 3}}", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"asset\.yaml: recipe: key"):
+        bake_folder(tmp_path)

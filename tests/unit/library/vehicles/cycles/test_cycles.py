@@ -160,6 +160,12 @@ def test_clothes_have_the_colours_that_riders_are_sorted_by():
         assert tuple(MATERIALS[name]["base_color"]["value"]) == colour
 
 
-def test_an_unknown_model_is_an_error():
-    with pytest.raises(ConfigError, match="unicycle"):
+def test_recipe_errors_name_the_place():
+    with pytest.raises(ConfigError, match=r"recipe\.model: .*unicycle"):
         build.machine_of({"recipe": {"model": "unicycle"}})
+    with pytest.raises(ConfigError, match=r"recipe: unknown key 'wings'"):
+        build.machine_of({"recipe": {"model": "bicycle", "wings": 2}})
+    moped = find("vehicles", "moped").meta["recipe"]
+    cone = {"kind": "cone", "material": "paint"}
+    with pytest.raises(ConfigError, match=r"recipe\.pieces\[0\]: .*cone"):
+        build.machine_of({"recipe": {**moped, "pieces": [cone]}})

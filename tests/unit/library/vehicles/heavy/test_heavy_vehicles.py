@@ -212,7 +212,8 @@ def test_repeated_panes_and_recesses():
             "outline": [[0.5, 1.0], [0.9, 1.0], [0.9, 1.5], [0.5, 1.5]],
             "material": "pane",
             "radius": 0.0,
-            "repeat": [3, 0.8],
+            "repeat": 3,
+            "step": 0.8,
             "recess": 0.05,
         }
     ]
@@ -269,7 +270,12 @@ def test_pieces_are_closed_and_outward(piece, volume):
 
 def test_sheets_bulge_outwards_between_their_fixed_lines():
     own = small()
-    sheet = {"kind": "sheet", "view": "left", "waves": [0.05, 0.5, 9.0], "outside": True}
+    sheet = {
+        "kind": "sheet",
+        "view": "left",
+        "waves": {"height": 0.05, "along": 0.5, "upwards": 9.0},
+        "outside": True,
+    }
     own["recipe"]["pieces"] = [
         {**sheet, "material": "tarpaulin", "low": [0.5, 1.0, 1.0], "high": [3.5, 1.2, 2.0]}
     ]

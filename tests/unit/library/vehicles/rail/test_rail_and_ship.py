@@ -218,7 +218,7 @@ def test_bogies_and_pantographs():
 
 
 def test_recipe_errors_name_the_place():
-    with pytest.raises(ConfigError, match=r"recipe\.bogies\[0\].*`at`"):
+    with pytest.raises(ConfigError, match=r"recipe\.bogies\[0\]: key 'at' is missing"):
         read_hull_vehicle(small(bogies=[{"base": 2.0}]))
     with pytest.raises(ConfigError, match=r"recipe\.pantographs\[0\].*foot"):
         read_hull_vehicle(small(pantographs=[{"at": 2.0, "hat": 2.0}]))

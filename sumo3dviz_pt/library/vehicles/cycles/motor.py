@@ -1,0 +1,68 @@
+"""Two-wheelers with a motor, made from what their recipes list: e-scooter, moped, motorcycle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from sumo3dviz_pt.library.asset_files import RecipeValue
+from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
+from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Point, Wheel, lamp
+from sumo3dviz_pt.library.vehicles.cycles.pieces import Item, shaped
+from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
+
+
+@dataclass(frozen=True, slots=True)
+class LampPlace(RecipeValue):
+    """A lamp.
+
+    Attributes:
+        role: What lights it.
+        at: Its middle [m].
+        size: Width and height [m].
+        back: Whether it shines backward.
+    """
+
+    role: str
+    at: Point
+    size: tuple[float, float]
+    back: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorRecipe(RecipeValue):
+    """A two-wheeler with a motor, in metres behind the front of the front wheel.
+
+    Attributes:
+        wheel: Both wheels.
+        axles: x of the front and the rear axle [m].
+        grasp: Where the rider touches it.
+        lamps: What can shine.
+        pieces: Everything else that is there at every level.
+        details: What only near levels have.
+        outline: What only the far level has.
+        rider: A recipe of `library/people`.
+    """
+
+    model: Literal["motor"]
+    wheel: Wheel
+    axles: tuple[float, float]
+    grasp: Grasp
+    lamps: tuple[LampPlace, ...]
+    pieces: tuple[Item, ...]
+    details: tuple[Item, ...]
+    outline: tuple[Item, ...] = ()
+    rider: dict[str, Any]
+
+
+def motor(recipe: MotorRecipe) -> Machine:
+    """Make the two-wheeler of a recipe."""
+
+    def frame(fine: Fineness) -> Iterator[Piece]:
+        yield from shaped(recipe.pieces, fine)
+        yield from shaped(recipe.details if fine.small else recipe.outline, fine)
+
+    lamps = tuple(lamp(row.role, row.at, row.size, back=row.back) for row in recipe.lamps)
+    return Machine(recipe.wheel, recipe.axles, frame, recipe.grasp, lamps, recipe.rider)
