@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
@@ -41,13 +42,9 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure as PNG; a half-written file never stays."""
-    part = path.with_name(path.name + ".part")
-    try:
+    """Write a figure as PNG."""
+    with whole(path) as part:
         figure.savefig(part, format="png", dpi=DPI, metadata={"Software": None})
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def error_plot(

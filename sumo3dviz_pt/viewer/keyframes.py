@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import make_job
@@ -194,22 +194,15 @@ def _check_result(old: dict[str, Any], after: str, name: str, text: str, file: P
 
 def _replace(file: Path, content: bytes) -> None:
     """Write a file anew, at once or not at all."""
-    part: Path | None = None
     try:
         if not os.access(file, os.W_OK):
             raise PermissionError(13, "it is write-protected")
-        with tempfile.NamedTemporaryFile(
-            dir=file.parent, prefix=f".{file.name}.", suffix=".part", delete=False
-        ) as stream:
-            part = Path(stream.name)
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        shutil.copymode(file, part)
-        part.replace(file)
+        with whole(file) as part:
+            with part.open("wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            shutil.copymode(file, part)
     except OSError as error:
         message = f"the scene file cannot be written: {error.strerror or error}"
         raise ConfigError(message, file=file) from error
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)

@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.report.convergence.gains import gains
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
@@ -105,10 +106,8 @@ def write_page(folder: Path, rows: Sequence[Row], notes: Notes) -> Path:
 
 
 def write_text(path: Path, lines: Sequence[str]) -> Path:
-    """Write lines; a half-written file never stays."""
-    part = path.with_name(path.name + ".part")
-    part.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8", newline="\n")
-    part.replace(path)
+    """Write lines of text; the file's path."""
+    write_whole(path, "\n".join(lines).rstrip() + "\n")
     return path
 
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
@@ -96,11 +97,10 @@ class Halves:
         return capped_rmse(self.mean("kept", (0,)), self.mean("kept", (1,)), cap=np.inf)
 
     def save(self, path: Path) -> None:
-        """Store under another name first: an interruption leaves the old state."""
+        """Store both halves; an interruption leaves the old state."""
         arrays = {f"{name}{half}": self.sums[half][name] for half in (0, 1) for name in LAYERS}
-        part = path.with_name("part." + path.name)
-        np.savez(part, count=self.count, **arrays)  # type: ignore[arg-type]
-        part.replace(path)
+        with whole(path) as part, part.open("wb") as stream:
+            np.savez(stream, count=self.count, **arrays)  # type: ignore[arg-type]
 
     @classmethod
     def load(cls, path: Path) -> Halves:

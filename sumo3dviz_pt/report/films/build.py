@@ -16,6 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
@@ -242,13 +243,11 @@ def _change(now: Image, before: Image | None) -> float:
 
 
 def _write_csv(path: Path, rows: Sequence[FrameRow]) -> None:
-    """Write all rows; a half-written file never stays."""
-    part = path.with_name(path.name + ".part")
-    with part.open("w", encoding="utf-8", newline="") as stream:
+    """Write all rows."""
+    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    part.replace(path)
 
 
 def _draw(rows: Sequence[FrameRow], panels: Mapping[str, Mapping[str, str]], path: Path) -> None:
