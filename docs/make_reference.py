@@ -23,6 +23,8 @@ from pydantic_core import PydanticUndefined
 
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.job import settings
+from sumo3dviz_pt.job.meanings import bounds
+from sumo3dviz_pt.job.values import models_in
 
 HERE = Path(__file__).resolve().parent
 MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
@@ -37,7 +39,7 @@ SIMPLE = {
     dt.date: "date",
     dt.time: "time of day",
 }
-BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
+SIGNS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
 UNIT = re.compile(r" *\[(m|s|deg|px)\]")
 
 
@@ -97,7 +99,7 @@ def _table(model: type[BaseModel]) -> Iterator[str]:
     yield "|---|---|---|---|---|"
     for name, field in model.model_fields.items():
         unit = UNIT.findall(field.description or "")
-        limits = ", ".join([*unit[:1], *_limits(field.annotation, field.metadata)])
+        limits = ", ".join([*unit[:1], *_limits(field)])
         meaning = UNIT.sub("", field.description or "").removeprefix("; ")
         meaning = meaning or _first_line(field.annotation)
         cells = [f"`{field.alias or name}`", _type(field.annotation), _default(field), limits]
@@ -106,7 +108,7 @@ def _table(model: type[BaseModel]) -> Iterator[str]:
 
 def _first_line(annotation: Any) -> str:
     """What a nested model says about itself."""
-    models = _inside(annotation)
+    models = models_in(annotation)
     text = (models[0].__doc__ or "").strip().splitlines()[0] if models else ""
     return text[:1].lower() + text[1:].rstrip(".")
 
@@ -115,15 +117,8 @@ def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
     """A model and all that its keys lead to."""
     yield model
     for field in model.model_fields.values():
-        for inner in _inside(field.annotation):
+        for inner in models_in(field.annotation):
             yield from _models(inner)
-
-
-def _inside(annotation: Any) -> list[type[BaseModel]]:
-    """The models in an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in get_args(annotation) for model in _inside(part)]
 
 
 def _type(annotation: Any) -> str:
@@ -158,23 +153,11 @@ COMPOUND: dict[Any, Callable[[tuple[Any, ...]], str]] = {
 }
 
 
-def _limits(annotation: Any, metadata: list[Any]) -> list[str]:
+def _limits(field: FieldInfo) -> list[str]:
     """What a value must keep to, from both sides."""
-    found = [
-        f"{sign}{getattr(limit, name)}"
-        for name, sign in BOUNDS.items()
-        for limit in metadata
-        if isinstance(getattr(limit, name, None), int | float)
+    return [
+        f"{SIGNS[bound.kind]}{bound.value}" for bound in bounds(field.annotation, field.metadata)
     ]
-    for schema in metadata:
-        number = getattr(schema, "json_schema", {}) or {}
-        for name, sign in (("minimum", "≥ "), ("maximum", "≤ ")):
-            found += [f"{sign}{part[name]:g}" for part in number.get("anyOf", ()) if name in part]
-    for part in get_args(annotation):
-        extra = getattr(part, "__metadata__", ())
-        inner = [item for info in extra for item in getattr(info, "metadata", [info])]
-        found += _limits(part, inner)
-    return list(dict.fromkeys(found))
 
 
 def _default(field: FieldInfo) -> str:

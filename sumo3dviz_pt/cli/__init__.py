@@ -1,6 +1,7 @@
 """The command line: arguments in, one clear sentence or a picture out.
 
-One module for each command, with `add` (what it takes) and `run` (what it does).
+One module for each command, or for a few that belong together, with `add` (what it takes) and
+`run` (what it does).
 
 Exit codes: 0 done; 2 wrong input or configuration; 1 failed while working, finished
 frames are kept, or something is not installed; 130 interrupted; 141 nobody reads the output

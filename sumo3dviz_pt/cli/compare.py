@@ -13,6 +13,7 @@ def add(commands: Any) -> None:
     of = "film.json, film.mp4, folder of frames, .exr or .png"
     sub.add_argument("one", type=Path, help=of)
     sub.add_argument("other", type=Path, help="what to compare it with, one of the same")
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

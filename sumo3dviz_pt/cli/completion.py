@@ -3,19 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from sumo3dviz_pt.cli.options import PROGRAM
-
-_NAMED = {
-    "--quality": "quality",
-    "--template": "template",
-    "--codec": "output.codec",
-    "--tone": "output.tone",
-}
-"""Keys of the scene file by the options that take their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +31,7 @@ def add(commands: Any) -> None:
         "completion", help="a script by which your shell completes commands and names"
     )
     sub.add_argument("shell", choices=tuple(_SHELLS), help=", ".join(_SHELLS))
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -54,21 +47,21 @@ def _commands(parser: argparse.ArgumentParser) -> dict[str, tuple[str, list[_Wor
     subs = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     about = {action.dest: action.help or "" for action in subs._choices_actions}
     return {
-        name: (about[name], [_word(action) for action in sub._actions])
+        name: (about[name], [_word(action, sub.settings) for action in sub._actions])
         for name, sub in subs.choices.items()
     }
 
 
-def _word(action: argparse.Action) -> _Word:
-    """What a shell needs to know of an option."""
+def _word(action: argparse.Action, settings: Mapping[str, str]) -> _Word:
+    """What a shell needs to know of an option; `settings` has keys of the scene file by option."""
     from sumo3dviz_pt.pipeline.choices import names_for
 
     flags, meaning = tuple(action.option_strings), (action.help or "").replace("%%", "%")
     if action.choices is not None:
         return _Word(flags, meaning, tuple(map(str, action.choices)))
-    named = next((_NAMED[flag] for flag in flags if flag in _NAMED), None)
-    if named is not None:
-        return _Word(flags, meaning, names_for(named))
+    names = [name for flag in flags if flag in settings for name in names_for(settings[flag])]
+    if names:
+        return _Word(flags, meaning, tuple(names))
     return _Word(flags, meaning, () if action.nargs == 0 else None)
 
 

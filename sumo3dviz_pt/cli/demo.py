@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overwrite, command_in, picture_size
+from sumo3dviz_pt.cli.options import add_overwrite, add_size, add_variant, command_in
 from sumo3dviz_pt.cli.progress import cpu_in_words, progress
 from sumo3dviz_pt.cli.render import print_films, render_films
 
@@ -36,10 +36,11 @@ def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("demo", help="render the bundled example: demo.mp4 and demo.png")
     sub.add_argument("-o", "--output", type=Path, default=Path(), help="folder [.]")
-    sub.add_argument("--quality", help=f"quality preset [{_COMPILED.quality}]")
-    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
-    sub.add_argument("--size", type=picture_size, help="WxH [{}x{}]".format(*_COMPILED.size))
+    sub.add_setting("--quality", "quality", after=f" [{_COMPILED.quality}]")
+    add_variant(sub)
+    add_size(sub, after=" [{}x{}]".format(*_COMPILED.size))
     add_overwrite(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

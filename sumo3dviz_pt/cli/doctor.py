@@ -22,6 +22,7 @@ def add(commands: Any) -> None:
         "--install", action="store_true", help="install the shared libraries that are missing"
     )
     sub.add_argument("--yes", action="store_true", help="do not ask before installing")
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 from sumo3dviz_pt.cli.options import (
     add_overwrite,
     add_request,
+    add_window,
     frame_range,
     overrides_of,
     request_of,
 )
 from sumo3dviz_pt.cli.progress import complain, cpu_in_words, progress
 from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
+from sumo3dviz_pt.job.meanings import meaning
 from sumo3dviz_pt.pipeline.progress.costs import spent
 
 if TYPE_CHECKING:
@@ -28,10 +30,9 @@ def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("render", help="render films; several scenes make a batch")
     sub.add_argument("scene", type=Path, nargs="+")
-    sub.add_argument("--from", dest="start", type=float, help="first frame's time [s]")
-    sub.add_argument("--to", dest="end", type=float, help="time after the last frame [s]")
-    sub.add_argument("--fps", help="frames per second; a ratio such as 30000/1001, too")
-    sub.add_argument("--speed", help="SUMO's time per film's: 0.25 is slow motion, 10 time-lapse")
+    add_window(sub, first=meaning("shots.start"), last=meaning("shots.end"))
+    sub.add_setting("--fps", "output.fps")
+    sub.add_setting("--speed", "shots.speed")
     sub.add_argument(
         "--resume", action="store_true", help="keep frames that match, render the others anew"
     )
@@ -50,6 +51,7 @@ def add(commands: Any) -> None:
         " {scene} and {shot} are filled in",
     )
     add_request(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

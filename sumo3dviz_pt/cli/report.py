@@ -20,6 +20,7 @@ def add(commands: Any) -> None:
     sub.add_argument("--against", type=Path, help="frames of the same times to compare with")
     sub.add_argument("-o", "--output", type=Path, required=True, help="folder for the report")
     add_overwrite(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -35,6 +35,7 @@ def add(commands: Any) -> None:
         help="only who passes X,Y or a standing camera, within 30 m or X,Y,R or CAMERA,R [m]",
     )
     add_overrides(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.job.values import models_in
 from sumo3dviz_pt.job.yaml12 import KeyPath, Places
 
 _WORDS: Mapping[str, str] = {
@@ -165,24 +166,16 @@ def _descend(model: Any, part: str | int) -> Any:
     if isinstance(part, int):
         return model
     if not (isinstance(model, type) and issubclass(model, BaseModel)):
-        options = _models(model)
+        options = models_in(model)
         named = [m for m in options if isinstance(part, str) and _mode(m) == part]
         return named[0] if named else (options[0] if len(options) == 1 else model)
     field = model.model_fields.get(str(part))
     if field is None:
         return None
-    models = _models(field.annotation)
+    models = models_in(field.annotation)
     if len(models) == 1 and get_origin(field.annotation) is not dict:
         return models[0]
     return get_args(field.annotation) or None
-
-
-def _models(annotation: Any) -> list[Any]:
-    """All models inside an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    parts = annotation if isinstance(annotation, tuple) else get_args(annotation)
-    return [model for part in parts for model in _models(part)]
 
 
 def _mode(model: Any) -> str | None:

@@ -120,7 +120,7 @@ class EdgeStyle(Settings):
 
     surface: Surface | None = Field(None, description="a surface's name, or an image file")
     colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
-    lane_width: Positive | None = Field(None, le=100, description="[m]")
+    lane_width: Positive | None = Field(None, le=100, description="width of each lane [m]")
     markings: bool | None = Field(None, description="whether lines are painted")
 
 
@@ -134,9 +134,9 @@ class RoadSettings(Settings):
         "european", description="white throughout, or yellow centre lines"
     )
     lane_width: Literal["from_network"] | Annotated[Positive, Field(le=100)] = Field(
-        "from_network", description="[m]"
+        "from_network", description="width of each lane [m]"
     )
-    line_width: Positive = Field(0.12, le=1.0, description="[m]")
+    line_width: Positive = Field(0.12, le=1.0, description="width of painted lines [m]")
     per_edge: dict[str, EdgeStyle] = Field(
         default_factory=dict,
         max_length=MOST_ENTRIES,
@@ -289,7 +289,9 @@ class ShotSettings(Settings):
     camera: str = Field(description="a name from `cameras`")
     start: Seconds = Field(alias="from", description="SUMO's time of the first frame [s]")
     end: Seconds = Field(alias="to", description="SUMO's time after the last frame [s]")
-    speed: Speed = Field(Fraction(1), description="SUMO's time per film's; 0.25 is slow motion")
+    speed: Speed = Field(
+        Fraction(1), description="SUMO's time per film's; 0.25 is slow motion, 10 time-lapse"
+    )
 
     @model_validator(mode="after")
     def _forward(self) -> ShotSettings:
@@ -305,10 +307,11 @@ class OutputSettings(Settings):
     size: Size = Field((1280, 720), description="width, height [px]")
     fps: Rate = Field(Fraction(25), description="frames per second; a ratio such as 30000/1001")
     codec: str = Field(
-        "auto", description="h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending"
+        "auto",
+        description="video codec: h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending",
     )
     exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
-    tone: str = Field("neutral", description="neutral, srgb, agx or filmic")
+    tone: str = Field("neutral", description="tone curve: neutral, srgb, agx or filmic")
     glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
     half: bool = Field(True, description="EXR frames in half precision")
 
@@ -349,8 +352,8 @@ class Job(Settings):
     """A whole scene file."""
 
     scenario: ScenarioSettings
-    template: str = Field("highway_day", description="a name from `scene_templates/scene`")
-    seed: Seed = Field(0, description="everything random comes from it")
+    template: str = Field("highway_day", description="scene template, from `scene_templates/scene`")
+    seed: Seed = Field(0, description="seed of everything random")
     sky: SkySettings = Field(SkySettings(), description="sky and light")
     ground: GroundSettings = GroundSettings()
     roads: RoadSettings = RoadSettings()
@@ -367,5 +370,5 @@ class Job(Settings):
         (), max_length=MOST_ENTRIES, description="what `render` films"
     )
     output: OutputSettings = OutputSettings()
-    quality: str = Field("standard", description="a name from `scene_templates/quality`")
+    quality: str = Field("standard", description="quality preset, from `scene_templates/quality`")
     textured: bool = Field(True, description="false paints everything in matt colours")

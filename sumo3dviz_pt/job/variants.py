@@ -12,6 +12,9 @@ VARIANTS: Mapping[str, str] = MappingProxyType(
     {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb", "scalar": "scalar_rgb"}
 )
 
+VARIANT = "llvm"
+"""The one that is used where none is asked for."""
+
 
 def check_variant(name: str) -> None:
     """Refuse a name that no variant has.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.tonemap import develop
 from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.library.materials.named import principled
@@ -31,6 +32,7 @@ from sumo3dviz_pt.model.scene import (
     View,
 )
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.stills.still import check_target
 from sumo3dviz_pt.world.sky.build import DARK, build_sky
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ Pixels = NDArray[np.uint8]
 SKIES = "skies"
 """The sheet that shows skies; the others show exhibits."""
 
+_PICTURES = (".png", ".jpg", ".jpeg", ".exr")  # endings that nobody gives to a folder
 _APART = 170.0  # between exhibits, so that none stands in another's light [m]
 _COLUMNS = {SKIES: 3, "levels": 6}
 _SLABS = 2  # triangles of samples, which are not worth telling
@@ -59,6 +62,28 @@ def sheet_names() -> tuple[str, ...]:
     from sumo3dviz_pt.shot.showroom import FAMILIES
 
     return (*FAMILIES, SKIES)
+
+
+def sheet_files(chosen: Sequence[str], *, into: Path | None = None) -> dict[str, Path]:
+    """Return the file of each sheet, by the sheet's name.
+
+    Args:
+        chosen: Names of sheets; none stands for all.
+        into: A folder for them, or the .png of a single one; default the working directory.
+
+    Raises:
+        ConfigError: If a picture is to hold several sheets, or is no .png.
+    """
+    folder, names = into or Path(), tuple(chosen) or sheet_names()
+    if folder.is_dir() or folder.suffix.lower() not in _PICTURES:
+        return {name: folder / f"sheet_{name}.png" for name in names}
+    if len(names) > 1:
+        known = ", ".join(names)
+        raise ConfigError(
+            f"{folder} can hold one sheet only; name one of {known}, or a folder", key="output"
+        )
+    check_target(folder, suffixes=(".png",), overwrite=True)
+    return {names[0]: folder}
 
 
 @dataclass(frozen=True, slots=True)
