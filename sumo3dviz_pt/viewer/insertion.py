@@ -18,7 +18,7 @@ import yaml
 from sumo3dviz_pt.errors import ConfigError
 
 _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""Line breaks as the scanner knows them."""
+"""Line breaks as YAML's scanner sees them."""
 
 _STEP = 2
 """Spaces by which entries are indented where nothing else says so, and in what is inserted."""

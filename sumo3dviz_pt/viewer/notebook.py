@@ -20,7 +20,7 @@ class Viewer:
     """A viewer that runs until it is closed; notebooks show its page.
 
     Args:
-        render thread: What renders; it is started here.
+        render_thread: What renders; it is started here.
         size: Of its pictures [px].
         choices: How it listens and looks.
 

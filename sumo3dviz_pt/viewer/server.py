@@ -71,8 +71,8 @@ class _Site:
     """What the routes need.
 
     Attributes:
-        render thread: Renders.
-        token: Opens.
+        render_thread: What renders.
+        token: The secret in the address.
         proxied: Whether a notebook server passes pages' requests on, under its own name.
         files: Text and content type of the page's files, by name.
         talks: Open conversations.
@@ -139,7 +139,7 @@ class Server:
         self._thread.start()
 
     def close(self) -> None:
-        """Say goodbye to the pages, stop rendering, wait for both. Again does nothing."""
+        """Say goodbye to the pages, stop rendering, wait for both; a second time does nothing."""
         if self.running:
             self._tell(self._stop)
             self._parted.wait()
@@ -213,7 +213,13 @@ def serve(
 def application(
     render_thread: RenderThread, token: str, *, proxied: bool = False
 ) -> web.Application:
-    """The routes `/TOKEN/`, its files, `/TOKEN/ws` and `/TOKEN/stills/N.png`."""
+    """Make the routes `/TOKEN/`, its files, `/TOKEN/ws` and `/TOKEN/stills/N.png`.
+
+    Args:
+        render_thread: What renders.
+        token: The secret in the address.
+        proxied: Whether a notebook server passes pages' requests on, under its own name.
+    """
     made = web.Application(middlewares=[_guarded])
     made[_SITE] = _Site(render_thread, token, proxied, _page_files(), set())
     made.on_response_prepare.append(_sign)
@@ -229,14 +235,14 @@ def application(
     return made
 
 
-# Who may ask -------------------------------------------------------------------------------
+# Which requests are answered ---------------------------------------------------------------
 
 
 @web.middleware
 async def _guarded(
     request: web.Request, handler: Callable[[web.Request], Any]
 ) -> web.StreamResponse:
-    """Let only those pass who ask under our own name, from our own page, with the token."""
+    """Answer only requests to our own name, from our own page, with the token."""
     host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
     proxied = request.app[_SITE].proxied
     if not (_OWN_NAME.fullmatch(host) or proxied):

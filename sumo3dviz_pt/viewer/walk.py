@@ -19,7 +19,7 @@ SPEED = 10.0
 """Of movement [m/s]."""
 
 HASTE = 5.0
-"""Times as fast with Shift; turning keeps its speed, or nobody could aim."""
+"""Shift makes movement this many times as fast; turning keeps its speed, so that one can aim."""
 
 TURN = 60.0
 """Of turning [deg/s]."""
@@ -121,7 +121,7 @@ def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np
     position = eye.position + step
     position[2] = max(max(eye.position[2], lowest) + step[2], lowest)
     pitch = eye.pitch + held["pitch"] * TURN * seconds
-    # A view from straight above keeps its pitch until somebody changes it.
+    # A view from straight above keeps its pitch until a key changes it.
     pitch = float(np.clip(pitch, -STEEPEST, STEEPEST)) if held["pitch"] else eye.pitch
     return replace(eye, position=position, heading=eye.heading + turn, pitch=pitch)
 
