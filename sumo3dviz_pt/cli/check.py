@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _asked(options: argparse.Namespace) -> dict[str, str]:
-    """Size, frame rate and preset as values of the scene file."""
+    """Return the size, frame rate and preset as values of the scene file."""
     asked = {"output.fps": options.fps, "quality": options.quality}
     if options.size is not None:
         asked["output.size"] = str(list(options.size))

@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _commands(parser: argparse.ArgumentParser) -> dict[str, tuple[str, list[_Word]]]:
-    """Every command's meaning and words."""
+    """Return every command's meaning and words."""
     subs = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     about = {action.dest: action.help or "" for action in subs._choices_actions}
     return {
@@ -53,7 +53,7 @@ def _commands(parser: argparse.ArgumentParser) -> dict[str, tuple[str, list[_Wor
 
 
 def _word(action: argparse.Action, settings: Mapping[str, str]) -> _Word:
-    """What a shell needs to know of an option; `settings` has keys of the scene file by option."""
+    """Return what a shell needs to know of an option; `settings` are a parser's."""
     from sumo3dviz_pt.pipeline.choices import names_for
 
     flags, meaning = tuple(action.option_strings), (action.help or "").replace("%%", "%")
@@ -100,7 +100,7 @@ def _bash(commands: dict[str, tuple[str, list[_Word]]]) -> str:
 
 
 def _taking(commands: dict[str, tuple[str, list[_Word]]]) -> Iterator[_Word]:
-    """Options with values, each once; those that take files have none to offer."""
+    """Yield the options with values, each once; those that take files have none to offer."""
     seen = set[tuple[str, ...]]()
     for _, words in commands.values():
         for word in words:
@@ -127,7 +127,7 @@ def _fish(commands: dict[str, tuple[str, list[_Word]]]) -> str:
 
 
 def _fish_word(word: _Word) -> Iterator[str]:
-    """One option in fish's words."""
+    """Yield the line of an option in fish's words."""
     for flag in word.flags:
         yield f"-l {flag[2:]}" if flag.startswith("--") else f"-s {flag[1:]}"
     if word.takes:
@@ -175,12 +175,12 @@ def _powershell(commands: dict[str, tuple[str, list[_Word]]]) -> str:
 
 
 def _offered(word: _Word) -> tuple[str, ...]:
-    """What can stand where a command's words stand."""
+    """Return what can stand where a command's words stand."""
     return word.flags or word.takes or ()
 
 
 def _quoted(text: str) -> str:
-    """A word in single quotes, as fish and PowerShell read them."""
+    """Return a word in single quotes, as fish and PowerShell read them."""
     return "'" + text.replace("'", "’") + "'"
 
 

@@ -66,5 +66,5 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _scene_name(scene: Path) -> str:
-    """What tables call a scene: its file's name, or its folder's if that says nothing."""
+    """Return what tables call a scene: its file's name, or its folder's if that says nothing."""
     return scene.stem if scene.stem != "scene" else scene.resolve().parent.name

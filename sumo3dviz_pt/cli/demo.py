@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _extent(options: argparse.Namespace, *, compiled: bool) -> _Extent:
-    """How much to render; a slow machine is told what it leaves out."""
+    """Return how much to render; a slow machine is told what it leaves out."""
     usual = _COMPILED if compiled else _SCALAR
     chosen = replace(
         usual, size=options.size or usual.size, quality=options.quality or usual.quality

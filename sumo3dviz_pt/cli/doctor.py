@@ -57,7 +57,7 @@ def _mended(found: Diagnosis, *, yes: bool) -> bool:
 
 
 def _agreed(order: Order) -> bool:
-    """Whether somebody says yes; what would be done is said in any case."""
+    """Return whether somebody says yes; what would be done is said in any case."""
     if not order.interactive:
         _tell(f"nobody is there to ask; with --yes this would run: {order.in_words()}")
         return False

@@ -86,7 +86,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _parser_of(parser: argparse.ArgumentParser, command: str | None) -> argparse.ArgumentParser:
-    """The parser of a command."""
+    """Return the parser of a command."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction) and command in action.choices:
             found: argparse.ArgumentParser = action.choices[command]
@@ -101,7 +101,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def _names(keys: Iterable[str]) -> str:
-    """Names that can be chosen, key by key."""
+    """Return the names that can be chosen, key by key."""
     from sumo3dviz_pt.pipeline.choices import names_for
 
     width = min(100, shutil.get_terminal_size().columns)
@@ -216,7 +216,7 @@ def frame_range(text: str) -> tuple[int, int]:
 
 
 def overrides_of(options: argparse.Namespace) -> dict[str, str]:
-    """What --set says: values by key.
+    """Return what --set says: values by key.
 
     Raises:
         ConfigError: If a key has no value.
@@ -229,7 +229,7 @@ def overrides_of(options: argparse.Namespace) -> dict[str, str]:
 
 
 def request_of(options: argparse.Namespace) -> Request:
-    """What still and render ask for."""
+    """Return what still and render ask for."""
     from sumo3dviz_pt.pipeline.production import Request
 
     return Request(
@@ -244,7 +244,7 @@ def request_of(options: argparse.Namespace) -> Request:
 
 
 def command_in(words: Sequence[str]) -> str:
-    """A command as pictures tell it: as given, but for where they go, so that bytes stay alike."""
+    """Return a command as pictures tell it: without their own place, so that bytes stay alike."""
     kept: list[str] = []
     skip = False
     for word in words:

@@ -94,7 +94,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """All commands and their options."""
+    """Return all commands and their options."""
     from sumo3dviz_pt import __version__
 
     parser = Parser(
@@ -111,7 +111,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
-    """How to go on after a film broke off."""
+    """Return how to go on after a film broke off."""
     began = not isinstance(error, InstallationError)
     if began and options is not None and getattr(options, "command", "") == "render":
         return "; finished frames are kept: the same command with --resume goes on"

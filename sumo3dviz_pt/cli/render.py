@@ -96,7 +96,7 @@ def _work(
 
 
 def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tuple[Job, FilmOrder]:
-    """A scene and what is to be made of it; what is wrong with either is said before any work."""
+    """Return a scene and what is to be made of it; refuse what is wrong before any work."""
     from sumo3dviz_pt.pipeline.films.build import FilmOrder, check_order, check_places
     from sumo3dviz_pt.pipeline.production import check_choices
     from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -123,14 +123,20 @@ def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tupl
 
 
 def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> int:
-    """Tell what is wrong with one scene of a batch; the exit code."""
+    """Tell what is wrong with one scene of a batch; return the exit code."""
     if len(options.scene) == 1:
         raise error
     return complain(f"{scene}: {error}", 2 if isinstance(error, InputError | ConfigError) else 1)
 
 
 def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmReport]:
-    """Render films and show how far they are."""
+    """Render films and show how far they are.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
+    """
     from sumo3dviz_pt.pipeline.films.build import render_film
     from sumo3dviz_pt.pipeline.films.orders import shots_of
     from sumo3dviz_pt.pipeline.progress.expectations import film_steps

@@ -117,7 +117,7 @@ class Order:
     interactive: bool
 
     def command(self, arguments: Iterable[str]) -> list[str]:
-        """The program's command line, with an administrator's rights where it needs them."""
+        """Return the program's command line, with an administrator's rights where it needs them."""
         own = [self.program, *(text.format(prefix=sys.prefix) for text in arguments)]
         if not self.manager.root:
             return own
@@ -128,14 +128,14 @@ class Order:
         return ["sudo", *(() if self.interactive else ("-n",)), *own]
 
     def in_words(self) -> str:
-        """What a person would type."""
+        """Return what a person would type."""
         chosen = [self.manager.packages[library] for library in self.libraries]
         arguments = [text.format(prefix=sys.prefix) for text in self.manager.install]
         return " ".join([Path(self.program).stem, *arguments, *chosen])
 
 
 def order_for(libraries: Iterable[str], *, interactive: bool) -> Order:
-    """What brings libraries here.
+    """Return what brings libraries here.
 
     Args:
         libraries: Those that are lacking: `ATOMIC`, `LLVM` or both.
@@ -157,7 +157,7 @@ def order_for(libraries: Iterable[str], *, interactive: bool) -> Order:
 
 
 def _permitted(order: Order) -> Order:
-    """An order that this user may carry out."""
+    """Return an order that this user may carry out."""
     if order.manager.root and not _is_administrator() and shutil.which("sudo") is None:
         raise InstallationError(
             "an administrator's rights are needed and there is no sudo; let an administrator"
@@ -167,7 +167,7 @@ def _permitted(order: Order) -> Order:
 
 
 def in_conda() -> bool:
-    """Whether this Python is an environment of conda's."""
+    """Return whether this Python is an environment of conda's."""
     return (Path(sys.prefix) / "conda-meta").is_dir()
 
 
@@ -200,7 +200,7 @@ def carry_out(order: Order, tell: Tell) -> None:
 
 
 def _packages(order: Order) -> tuple[list[str], list[str]]:
-    """Packages to install, and libraries that no package known to the index brings."""
+    """Return the packages to install, and libraries that no package known to the index brings."""
     found: list[str] = []
     lacking: list[str] = []
     for library in order.libraries:
@@ -212,7 +212,7 @@ def _packages(order: Order) -> tuple[list[str], list[str]]:
 
 
 def newest_llvm(listing: str, *, tested: str) -> str:
-    """The package of libLLVM to take.
+    """Return the package of libLLVM to take.
 
     Args:
         listing: A package's name at the beginning of each line.
@@ -243,7 +243,7 @@ def _ran(command: list[str], tell: Tell) -> bool:
 
 
 def _output(command: tuple[str, ...]) -> str:
-    """What a command prints; nothing if there is no such command."""
+    """Return what a command prints; nothing if there is no such command."""
     try:
         return subprocess.run(command, capture_output=True, text=True, check=False).stdout
     except OSError:
@@ -251,5 +251,5 @@ def _output(command: tuple[str, ...]) -> str:
 
 
 def _is_administrator() -> bool:
-    """Whether this process has an administrator's rights already."""
+    """Return whether this process has an administrator's rights already."""
     return hasattr(os, "geteuid") and os.geteuid() == 0

@@ -22,7 +22,7 @@ class ObjectSettings(Settings):
     @model_validator(mode="before")
     @classmethod
     def _lists(cls, data: Any) -> Any:
-        """A single model may stand without brackets."""
+        """Let a single model stand without brackets."""
         if isinstance(data, dict) and "model" in data:
             return {**data, "model": listed(data["model"])}
         return data

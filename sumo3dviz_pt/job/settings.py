@@ -56,7 +56,7 @@ class ScenarioSettings(Settings):
     @model_validator(mode="before")
     @classmethod
     def _lists(cls, data: Any) -> Any:
-        """A single file may stand without brackets."""
+        """Let a single file stand without brackets."""
         many = ("trajectories", "signals", "additional", "vehicle_types")
         if isinstance(data, dict):
             return {key: listed(value) if key in many else value for key, value in data.items()}
@@ -271,7 +271,7 @@ class CinematicCamera(Settings):
 
     @model_validator(mode="after")
     def _in_order(self) -> CinematicCamera:
-        """Key frames must go forward in time."""
+        """Refuse key frames that do not go forward in time."""
         times = [key.time for key in self.keyframes]
         if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError("the times of keyframes must increase")
@@ -295,7 +295,7 @@ class ShotSettings(Settings):
 
     @model_validator(mode="after")
     def _forward(self) -> ShotSettings:
-        """A shot must last."""
+        """Refuse a shot without length."""
         if self.end <= self.start:
             raise ValueError(f"'to' ({self.end}) must be later than 'from' ({self.start})")
         return self

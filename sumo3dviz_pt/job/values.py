@@ -72,7 +72,7 @@ Zone = Annotated[str, AfterValidator(_zone)]
 
 
 def _within(low: Fraction, high: Fraction) -> Callable[[Any], Fraction]:
-    """A check of ratios between two bounds."""
+    """Return a check of ratios between two bounds."""
 
     def checked(value: Any) -> Fraction:
         found = ratio_of(value)
@@ -85,7 +85,7 @@ def _within(low: Fraction, high: Fraction) -> Callable[[Any], Fraction]:
 
 
 def _schema(low: Fraction, high: Fraction) -> WithJsonSchema:
-    """How a ratio is written."""
+    """Return how a ratio is written."""
     number = {"type": "number", "minimum": float(low), "maximum": float(high)}
     return WithJsonSchema({"anyOf": [number, {"type": "string", "pattern": r"^[\d./ ]+$"}]})
 
@@ -102,7 +102,7 @@ Speed = Annotated[Fraction, PlainValidator(_within(*_SPEEDS)), _SHORT, _schema(*
 
 
 def asked_rate(value: Ratio) -> Fraction:
-    """A frame rate that a command or a program asks for.
+    """Return a frame rate that a command or a program asks for.
 
     Raises:
         ConfigError: If it is none.
@@ -111,7 +111,7 @@ def asked_rate(value: Ratio) -> Fraction:
 
 
 def asked_speed(value: Ratio) -> Fraction:
-    """A speed that a command or a program asks for.
+    """Return a speed that a command or a program asks for.
 
     Raises:
         ConfigError: If it is none.
@@ -120,7 +120,7 @@ def asked_speed(value: Ratio) -> Fraction:
 
 
 def _asked(value: Ratio, bounds: tuple[Fraction, Fraction], key: str) -> Fraction:
-    """A ratio within bounds."""
+    """Return a ratio within bounds."""
     try:
         return _within(*bounds)(value)
     except ValueError as error:

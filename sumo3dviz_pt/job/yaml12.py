@@ -113,7 +113,7 @@ def parse_yaml(text: str, *, file: str | Path | None = None) -> tuple[Any, Place
 
 
 def _parsed(text: str, file: str | Path | None) -> tuple[Any, Places]:
-    """The value and the places of its keys."""
+    """Return the value and the places of its keys."""
     loader = _Loader(text)
     try:
         node = loader.get_single_node()
@@ -204,12 +204,12 @@ class _Walk:
 
 
 def _place(node: yaml.Node) -> tuple[int, int]:
-    """Line and column, from 1."""
+    """Return the line and column, from 1."""
     return node.start_mark.line + 1, node.start_mark.column + 1
 
 
 def _apart(value: Any) -> Any:
-    """A copy in which aliases share nothing, so that one can be changed without the others."""
+    """Return a copy in which aliases share nothing: each can be changed alone."""
     if isinstance(value, dict):
         return {key: _apart(item) for key, item in value.items()}
     return [_apart(item) for item in value] if isinstance(value, list) else value

@@ -61,7 +61,13 @@ _AT_BEGIN = re.compile("simple key|quoted scalar|flow sequence|flow mapping|alia
 
 
 def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> ConfigError:
-    """PyYAML's error as one of ours, with its place."""
+    """Return PyYAML's error as one of ours, with its place.
+
+    Args:
+        error: PyYAML's.
+        text: The document.
+        file: Where it stands, for messages.
+    """
     if isinstance(error, yaml.reader.ReaderError):
         return _unreadable(error, text, file)
     assert isinstance(error, yaml.MarkedYAMLError)
@@ -81,7 +87,7 @@ def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> C
 
 
 def _unreadable(error: yaml.reader.ReaderError, text: str, file: str | Path | None) -> ConfigError:
-    """A character that no text holds."""
+    """Return a character that no text holds."""
     before = text[: error.position]
     return ConfigError(
         f"this is not valid YAML: the character {text[error.position]!a} stands here;"

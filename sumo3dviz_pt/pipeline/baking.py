@@ -1,4 +1,4 @@
-"""The library of assets: what it holds, and how its files are made again."""
+"""Lists the library of assets, and makes its files again."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ Bake = Callable[[Path], tuple[Path, ...]]
 
 
 def families() -> tuple[str, ...]:
-    """All families of assets."""
+    """Return all families of assets."""
     folder = catalog.data_root("assets")
     return tuple(sorted(path.name for path in folder.iterdir() if path.is_dir()))
 
 
 def listing(chosen: Sequence[str]) -> list[str]:
-    """A table of assets: family, name, what it is, triangles, size, licence.
+    """Return a table of assets: family, name, what it is, triangles, size, licence.
 
     Args:
         chosen: Families; none stands for all.
@@ -42,7 +42,7 @@ def listing(chosen: Sequence[str]) -> list[str]:
 
 
 def build(chosen: Sequence[str], *, into: Path | None = None) -> None:
-    """Make the files of assets again; wholes that are coupled from others have none.
+    """Make the files of assets again; vehicles that are coupled from other assets have none.
 
     Args:
         chosen: Families, or `family/name`; none stands for all.
@@ -65,13 +65,13 @@ def build(chosen: Sequence[str], *, into: Path | None = None) -> None:
 
 
 def _copied(path: Path, folder: Path) -> None:
-    """A recipe where its asset is to be built."""
+    """Copy a recipe to where its asset is to be built."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / path.name).write_bytes(path.read_bytes())
 
 
 def _entries(chosen: Sequence[str]) -> list[catalog.Entry]:
-    """The assets that words mean."""
+    """Return the assets that words mean."""
     found = []
     for word in chosen or families():
         family, _, name = word.partition("/")
@@ -82,7 +82,7 @@ def _entries(chosen: Sequence[str]) -> list[catalog.Entry]:
 
 
 def _families(chosen: Sequence[str]) -> Sequence[str]:
-    """The families that words mean."""
+    """Return the families that words mean."""
     known = families()
     for word in chosen:
         if word not in known:
@@ -91,12 +91,12 @@ def _families(chosen: Sequence[str]) -> Sequence[str]:
 
 
 def _hint(word: str, known: Sequence[str]) -> str:
-    """What could have been meant."""
+    """Return what could have been meant."""
     return catalog.did_you_mean(word, known)
 
 
 def _row(entry: catalog.Entry) -> tuple[str, ...]:
-    """One line of the table."""
+    """Return one line of the table."""
     meta = entry.meta
     sides = [meta[key] for key in ("length", "width", "height") if key in meta]
     levels = [sum(row["triangles"] for row in meta.get(level, ())) for level in ("parts", "far")]
@@ -113,7 +113,7 @@ def _row(entry: catalog.Entry) -> tuple[str, ...]:
 
 
 def _bakers() -> Mapping[str, Bake]:
-    """How the files of each family are made; people are modelled when a scene needs them."""
+    """Return how the files of each family are made; people are modelled when a scene needs them."""
     from sumo3dviz_pt.image.exr import write_exr
     from sumo3dviz_pt.image.png import write_png
     from sumo3dviz_pt.library.skies.bake import CLOUD_LOSS, bake_clouds

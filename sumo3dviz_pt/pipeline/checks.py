@@ -79,7 +79,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
 
 
 def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[str, Any]:
-    """What one shot holds and costs."""
+    """Return what one shot holds and costs."""
     output = production.job.output
     data = production.shot.data
     families = Counter[str]()
@@ -116,7 +116,7 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
 
 
 def _parts(data: SceneData) -> dict[str, int]:
-    """Objects that the renderer holds."""
+    """Return the objects that the renderer holds."""
     return {
         "static meshes": len(data.static),
         "materials": len(data.materials),
@@ -128,7 +128,7 @@ def _parts(data: SceneData) -> dict[str, int]:
 
 
 def in_words(report: dict[str, Any]) -> str:
-    """The report as people read it."""
+    """Return the report as people read it."""
     log, network = report["log"], report["network"]
     users = ", ".join(f"{count} {kind}s" for kind, count in sorted(log["road_users"].items()))
     lines = [
@@ -146,7 +146,7 @@ def in_words(report: dict[str, Any]) -> str:
 
 
 def _shot_lines(shot: dict[str, Any]) -> list[str]:
-    """One shot as people read it."""
+    """Return one shot as people read it."""
     triangles = dict(shot["triangles"])
     total = triangles.pop("total")
     parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
@@ -167,7 +167,7 @@ _COST_HEAD = ("", "CPU-s a frame", "CPU-hours", "time here", "memory", "frames",
 
 
 def _cost_lines(shot: dict[str, Any]) -> list[str]:
-    """What each preset costs, as a table; the cheapest first."""
+    """Return what each preset costs, as a table; the cheapest first."""
     rows = [
         (
             name,

@@ -71,7 +71,7 @@ class Trial:
     missing: tuple[str, ...] = ()
 
     def as_json(self) -> str:
-        """In one line, for another process."""
+        """Return it in one line, for another process."""
         return json.dumps(asdict(self))
 
 
@@ -101,20 +101,20 @@ def examine() -> Diagnosis:
 
 
 def _about_llvm(llvm: libllvm.Library, trial: Trial) -> str:
-    """Version and file, or why there is none; a note on the renderer says that already."""
+    """Return version and file, or why there is none; a note on the renderer says that already."""
     if llvm.version:
         return f"{llvm.version} ({llvm.path})"
     return "not in use" if trial.note else llvm.problem
 
 
 def _remarks(trial: Trial) -> list[tuple[str, str]]:
-    """What is wrong, and what could be better."""
+    """Return what is wrong, and what could be better."""
     wrong = [("problem", problem) for problem in trial.problems]
     return [*wrong, ("note", trial.note)] if trial.note else wrong
 
 
 def _lacks(trial: Trial, llvm: libllvm.Library) -> Iterator[str]:
-    """Libraries that a package manager may bring; not what the user's own choice hides."""
+    """Yield libraries that a package manager may bring; none that the user's own choice hides."""
     yield from (LIBRARIES[name] for name in trial.missing if name in LIBRARIES)
     if llvm.problem and not os.environ.get(libllvm.VARIABLE):
         yield LLVM
@@ -152,7 +152,7 @@ def _loaded_all() -> Trial:
 
 
 def _tried_in_another_process() -> Trial:
-    """The same in a process that may end as it likes, and has this very package."""
+    """Return the same in a process that may end as it likes, and has this very package."""
     place = str(Path(__file__).resolve().parents[2])
     command = [sys.executable, "-P", "-c", _TRY, place]
     try:
@@ -168,7 +168,7 @@ def _tried_in_another_process() -> Trial:
 
 
 def _ending(code: int) -> str:
-    """An exit code, or the name of the signal that ended a process."""
+    """Return an exit code, or the name of the signal that ended a process."""
     try:
         return signal.Signals(-code).name
     except ValueError:
@@ -176,7 +176,7 @@ def _ending(code: int) -> str:
 
 
 def processor() -> str:
-    """The processor's name, and which of its vector units kernels use."""
+    """Return the processor's name, and which of its vector units kernels use."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
@@ -188,7 +188,7 @@ def processor() -> str:
 
 
 def physical_memory() -> int:
-    """Physical memory [bytes], or 0 where the system does not say."""
+    """Return the physical memory [bytes], or 0 where the system does not say."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
@@ -196,7 +196,7 @@ def physical_memory() -> int:
 
 
 def _ffmpeg() -> tuple[bool, str]:
-    """Whether films can be encoded, and by what."""
+    """Return whether films can be encoded, and by what."""
     try:
         import imageio_ffmpeg
 
@@ -206,7 +206,7 @@ def _ffmpeg() -> tuple[bool, str]:
 
 
 def _bodies_folder() -> str:
-    """Where our own cache lies."""
+    """Return where our own cache lies."""
     try:
         from sumo3dviz_pt.catalog import cache_root
     except ImportError as error:
@@ -215,14 +215,14 @@ def _bodies_folder() -> str:
 
 
 def _kernels_folder() -> Path:
-    """Where Dr.Jit keeps compiled kernels."""
+    """Return where Dr.Jit keeps compiled kernels."""
     chosen = os.environ.get("DRJIT_CACHE_DIR")
     usual = Path(tempfile.gettempdir(), "drjit") if os.name == "nt" else Path("~/.drjit")
     return Path(chosen) if chosen else usual.expanduser()
 
 
 def _writable(folder: Path) -> str:
-    """A cache's place, and whether something can be kept there."""
+    """Return a cache's place, and whether something can be kept there."""
     whole = folder.absolute()
     there = next(place for place in (whole, *whole.parents) if place.exists())
     try:

@@ -1,4 +1,4 @@
-"""Names that settings refer to: presets, surfaces, codecs, tone curves, cameras."""
+"""Finds names in a scene file that nothing has: presets, surfaces, codecs, tone curves, cameras."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Unknown = tuple[KeyPath, str]
 
 
 def unknown_names(job: Job) -> Iterator[Unknown]:
-    """Every name of a job that nothing has; nothing heavy is loaded for it."""
+    """Yield every name of a job that nothing has; nothing heavy is loaded for it."""
     from sumo3dviz_pt.image.tonemap import TONES
     from sumo3dviz_pt.video.codecs import AUTO, CODECS
 
@@ -46,7 +46,7 @@ def unknown_names(job: Job) -> Iterator[Unknown]:
 
 
 def _unknown_looks(job: Job) -> Iterator[Unknown]:
-    """Models that are given to single road users and do not exist."""
+    """Yield the models that are given to single road users and do not exist."""
     vehicles, people = catalog.names("vehicles"), catalog.names("people")
     for pattern, look in job.vehicles.by_id.items():
         place, name = ("vehicles", "by_id", pattern, "model"), look.model
@@ -58,7 +58,7 @@ def _unknown_looks(job: Job) -> Iterator[Unknown]:
 
 
 def _surfaces(job: Job) -> Iterator[tuple[KeyPath, str]]:
-    """Where surfaces are named, and which."""
+    """Yield where surfaces are named, and which."""
     yield ("ground", "texture"), job.ground.texture
     yield ("roads", "surface"), job.roads.surface
     for pattern, style in job.roads.per_edge.items():

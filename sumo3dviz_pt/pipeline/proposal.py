@@ -93,7 +93,7 @@ def _proposal(scenario: Scenario) -> _Proposal:
 
 
 def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
-    """A camera above and behind the busiest 60 m, looking along the traffic."""
+    """Return a camera above and behind the busiest 60 m, looking along the traffic."""
     here = [trace for trace in traces if trace.times[0] <= time <= trace.times[-1]]
     here = here or list(traces)
     rows = [int(np.argmin(np.abs(trace.times - time))) for trace in here]
@@ -113,7 +113,7 @@ def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
 def _rider(
     traces: Sequence[Trace], scenario: Scenario, start: float, end: float, target: Floats
 ) -> str | None:
-    """The car that drives through the whole shot, farthest, and not on bad ground."""
+    """Return the car that drives through the whole shot, farthest, and not on bad ground."""
     best: tuple[float, str] | None = None
     for trace in traces:
         kind = scenario.vehicle_types.get(trace.type_id)
@@ -139,7 +139,7 @@ def _text(
     output: Path,
     template: str,
 ) -> str:
-    """The scene file."""
+    """Return the scene file."""
     traffic = scenario.traffic
     lines = [
         LINE,
@@ -170,7 +170,7 @@ def _text(
 
 
 def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
-    """The files, relative to the scene file."""
+    """Return the files, relative to the scene file."""
 
     def quoted(path: Path) -> str:
         try:
@@ -188,12 +188,12 @@ def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
 
 
 def _point(point: Floats) -> str:
-    """A point as YAML."""
+    """Return a point as YAML."""
     return "[" + ", ".join(f"{value:.2f}" for value in point) + "]"
 
 
 def _ride_lines(proposal: _Proposal) -> list[str]:
-    """Cameras that ride with the proposed vehicle."""
+    """Return the cameras that ride with the proposed vehicle."""
     if proposal.vehicle is None:
         return []
     name = '"' + proposal.vehicle.replace("\\", "\\\\").replace('"', '\\"') + '"'
@@ -207,7 +207,7 @@ def _ride_lines(proposal: _Proposal) -> list[str]:
 
 
 def _flight_lines(proposal: _Proposal) -> list[str]:
-    """A gentle descent towards the busiest place."""
+    """Return a gentle descent towards the busiest place."""
     away = proposal.eye - proposal.target
     far = proposal.target + away * [1.8, 1.8, 2.6]
     middle = 0.5 * (proposal.start + proposal.end)
@@ -230,7 +230,7 @@ def _flight_lines(proposal: _Proposal) -> list[str]:
 
 
 def _shot_lines(proposal: _Proposal) -> list[str]:
-    """One shot for each camera."""
+    """Return one shot for each camera."""
     cameras = ["overview", *(["driver"] if proposal.vehicle else []), "flight"]
     return [
         f"  - {{camera: {camera}, from: {proposal.start:g}, to: {proposal.end:g}}}"

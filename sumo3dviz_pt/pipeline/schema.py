@@ -25,7 +25,7 @@ Node = dict[str, Any]
 
 
 def scene_schema() -> Node:
-    """The JSON schema of scene files, with the names that this installation knows."""
+    """Return the JSON schema of scene files, with the names that this installation knows."""
     from sumo3dviz_pt.job.settings import Job
 
     schema = Job.model_json_schema()
@@ -42,7 +42,7 @@ def scene_schema() -> Node:
 
 
 def schema_text() -> str:
-    """The schema as text."""
+    """Return the schema as text."""
     return json.dumps(scene_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
@@ -61,7 +61,7 @@ def write_schema(path: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether a file is such a schema."""
+    """Return whether a file is such a schema."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -70,7 +70,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def _places(schema: Node, node: Node, words: list[str]) -> Iterator[Node]:
-    """Where a key stands; `NAME` stands for any, and a key may have several meanings."""
+    """Yield where a key stands; `NAME` stands for any, and a key may have several meanings."""
     if "$ref" in node:
         node = schema["$defs"][node["$ref"].rpartition("/")[2]]
     for branch in (*node.get("anyOf", ()), *node.get("oneOf", ())):

@@ -1,4 +1,4 @@
-"""Contact sheets: pictures of everything that users can choose by name."""
+"""Draws contact sheets: pictures of everything that users can choose by name."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _MEAN = 0.05  # of white: what the mean of a night's picture is exposed for
 
 
 def sheet_names() -> tuple[str, ...]:
-    """All contact sheets."""
+    """Return all contact sheets."""
     from sumo3dviz_pt.shot.showroom import FAMILIES
 
     return (*FAMILIES, SKIES)
@@ -123,7 +123,7 @@ def draw_sheet(order: SheetOrder) -> None:
 
 
 def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
-    """Every sky beside its sun or moon, over a few things that it lights."""
+    """Yield every sky beside its sun or moon, over a few things that it lights."""
     from sumo3dviz_pt.shot.still_life import still_life
 
     names = catalog.template_names("sky")
@@ -142,13 +142,13 @@ def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, i
 
 
 def _beside(sky: Sky) -> float:
-    """Where to look: left of the moon or sun, so that it lights things from the side [rad]."""
+    """Return a yaw left of the moon or sun, so that it lights things from the side [rad]."""
     light = sky.sun_direction if sky.moon_direction is None else sky.moon_direction
     return math.pi / 2 if light is None else _towards(light) + _ASIDE
 
 
 def _exposed(radiance: Image, sky: Sky) -> Pixels:
-    """A sky's picture: by day at the sky's own exposure, by night at the picture's.
+    """Return a sky's picture: by day at the sky's own exposure, by night at the picture's.
 
     The exposure of a night is made for streets with lamps, and here are none.
     """
@@ -163,7 +163,7 @@ def _exposed(radiance: Image, sky: Sky) -> Pixels:
 
 
 def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
-    """Every exhibit from the front; what is long from both ends."""
+    """Yield every exhibit from the front; what is long from both ends."""
     from sumo3dviz_pt.shot.showroom import exhibits
 
     shown = list(exhibits(name))
@@ -177,7 +177,7 @@ def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[
 
 
 def _place(number: int) -> Floats:
-    """Where an exhibit stands [m]."""
+    """Return where an exhibit stands [m]."""
     return np.array([_APART * number, 0.0, 0.0])
 
 
@@ -201,19 +201,19 @@ def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
 
 
 def _aimed(eye: Floats, target: Floats) -> Transform:
-    """A camera's frame at a point, looking at another [m]."""
+    """Return a camera's frame at a point, looking at another [m]."""
     ahead = target - eye
     yaw = math.atan2(ahead[1], ahead[0])
     return _looking(eye, yaw=yaw, pitch=math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])))
 
 
 def _looking(eye: Sequence[float] | Floats, *, yaw: float, pitch: float) -> Transform:
-    """A camera's frame at a point [m]; angles in radians, pitch upwards."""
+    """Return a camera's frame at a point [m]; angles in radians, pitch upwards."""
     return Transform.from_pose(np.asarray(eye, dtype=np.float64), yaw=yaw, pitch=pitch)
 
 
 def _towards(direction: Floats) -> float:
-    """Yaw of a direction [rad]."""
+    """Return the yaw of a direction [rad]."""
     return math.atan2(float(direction[1]), float(direction[0]))
 
 
@@ -221,7 +221,7 @@ def _towards(direction: Floats) -> float:
 def _showing(
     shown: Sequence[Exhibit], sky: Sky, size: tuple[int, int], quality: str
 ) -> Iterator[Session]:
-    """All exhibits in one scene, far apart, on grey ground."""
+    """Open all exhibits in one scene, far apart, on grey ground."""
     materials: dict[str, Bsdf] = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9)}
     static = [StaticPart("ground", "ground", Part(_ground(len(shown)), "ground"))]
     for number, exhibit in enumerate(shown):
@@ -236,7 +236,7 @@ def _showing(
 
 @contextmanager
 def _session(data: SceneData, size: tuple[int, int], quality: str) -> Iterator[Session]:
-    """A scene in the renderer."""
+    """Open a scene in the renderer."""
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
@@ -246,14 +246,14 @@ def _session(data: SceneData, size: tuple[int, int], quality: str) -> Iterator[S
 
 
 def _ground(count: int) -> Mesh:
-    """A plane under all exhibits."""
+    """Return a plane under all exhibits."""
     x0, x1, y = -3000.0, _APART * count + 3000.0, 3000.0
     corners = np.array([[x0, -y, 0.0], [x1, -y, 0.0], [x1, y, 0.0], [x0, y, 0.0]])
     return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 def _picture(session: Session, view: View, sky: Sky) -> Pixels:
-    """One view, developed."""
+    """Return one view, developed."""
     radiance = session.render(FrameState(0.0, view, ())).radiance
     return develop(radiance, exposure=sky.exposure)
 
@@ -261,7 +261,7 @@ def _picture(session: Session, view: View, sky: Sky) -> Pixels:
 def _compose(
     pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int], columns: int
 ) -> None:
-    """Pictures with their titles, a few in a row."""
+    """Draw pictures with their titles, a few in a row."""
     from sumo3dviz_pt.report.plots import new_figure, save_figure
 
     columns = min(columns, len(pictures))

@@ -1,4 +1,4 @@
-"""What was built of a world stays for the next shot of it, as long as a process runs."""
+"""Keeps what was built of a world for its next shot, as long as the process runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicl
 
 
 def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
-    """The world of a scene file, with all that was built of it in this process.
+    """Return the world of a scene file, with all that was built of it in this process.
 
     What was built serves all of its cameras, shots, qualities and sizes, until a setting or
     a file is another one. One world is remembered at a time.
@@ -40,12 +40,12 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
 
 @lru_cache(maxsize=1)
 def _memory_of(name: str) -> Memory:
-    """What was built of the world of a name; whoever asks for another one forgets this one."""
+    """Return what was built of the world of a name; only the last name's is kept."""
     return Memory()
 
 
 def _stamps(paths: Iterable[Path]) -> list[tuple[str, int, int]]:
-    """Name, time of the last change and size of files."""
+    """Return name, time of the last change [ns] and size [bytes] of each file."""
     found = []
     for path in paths:
         stat = path.stat()

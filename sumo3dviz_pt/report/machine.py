@@ -12,7 +12,7 @@ from sumo3dviz_pt.pipeline.accounts.provenance import versions
 
 
 def machine() -> dict[str, str | int]:
-    """Processor, threads and versions, by the names of the report's columns."""
+    """Return the processor, threads and versions, by the names of the report's columns."""
     known = versions()
     return {
         "git": git_commit(),
@@ -25,7 +25,7 @@ def machine() -> dict[str, str | int]:
 
 
 def processor() -> str:
-    """The processor's name, as far as the system tells."""
+    """Return the processor's name, as far as the system tells."""
     listing = Path("/proc/cpuinfo")
     if listing.exists():
         for line in listing.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -35,7 +35,7 @@ def processor() -> str:
 
 
 def git_commit() -> str:
-    """Short hash of the checkout this runs from, or the package's version."""
+    """Return the short hash of the checkout this runs from, or the package's version."""
     root = Path(__file__).parents[2]
     if not (root / ".git").exists():
         return versions()["sumo3dviz_pt"]
@@ -52,7 +52,7 @@ def git_commit() -> str:
 
 
 def peak_memory() -> float:
-    """Peak resident memory of this process [MiB]; 0 where the system does not say."""
+    """Return the peak resident memory of this process [MiB]; 0 where the system does not say."""
     try:
         import resource
     except ImportError:

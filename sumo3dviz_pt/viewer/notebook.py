@@ -68,7 +68,7 @@ class Viewer:
         return f"<Viewer at {self.address}{'' if self.running else ', closed'}>"
 
     def _repr_html_(self) -> str:
-        """A frame with the page, and its address for a window of its own."""
+        """Return a frame with the page, and its address for a window of its own."""
         if not self.running:
             return "<p>This viewer is closed; run the cell again to open one.</p>"
         address = html.escape(self.address, quote=True)

@@ -49,7 +49,7 @@ class _Shown:
     place: Floats
 
     def fits(self, other: _Shown) -> bool:
-        """Whether both are the same, wherever they are seen from."""
+        """Return whether both are the same, wherever they are seen from."""
         seen = (self.time, self.dynamic, self.cut_open)
         return seen == (other.time, other.dynamic, other.cut_open) and self.shot is other.shot
 
@@ -140,7 +140,7 @@ class Projector:
         client.mean = mean
 
     def _moved(self, client: Client, view: View) -> bool:
-        """Whether a client sees something else than its last picture shows."""
+        """Return whether a client sees something else than its last picture shows."""
         last, state = client.pictured, client.state
         if last is None or last.shot is not self._live.shot:
             return True

@@ -165,7 +165,7 @@ class RenderThread:
         return client
 
     def still(self, number: int) -> bytes | None:
-        """A still that was taken, as a PNG file."""
+        """Return a still that was taken, as a PNG file."""
         return self._stills.get(number)
 
     def _wake(self) -> None:
@@ -230,7 +230,7 @@ class RenderThread:
         return after[0]
 
     def _wanting(self, client: Client) -> bool:
-        """Whether another picture would differ."""
+        """Return whether another picture would differ."""
         mean, state = client.mean, client.state
         if state.moves or mean is None or mean.count < MOST_SPP:
             return True

@@ -273,7 +273,7 @@ async def _sign(request: web.Request, response: web.StreamResponse) -> None:
 
 
 async def _to_page(request: web.Request) -> web.StreamResponse:
-    """The page's files lie below its address, so it has to end in a slash."""
+    """Lead to the page's address with a slash at its end: the page's files lie below it."""
     raise web.HTTPPermanentRedirect(f"{request.app[_SITE].token}/")
 
 
@@ -338,7 +338,7 @@ def _hear(text: str, client: Client, outbox: Outbox) -> None:
 
 
 def _parsed(text: str) -> dict[str, Any]:
-    """A page's message.
+    """Return a page's message.
 
     Raises:
         ConfigError: If it is no JSON object.
@@ -356,7 +356,7 @@ def _parsed(text: str) -> dict[str, Any]:
 
 
 def _page_files() -> dict[str, tuple[str, str]]:
-    """Text and content type of the page's files, by name."""
+    """Return text and content type of the page's files, by name."""
     folder = resources.files("sumo3dviz_pt.viewer") / "page"
     return {
         file.name: (file.read_text(encoding="utf-8"), _KINDS["." + file.name.rpartition(".")[2]])
@@ -365,7 +365,7 @@ def _page_files() -> dict[str, tuple[str, str]]:
 
 
 def _listen(port: int) -> socket.socket:
-    """A socket on this machine's own interface.
+    """Return a socket on this machine's own interface.
 
     Raises:
         ConfigError: If the port is taken, or not ours to take.

@@ -171,13 +171,13 @@ def _(order: messages_in.GoTo, state: ViewerState, live: Live) -> ViewerState:
 
 
 def _frames_of(camera: CinematicCamera) -> tuple[KeyFrame, ...]:
-    """The key frames of a path, each with its opening angle."""
+    """Return the key frames of a path, each with its opening angle."""
     own = {"fov": camera.lens.fov}
     return tuple(key if key.fov else key.model_copy(update=own) for key in camera.keyframes)
 
 
 def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
-    """Whether there are key frames that no camera of the scene has."""
+    """Return whether there are key frames that no camera of the scene has."""
     paths = [each for each in live.job.cameras.values() if isinstance(each, CinematicCamera)]
     return bool(frames) and frames not in map(_frames_of, paths)
 
@@ -223,7 +223,7 @@ def _(order: messages_in.Denoise, state: ViewerState, live: Live) -> ViewerState
 
 @obeyed.register
 def _(order: messages_in.Exposure, state: ViewerState, live: Live) -> ViewerState:
-    """Brighter or darker."""
+    """Make pictures brighter or darker."""
     return replace(state, exposure=order.ev)
 
 
@@ -284,7 +284,7 @@ def _riding(state: ViewerState, camera: LagrangianCamera, live: Live) -> ViewerS
 
 
 def within(time: float, live: Live) -> float:
-    """The nearest time of the log [s]."""
+    """Return the nearest time of the log [s]."""
     return min(max(time, live.ground.begin), live.ground.end)
 
 

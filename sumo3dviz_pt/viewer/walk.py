@@ -76,7 +76,7 @@ class Eye:
 
     @classmethod
     def of(cls, view: View) -> Eye:
-        """The eye of a view; straight up or down it is turned, not tilted."""
+        """Return the eye of a view; straight up or down it is turned, not tilted."""
         rotation = view.world_from_camera.matrix[:3, :3]
         ahead, left, up = rotation.T
         level = float(np.hypot(ahead[0], ahead[1]))
@@ -88,7 +88,7 @@ class Eye:
         return cls(view.position, 90.0 - yaw, pitch, roll, fov)
 
     def view(self) -> View:
-        """What the eye sees."""
+        """Return what the eye sees."""
         yaw, pitch, roll, fov = np.radians([90.0 - self.heading, self.pitch, self.roll, self.fov])
         placed = Transform.from_pose(
             self.position, yaw=float(yaw), pitch=float(pitch), roll=float(roll)
@@ -97,13 +97,13 @@ class Eye:
 
 
 def wrapped(heading: float) -> float:
-    """A heading in [0, 360) [deg]."""
+    """Return a heading in [0, 360) [deg]."""
     turned = float(np.mod(heading, 360.0))
     return 0.0 if turned >= 360.0 else turned  # -1e-20 modulo 360 rounds to 360
 
 
 def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np.inf) -> Eye:
-    """Where held keys take an eye.
+    """Return where held keys take an eye.
 
     Args:
         eye: Where it was; it is returned itself if nothing moves it.
@@ -127,12 +127,12 @@ def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np
 
 
 def _sign(keys: frozenset[str], more: tuple[str, ...], less: tuple[str, ...]) -> int:
-    """1, 0 or -1: opposite keys cancel, two keys of one meaning count once."""
+    """Return 1, 0 or -1: opposite keys cancel, two keys of one meaning count once."""
     return (not keys.isdisjoint(more)) - (not keys.isdisjoint(less))
 
 
 def _arc(held: Floats, heading: float, turn: float) -> Floats:
-    """Displacement for a way of 1, (3,), while the heading turns.
+    """Return the displacement for a way of 1, (3,), while the heading turns.
 
     Args:
         held: Ahead, right and up, each -1, 0 or 1.
@@ -152,7 +152,7 @@ def _arc(held: Floats, heading: float, turn: float) -> Floats:
 
 
 def turned(eye: Eye, dx: float, dy: float, width: float) -> Eye:
-    """Where dragging turns an eye: what was in the picture's middle follows the pointer.
+    """Return where dragging turns an eye: what was in the picture's middle follows the pointer.
 
     The direction that was straight ahead lies `dx`, `dy` beside the middle afterwards, exactly
     so up to pitches of 75 degrees; elsewhere in the picture the scene follows the pointer as

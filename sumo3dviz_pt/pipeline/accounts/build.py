@@ -27,7 +27,7 @@ _APART = frozenset({"scenario", "template", "cameras", "shots", "output", "quali
 
 
 def key_of(production: Production) -> str:
-    """A hash of everything that a frame's pixels depend on, beside its time.
+    """Return a hash of everything that a frame's pixels depend on, beside its time.
 
     The shot's window counts: wheels and strides are turned by the way since its begin, and
     who has room in it hangs on all of its frames. What acts on the developed picture alone
@@ -55,7 +55,7 @@ def key_of(production: Production) -> str:
 
 
 def _cameras(job: Job, name: str) -> list[Any]:
-    """The camera, and others that keep the world clear."""
+    """Return the camera, and others that keep the world clear."""
     clearing = [
         camera
         for other, camera in job.cameras.items()
@@ -65,7 +65,7 @@ def _cameras(job: Job, name: str) -> list[Any]:
 
 
 def _plan(shot: Shot) -> dict[str, Any]:
-    """What was built for a shot, counted: whole numbers are the same on every processor."""
+    """Return what was built for a shot, counted: whole numbers are the same on every processor."""
     data, slots = shot.data, shot.data.slots
     return {
         "static": [[part.id, *_counts(part.part.mesh)] for part in data.static],
@@ -81,12 +81,12 @@ def _plan(shot: Shot) -> dict[str, Any]:
 
 
 def _counts(mesh: Any) -> tuple[int, int]:
-    """Vertices and triangles of a mesh."""
+    """Return the vertices and triangles of a mesh."""
     return len(mesh.vertices), len(mesh.faces)
 
 
 def account_of(production: Production) -> dict[str, Any]:
-    """What all pictures of a production were made from, as plain values.
+    """Return what all pictures of a production were made from, as plain values.
 
     There is no clock in it, so that the same command gives the same bytes; and no path of this
     machine but in the command: a file stands by the name under which `inputs` has its hash.
@@ -117,7 +117,7 @@ def account_of(production: Production) -> dict[str, Any]:
 def film_account(
     production: Production, name: str, *, shared: Mapping[str, Any], pace: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The JSON beside a film: what all of it is made from, and what every frame shows.
+    """Return the JSON beside a film: what all of it is made from, and what every frame shows.
 
     Args:
         production: The film's.
@@ -151,7 +151,7 @@ def film_account(
 
 
 def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
-    """What one frame shows."""
+    """Return what one frame shows."""
     view = frame.view
     matrix = view.world_from_camera.matrix
     return {

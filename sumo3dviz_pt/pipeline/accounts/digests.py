@@ -26,17 +26,17 @@ _Feed = Callable[[bytes | memoryview], None]
 
 
 def world_digest(data: SceneData) -> str:
-    """A digest of what stands: ground, roads, houses, plants, lamps, and their materials."""
+    """Return a digest of what stands: ground, roads, houses, plants, lamps, and their materials."""
     return _digest(data.static, data.materials, data.lamps)
 
 
 def light_digest(data: SceneData) -> str:
-    """A digest of what lights it and of the air: sun or moon, sky, haze."""
+    """Return a digest of what lights it and of the air: sun or moon, sky, haze."""
     return _digest(data.sky, data.haze)
 
 
 def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
-    """A digest of who can be shown, and how: bodies, their levels of detail, room for them.
+    """Return a digest of who can be shown, and how: bodies, their levels of detail, room for them.
 
     Args:
         data: Of a shot.
@@ -46,7 +46,7 @@ def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
 
 
 def _digest(*values: Any) -> str:
-    """One digest of many values."""
+    """Return one digest of many values."""
     whole = hashlib.blake2b(digest_size=16)
     for value in values:
         _take(value, whole.update)
@@ -74,7 +74,7 @@ def _take(value: Any, feed: _Feed) -> None:
 
 
 def _attributes(value: Any) -> Iterator[tuple[str, Any]]:
-    """What a value is made of. Pictures of a sky are counted: their files are hashed already."""
+    """Yield a value's attributes; of a sky's pictures, hashed as files, whether they exist."""
     for field in fields(value):
         item = getattr(value, field.name)
         is_picture = isinstance(value, Sky) and field.name in ("image", "clouds")
@@ -93,7 +93,7 @@ def _take_array(array: np.ndarray[Any, Any], feed: _Feed) -> None:
 
 
 def _word(value: Any) -> str:
-    """A number, a name or nothing, as text; of a file, only what it is called."""
+    """Return a number, a name or nothing, as text; of a file, only what it is called."""
     if isinstance(value, float):
         return f"{value:.6g};"
     text = str(value)

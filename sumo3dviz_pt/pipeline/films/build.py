@@ -87,6 +87,12 @@ def render_film(
 ) -> list[FilmReport]:
     """Render all shots that were asked for.
 
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
+        on_frame: Called after every frame.
+
     Raises:
         ConfigError: Before any work, if something that was asked for is wrong.
         InstallationError: Before any work, if the renderer cannot be loaded.
@@ -103,6 +109,11 @@ def render_film(
 def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
     """Refuse an order that cannot be carried out, before any work is done.
 
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
+
     Returns:
         Shots to render and where each film goes.
 
@@ -117,7 +128,12 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[Shot
 
 
 def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
-    """Refuse rides with somebody who is not there; the log is looked through once for each.
+    """Refuse rides with road users that are not there; the log is searched once for each.
+
+    Args:
+        job: The scene file.
+        order: Frame rate and speed.
+        shots: Each with its film.
 
     Raises:
         ConfigError: Says when the log has them.
@@ -128,7 +144,12 @@ def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, 
 
 
 def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
-    """Refuse to overwrite, unasked, what exists.
+    """Refuse to overwrite what exists, unless the order says so.
+
+    Args:
+        job: The scene file.
+        order: What may be kept or replaced.
+        shots: Each with its film.
 
     Raises:
         ConfigError: If a film is being rendered there, or anything would be overwritten.
@@ -139,6 +160,11 @@ def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings,
 
 def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
     """Refuse what cannot be developed or encoded, before any work is done.
+
+    Args:
+        job: The scene file.
+        path: The film, or its numbered pictures.
+        fps: Frames per second.
 
     Raises:
         ConfigError: If tone curve, codec, size or frame rate are wrong.
@@ -153,7 +179,12 @@ def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
 
 
 def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
-    """The first shot that was asked for, ready to be rendered.
+    """Return the first shot that was asked for, ready to be rendered.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError: If something that was asked for is wrong.
@@ -165,7 +196,7 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
 
 
 def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
-    """A shot, ready to be rendered."""
+    """Return a shot, ready to be rendered."""
     times = order.pace(job, shot).times(shot)
     return prepare(job, replace(request, camera=shot.camera), times, film=True)
 
@@ -203,12 +234,12 @@ def _render_shot(
 
 
 def _with_rest(cpu: Mapping[str, float], started: float) -> dict[str, float]:
-    """CPU-seconds by phase, and what no phase counts: files, the encoder's program."""
+    """Return the CPU-seconds by phase, and what no phase counts: files, the encoder's program."""
     return {**cpu, "rest": max(spent() - started - sum(cpu.values()), 0.0)}
 
 
 def _shot(production: Production, pace: Pace) -> dict[str, Any]:
-    """A film's window as its frames tell it."""
+    """Return a film's window as its frames tell it."""
     times = production.times
     return {"from": float(times[0]), **pace.account(), "frames": len(times)}
 

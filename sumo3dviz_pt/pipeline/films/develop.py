@@ -87,7 +87,7 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
 
 
 def _film(source: Path) -> StoredFilm:
-    """What is to be developed."""
+    """Return what is to be developed."""
     if source.is_file():
         return StoredFilm(read_account(source), (source,))
     if not source.is_dir():

@@ -69,7 +69,12 @@ class Plan:
 
 
 def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
-    """What would be done, shot by shot.
+    """Return what would be done, shot by shot.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError: If something that was asked for is wrong, as `render_film` would.

@@ -1,4 +1,4 @@
-"""What `render` is asked for: which shots, when, and where their films go."""
+"""What `render` is to do: which shots, when, and where their films go."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class FilmOrder:
         settle(self)
 
     def pace(self, job: Job, shot: ShotSettings) -> Pace:
-        """How a shot's time runs.
+        """Return how a shot's time runs.
 
         Raises:
             ConfigError: If frame rate or speed are out of range.
@@ -58,7 +58,12 @@ class FilmOrder:
 
 
 def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
-    """Shots to render and where each film goes.
+    """Return the shots to render, each with its film's path.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError: If times or cameras are missing, or several shots share a name.
@@ -79,7 +84,7 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSet
 
 
 def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:
-    """A shot's film: `{shot}` is its number in the scene file and its camera's name."""
+    """Return a shot's film: `{shot}` is its number in the scene file and its camera's name."""
     cameras = [other.camera for other in job.shots]
     number = next((n for n, other in enumerate(job.shots, start=1) if other is shot), None)
     if number is None and shot.camera in cameras:
@@ -89,7 +94,7 @@ def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:
 
 
 def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
-    """The shot that the command describes."""
+    """Return the shot that the command describes."""
     from sumo3dviz_pt.pipeline.scene_file import camera_settings
 
     name, _ = camera_settings(job, request.camera)
@@ -105,7 +110,7 @@ def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
 
 
 def wanted_frames(frames: tuple[int, int] | None, count: int) -> range:
-    """Frame numbers to render."""
+    """Return the frame numbers to render."""
     first, after = frames if frames is not None else (0, count)
     if not 0 <= first < after <= count:
         raise ConfigError(f"{first}:{after} does not lie within 0:{count}", key="frames")

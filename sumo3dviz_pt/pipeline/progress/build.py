@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
 _TRUST = 10.0
-"""Weight of the expectation against what was seen, as seconds of work that took as expected."""
+"""Weight of the expectation against what was measured, as seconds of work that took as expected."""
 
 _UNUSUAL = 3
-"""So many frames, at the begin, take longer than others."""
+"""Number of frames at the beginning that take longer than others."""
 
 _MEMORY = 30
-"""So many frames back a pace is looked for."""
+"""Number of last frames that tell the pace."""
 
 _FIRST = 0.8
-"""Nothing is said of work that takes less [s]."""
+"""Nothing is said about work that takes less [s]."""
 
 _SAID_EVERY = 10.0
-"""Where lines cannot be overwritten, one is written so often [s]."""
+"""Time between two lines where lines cannot be overwritten [s]."""
 
 _DRAWN_EVERY = 0.5
-"""Where they can [s]."""
+"""Time between two drawings of a bar, where lines can be overwritten [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class Course:
 
     Attributes:
         steps: All that it consists of, in order.
-        began: When it began, by whatever clock is asked [s].
+        began: When it began, by any clock [s].
     """
 
     steps: Sequence[Step]
@@ -70,7 +70,7 @@ class Course:
     _news: News | None = None
 
     def __post_init__(self) -> None:
-        """The first step begins with the work."""
+        """Begin the first step with the work."""
         self._step_began = self.began
 
     def hear(self, news: News, now: float) -> None:
@@ -86,31 +86,31 @@ class Course:
         self._news = news
 
     def seconds_left(self, now: float) -> float:
-        """Estimate of the time left [s]."""
+        """Return the estimate of the time left [s]."""
         later = sum(step.seconds for step in self.steps[self._at + 1 :])
         return self._step_left(now) + self._slowness() * later
 
     def share(self, now: float) -> float:
-        """Of the time that all of it takes, how much is over, in [0, 1]."""
+        """Return the share of the whole time that is over, in [0, 1]."""
         over = now - self.began
         return over / max(over + self.seconds_left(now), 1e-9)
 
     def words(self) -> str:
-        """What is being done."""
+        """Return what is being done."""
         doing, news = self.steps[self._at].doing, self._news
         return str(doing if news is None else news)
 
     def _slowness(self) -> float:
-        """How much longer than expected work takes."""
+        """Return how much longer than expected work takes."""
         expected = sum(step.seconds for step in self.steps[: self._at])
         return (self._step_began - self.began + _TRUST) / (expected + _TRUST)
 
     def _step_left(self, now: float) -> float:
-        """Estimate for what is being done [s]."""
+        """Return the estimate for what is being done [s]."""
         expected = self.steps[self._at].seconds * self._slowness()
         if not self._counts or self._news is None:
             over = now - self._step_began
-            # Who is late is expected to be as late again by a quarter, never done at once.
+            # A late step is expected to need a quarter more of its time, not to be done at once.
             return max(expected - over, 0.25 * over)
         counted, todo = self._counts[-1][0], self._news.total - self._news.done
         pace = self._pace()
@@ -119,7 +119,7 @@ class Course:
         return max(pace * todo - (now - counted), pace * max(todo - 1, 0))
 
     def _pace(self) -> float | None:
-        """Seconds for one of what the step counts; None as long as nobody can tell."""
+        """Return seconds for one of what the step counts; None while it is unknown."""
         lengths = [
             (later[0] - earlier[0]) / (later[1] - earlier[1])
             for earlier, later in pairwise(self._counts)
@@ -149,7 +149,7 @@ def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) 
 
 
 def can_redraw(stream: TextIO) -> bool:
-    """Whether lines can be overwritten: on terminals and in notebooks."""
+    """Return whether lines can be overwritten: on terminals and in notebooks."""
     return stream.isatty() or _in_notebook()
 
 
@@ -172,7 +172,7 @@ class _Shown:
             self._course.hear(news, time.monotonic())
 
     def close(self) -> None:
-        """Stop to show anything."""
+        """Stop showing anything."""
         self._over.set()
         self._thread.join()
         if self._bar is not None:
@@ -199,14 +199,14 @@ class _Shown:
 
 
 def _in_notebook() -> bool:
-    """Whether this program is a notebook's kernel; nothing is imported to find out."""
+    """Return whether this program is a notebook's kernel; nothing is imported to find out."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return hasattr(shell, "kernel")
 
 
 def _bar(name: str, stream: TextIO) -> tqdm[None]:
-    """A bar of the terminal's or the notebook's kind."""
+    """Return a bar of the terminal's or the notebook's kind."""
     from tqdm.auto import tqdm as bar
 
     shape = "{desc}: {percentage:3.0f} % |{bar}| {elapsed}{postfix}"
@@ -215,7 +215,7 @@ def _bar(name: str, stream: TextIO) -> tqdm[None]:
 
 
 def clock(seconds: float) -> str:
-    """A duration as people read it: 0:07, 12:30, 2:05:00."""
+    """Return a duration as people read it: 0:07, 12:30, 2:05:00."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

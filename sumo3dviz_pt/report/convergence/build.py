@@ -150,7 +150,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
 
 
 def _own(folder: Path) -> list[Path]:
-    """Files of a report, whether they exist or not."""
+    """Return the files of a report, whether they exist or not."""
     names = (PLAN, ROWS, HALVES, PAGE, *PLOTS)
     return [*(folder / name for name in names), *(folder / PICTURES).glob("*.exr")]
 
@@ -159,7 +159,7 @@ def _own(folder: Path) -> list[Path]:
 
 
 def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
-    """The highest rung and the reference's target: stored, so that resuming keeps them."""
+    """Return the highest rung and the reference's target: stored, so that resuming keeps them."""
     path = work.order.folder / PLAN
     presets = plan.digest(plan.groups(plan.HIGHEST_RUNG))
     what = {"key": subject.production.key, "time": work.order.time, "measured": presets}
@@ -187,12 +187,12 @@ of two more than the whole, and so is their difference once more."""
 
 
 def _samples(wanted: list[plan.Group]) -> int:
-    """Samples per pixel of all groups."""
+    """Return the samples per pixel of all groups."""
     return sum(group.samples for group in wanted)
 
 
 def _affordable_top(session: Session, subject: Subject, work: _Work) -> int:
-    """The highest rung that the budget allows for, by the pace of a few samples."""
+    """Return the highest rung that the budget allows for, by the pace of a few samples."""
     if work.order.budget is None:
         return work.order.top
     probe = plan.base_quality(4)
@@ -209,7 +209,7 @@ def _affordable_top(session: Session, subject: Subject, work: _Work) -> int:
 
 
 def _noise(session: Session, subject: Subject, top: int) -> float:
-    """Capped RMSE of independent samples, from two pictures that share nothing."""
+    """Return the capped RMSE of independent samples, from two pictures that share nothing."""
     quality = plan.base_quality(top).model_copy(update={"sampler": "independent"})
     pair = []
     for seed in (901, 902):
@@ -222,7 +222,7 @@ def _noise(session: Session, subject: Subject, top: int) -> float:
 
 
 def _grown(session: Session, subject: Subject, work: _Work, made: dict[str, Any]) -> Halves:
-    """The reference's halves: what is stored, and what is still missing."""
+    """Return the reference's halves: what is stored, and what is still missing."""
     path = work.order.folder / HALVES
     halves = Halves.load(path) if path.exists() else Halves()
     rest = _samples(plan.groups(made["top"]))
@@ -253,7 +253,7 @@ def _measured(
     wanted: list[plan.Group],
     reference: Reference,
 ) -> list[Row]:
-    """Rows of all groups: what is stored, and what is still missing and affordable."""
+    """Return the rows of all groups: what is stored, and what is still missing and affordable."""
     path = work.order.folder / ROWS
     rows = _whole_groups(path, wanted)
     for group in wanted:

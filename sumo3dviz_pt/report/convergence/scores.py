@@ -36,7 +36,7 @@ class Look:
         return float(2.0**-self.exposure)
 
     def develop(self, radiance: Image) -> Image:
-        """The display-encoded picture, (h, w, 3) in [0, 1]."""
+        """Return the display-encoded picture, (h, w, 3) in [0, 1]."""
         return develop_float(radiance, exposure=self.exposure, tone=self.tone)
 
 
@@ -48,7 +48,7 @@ def score(
     capped: Image | None = None,
     exposures: bool = True,
 ) -> dict[str, float]:
-    """Errors of a picture by column of the report.
+    """Return the errors of a picture by column of the report.
 
     Args:
         radiance: The picture, with haze, (h, w, 3).

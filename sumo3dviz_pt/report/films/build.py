@@ -125,7 +125,7 @@ def _make_folder(folder: Path) -> None:
 
 
 def _watched(rows: Iterable[FrameRow], total: int) -> list[FrameRow]:
-    """All rows; tells how far they are."""
+    """Return all rows; tells how far they are."""
     known: list[FrameRow] = []
     for row in rows:
         known.append(row)
@@ -134,7 +134,7 @@ def _watched(rows: Iterable[FrameRow], total: int) -> list[FrameRow]:
 
 
 def alone_rows(frames: Sequence[Stored]) -> Iterator[FrameRow]:
-    """A film's frames one by one, each with its change from the one before."""
+    """Yield a film's frames one by one, each with its change from the one before."""
     before: Image | None = None
     for number, frame in enumerate(frames):
         shown = _shown(frame, frame)
@@ -149,7 +149,7 @@ def alone_rows(frames: Sequence[Stored]) -> Iterator[FrameRow]:
 
 
 def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iterator[FrameRow]:
-    """A pair's frames one by one; the worst is drawn at last."""
+    """Yield a pair's frames one by one; the worst is drawn at last."""
     before: Image | None = None
     worst: tuple[float, Shown, Shown, list[str]] | None = None
     for number, (frame, other) in enumerate(pairs):
@@ -170,7 +170,7 @@ def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iter
 
 
 def pair_row(shown: Shown, wanted: Shown, before: Image | None) -> tuple[dict[str, float], Image]:
-    """How far a frame is from its partner, and their difference.
+    """Return how far a frame is from its partner, and their difference.
 
     Args:
         shown: The frame.
@@ -212,29 +212,29 @@ def _same_size(shown: Shown, wanted: Shown) -> None:
 
 
 def _shown(frame: Stored, like: Stored) -> Shown:
-    """A frame's pixels, developed as another one is."""
+    """Return a frame's pixels, developed as another one is."""
     radiance = frame.radiance()
     look = Look(like.exposure, like.tone)
     return Shown(np.asarray(radiance / np.float32(look.white)), look.develop(radiance))
 
 
 def _identity(number: int, frame: Stored) -> FrameRow:
-    """What tells a frame from others."""
+    """Return what tells a frame from others."""
     return {"frame": number, "time": frame.time, "quality": frame.quality, "spp": frame.spp}
 
 
 def _label(frame: Stored) -> str:
-    """A film in a word or two."""
+    """Return a film in a word or two."""
     return f"{frame.path.parent.name} ({frame.quality}, {frame.spp} spp)"
 
 
 def _luminance(shown: Shown) -> float:
-    """Mean luminance [white]."""
+    """Return the mean luminance [white]."""
     return float((shown.radiance.reshape(-1, 3).mean(axis=0, dtype=np.float64)) @ _LUMINANCE)
 
 
 def _change(now: Image, before: Image | None) -> float:
-    """Mean absolute change of pixels [8-bit codes]; NaN if there is nothing before."""
+    """Return the mean absolute change of pixels [8-bit codes]; NaN if there is nothing before."""
     if before is None:
         return float("nan")
     if now.shape != before.shape:
@@ -251,7 +251,7 @@ def _write_csv(path: Path, rows: Sequence[FrameRow]) -> None:
 
 
 def _draw(rows: Sequence[FrameRow], panels: Mapping[str, Mapping[str, str]], path: Path) -> None:
-    """The plot over time; series of which nothing is known are left out."""
+    """Draw the plot over time; series of which nothing is known are left out."""
     series = {
         title: {
             name: [_PERCENT.get(column, 1.0) * float(row[column]) for row in rows]

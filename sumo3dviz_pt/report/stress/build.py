@@ -104,7 +104,7 @@ def without_notes() -> Iterator[None]:
 
 
 def chosen(patterns: Sequence[str]) -> tuple[Case, ...]:
-    """The cases whose names match one of some patterns, with * and ?; all if there are none.
+    """Return the cases whose names match one of some patterns, with * and ?; all if there are none.
 
     Raises:
         ConfigError: If a pattern matches no case.
@@ -148,7 +148,7 @@ def _survey(job: Job, order: StressOrder) -> _Scene:
 
 
 def _production(scene: _Scene, case: Case) -> Production:
-    """A case's shot, ready to be rendered."""
+    """Return a case's shot, ready to be rendered."""
     made = scene.base
     output: OutputSettings = made.job.output
     if (case.spot, case.moment, case.size, case.film) != ("shot", "shot", SIZE, False):
@@ -167,7 +167,7 @@ def _production(scene: _Scene, case: Case) -> Production:
 
 
 def _under_sun(made: Production, facts: Facts, elevation: float) -> Production:
-    """The same shot with the sun at another height [deg]; it does not turn."""
+    """Return the same shot with the sun at another height [deg]; it does not turn."""
     assert facts.sun is not None
     azimuth = float(np.degrees(np.arctan2(facts.sun[0], facts.sun[1])))
     sun = SunSettings(azimuth=azimuth, elevation=elevation)
@@ -176,7 +176,7 @@ def _under_sun(made: Production, facts: Facts, elevation: float) -> Production:
 
 
 def _quality(case: Case) -> Quality:
-    """Samples and cap of a case; its exposure moves the cap as a film's would."""
+    """Return the samples and cap of a case; its exposure moves the cap as a film's would."""
     preset = quality_preset(PRESET)
     changes: dict[str, Any] = {
         "spp": case.spp,
@@ -192,7 +192,7 @@ def _quality(case: Case) -> Quality:
 
 
 def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
-    """All cases, in order."""
+    """Yield all cases, in order."""
     for _, group in groupby(cases, key=lambda case: case.stage):
         with ExitStack() as stack:
             stage: _Stage | None = None
@@ -250,7 +250,7 @@ def _ended(case: Case, scene: _Scene, stage: _Stage, stack: ExitStack) -> Outcom
 
 
 def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
-    """What a case looks like, and what the renderer counted."""
+    """Return what a case looks like, and what the renderer counted."""
     production, session = stage.production, stage.session
     quality = _quality(case)
     session.retune(quality, seed=production.job.seed)
@@ -269,7 +269,7 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
 
 
 def _stored(radiance: Image, production: Production) -> Image:
-    """A picture after it went through an EXR."""
+    """Return a picture after it went through an EXR."""
     from sumo3dviz_pt.image.exr import read_exr, write_exr
 
     with TemporaryDirectory() as folder:

@@ -121,12 +121,12 @@ class Facts:
 
 
 def all_cases() -> tuple[Case, ...]:
-    """All cases, in the order in which they run."""
+    """Return all cases, in the order in which they run."""
     return (*_lights(), *_exposures(), *_spots(), *_moments(), *_pictures())
 
 
 def _lights() -> tuple[Case, ...]:
-    """The sun's course, and its disc in the picture."""
+    """Return the sun's course, and its disc in the picture."""
     course = tuple(
         Case(f"sun at {angle} deg", elevation=angle, stored=angle in (-18, 0, 90))
         for angle in ELEVATIONS
@@ -139,12 +139,12 @@ def _lights() -> tuple[Case, ...]:
 
 
 def _exposures() -> tuple[Case, ...]:
-    """Twenty stops."""
+    """Return twenty stops."""
     return tuple(Case(f"exposure {stop:+d} EV", exposure=stop) for stop in STOPS)
 
 
 def _spots() -> tuple[Case, ...]:
-    """Places where no one would put a camera."""
+    """Return the places where no one would put a camera."""
     return (
         Case("camera inside a body", "inside_body", may_be_dark=True, twice=True),
         Case("camera under the road", "under_road", may_be_dark=True),
@@ -160,7 +160,7 @@ def _spots() -> tuple[Case, ...]:
 
 
 def _moments() -> tuple[Case, ...]:
-    """Times at the edges of the log."""
+    """Return the times at the edges of the log."""
     return (
         Case("first moment of the log", "eye", "first"),
         Case("last moment of the log", "eye", "last"),
@@ -170,7 +170,7 @@ def _moments() -> tuple[Case, ...]:
 
 
 def _pictures() -> tuple[Case, ...]:
-    """Sizes and numbers of samples."""
+    """Return the sizes and numbers of samples."""
     return (
         Case("the shot itself", twice=True, stored=True),
         Case("film of one frame", film=True, stored=True),
@@ -188,7 +188,7 @@ Spot = Callable[[Facts, Case], EulerianCamera]
 
 
 def _stand(facts: Facts, case: Case, position: Floats, forward: Floats) -> EulerianCamera:
-    """A camera at a place that looks along a direction, (3,) each."""
+    """Return a camera at a place that looks along a direction, (3,) each."""
     heading = np.degrees(np.arctan2(forward[0], forward[1]))
     pitch = np.degrees(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
     return EulerianCamera(
@@ -201,12 +201,12 @@ def _stand(facts: Facts, case: Case, position: Floats, forward: Floats) -> Euler
 
 
 def _up(metres: float) -> Floats:
-    """A step upwards."""
+    """Return a step upwards."""
     return np.array([0.0, 0.0, metres])
 
 
 def _eye(facts: Facts, case: Case) -> EulerianCamera:
-    """Where the shot begins, but standing."""
+    """Return where the shot begins, but standing."""
     return _stand(facts, case, facts.eye, facts.forward)
 
 
@@ -232,12 +232,12 @@ def _near_paint(facts: Facts, case: Case) -> EulerianCamera:
 
 
 def _under_road(facts: Facts, case: Case) -> EulerianCamera:
-    """A metre below a lane, looking up at it a little."""
+    """Return a metre below a lane, looking up at it a little."""
     return _stand(facts, case, facts.road - _up(1.0), facts.along + _up(0.3))
 
 
 def _high(facts: Facts, case: Case) -> EulerianCamera:
-    """Two kilometres above a lane."""
+    """Return two kilometres above a lane."""
     return _stand(facts, case, facts.road + _up(_HIGH), -_up(1.0))
 
 
@@ -249,12 +249,12 @@ def _away(facts: Facts, case: Case) -> EulerianCamera:
 
 
 def _zenith(facts: Facts, case: Case) -> EulerianCamera:
-    """Straight up."""
+    """Return straight up."""
     return _stand(facts, case, facts.eye, _up(1.0))
 
 
 def _nadir(facts: Facts, case: Case) -> EulerianCamera:
-    """Straight down."""
+    """Return straight down."""
     return _stand(facts, case, facts.eye, -_up(1.0))
 
 
@@ -290,7 +290,7 @@ _NO_MOMENT = MappingProxyType(
 
 
 def why_not(case: Case, facts: Facts) -> str | None:
-    """Why a scene cannot have a case, or None if it can."""
+    """Return why a scene cannot have a case, or None if it can."""
     if case.elevation is not None and facts.sun is None:
         return "the sky is a picture with a light of its own"
     if case.spot in _NEEDS_BODY and facts.body is None:
@@ -301,7 +301,7 @@ def why_not(case: Case, facts: Facts) -> str | None:
 
 
 def _too_large(case: Case, facts: Facts) -> str | None:
-    """Whether a case needs more memory than the machine has."""
+    """Return whether a case needs more memory than the machine has."""
     from sumo3dviz_pt.pipeline.progress.costs import memory_forecast
 
     megapixels = case.size[0] * case.size[1] / 1e6

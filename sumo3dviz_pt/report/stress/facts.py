@@ -23,7 +23,7 @@ _MOST_MOMENTS = 20_000
 def facts_of(
     production: Production, scenario: Scenario, trajectories: Sequence[Trajectory], *, time: float
 ) -> Facts:
-    """What a shot has to offer.
+    """Return what a shot has to offer.
 
     Args:
         production: The shot, prepared for one time.
@@ -56,7 +56,7 @@ def facts_of(
 
 
 def _standing(view: View) -> tuple[Floats, Floats]:
-    """Eye and viewing direction of a standing camera that shows the same."""
+    """Return the eye and viewing direction of a standing camera that shows the same."""
     if view.rides_in is None:
         return view.position, view.forward
     level = np.array([view.forward[0], view.forward[1], -0.15])
@@ -64,7 +64,7 @@ def _standing(view: View) -> tuple[Floats, Floats]:
 
 
 def nearest_lane(network: Network, eye: Floats) -> tuple[Floats, Floats]:
-    """The point of a lane that is nearest to an eye, (3,) [m], and the lane's direction, (3,)."""
+    """Return the lane's point nearest to an eye, (3,) [m], and its direction there, (3,)."""
     roads = [lane.shape for lane in network.lanes.values() if _is_road(network, lane.edge_id)]
     starts = np.concatenate([shape[:-1] for shape in roads] or [eye[None] - [0.0, 0.0, 2.0]])
     ends = np.concatenate([shape[1:] for shape in roads] or [eye[None] + [1.0, 0.0, -2.0]])
@@ -79,7 +79,7 @@ def nearest_lane(network: Network, eye: Floats) -> tuple[Floats, Floats]:
 
 
 def _is_road(network: Network, edge: str) -> bool:
-    """Whether an edge's lanes have the direction of driving; a walking area's do not."""
+    """Return whether an edge's lanes have the direction of driving; a walking area's do not."""
     found = network.edges.get(edge)
     return found is None or found.function == "normal"
 
@@ -87,7 +87,7 @@ def _is_road(network: Network, edge: str) -> bool:
 def nearest_body(
     users: Iterable[Mover], prototypes: Mapping[str, Prototype], eye: Floats
 ) -> Body | None:
-    """The vehicle nearest to an eye, (3,) [m]; another road user if there is none."""
+    """Return the vehicle nearest to an eye, (3,) [m]; another road user if there is none."""
 
     def order(user: Mover) -> tuple[bool, float]:
         distance = np.linalg.norm(user.world_from_body.position - eye)
@@ -106,7 +106,7 @@ def nearest_body(
 
 
 def _on_side(points: Floats, low: Floats, high: Floats) -> Floats:
-    """A point on the left side of a body at half height, behind the mirrors."""
+    """Return a point on the left side of a body at half height, behind the mirrors."""
     size = high - low
     share = (points - low) / np.maximum(size, 1e-9)
     band: Bools = (np.abs(share[:, 0] - 0.4) < 0.15) & (np.abs(share[:, 2] - 0.5) < 0.15)
@@ -116,7 +116,7 @@ def _on_side(points: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def moments(scenario: Scenario, trajectories: Sequence[Trajectory]) -> dict[str, float]:
-    """Edges of the log that exist: `first`, `last`, `empty`, `crowded` [s]."""
+    """Return the edges of the log that exist: `first`, `last`, `empty`, `crowded` [s]."""
     log = scenario.traffic
     found = {"first": log.begin, "last": log.end}
     count = 1 if log.step <= 0 else round((log.end - log.begin) / log.step) + 1
