@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,6 +102,19 @@ class SheetOrder:
     quality: str = "preview"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Picture:
+    """A picture of a sheet.
+
+    Attributes:
+        title: What stands above it.
+        pixels: 8-bit sRGB, (h, w, 3).
+    """
+
+    title: str
+    pixels: Pixels
+
+
 def draw_sheet(order: SheetOrder) -> None:
     """Draw a contact sheet.
 
@@ -112,22 +124,25 @@ def draw_sheet(order: SheetOrder) -> None:
     Raises:
         ConfigError: If there is no such sheet or preset, or matplotlib is missing.
     """
-    made = []
-    size, quality = order.size, order.quality
-    sheet = _skies if order.name == SKIES else partial(_exhibits, order.name)
-    pictures = sheet(size, quality)
-    for title, pixels, total in pictures:
-        made.append((title, pixels))
+    from sumo3dviz_pt.shot.showroom import exhibits
+
+    if order.name == SKIES:
+        total, pictures = len(catalog.template_names("sky")), _skies(order)
+    else:
+        shown = list(exhibits(order.name))
+        total, pictures = len(shown), _exhibits(shown, order)
+    made: list[_Picture] = []
+    for picture in pictures:
+        made.append(picture)
         announce(Doing.DRAW, len(made), total, what=order.name)
-    _compose(made, order.path, size, _COLUMNS.get(order.name, _MOSTLY))
+    _compose(made, order)
 
 
-def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
+def _skies(order: SheetOrder) -> Iterator[_Picture]:
     """Yield every sky beside its sun or moon, over a few things that it lights."""
     from sumo3dviz_pt.shot.still_life import still_life
 
-    names = catalog.template_names("sky")
-    for name in names:
+    for name in catalog.template_names("sky"):
         sky = build_sky(SkySettings(preset=name))
         yaw = _beside(sky)
         life = still_life(yaw)
@@ -136,9 +151,9 @@ def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, i
             StaticPart(str(index), "exhibit", part) for index, part in enumerate(life.parts)
         )
         data = SceneData(life.materials, static, {}, (), sky, haze=Haze())
-        with _session(data, size, quality) as session:
+        with _session(data, order) as session:
             radiance = session.render(FrameState(0.0, view, ())).radiance
-        yield name, _exposed(radiance, sky), len(names)
+        yield _Picture(name, _exposed(radiance, sky))
 
 
 def _beside(sky: Sky) -> float:
@@ -162,18 +177,15 @@ def _exposed(radiance: Image, sky: Sky) -> Pixels:
     return develop(radiance, exposure=math.log2(_MEAN / mean), tone="agx", dither=0)
 
 
-def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
-    """Yield every exhibit from the front; what is long from both ends."""
-    from sumo3dviz_pt.shot.showroom import exhibits
-
-    shown = list(exhibits(name))
+def _exhibits(shown: Sequence[Exhibit], order: SheetOrder) -> Iterator[_Picture]:
+    """Yield a picture of every exhibit, from the front and a little above."""
     sky = build_sky(SkySettings(preset="sky_daycloud1"))
-    with _showing(shown, sky, size, quality) as session:
+    with _showing(shown, sky, order) as session:
         for number, exhibit in enumerate(shown):
             count = f" ({exhibit.triangles:,})" if exhibit.triangles > _SLABS else ""
             title = f"{exhibit.title}{count}"
-            view = _view_of(exhibit, at=_place(number), aspect=size[1] / size[0])
-            yield title, _picture(session, view, sky), len(shown)
+            view = _view_of(exhibit, at=_place(number), aspect=order.size[1] / order.size[0])
+            yield _Picture(title, _photographed(session, view, sky))
 
 
 def _place(number: int) -> Floats:
@@ -218,9 +230,7 @@ def _towards(direction: Floats) -> float:
 
 
 @contextmanager
-def _showing(
-    shown: Sequence[Exhibit], sky: Sky, size: tuple[int, int], quality: str
-) -> Iterator[Session]:
+def _showing(shown: Sequence[Exhibit], sky: Sky, order: SheetOrder) -> Iterator[Session]:
     """Open all exhibits in one scene, far apart, on grey ground."""
     materials: dict[str, Bsdf] = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9)}
     static = [StaticPart("ground", "ground", Part(_ground(len(shown)), "ground"))]
@@ -230,17 +240,18 @@ def _showing(
             mesh = Transform.from_pose(_place(number)).mesh(part.mesh)
             moved = Part(mesh, part.material, part.tint)
             static.append(StaticPart(f"{number}/{index}", "exhibit", moved))
-    with _session(SceneData(materials, tuple(static), {}, (), sky), size, quality) as session:
+    with _session(SceneData(materials, tuple(static), {}, (), sky), order) as session:
         yield session
 
 
 @contextmanager
-def _session(data: SceneData, size: tuple[int, int], quality: str) -> Iterator[Session]:
+def _session(data: SceneData, order: SheetOrder) -> Iterator[Session]:
     """Open a scene in the renderer."""
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
-    settings = RenderSettings(size, quality_preset(quality), 1, white=2.0**-data.sky.exposure)
+    quality, white = quality_preset(order.quality), 2.0**-data.sky.exposure
+    settings = RenderSettings(order.size, quality, 1, white=white)
     with Session(data, choose_backend(), settings) as session:
         yield session
 
@@ -252,27 +263,26 @@ def _ground(count: int) -> Mesh:
     return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
-def _picture(session: Session, view: View, sky: Sky) -> Pixels:
+def _photographed(session: Session, view: View, sky: Sky) -> Pixels:
     """Return one view, developed."""
     radiance = session.render(FrameState(0.0, view, ())).radiance
     return develop(radiance, exposure=sky.exposure)
 
 
-def _compose(
-    pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int], columns: int
-) -> None:
+def _compose(pictures: Sequence[_Picture], order: SheetOrder) -> None:
     """Draw pictures with their titles, a few in a row."""
     from sumo3dviz_pt.report.plots import new_figure, save_figure
 
-    columns = min(columns, len(pictures))
+    size, path = order.size, order.path
+    columns = min(_COLUMNS.get(order.name, _MOSTLY), len(pictures))
     rows = -(-len(pictures) // columns)
     width = columns * size[0] / 110 * 1.02
     figure: Any = new_figure(width, rows * (size[1] + 26) / 110)
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
-    for axis, (title, pixels) in zip(axes.flat, pictures, strict=False):
-        axis.imshow(pixels)
-        axis.set_title(title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
+    for axis, picture in zip(axes.flat, pictures, strict=False):
+        axis.imshow(picture.pixels)
+        axis.set_title(picture.title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
     path.parent.mkdir(parents=True, exist_ok=True)
     save_figure(figure, path)

@@ -23,6 +23,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import resources
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
@@ -66,6 +67,19 @@ _NOT_HERE = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class _PageFile:
+    """A file of the page.
+
+    Attributes:
+        text: Its content.
+        kind: Its content type.
+    """
+
+    text: str
+    kind: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Site:
     """What the routes need.
@@ -74,14 +88,14 @@ class _Site:
         render_thread: What renders.
         token: The secret in the address.
         proxied: Whether a notebook server passes pages' requests on, under its own name.
-        files: Text and content type of the page's files, by name.
+        files: The page's files, by name.
         talks: Open conversations.
     """
 
     render_thread: RenderThread
     token: str
     proxied: bool
-    files: Mapping[str, tuple[str, str]]
+    files: Mapping[str, _PageFile]
     talks: set[web.WebSocketResponse]
 
 
@@ -281,8 +295,8 @@ async def _file(request: web.Request) -> web.StreamResponse:
     name = request.match_info.get("name", "index.html")
     if name not in request.app[_SITE].files:
         raise web.HTTPNotFound(text=_NOT_HERE)
-    text, kind = request.app[_SITE].files[name]
-    return web.Response(text=text, content_type=kind, charset="utf-8")
+    file = request.app[_SITE].files[name]
+    return web.Response(text=file.text, content_type=file.kind, charset="utf-8")
 
 
 async def _still(request: web.Request) -> web.StreamResponse:
@@ -355,11 +369,11 @@ def _parsed(text: str) -> dict[str, Any]:
 # Beginning and end -------------------------------------------------------------------------
 
 
-def _page_files() -> dict[str, tuple[str, str]]:
-    """Return text and content type of the page's files, by name."""
+def _page_files() -> dict[str, _PageFile]:
+    """Read the page's files, by name."""
     folder = resources.files("sumo3dviz_pt.viewer") / "page"
     return {
-        file.name: (file.read_text(encoding="utf-8"), _KINDS["." + file.name.rpartition(".")[2]])
+        file.name: _PageFile(file.read_text(encoding="utf-8"), _KINDS[Path(file.name).suffix])
         for file in folder.iterdir()
     }
 

@@ -23,7 +23,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     write_json,
 )
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
-from sumo3dviz_pt.pipeline.films.orders import shots_of, wanted_frames
+from sumo3dviz_pt.pipeline.films.orders import ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
 from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
@@ -106,7 +106,7 @@ def render_film(
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 
 
-def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
+def check_order(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
     """Refuse an order that cannot be carried out, before any work is done.
 
     Args:
@@ -127,7 +127,7 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[Shot
     return shots
 
 
-def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
+def check_rides(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
     """Refuse rides with road users that are not there; the log is searched once for each.
 
     Args:
@@ -143,7 +143,7 @@ def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, 
     check_companions(job, films, scenario_files(job).trajectories)
 
 
-def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
+def check_places(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
     """Refuse to overwrite what exists, unless the order says so.
 
     Args:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.asked import settle
@@ -57,7 +58,14 @@ class FilmOrder:
         return Pace.of(job, shot, fps=self.fps, speed=self.speed)
 
 
-def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
+class ShotFilm(NamedTuple):
+    """A shot and where its film goes."""
+
+    shot: ShotSettings
+    path: Path
+
+
+def shots_of(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
     """Return the shots to render, each with its film's path.
 
     Args:
@@ -70,7 +78,7 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSet
     """
     if request.camera is not None or order.start is not None:
         shot = _asked_shot(job, request, order)
-        return [(shot, _film_path(order.path, job, shot))]
+        return [ShotFilm(shot, _film_path(order.path, job, shot))]
     if not job.shots:
         raise ConfigError(
             "the scene has no shots; add one or give --camera, --from and --to", key="shots"
@@ -80,7 +88,7 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSet
             f"the scene has {len(job.shots)} shots; put {{shot}} into the name of the output",
             key="output",
         )
-    return [(shot, _film_path(order.path, job, shot)) for shot in job.shots]
+    return [ShotFilm(shot, _film_path(order.path, job, shot)) for shot in job.shots]
 
 
 def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:

@@ -151,7 +151,14 @@ def _steady(shown: list[Shown], group: Group) -> list[Shown]:
 def rows_of(
     shown: list[Shown], subject: Subject, group: Group, reference: Reference
 ) -> Iterator[Row]:
-    """Score pictures against a reference."""
+    """Score pictures against a reference.
+
+    Args:
+        shown: Pictures of a group.
+        subject: What they show.
+        group: How they were rendered.
+        reference: What they should be.
+    """
     halves = halves_flip(reference, subject.look)
     # The key hashes all input files, which may be large.
     key = subject.production.key[:8]
@@ -212,7 +219,13 @@ def halves_flip(reference: Reference, look: Look) -> float:
 
 
 def film_flicker(session: Session, subject: Subject, group: Group) -> float:
-    """Mean motion-compensated change between successive frames [8-bit codes]."""
+    """Return the mean motion-compensated change between successive frames [8-bit codes].
+
+    Args:
+        session: The scene in the renderer.
+        subject: Its frames and how they are shown.
+        group: How they are rendered.
+    """
     bodies = body_bounds(subject.production.shot.data.prototypes)
     before: tuple[Image, Seen] | None = None
     changes = []

@@ -127,7 +127,7 @@ def grow(
         halves: What exists; grows in place.
         target: Capped RMSE of the halves against each other.
         path: Where the state is stored after every pair of chunks.
-        on_chunk: Called with the chunks so far and their difference; False stops.
+        on_chunk: Called with the number of chunks and the difference of the halves; False stops.
     """
     quality = session.settings.quality
     going = True
@@ -140,7 +140,13 @@ def grow(
 
 
 def chunk_quality(quality: Quality, *, depth: int, cap: float) -> Quality:
-    """How chunks are rendered: independent samples, capped beside the uncapped."""
+    """Return how chunks are rendered: independent samples, capped beside the uncapped.
+
+    Args:
+        quality: A preset.
+        depth: Longest light path.
+        cap: Firefly cap per sample, x white.
+    """
     return quality.model_copy(
         update={
             "spp": CHUNK,
@@ -154,7 +160,13 @@ def chunk_quality(quality: Quality, *, depth: int, cap: float) -> Quality:
 
 
 def finished(session: Session, frame: FrameState, halves: Halves) -> Reference:
-    """The reference as it stands, with haze as the scene has it."""
+    """Return the reference as it stands, with haze as the scene has it.
+
+    Args:
+        session: The scene in the renderer.
+        frame: What was rendered.
+        halves: Of its samples.
+    """
 
     def picture(*chosen: int) -> Image:
         guides = {name: halves.mean(name, chosen) for name in ("hit", "depth")}

@@ -148,16 +148,33 @@ def alone_rows(frames: Sequence[Stored]) -> Iterator[FrameRow]:
         before = shown.picture
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Worst:
+    """The pair of frames that differ most.
+
+    Attributes:
+        flip: Mean FLIP between them.
+        picture: The frame, (h, w, 3).
+        other: What it is compared with, (h, w, 3).
+        titles: Of both.
+    """
+
+    flip: float
+    picture: Image
+    other: Image
+    titles: list[str]
+
+
 def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iterator[FrameRow]:
-    """Yield a pair's frames one by one; the worst is drawn at last."""
+    """Yield a pair's frames one by one; draw the worst at last."""
     before: Image | None = None
-    worst: tuple[float, Shown, Shown, list[str]] | None = None
+    worst: _Worst | None = None
     for number, (frame, other) in enumerate(pairs):
         shown, wanted = _shown(frame, other), _shown(other, other)
         row, difference = pair_row(shown, wanted, before)
-        if worst is None or float(row["flip"]) > worst[0]:
+        if worst is None or float(row["flip"]) > worst.flip:
             titles = [f"{_label(some)} at {some.time:g} s" for some in (frame, other)]
-            worst = float(row["flip"]), shown, wanted, titles
+            worst = _Worst(float(row["flip"]), shown.picture, wanted.picture, titles)
         yield {
             **_identity(number, frame),
             "other_quality": other.quality,
@@ -166,7 +183,7 @@ def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iter
         }
         before = difference
     if worst is not None:
-        pair_plot(worst[1].picture, worst[2].picture, worst_path, titles=worst[3])
+        pair_plot(worst.picture, worst.other, worst_path, titles=worst.titles)
 
 
 def pair_row(shown: Shown, wanted: Shown, before: Image | None) -> tuple[dict[str, float], Image]:

@@ -162,9 +162,14 @@ def flicker(picture: Image, before: Image, flow: Flow, *, order: Order = 3) -> F
 
 
 def warped(before: Image, flow: Flow, *, order: Order = 3) -> Image:
-    """Return the picture before as its surfaces lie now, (h, w, 3); arguments as in `flicker`.
+    """Return the picture before as its surfaces lie now, (h, w, 3).
 
     Pixels that are not valid hold whatever lies at their place.
+
+    Args:
+        before: The picture before, (h, w, 3).
+        flow: Where the pixels of now were in it.
+        order: How it is read: 3 cubic spline, 1 bilinear, 0 nearest pixel.
     """
     channels = [
         map_coordinates(before[..., channel], flow.places, order=order, mode="nearest")

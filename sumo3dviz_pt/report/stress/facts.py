@@ -87,7 +87,13 @@ def _is_road(network: Network, edge: str) -> bool:
 def nearest_body(
     users: Iterable[Mover], prototypes: Mapping[str, Prototype], eye: Floats
 ) -> Body | None:
-    """Return the vehicle nearest to an eye, (3,) [m]; another road user if there is none."""
+    """Return the vehicle nearest to an eye; another road user if there is none.
+
+    Args:
+        users: Road users of a frame.
+        prototypes: Their bodies.
+        eye: (3,) [m].
+    """
 
     def order(user: Mover) -> tuple[bool, float]:
         distance = np.linalg.norm(user.world_from_body.position - eye)
