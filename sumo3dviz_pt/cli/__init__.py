@@ -4,8 +4,8 @@ One module for each command, or for a few that belong together, with `add` (what
 `run` (what it does).
 
 Exit codes: 0 done; 2 wrong input or configuration; 1 failed while working, finished
-frames are kept, or something is not installed; 130 interrupted; 141 nobody reads the output
-any more. `compare` gives 1 where something differs, as `diff` does.
+frames are kept, or something is not installed; 130 interrupted; 141 the reader of the output
+has gone. `compare` gives 1 where something differs, as `diff` does.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["build_parser", "main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; the exit code."""
+    """Run a command; return the exit code."""
     try:
         # Ctrl-C may come while our own modules are imported, too.
         from sumo3dviz_pt.cli.program import run

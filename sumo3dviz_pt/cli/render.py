@@ -159,8 +159,8 @@ def print_films(reports: list[FilmReport], *, cpu: float) -> None:
 
     Args:
         reports: Of each film.
-        cpu: CPU-seconds of all that was done for them; what no report counts, as the start of
-            the program, is the first one's.
+        cpu: CPU-seconds of all that was done for them; what no report counts, such as the start
+            of the program, is added to the first one's.
     """
     own = [sum(report.cpu.values()) for report in reports]
     own[0] += max(cpu - sum(own), 0.0)

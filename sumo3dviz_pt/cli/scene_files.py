@@ -104,7 +104,7 @@ def _schema(options: argparse.Namespace) -> int:
 
 
 def _check_target(options: argparse.Namespace) -> None:
-    """Refuse to replace a scene file unasked."""
+    """Refuse to replace a scene file without `--force`."""
     from sumo3dviz_pt.pipeline.stills.still import check_free
 
     if not options.force:

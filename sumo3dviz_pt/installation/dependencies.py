@@ -1,4 +1,4 @@
-"""The packages of pip's that this one needs, and in one sentence why one does not work."""
+"""Lists the pip packages that this one needs, and says why one of them does not work."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ DEPENDENCIES = (
     Dependency("tzfpy", "tzfpy"),
     Dependency("tzdata", "tzdata"),
 )
-"""All that every command may need; what only an extra brings is not among them."""
+"""All packages that any command may need; what only an extra brings is not among them."""
 
 
 def version_of(package: str) -> str:
-    """Return the installed version, or `missing`; a checkout that nobody installed is `source`."""
+    """Return the installed version, or `missing`; a checkout that is not installed is `source`."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:

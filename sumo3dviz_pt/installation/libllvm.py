@@ -1,9 +1,9 @@
 """Finds the libLLVM that Dr.Jit shall load, and reads its version before Dr.Jit does.
 
 Dr.Jit takes 15 and newer, but 15 ends the process at the first kernel ("LLVM ERROR: Cannot
-select: fminimum", measured with AVX-512 and with AVX2 only), so 16 is asked for. A library tells
-its version by `LLVMGetVersion`, which exists from 16 on; it is asked in a process of its own,
-because a second libLLVM beside the one in use disturbs it. Names only order what is asked.
+select: fminimum", measured with AVX-512 and with AVX2 only), so 16 is needed. A library tells
+its version by `LLVMGetVersion`, which exists from 16 on. It is called in a process of its own,
+because a second libLLVM disturbs the one in use. File names only say which library to try first.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Library:
     """A libLLVM.
 
     Attributes:
-        path: Its file, or a name that the system's loader knows.
+        path: Its file, or a name that the system's loader finds.
         version: Such as `19.1.7`; empty if it cannot be used.
         problem: Why it cannot be used, and what to do; empty if it can.
     """
@@ -128,7 +128,7 @@ def _examined(path: str) -> Library:
 
 
 def _asked(path: str) -> tuple[str, str]:
-    """Return a library's version by its own word, `0.0.0` before 16; or why it does not answer."""
+    """Return the version that a library tells, `0.0.0` before 16, and why it tells none."""
     command = [sys.executable, "-I", "-S", "-c", _ASK, path]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -62,11 +62,13 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
     from sumo3dviz_pt.cast.own_looks import idle
 
     check_choices(job, Request())
+    # Without shots, each camera shows all that it can.
     windows = [_Window(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
     files, scenario, trajectories = read(job)
     if not windows:
         lives = {name: life_of(camera, trajectories) for name, camera in job.cameras.items()}
         windows = [_Window(name, *life) for name, life in lives.items()]
+    # Say what the simulation holds, then what each shot would cost.
     traffic = scenario.traffic
     sun = sun_report(job, location=scenario.network.location)
     report: dict[str, Any] = {

@@ -1,7 +1,7 @@
 """Looks at an installation and says what is missing and how to get it.
 
-Loads nothing that may be missing: what renders is tried out in another process, which may end as
-it likes.
+It loads nothing that may be missing: rendering is tried out in another process, whose crash does
+no harm.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def _loaded_all() -> Trial:
 
 
 def _tried_in_another_process() -> Trial:
-    """Return the same in a process that may end as it likes, and has this very package."""
+    """Try rendering out in another process, with this very package; a crash there does no harm."""
     place = str(Path(__file__).resolve().parents[2])
     command = [sys.executable, "-P", "-c", _TRY, place]
     try:
@@ -177,14 +177,27 @@ def _ending(code: int) -> str:
 
 def processor() -> str:
     """Return the processor's name, and which of its vector units kernels use."""
+    facts = _processor_facts()
+    if not facts:
+        return processor_name()
+    flags = set(f"{facts.get('flags', '')} {facts.get('Features', '')}".split())
+    units = " ".join(name for name in _USEFUL if name in flags)
+    return f"{processor_name()} ({units})"
+
+
+def processor_name() -> str:
+    """Return the processor's name, or its kind where the system does not tell the name."""
+    named = _processor_facts().get("model name")
+    return named or platform.processor() or platform.machine()
+
+
+def _processor_facts() -> dict[str, str]:
+    """Read what Linux tells about the processor; other systems have nothing to read."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return platform.processor() or platform.machine()
-    facts = dict(re.findall(r"^(model name|flags|Features)\s*: (.*)$", text, re.MULTILINE))
-    flags = set(f"{facts.get('flags', '')} {facts.get('Features', '')}".split())
-    units = " ".join(name for name in _USEFUL if name in flags)
-    return f"{facts.get('model name', platform.machine())} ({units})"
+        return {}
+    return dict(re.findall(r"^(model name|flags|Features)\s*: (.*)$", text, re.MULTILINE))
 
 
 def physical_memory() -> int:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import platform
 import subprocess
 import sys
 from pathlib import Path
 
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.doctor import processor_name
 
 
 def machine() -> dict[str, str | int]:
@@ -19,19 +19,9 @@ def machine() -> dict[str, str | int]:
         "mitsuba": known["mitsuba"],
         "drjit": known["drjit"],
         "oidn": known["mitsuba-oidn"],
-        "cpu": processor(),
+        "cpu": processor_name(),
         "threads": os.cpu_count() or 1,
     }
-
-
-def processor() -> str:
-    """Return the processor's name, as far as the system tells."""
-    listing = Path("/proc/cpuinfo")
-    if listing.exists():
-        for line in listing.read_text(encoding="utf-8", errors="replace").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
 
 
 def git_commit() -> str:

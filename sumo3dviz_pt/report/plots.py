@@ -35,7 +35,7 @@ _MARKERS = "osD^vP"
 
 
 def new_figure(width: float, height: float) -> Any:
-    """Return a figure of so many inches, without any state that outlives it."""
+    """Return a figure of a width and height [inches], without any state that outlives it."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")

@@ -1,4 +1,4 @@
-"""What can be chosen of a viewer; knowing it loads nothing."""
+"""What can be chosen of a viewer; importing it loads nothing heavy."""
 
 from __future__ import annotations
 

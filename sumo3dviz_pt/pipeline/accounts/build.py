@@ -1,7 +1,7 @@
 """What a picture was made from, in full: its key, and the account that travels with it.
 
-Two frames with the same key and time are the same picture. Nothing of what pixels hang on may
-be missing from it, and files count by content: a name says nothing.
+Two frames with the same key and time are the same picture. The key holds everything that pixels
+depend on; files count by content, because a name says nothing.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ _APART = frozenset({"scenario", "template", "cameras", "shots", "output", "quali
 def key_of(production: Production) -> str:
     """Return a hash of everything that a frame's pixels depend on, beside its time.
 
-    The shot's window counts: wheels and strides are turned by the way since its begin, and
-    who has room in it hangs on all of its frames. What acts on the developed picture alone
-    (tone curve, glare, codec) does not, nor do names of files and presets.
+    The shot's window counts: wheels turn and people step by the way since its beginning, and the
+    room for road users depends on all of its frames. What acts on the developed picture alone
+    (tone curve, glare, codec) does not count, nor do names of files and presets.
     """
     job, inputs, times = production.job, production.inputs, production.times
     settings = {name: value for name, value in job.model_dump().items() if name not in _APART}

@@ -20,7 +20,7 @@ _GRID = 1.0e4
 """Steps of stored numbers in a unit, such as a metre."""
 
 _OFF = 0.381966
-"""Share of a step between its edges and round numbers, which last bits would throw about."""
+"""Offset from the grid, in steps: round numbers lie inside a step, where last bits do nothing."""
 
 _Feed = Callable[[bytes | memoryview], None]
 
@@ -36,7 +36,7 @@ def light_digest(data: SceneData) -> str:
 
 
 def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
-    """Return a digest of who can be shown, and how: bodies, their levels of detail, room for them.
+    """Return a digest of the road users that can be shown: bodies, levels of detail, room.
 
     Args:
         data: Of a shot.

@@ -57,6 +57,8 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     check_target(target, suffixes=(".png", *FILM_SUFFIXES), overwrite=order.overwrite)
     if order.tone is not None:
         check_tone(order.tone)
+
+    # Read the frames, which are developed one by one as they are written.
     film = _film(source)
     account = film.account
     pictures = developed(
@@ -65,6 +67,8 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         exposure=order.exposure,
         glare=account.get("glare"),
     )
+
+    # Write numbered pictures, one picture, or a film.
     if is_sequence(target):
         places = pictures_of(target, film.files)
         if not order.overwrite:

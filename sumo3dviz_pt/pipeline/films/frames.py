@@ -1,4 +1,4 @@
-"""A folder of stored frames: whose they are, which fit, which are missing.
+"""Reads a folder of stored frames: to which film they belong, which fit, which are missing.
 
 Beside the frames lies `film.json`, the account of the film that they belong to. Frames of
 other films, and frames beyond its end, never get into it.

@@ -115,11 +115,11 @@ def check_target(path: Path, *, suffixes: tuple[str, ...], overwrite: bool = Fal
 
 
 def check_free(*paths: Path, option: str = "--overwrite") -> None:
-    """Refuse to overwrite anything unasked.
+    """Refuse to overwrite anything that exists.
 
     Args:
         paths: What will be written.
-        option: What asks for it on the command line.
+        option: Of the command line that allows it, for the message.
 
     Raises:
         ConfigError: If one of them exists.

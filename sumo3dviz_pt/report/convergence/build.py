@@ -44,9 +44,9 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Session
 
 BETTER = 3.0
-"""The reference's halves differ by this much less than independent samples of the highest
-rung are wrong. The reference itself, their mean, is then six times better than those, and
-about three times better than pictures of the default sampler."""
+"""The halves of the reference differ by the error of independent samples of the highest rung,
+divided by this. The reference itself, their mean, is then six times better than those samples,
+and about three times better than pictures of the default sampler."""
 
 FRAMES = 4
 """Successive frames over which flicker is measured."""
@@ -100,14 +100,14 @@ class _Work:
         return budget is not None and time.monotonic() - self.started > budget
 
     def step(self, what: str, samples: float) -> None:
-        """Count work and tell it."""
+        """Count finished work [spp], and report how far all of it is."""
         self.done += samples
         done = round(min(self.done, self.total))
         announce(Doing.MEASURE, done, round(self.total), what=what)
 
 
 def converge(job: Job, request: Request, order: Order) -> Path:
-    """Measure error against run time of one picture; the report's page.
+    """Measure error against run time of one picture; return the report's page.
 
     Args:
         job: The scene file.
@@ -117,6 +117,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
     Raises:
         ConfigError: If the folder holds the report of something else, or a choice is wrong.
     """
+    # Refuse what is wrong before any work.
     check_extra()
     if not 1 <= order.top <= 1024:
         raise ConfigError(f"must lie in 1..1024, not {order.top}", key="top")
@@ -126,6 +127,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
         raise ConfigError(f"there is no folder {order.folder.parent}; create it", key="output")
     if not (order.overwrite or (order.folder / PLAN).exists()):
         check_free(*_own(order.folder))
+    # Build the shot, and begin anew or go on in the folder.
     frames = order.time - np.arange(FRAMES)[::-1] / float(job.output.fps)
     # The scene's own preset does not matter here, and so not for resuming either.
     production = replace(prepare(job, request, frames), quality=plan.base_quality(CHUNK))
@@ -133,6 +135,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
     if order.overwrite:
         for path in _own(order.folder):
             path.unlink(missing_ok=True)
+    # Grow a reference, then measure every group against it.
     work = _Work(order)
     with opened(production, film=True) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
@@ -182,8 +185,8 @@ def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
 
 
 _REFERENCE_SHARE = 4 * BETTER**2
-"""Samples of a reference for each of the highest rung's: halves are wrong by the square root
-of two more than the whole, and so is their difference once more."""
+"""Samples of a reference for each of the highest rung's: the error of a half is that of the whole
+times the square root of two, and the difference of two halves is that error times it again."""
 
 
 def _samples(wanted: list[plan.Group]) -> int:
@@ -270,7 +273,7 @@ def _measured(
 
 
 def _whole_groups(path: Path, wanted: list[plan.Group]) -> list[Row]:
-    """Stored rows; those of a group that was interrupted are dropped from the file."""
+    """Return the stored rows; drop those of an interrupted group from the file."""
     rows = read_rows(path)
     whole = [
         row

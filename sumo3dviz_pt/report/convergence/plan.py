@@ -73,7 +73,7 @@ class Group:
 
 
 def rungs(top: int) -> tuple[int, ...]:
-    """1, 2, 4, ... up to `top`."""
+    """Return 1, 2, 4, ... up to `top`."""
     return tuple(2**power for power in range(top.bit_length()) if 2**power <= top)
 
 
@@ -85,7 +85,7 @@ def presets_up_to(top: int) -> dict[str, Quality]:
 
 
 def groups(top: int) -> list[Group]:
-    """Return everything to measure, what users ask for first."""
+    """Return everything to measure; presets, which matter most to users, come first."""
     presets = [
         Group(name, quality, (quality.denoise,)) for name, quality in presets_up_to(top).items()
     ]

@@ -32,7 +32,7 @@ def write_results(
     wanted: int,
     command: str,
 ) -> Path:
-    """Write plots and page; the page.
+    """Write plots and page; return the page.
 
     Args:
         folder: Where rows and pictures lie.

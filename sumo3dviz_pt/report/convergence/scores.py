@@ -12,7 +12,7 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.convergence.reference import Reference
 
 CAP = 4.0
-"""Of the capped RMSE, x white: brighter samples all look white (facts/denoising.md, 2)."""
+"""Cap of the capped RMSE, x white: brighter samples all look white."""
 
 TRIM = 0.001
 """Share of the worst pixels that the trimmed relative MSE leaves out."""

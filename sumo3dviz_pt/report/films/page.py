@@ -83,7 +83,7 @@ class Film:
 
 
 def _listed(values: Iterable[str]) -> str:
-    """Each value once."""
+    """Return each value once, in words."""
     return ", ".join(sorted({value for value in values if value})) or "-"
 
 
@@ -146,7 +146,7 @@ def _overall(rows: Sequence[FrameRow]) -> list[str]:
 
 
 def _worst(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], column: str) -> int:
-    """Return which frame is worst."""
+    """Return the index of the worst frame."""
     if column in _BETTER_HIGH:
         return int(np.nanargmin(values))
     return int(np.nanargmax(np.abs(values)))

@@ -1,4 +1,4 @@
-"""What must hold for a picture, wherever the camera stands and whatever the sun does.
+"""Judges pictures by what must hold wherever the camera stands and whatever the sun does.
 
 Beside NaN, Inf and negative values, energy is bounded. Nothing in a scene of passive
 surfaces is brighter than its brightest light, so no value may exceed the larger of that
@@ -28,7 +28,7 @@ from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.report.stress.cases import Case
 
 MARGIN = 1.05
-"""Room for rounding and noise above the bounds."""
+"""Factor on the bounds that leaves room for rounding and noise."""
 
 DARKEST = 0.002
 """Mean of a picture outdoors over the sky's mean, at least."""
@@ -70,7 +70,7 @@ class Light:
 def light_of(
     sky: Any, sets: Sequence[LampSet], frame: FrameState, scene: SceneData | None = None
 ) -> Light:
-    """Return what shines.
+    """Return the light of a case.
 
     Args:
         sky: The session's baked sky: `radiance` (h, w, 3) from zenith to nadir, and `sun`.
@@ -166,7 +166,7 @@ def judge(case: Case, seen: Evidence) -> tuple[str, ...]:
 
 
 def unsound(radiance: Image, what: str) -> tuple[str, ...]:
-    """Return the values that no radiance can have."""
+    """Say which pixels hold values that no radiance can have."""
     finite = np.isfinite(radiance).all(axis=-1)
     negative = np.count_nonzero((radiance < 0).any(axis=-1))
     found = []
@@ -180,7 +180,7 @@ def unsound(radiance: Image, what: str) -> tuple[str, ...]:
 
 
 def _too_much(seen: Evidence) -> list[str]:
-    """Energy from nowhere."""
+    """Say where the picture is brighter than its lights can make it."""
     found = []
     peak, most = float(seen.radiance.max()), MARGIN * max(seen.light.brightest, seen.limit)
     if peak > most:
@@ -194,7 +194,7 @@ def _too_much(seen: Evidence) -> list[str]:
 
 
 def _too_little(case: Case, seen: Evidence) -> list[str]:
-    """Light that is lost, or a picture of nothing."""
+    """Say where light is lost, or where the picture shows nothing."""
     luminance = seen.radiance @ _LUMINANCE
     found = []
     if case.shows_sun and seen.light.sun > 0 and luminance.max() < 0.5 * seen.light.sun:
@@ -214,7 +214,7 @@ def _too_little(case: Case, seen: Evidence) -> list[str]:
 
 
 def _sky(seen: Evidence) -> list[str]:
-    """Return a sky that is not the baked one."""
+    """Say whether the open sky differs from the baked one."""
     if np.count_nonzero(seen.open_sky) < _MANY:
         return []
     median = float(np.median((seen.radiance @ _LUMINANCE)[seen.open_sky]))
@@ -225,7 +225,7 @@ def _sky(seen: Evidence) -> list[str]:
 
 
 def _development(seen: Evidence) -> list[str]:
-    """Return what the film would show, also after storing."""
+    """Say what is wrong with the developed picture, also after storing."""
     from sumo3dviz_pt.image.tonemap import develop_float
 
     shown = develop_float(seen.radiance, exposure=seen.exposure, tone=seen.tone)

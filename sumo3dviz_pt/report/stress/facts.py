@@ -23,7 +23,7 @@ _MOST_MOMENTS = 20_000
 def facts_of(
     production: Production, scenario: Scenario, trajectories: Sequence[Trajectory], *, time: float
 ) -> Facts:
-    """Return what a shot has to offer.
+    """Collect what a shot has to offer.
 
     Args:
         production: The shot, prepared for one time.
@@ -138,6 +138,6 @@ def moments(scenario: Scenario, trajectories: Sequence[Trajectory]) -> dict[str,
 
 
 def _triangles(data: SceneData) -> int:
-    """Of everything that the renderer holds, about."""
+    """Return about how many triangles the renderer holds."""
     static = sum(len(part.part.mesh.faces) for part in data.static)
     return static + sum(prototype.triangles for prototype in data.prototypes.values())

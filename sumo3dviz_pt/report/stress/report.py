@@ -69,7 +69,7 @@ def in_words(report: StressReport) -> str:
 
 
 def _line(outcome: Outcome, width: int) -> str:
-    """Return one case."""
+    """Return one case in a line."""
     words = f"{outcome.name:<{width}}  {outcome.verdict:<8}  {outcome.cpu:6.1f} CPU-s"
     notes = [outcome.why] if outcome.why else []
     if outcome.nonfinite:
