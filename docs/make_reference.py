@@ -24,7 +24,7 @@ from pydantic_core import PydanticUndefined
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.job import settings
 from sumo3dviz_pt.job.meanings import bounds
-from sumo3dviz_pt.job.values import models_in
+from sumo3dviz_pt.job.values import all_models, models_in
 
 HERE = Path(__file__).resolve().parent
 MADE = "<!-- Made by docs/make_reference.py; change the code, not this page. -->\n"
@@ -48,7 +48,7 @@ UNIT = re.compile(r" *\[(m|s|deg|px)\]")
 
 def scene_file() -> str:
     """The page about the scene file."""
-    models = list(dict.fromkeys(_models(settings.Job)))
+    models = list(dict.fromkeys(all_models(settings.Job)))
     sections = [_section(model) for model in models if model is not settings.Job]
     return "\n".join(
         [
@@ -111,14 +111,6 @@ def _first_line(annotation: Any) -> str:
     models = models_in(annotation)
     text = (models[0].__doc__ or "").strip().splitlines()[0] if models else ""
     return text[:1].lower() + text[1:].rstrip(".")
-
-
-def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    """A model and all that its keys lead to."""
-    yield model
-    for field in model.model_fields.values():
-        for inner in models_in(field.annotation):
-            yield from _models(inner)
 
 
 def _type(annotation: Any) -> str:

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
-from sumo3dviz_pt.job.values import MOST_TEXT, HexColour
+from sumo3dviz_pt.job.values import MOST_TEXT, ONE_OR_MORE, HexColour
 from sumo3dviz_pt.model.bounds import ANGLE, COORDINATE, HEIGHT, SECONDS
 
 MOST_ENTRIES = 10_000
@@ -105,6 +105,7 @@ TimeOfDay = Annotated[dt.time, BeforeValidator(_time)]
 
 Colours = Annotated[tuple[HexColour, ...], Field(max_length=MOST_ENTRIES)]
 Names = Annotated[tuple[str, ...], Field(max_length=MOST_ENTRIES)]
+OneOrMoreNames = Annotated[Names, ONE_OR_MORE]
 
 
 # Files -------------------------------------------------------------------------------------
@@ -136,6 +137,7 @@ def _named(path: Path) -> Path:
 Target = Annotated[Path, AfterValidator(_openable), AfterValidator(_named)]
 File = Annotated[Path, AfterValidator(_openable), AfterValidator(_from_scene_file)]
 Files = Annotated[tuple[File, ...], Field(max_length=MOST_ENTRIES)]
+OneOrMoreFiles = Annotated[Files, ONE_OR_MORE]
 
 
 def _surface(name: str, info: ValidationInfo) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -19,11 +19,11 @@ from sumo3dviz_pt.job.ranges import (
     Colours,
     Date,
     File,
-    Files,
     Finite,
     Latitude,
     Longitude,
     Names,
+    OneOrMoreFiles,
     Point,
     Positive,
     Seconds,
@@ -34,7 +34,7 @@ from sumo3dviz_pt.job.ranges import (
     Turn,
     Whole,
 )
-from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone, listed
+from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone
 from sumo3dviz_pt.job.values import Settings as Settings
 
 Lights = Literal["auto", "on", "off"]
@@ -47,20 +47,11 @@ class ScenarioSettings(Settings):
     sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
     folder: File | None = Field(None, description="folder that is searched by content")
     network: File | None = Field(None, description=".net.xml or .net.xml.gz")
-    trajectories: Files = Field((), description="FCD logs (.xml, .xml.gz)")
-    signals: Files = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
-    additional: Files = Field((), description="POIs, polygons and vTypes")
-    vehicle_types: Files = Field((), description="files that hold vTypes")
+    trajectories: OneOrMoreFiles = Field((), description="FCD logs (.xml, .xml.gz)")
+    signals: OneOrMoreFiles = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
+    additional: OneOrMoreFiles = Field((), description="POIs, polygons and vTypes")
+    vehicle_types: OneOrMoreFiles = Field((), description="files that hold vTypes")
     allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _lists(cls, data: Any) -> Any:
-        """Let a single file stand without brackets."""
-        many = ("trajectories", "signals", "additional", "vehicle_types")
-        if isinstance(data, dict):
-            return {key: listed(value) if key in many else value for key, value in data.items()}
-        return data
 
 
 class SunSettings(Settings):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from typing import Annotated, Any, get_args
 
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     PlainSerializer,
@@ -44,9 +45,21 @@ def models_in(annotation: Any) -> list[type[BaseModel]]:
     return [model for part in parts for model in models_in(part)]
 
 
-def listed(value: Any) -> Any:
+def _listed(value: Any) -> Any:
     """Let a single word stand for a list of one."""
     return value if isinstance(value, list | tuple) or value is None else [value]
+
+
+ONE_OR_MORE = BeforeValidator(_listed)
+"""Of lists: a single word may stand without brackets."""
+
+
+def all_models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """Yield a model and all that its fields lead to; a model may come again."""
+    yield model
+    for field in model.model_fields.values():
+        for inner in models_in(field.annotation):
+            yield from all_models(inner)
 
 
 def _colour(text: str) -> str:

@@ -9,6 +9,8 @@ from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.values import ONE_OR_MORE, all_models
 from sumo3dviz_pt.pipeline.choices import NAMES, names_for
 
 TITLE = "Scene file of sumo3dviz_pt"
@@ -99,22 +101,14 @@ def _name(place: Node, names: list[str], *, closed: bool) -> None:
         place["anyOf"] = [{"enum": names}, {"type": "string"}]
 
 
-_SINGLE = {
-    "ScenarioSettings": ("trajectories", "signals", "additional", "vehicle_types"),
-    "ObjectSettings": ("model",),
-}
-"""Lists that a single word may stand for."""
-
-
 def _loosen(schema: Node) -> None:
     """Accept what the scene file's notation allows beside what its models hold."""
-    for model, keys in _SINGLE.items():
-        for key in keys:
-            place = schema["$defs"][model]["properties"][key]
-            several = {"type": "array", "items": place["items"]}
-            for word in ("type", "items"):
-                del place[word]
-            place["anyOf"] = [several["items"], several]
+    for model in {each.__name__: each for each in all_models(Job)}.values():
+        for key, field in model.model_fields.items():
+            if ONE_OR_MORE in field.metadata:
+                place = schema["$defs"][model.__name__]["properties"][key]
+                several = {word: place.pop(word) for word in ("type", "items")}
+                place["anyOf"] = [several["items"], several]
     for place in schema["$defs"]["SunSettings"]["properties"]["time"]["anyOf"]:
         # Clock times have no seconds and no zone, as JSON's would.
         place.pop("format", None)
