@@ -1,4 +1,4 @@
-"""The command line: arguments in, one clear sentence or a picture out.
+"""The command line: it reads arguments, and writes pictures or one clear sentence.
 
 One module for each command, or for a few that belong together, with `add` (what it takes) and
 `run` (what it does).

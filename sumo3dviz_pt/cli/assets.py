@@ -1,4 +1,4 @@
-"""`assets`: the library as a table, as pictures, made again."""
+"""`assets`: lists the library as a table, draws it as pictures, makes its files again."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sumo3dviz_pt.cli.options import add_overwrite, add_size
 from sumo3dviz_pt.cli.progress import progress
 
 _BAKING, _DRAWING = 150.0, 120.0
-"""How long all vehicles, and a sheet, usually take [s]."""
+"""How long baking all vehicles usually takes, and drawing a sheet [s]."""
 
 
 def add(commands: Any) -> None:

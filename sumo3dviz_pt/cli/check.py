@@ -1,4 +1,4 @@
-"""`check`: what a scene holds, leaves out and costs."""
+"""`check`: says what a scene holds, leaves out and costs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`compare`: what differs between two pictures or films, by what they say of themselves."""
+"""`compare`: says what differs between two pictures or films, by the accounts stored in them."""
 
 from __future__ import annotations
 

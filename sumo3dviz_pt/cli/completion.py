@@ -1,4 +1,4 @@
-"""`completion`: a script that lets a shell complete commands, options and names."""
+"""`completion`: writes a script that lets a shell complete commands, options and names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`converge`: error against run time."""
+"""`converge`: measures error against run time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`demo`: the bundled example, with nothing to prepare."""
+"""`demo`: renders the bundled example, with nothing to prepare."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Extent:
 
 _COMPILED = _Extent((640, 360), 2.0, "preview")
 _SCALAR = _Extent((480, 270), 1.0, "draft")
-"""Where there is no libLLVM: to be done in four minutes on two cores."""
+"""The extent where there is no libLLVM: it takes four minutes on two cores."""
 
 
 def add(commands: Any) -> None:

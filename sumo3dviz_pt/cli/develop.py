@@ -1,4 +1,4 @@
-"""`develop`: pictures from stored frames."""
+"""`develop`: makes pictures and films from stored frames."""
 
 from __future__ import annotations
 

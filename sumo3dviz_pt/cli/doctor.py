@@ -1,4 +1,4 @@
-"""`doctor`: what this machine has and lacks."""
+"""`doctor`: says what this machine has and lacks, and installs what is missing."""
 
 from __future__ import annotations
 

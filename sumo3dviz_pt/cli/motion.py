@@ -1,4 +1,4 @@
-"""`motion`: how one road user moves."""
+"""`motion`: draws how one road user moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the work is, and what came out, in words."""
+"""Shows how far work is, and prints errors."""
 
 from __future__ import annotations
 

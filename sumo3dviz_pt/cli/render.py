@@ -1,4 +1,4 @@
-"""`render`: films."""
+"""`render`: renders films."""
 
 from __future__ import annotations
 

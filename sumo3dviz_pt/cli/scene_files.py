@@ -1,4 +1,4 @@
-"""`init`, `import-sumo3dviz` and `schema`: scene files written, translated and described."""
+"""`init`, `import-sumo3dviz` and `schema`: write, translate and describe scene files."""
 
 from __future__ import annotations
 

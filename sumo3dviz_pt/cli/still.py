@@ -1,4 +1,4 @@
-"""`still`: one image."""
+"""`still`: renders one image."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`vehicles`: the road users in the log."""
+"""`vehicles`: lists the road users in the log."""
 
 from __future__ import annotations
 

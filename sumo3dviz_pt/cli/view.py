@@ -1,4 +1,4 @@
-"""`view`: walk through a scene in the browser."""
+"""`view`: serves a scene to walk through in the browser."""
 
 from __future__ import annotations
 

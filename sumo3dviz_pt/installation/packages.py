@@ -20,7 +20,7 @@ from sumo3dviz_pt.installation.libllvm import OLDEST
 ATOMIC = "libatomic"
 LLVM = "libLLVM"
 LIBRARIES = {"libatomic.so.1": ATOMIC}
-"""What Dr.Jit misses where it cannot be loaded, by file name."""
+"""Libraries without which Dr.Jit cannot be loaded, by file name."""
 
 Tell = Callable[[str], None]
 

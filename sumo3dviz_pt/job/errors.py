@@ -1,4 +1,4 @@
-"""What is wrong with a setting, in our words and with its place."""
+"""Says what is wrong with a setting, in words that users know and with its place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Python's values as a scene file would hold them: text, numbers, lists and mappings."""
+"""Turns Python's values into what a scene file can hold: text, numbers, lists and mappings."""
 
 from __future__ import annotations
 

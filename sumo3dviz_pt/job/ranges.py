@@ -14,10 +14,10 @@ from sumo3dviz_pt.job.values import MOST_TEXT, ONE_OR_MORE, HexColour
 from sumo3dviz_pt.model.bounds import ANGLE, COORDINATE, HEIGHT, SECONDS
 
 MOST_ENTRIES = 10_000
-"""Entries of a list or a mapping."""
+"""Most entries that a list or a mapping may have."""
 
 WIDEST = 16_384
-"""Of a picture, either way [px]."""
+"""Largest width and height of a picture [px]."""
 
 _LONGEST_NAME = 255  # bytes of a file's name, on all usual file systems
 _DATE = re.compile(r"(\d{4})-(\d\d)-(\d\d)")

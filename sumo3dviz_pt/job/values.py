@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.ratios import Ratio, in_short, ratio_of
 from sumo3dviz_pt.model.zones import SOLAR, zone_named
 
 MOST_TEXT = 1000
-"""Characters of a word, an id or a path."""
+"""Most characters that a word, an id or a path may have."""
 
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
 
@@ -51,7 +51,7 @@ def _listed(value: Any) -> Any:
 
 
 ONE_OR_MORE = BeforeValidator(_listed)
-"""Of lists: a single word may stand without brackets."""
+"""Marks lists whose single entry may stand without brackets."""
 
 
 def all_models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:

@@ -12,7 +12,7 @@ VARIANTS: Mapping[str, str] = MappingProxyType(
 )
 
 VARIANT = "llvm"
-"""The one that is used where none is asked for."""
+"""The variant that is used unless another is chosen."""
 
 
 def check_variant(name: str) -> None:

@@ -1,4 +1,4 @@
-"""YAML as people expect it: 1.2 core types, no duplicate keys, places for messages.
+"""Reads YAML as people expect it: 1.2 core types, no duplicate keys, places for messages.
 
 PyYAML speaks YAML 1.1, in which `12:30` is 750, `on` is true and a repeated key
 silently wins. This module resolves scalars by the YAML 1.2 core schema instead; keys are
@@ -24,13 +24,13 @@ KeyPath = tuple[str | int, ...]
 Places = dict[KeyPath, tuple[int, int]]
 
 MOST_TEXT = 1_000_000
-"""Characters of a document: 10,000 key frames."""
+"""Most characters of a document: about 10,000 key frames."""
 
 MOST_VALUES = 100_000
-"""Keys and values of a document, with every alias written out."""
+"""Most keys and values of a document, with every alias written out."""
 
 MOST_DEPTH = 40
-"""Levels of a document."""
+"""Most levels of a document."""
 
 _LONGEST_NUMBER = 100
 _TAG = "tag:yaml.org,2002:"

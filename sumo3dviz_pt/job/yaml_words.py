@@ -1,4 +1,4 @@
-"""What is wrong with a document that is no YAML, in words that say what to do."""
+"""Says what is wrong with a document that is no YAML, and what to do."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
 _OTHERWISE = "look at the indentation, quotes and brackets here"
 
 _AT_BEGIN = re.compile("simple key|quoted scalar|flow sequence|flow mapping|alias|anchor|tag")
-"""Where the fault lies where the thing begins, not where PyYAML noticed."""
+"""Things whose fault lies where they begin, not where PyYAML noticed it."""
 
 
 def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> ConfigError:

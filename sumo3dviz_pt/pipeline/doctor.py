@@ -36,7 +36,7 @@ from sumo3dviz_pt.pipeline import doctor
 print(doctor.tried_out().as_json(), flush=True)
 """
 _USEFUL = ("sse4_2", "avx", "avx2", "fma", "f16c", "avx512f", "avx512vl", "asimd", "sve")
-"""What kernels use of a processor, in the words of Linux."""
+"""Vector units that kernels use, as Linux calls them."""
 
 
 @dataclass(frozen=True, slots=True)

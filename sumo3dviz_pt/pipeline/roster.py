@@ -19,7 +19,7 @@ from sumo3dviz_pt.model.roster import Point, RoadUser
 from sumo3dviz_pt.pipeline.production import scenario_files
 
 RADIUS = 30.0
-"""How near is near, where no radius is given [m]."""
+"""Distance that counts as near where none is given [m]."""
 
 _Order = Callable[[RoadUser], Any]
 

@@ -115,7 +115,7 @@ _SIMULATION = {
     "configuration": "a configuration of SUMO",
     "sumoConfiguration": "a configuration of SUMO",
 }
-"""Files of a simulation that are taken for scenes, by their root element."""
+"""Files of a simulation that users mistake for scene files, by their root element."""
 
 
 def _text_of(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""The scene file as a JSON schema that editors take: keys, meanings, ranges and names."""
+"""Writes the JSON schema of scene files for editors: keys, meanings, ranges and names."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FILE = "scene.schema.json"
 """What the schema is called beside a scene file."""
 
 LINE = f"# yaml-language-server: $schema={FILE}"
-"""By which editors find it."""
+"""A line of a scene file by which editors find the schema."""
 
 _OPEN = ("ground.texture",)
 """Keys that take files beside names."""

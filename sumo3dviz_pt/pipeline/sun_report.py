@@ -1,4 +1,4 @@
-"""Where a scene's sun stands, in figures."""
+"""Says in figures where a scene's sun stands."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
 
 _APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
-"""Keys of a scene file that say nothing about what exists."""
+"""Keys of a scene file that have no influence on what exists in the world."""
 
 
 def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:

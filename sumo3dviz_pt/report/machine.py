@@ -1,4 +1,4 @@
-"""What a measurement was made with: machine, versions, memory."""
+"""Says what a measurement was made with: machine, versions, memory."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 """Line breaks as YAML's scanner sees them."""
 
 _STEP = 2
-"""Spaces by which entries are indented where nothing else says so, and in what is inserted."""
+"""Spaces of each level, in what is inserted and where the file itself shows no level."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ _NAME = re.compile(r"[^\W\d][\w-]{0,59}")
 """What cameras may be called: words that need no quotes and suit names of films."""
 
 _CLEAR_VIEW = False
-"""What was seen when a camera was found is what it films: nothing is cleared for it."""
+"""A camera films what was seen where it was found, so nothing is cleared out of its view."""
 
 _KEPT = f"    clear_view: {str(_CLEAR_VIEW).lower()}"
 

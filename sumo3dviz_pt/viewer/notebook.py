@@ -13,7 +13,7 @@ _BELOW = 120
 """Height of what the page shows above and below the picture [px]."""
 
 _NARROW = 960
-"""Pictures are shown this wide, as far as the notebook is [px]."""
+"""Width at which pictures are shown, if the notebook is as wide [px]."""
 
 
 class Viewer:

@@ -14,7 +14,7 @@ from typing import Any
 from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
 
 _STANDS = frozenset({"scene", "busy", "keyframes"})
-"""Kinds of notes that say how things stand now."""
+"""Kinds of notes of which only the newest matters."""
 
 MOST_NOTES = 1000
 """Notes that may wait; beyond that the oldest are lost."""

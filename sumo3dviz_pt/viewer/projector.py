@@ -17,7 +17,7 @@ from sumo3dviz_pt.viewer.state import ViewerState, said_of
 from sumo3dviz_pt.viewer.walk import Eye
 
 _ROUNDS = 3
-"""After pictures of so many times, kernels are compiled and recorded."""
+"""Number of times to take pictures of until kernels are compiled and recorded."""
 
 _SLOW = 0.15
 """Where a moving picture of half the size takes longer than this, it gets a quarter [s]."""

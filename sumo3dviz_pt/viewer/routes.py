@@ -1,4 +1,4 @@
-"""What the viewer's web server answers: a page, its websocket and its stills.
+"""Answers requests to the viewer's web server: for its page, its websocket and its stills.
 
 Others who have an account on the machine could reach the server, too, and so could web pages
 that the user visits: hence a token in the address, and a look at the headers Host (DNS rebinding)

@@ -1,4 +1,4 @@
-"""How an eye moves by keys and turns by dragging; a pure function of what was pressed.
+"""Moves an eye by keys and turns it by dragging; a pure function of what was pressed.
 
 Angles are those of a scene file: degrees, headings clockwise from north. Within a step the
 eye goes along its exact arc, so that two short steps lead where one long step leads and the
@@ -16,13 +16,13 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
 SPEED = 10.0
-"""Of movement [m/s]."""
+"""Speed of movement [m/s]."""
 
 HASTE = 5.0
 """Shift makes movement this many times as fast; turning keeps its speed, so that one can aim."""
 
 TURN = 60.0
-"""Of turning [deg/s]."""
+"""Speed of turning [deg/s]."""
 
 CLEARANCE = 0.1
 """Eyes stay this far above the ground [m]."""

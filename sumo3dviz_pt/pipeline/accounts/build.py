@@ -1,4 +1,4 @@
-"""What a picture was made from, in full: its key, and the account that travels with it.
+"""Says what a picture was made from: its key, and the account that is stored with it.
 
 Two frames with the same key and time are the same picture. The key holds everything that pixels
 depend on; files count by content, because a name says nothing.
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.shot.build import Shot
 
 _APART = frozenset({"scenario", "template", "cameras", "shots", "output", "quality"})
-"""Keys of a scene file that count in another way: by content, or as far as they act."""
+"""Keys of a scene file that are not hashed as they stand: they count by content, or in part."""
 
 
 def key_of(production: Production) -> str:

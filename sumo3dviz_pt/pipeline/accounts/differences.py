@@ -1,4 +1,4 @@
-"""What differs between two accounts of what was rendered, in words."""
+"""Says in words what differs between two accounts of what was rendered."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _SECTIONS: Mapping[str, str] = MappingProxyType(
         "package": "our own ",
     }
 )
-"""Mappings in an account, and what their keys are called by."""
+"""Mappings in an account, and the words before their keys."""
 
 _PLAIN = ("camera", "time", "exposure", "variant")
-"""Values in an account."""
+"""Single values in an account."""
 
 _DIGESTS: Mapping[str, str] = MappingProxyType(
     {
@@ -34,7 +34,7 @@ _DIGESTS: Mapping[str, str] = MappingProxyType(
 _HASHED = frozenset({"inputs", "package"})
 _NO_PIXELS = ("shots", "template", "quality", "output.codec", "output.fps", "output.tone")
 _NOT_STORED = (*_NO_PIXELS, "output.glare", "scenario")
-"""Keys of a scene that act on no stored frame, or that other words say better."""
+"""Keys of a scene that act on no stored frame, or whose effect another part of an account tells."""
 
 
 def differences(one: Account, other: Account, *, stored: bool = False) -> list[str]:

@@ -1,4 +1,4 @@
-"""Digests of what was built: the world, and a shot's plan of it.
+"""Computes digests of what was built: the world, and a shot's plan of it.
 
 They tell whether two pictures show the same things, whatever made them. Lengths count to a
 tenth of a millimetre, other numbers to six digits: processors differ in the last bits.

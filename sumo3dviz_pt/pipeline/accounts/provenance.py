@@ -1,4 +1,4 @@
-"""What pixels depend on: input files by content, our own code and library, versions."""
+"""Hashes what pixels depend on: input files by content, our own code and library, versions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Films: frames are the state that is kept, the film is made from them."""
+"""Renders films: frames are stored one by one, and the film is made from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures from stored EXR frames, without rendering again."""
+"""Makes pictures and films from stored EXR frames, without rendering again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from sumo3dviz_pt.pipeline.stills.still import check_free
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES
 
 _FPS = 25
-"""Of frames that do not tell."""
+"""Frames per second where the frames do not tell."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What `render` would do, without reading the simulation or rendering anything."""
+"""Says what `render` would do, without reading the simulation or rendering anything."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ NOTE = "film.json"
 """The film's account, beside its frames."""
 
 SAME_TIME = 1e-9
-"""Times of frames that differ by less are one [s]."""
+"""Times of frames that differ by less count as equal [s]."""
 
 Account = Mapping[str, Any]
 State = Literal["absent", "damaged", "other", "done"]

@@ -27,7 +27,7 @@ LOCK = "render.lock"
 _ON_WINDOWS = sys.platform == "win32"
 
 _FAR = 1 << 30
-"""Where Windows locks a byte: what is locked cannot be read, and the file's text shall be."""
+"""Offset of the byte that Windows locks: far from the text, because locked bytes are unreadable."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""How far long work is and how long it will still take, from its first second on.
+"""Shows how far long work is and how long it will still take, from its first second on.
 
 Work is a sequence of steps with expected durations. What they really took corrects the
 expectation of those to come; a step that counts is judged by its own pace.
@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from sumo3dviz_pt.model.news import Doing, News, heard_by
 
@@ -53,6 +53,13 @@ class Step:
     seconds: float
 
 
+class _Count(NamedTuple):
+    """How many of the things that a step counts were done at a time [s]."""
+
+    time: float
+    done: int
+
+
 @dataclass(slots=True)
 class Course:
     """Where work stands.
@@ -66,7 +73,7 @@ class Course:
     began: float
     _at: int = 0
     _step_began: float = field(default=0.0)
-    _counts: list[tuple[float, int]] = field(default_factory=list)
+    _counts: list[_Count] = field(default_factory=list)
     _news: News | None = None
 
     def __post_init__(self) -> None:
@@ -74,7 +81,7 @@ class Course:
         self._step_began = self.began
 
     def hear(self, news: News, now: float) -> None:
-        """Take in what the work tells at a time [s]."""
+        """Take in news of the work at a time [s]."""
         following = range(self._at, len(self.steps))
         place = next((k for k in following if self.steps[k].doing is news.doing), None)
         if place is None:
@@ -82,7 +89,7 @@ class Course:
         if place != self._at:
             self._at, self._step_began, self._counts = place, now, []
         if news.total:
-            self._counts = [*self._counts[-_MEMORY:], (now, news.done)]
+            self._counts = [*self._counts[-_MEMORY:], _Count(now, news.done)]
         self._news = news
 
     def seconds_left(self, now: float) -> float:
@@ -112,18 +119,18 @@ class Course:
             over = now - self._step_began
             # A late step is expected to need a quarter more of its time, not to be done at once.
             return max(expected - over, 0.25 * over)
-        counted, todo = self._counts[-1][0], self._news.total - self._news.done
+        counted, todo = self._counts[-1].time, self._news.total - self._news.done
         pace = self._pace()
         if pace is None:
-            pace = expected / max(self._news.total - self._counts[0][1], 1)
+            pace = expected / max(self._news.total - self._counts[0].done, 1)
         return max(pace * todo - (now - counted), pace * max(todo - 1, 0))
 
     def _pace(self) -> float | None:
-        """Return seconds for one of what the step counts; None while it is unknown."""
+        """Return what one of the counted things takes [s]; None while it is unknown."""
         lengths = [
-            (later[0] - earlier[0]) / (later[1] - earlier[1])
+            (later.time - earlier.time) / (later.done - earlier.done)
             for earlier, later in pairwise(self._counts)
-            if later[1] > earlier[1]
+            if later.done > earlier.done
         ]
         # The first ones compile and record: they say nothing about those to come.
         usual = lengths[_UNUSUAL:]

@@ -1,4 +1,4 @@
-"""What a film will cost: CPU time, wall time, memory and disk.
+"""Forecasts what a film will cost: CPU time, wall time, memory and disk.
 
 The constants are from `ronda` and `crossing` at 640x360 and 1280x720 on a shared server, see
 docs/internals.md; machines differ by a factor of two.
@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from sumo3dviz_pt.job.settings import Quality
 
 _START = 24.0
-"""Reading, building, loading and compiling, before frames cost what they will [CPU-s]."""
+"""Reading, building, loading and compiling [CPU-s]."""
 
 _START_PER_MEGATRIANGLE = 3.5
 """The same, for each million triangles [CPU-s]."""

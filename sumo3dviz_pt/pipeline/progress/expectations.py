@@ -1,4 +1,4 @@
-"""How long the steps of long work should take, before any of it is done.
+"""Estimates how long the steps of long work should take, before any of it is done.
 
 The constants are what two cores of a shared server needed for `ronda`, `crossing`, Barcelona,
 Bologna and Bad Hersfeld, see docs/internals.md; while work goes on, its own pace corrects them.

@@ -1,4 +1,4 @@
-"""A shot held open in the renderer: pictures at any of its times, one after the other.
+"""Holds a shot open in the renderer, for pictures at any of its times.
 
 Opening costs seconds (reading, building, loading), a further picture only what it renders. A
 time within a shot of the scene file is pictured with that shot's plan, so that a still is the

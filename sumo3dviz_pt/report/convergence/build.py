@@ -1,4 +1,4 @@
-"""Error against run time of one picture of a scene: the whole measurement.
+"""Measures error against run time of one picture of a scene, from beginning to end.
 
 The order is: what the cheapest judged pictures leave of noise, a reference good enough
 to judge them, presets, the ladder of spp, path depths. Every group of pictures goes to

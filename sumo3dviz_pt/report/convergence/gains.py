@@ -1,4 +1,4 @@
-"""What denoising is worth: how many raw samples leave the same error."""
+"""Says what denoising is worth: how many raw samples leave the same error."""
 
 from __future__ import annotations
 

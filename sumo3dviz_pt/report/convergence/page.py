@@ -36,7 +36,7 @@ PLOTS: Mapping[str, str] = MappingProxyType(
         "depth.png": "What shorter paths change: same seeds, raw.",
     }
 )
-"""Pictures that the page shows if they lie beside it, and what they say."""
+"""Plots that the page shows if they lie beside it, with their captions."""
 
 SLOPE_RANGE = (-0.55, -0.45)
 """Where the slope of capped RMSE lies if the independent sampler is sound; theory: -0.5."""

@@ -1,4 +1,4 @@
-"""What a report measures: rungs of a ladder of spp, presets, path depths."""
+"""Lists what a report measures: rungs of a ladder of spp, presets, path depths."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ DEEPEST = 16
 DEPTHS = (2, 3, 4, 6, 8, 12, DEEPEST)
 
 DEPTH_SPP = 16
-"""Of the pictures whose depth varies; their seeds are the same, so that noise is shared."""
+"""Samples of the pictures whose depth varies; their seeds are equal, so that they share noise."""
 
 HIGHEST_RUNG = 64
-"""Most spp that are judged without a budget."""
+"""Highest spp that is judged without a budget."""
 
 LONGEST_PASS = 64
 

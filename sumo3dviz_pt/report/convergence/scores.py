@@ -1,4 +1,4 @@
-"""All error measures of one picture against a reference."""
+"""Computes all error measures of one picture against a reference."""
 
 from __future__ import annotations
 

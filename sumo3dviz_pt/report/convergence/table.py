@@ -86,7 +86,7 @@ MEASURES = (
 HEADINGS: Mapping[str, str] = MappingProxyType(
     {"spp": "spp", "max_depth": "depth", "quality": "OIDN quality", "denoise": "denoiser"}
 )
-"""Headings of grouping columns whose name is not good enough."""
+"""Headings of grouping columns whose own name says too little."""
 
 
 @dataclass(frozen=True, slots=True)

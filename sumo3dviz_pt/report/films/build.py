@@ -1,4 +1,4 @@
-"""A stored film looked at frame by frame, alone or against another of the same scene.
+"""Measures a stored film frame by frame, alone or against another of the same scene.
 
 Pixels are compared in units of white, so that exposure 0 and a lamp-lit night can be
 read on one scale. What moves changes both films alike, so flicker of a pair is the
@@ -30,7 +30,7 @@ from sumo3dviz_pt.report.films.stored import Stored, find_frames, matched
 from sumo3dviz_pt.report.plots import time_plot
 
 EMITTER = 40.0
-"""Pixels brighter than this in either film see an emitter; no bias is taken there [white]."""
+"""Pixels brighter than this in either film show an emitter; the bias leaves them out [white]."""
 
 ROWS, PLOT, WORST = "frames.csv", "over_time.png", "worst.png"
 

@@ -35,8 +35,8 @@ GROUND = 0.01
 """Points lower than this above a body's origin belong to the road [m]."""
 
 DEPTH_TOLERANCE = 0.02
-"""Of the distance; beyond it another surface was seen before. Depth pictures of few
-samples are noisy where the road runs away under a flat angle."""
+"""Share of the distance by which two depths of one surface may differ; beyond it another surface
+was seen before. Depth pictures of few samples are noisy where a road is seen at a flat angle."""
 
 SKY = 1e-6
 """Reciprocal distance up to which a point counts as sky [1/m]: rounding puts places a

@@ -1,4 +1,4 @@
-"""Pictures of pictures: equal crops side by side, FLIP maps, the worst frame of a film."""
+"""Draws pictures beside each other: equal crops, FLIP maps, the worst frame of a film."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Session
 
 PRESET = "draft"
-"""What all cases share, but for its denoiser: it would hide what must be seen."""
+"""The preset of all cases, without its denoiser, which would hide what must be seen."""
 
 _STRESS_CAMERA = "(stress)"
 _PASS_SPP = 256
@@ -126,7 +126,14 @@ def chosen(patterns: Sequence[str]) -> tuple[Case, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scene:
-    """The user's scene and what it offers."""
+    """The user's scene and what it offers.
+
+    Attributes:
+        job: The scene file.
+        order: Which shot to start from.
+        base: That shot, ready to be rendered.
+        facts: What the scene has to offer to the cases.
+    """
 
     job: Job
     order: StressOrder
@@ -192,7 +199,7 @@ def _quality(case: Case) -> Quality:
 
 
 def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
-    """Yield all cases, in order."""
+    """Yield how each case ended, in order."""
     for _, group in groupby(cases, key=lambda case: case.stage):
         with ExitStack() as stack:
             stage: _Stage | None = None

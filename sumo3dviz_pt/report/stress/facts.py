@@ -15,7 +15,7 @@ from sumo3dviz_pt.pipeline.production import Production
 from sumo3dviz_pt.report.stress.cases import Body, Facts
 
 _ABOVE_ROOF = 3.0
-"""Above the eye of a rider, so that a standing copy sees more than the cabin [m]."""
+"""Height above a riding camera at which a standing copy sees more than the cabin [m]."""
 
 _MOST_MOMENTS = 20_000
 

@@ -1,4 +1,4 @@
-"""How the cases of `check --stress` ended, as values and in words."""
+"""Says how the cases of `check --stress` ended, as values and in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The same shot under another sky, without building again what does not change."""
+"""Puts a shot under another sky, without building again what does not change."""
 
 from __future__ import annotations
 
