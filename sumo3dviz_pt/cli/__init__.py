@@ -23,7 +23,7 @@ __all__ = ["build_parser", "main"]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; return the exit code."""
     try:
-        # Ctrl-C may come while our own modules are imported, too.
+        # Ctrl-C may also come while our own modules are imported.
         from sumo3dviz_pt.cli.program import run
 
         try:
@@ -48,6 +48,6 @@ def _unread() -> int:
     """End without a word, as tools do whose reader has gone: `sumo3dviz-pt check ... | head -1`."""
     import os
 
-    # Python writes what is left once more when it ends, and would complain.
+    # Python tries to write what is left when it ends, and would complain.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 141

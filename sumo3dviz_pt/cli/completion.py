@@ -12,7 +12,7 @@ from sumo3dviz_pt.cli.options import PROGRAM
 
 @dataclass(frozen=True, slots=True)
 class _Word:
-    """An option, or what stands in its place.
+    """An option or an argument.
 
     Attributes:
         flags: As written; empty for arguments without an option.

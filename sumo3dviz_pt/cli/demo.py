@@ -14,7 +14,7 @@ from sumo3dviz_pt.cli.render import print_films, render_films
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """How much the demo renders where nothing else is asked for.
+    """How much the demo renders without other options.
 
     Attributes:
         size: Width, height [px].

@@ -32,7 +32,7 @@ _SET_LISTS = (
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, suggests what was meant, and lists names.
+    """A parser that says in one line what is wrong, suggests what was meant, and lists names.
 
     Attributes:
         settings: Keys of the scene file, by the options that stand for them.

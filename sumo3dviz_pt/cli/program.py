@@ -119,7 +119,7 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
 
 
 class _Notes(logging.Handler):
-    """Prints warnings as plain sentences to whatever stderr is then, each of them once."""
+    """Prints warnings as plain sentences to the present standard error, each of them once."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -30,7 +30,7 @@ _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 class Settings(BaseModel):
-    """Base: unknown keys are errors, values do not change."""
+    """Base of all settings: unknown keys are errors, and values do not change."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, populate_by_name=True, str_max_length=MOST_TEXT

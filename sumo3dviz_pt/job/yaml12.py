@@ -127,7 +127,7 @@ def _parsed(text: str, file: str | Path | None) -> tuple[Any, Places]:
 
 
 class _Walk:
-    """Looks at all nodes before values are made of them.
+    """A look at all nodes of a document before values are made of them.
 
     Attributes:
         places: Of all keys.

@@ -86,13 +86,9 @@ def _families(chosen: Sequence[str]) -> Sequence[str]:
     known = families()
     for word in chosen:
         if word not in known:
-            raise ConfigError(f"no family of assets is called {word!r}{_hint(word, known)}")
+            hint = catalog.did_you_mean(word, known)
+            raise ConfigError(f"no family of assets is called {word!r}{hint}")
     return chosen or known
-
-
-def _hint(word: str, known: Sequence[str]) -> str:
-    """Return what could have been meant."""
-    return catalog.did_you_mean(word, known)
 
 
 def _row(entry: catalog.Entry) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ _USEFUL = ("sse4_2", "avx", "avx2", "fma", "f16c", "avx512f", "avx512vl", "asimd
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What was found.
+    """What is installed here, and what is missing.
 
     Attributes:
         healthy: Whether films can be rendered and encoded.
@@ -56,7 +56,7 @@ class Diagnosis:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """How rendering went.
+    """How trying out the renderer went.
 
     Attributes:
         variant: Mitsuba's name of the variant that works; empty if none does.
@@ -138,7 +138,7 @@ def _loaded_all() -> Trial:
     """Load every package; what went wrong."""
     problems: dict[str, str] = {}
     for known in DEPENDENCIES:
-        # Mitsuba and Dr.Jit come by our own stage, which chooses their libLLVM.
+        # Our own stage loads Mitsuba and Dr.Jit, because it chooses their libLLVM.
         ours = known.module in ("mitsuba", "drjit")
         try:
             import_module("sumo3dviz_pt.render" if ours else known.module)
@@ -146,7 +146,7 @@ def _loaded_all() -> Trial:
             clear = isinstance(error, Sumo3dvizError)
             sentence = str(error) if clear else explained(known.package, error)
             problems[sentence] = missing_library(error)
-    # What falls because of a missing library blames something else.
+    # Where a library is missing, other packages fail with misleading reasons.
     first = {words: library for words, library in problems.items() if library} or problems
     return Trial(problems=tuple(first), missing=tuple(filter(None, dict.fromkeys(first.values()))))
 

@@ -21,6 +21,7 @@ import yaml
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import make_job
+from sumo3dviz_pt.pipeline.stills.still import check_writable
 
 FOV = 50.9
 """Panda3D's own horizontal opening angle at 16:9, which sumo3Dviz cannot change [deg]."""
@@ -124,8 +125,7 @@ def translate(
         ConfigError: If it is no such configuration, or the output's folder does not exist.
         InputError: If its network or its log of positions is missing.
     """
-    if not output.parent.is_dir():
-        raise ConfigError(f"there is no folder {output.parent}; create it first", key="output")
+    check_writable(output)
     peer = _opened(config, root)
     settings = {
         "scenario": _scenario(peer, output.parent, trajectories),
@@ -156,7 +156,7 @@ def _opened(config: Path, root: Path | None) -> _Peer:
     network = content["paths"].get("sumo_network_file")
     if not network:
         raise ConfigError("names no network", key="paths.sumo_network_file", file=config)
-    # There, paths refer to wherever the program was started.
+    # In sumo3Dviz, paths refer to the folder in which the program was started.
     places = [root] if root is not None else [Path.cwd(), *config.resolve().parents]
     for place in places:
         if (place / str(network)).is_file():

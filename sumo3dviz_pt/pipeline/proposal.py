@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.job.meanings import default, meaning
 from sumo3dviz_pt.job.settings import ScenarioSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.pipeline.schema import LINE
+from sumo3dviz_pt.pipeline.stills.still import check_writable
 
 _SHOT = 10.0
 """Length of the proposed shots [s]."""
@@ -26,7 +28,15 @@ _RIDES = frozenset({"passenger", "taxi", "evehicle", "hov", "private", "custom1"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Proposal:
-    """What is worth looking at."""
+    """What is worth looking at.
+
+    Attributes:
+        start: First time of the proposed shots [s].
+        end: Time after their last frame [s].
+        eye: Place of the standing camera, (3,) [m].
+        target: What it looks at, (3,) [m].
+        vehicle: Id of a vehicle to ride in, or None.
+    """
 
     start: float
     end: float
@@ -61,10 +71,7 @@ def propose(
     from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
     catalog.template("scene", template)
-    if not output.parent.is_dir():
-        raise ConfigError(f"there is no folder {output.parent}; create it first", key="output")
-    if not os.access(output.parent, os.W_OK):
-        raise ConfigError(f"{output} cannot be written to", key="output")
+    check_writable(output)
     own = own or ScenarioSettings()
     files = find_scenario(scenario, network=own.network, trajectories=own.trajectories)
     files = replace(
@@ -102,7 +109,7 @@ def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
     distance = np.linalg.norm(places[:, None, :2] - places[None, :, :2], axis=-1)
     busiest = int(np.argmax((distance < 60).sum(axis=1)))
     target = places[busiest]
-    # Against the traffic one sees faces, along it one sees tail lamps: look against.
+    # Looking against the traffic shows the fronts of vehicles.
     yaw = yaws[busiest]
     ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
     aside = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
@@ -149,8 +156,9 @@ def _text(
         "scenario:",
         *_scenario_lines(files, output.parent),
         f"template: {template}           # one of {', '.join(catalog.template_names('scene'))}",
-        "seed: 1                         # everything random comes from it",
-        f"quality: standard               # one of {', '.join(catalog.template_names('quality'))}",
+        f"seed: 1                         # {meaning('seed')}",
+        f"quality: {default('quality')}               # one of"
+        f" {', '.join(catalog.template_names('quality'))}",
         "# sky: {preset: sky_blue}       # or:",
         '# sky: {sun: {date: 2026-06-21, time: "17:30", place: [52.5, 13.4]}}',
         "# ground: {texture: ground_grass}",
@@ -164,7 +172,7 @@ def _text(
         *_flight_lines(proposal),
         "shots:",
         *_shot_lines(proposal),
-        "output: {size: [1280, 720], fps: 25}",
+        f"output: {{size: {list(default('output.size'))}, fps: {default('output.fps')}}}",
     ]
     return "\n".join(lines) + "\n"
 

@@ -43,17 +43,17 @@ Pixels = NDArray[np.uint8]
 SKIES = "skies"
 """The sheet that shows skies; the others show exhibits."""
 
-_PICTURES = (".png", ".jpg", ".jpeg", ".exr")  # endings that nobody gives to a folder
+_PICTURES = (".png", ".jpg", ".jpeg", ".exr")  # endings of pictures, not of folders
 _APART = 170.0  # between exhibits, so that none stands in another's light [m]
 _COLUMNS = {SKIES: 3, "levels": 6}
-_SLABS = 2  # triangles of samples, which are not worth telling
-_FLAT = 0.1  # height of what one looks down on [m]
-_MOSTLY = 4  # columns of the other sheets
+_SLABS = 2  # triangles of flat samples, whose number the title leaves out
+_FLAT = 0.1  # exhibits up to this height are seen from above [m]
+_MOSTLY = 4  # columns of all other sheets
 _FOV = math.radians(32.0)
 _SKY_FOV = math.radians(78.0)
-_ASIDE = 1.0  # the sun stands so far right of the middle of a sky's picture [rad]
-_LOW = math.radians(12.0)  # suns that need a curve with a soft shoulder
-_MEAN = 0.05  # of white: what the mean of a night's picture is exposed for
+_ASIDE = 1.0  # angle between the middle of a sky's picture and the sun, to its right [rad]
+_LOW = math.radians(12.0)  # suns below this need a tone curve with a soft shoulder
+_MEAN = 0.05  # mean of a night's picture after exposure, as a share of white
 
 
 def sheet_names() -> tuple[str, ...]:

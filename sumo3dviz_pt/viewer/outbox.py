@@ -21,7 +21,7 @@ MOST_NOTES = 1000
 
 
 class Outbox:
-    """Filled from the render thread, emptied in the server's event loop.
+    """A queue that the render thread fills and the server's event loop empties.
 
     Args:
         loop: In which `following` and `acknowledge` are called.

@@ -247,7 +247,7 @@ class RenderThread:
                 client.warn(error)
         self._tick(client, clock.perf_counter())
         if client.state.frames is not client.told:
-            # Once for all orders: a flood of added key frames must not become one of notes.
+            # Once for all orders, so that many added key frames do not make as many notes.
             client.told = client.state.frames
             client.tell("keyframes", frames=frames_said(client.told))
         if client.ready:

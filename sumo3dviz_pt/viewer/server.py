@@ -79,7 +79,7 @@ class Server:
         if self.running:
             self._tell(self._stop)
             self._parted.wait()
-        # Here and not in a thread of the loop: there are none while the interpreter ends.
+        # Not in a thread of the loop: while the interpreter ends, no thread can be started.
         self._render_thread.close()
         if self.running:
             self._tell(self._end)
@@ -119,7 +119,7 @@ class Server:
         finally:
             await runner.cleanup()
         self._parted.set()
-        # The loop goes on until the render thread is closed, too: it may still deliver something.
+        # The loop goes on until the render thread is closed, which may still deliver messages.
         await self._end.wait()
 
 
@@ -139,7 +139,7 @@ def serve(
         Sumo3dvizError: If the scene cannot be built or rendered.
     """
     asked = threading.Event()
-    # The signals are let go first: a second Ctrl-C ends the program at once.
+    # The signals are restored first, so that a second Ctrl-C ends the program at once.
     with Server(render_thread, port=port, token=token) as server, _on_signals(asked.set):
         announce(server.address)
         while server.running and not asked.wait(0.5):

@@ -53,7 +53,7 @@ _UPRIGHT = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eye:
-    """A standing camera as people speak of it.
+    """A standing camera, in angles as a scene file has them.
 
     Attributes:
         position: (3,) [m].

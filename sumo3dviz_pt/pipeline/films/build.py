@@ -44,7 +44,7 @@ from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
 
 @dataclass(frozen=True, slots=True)
 class FrameDone:
-    """News about a film being rendered.
+    """How far a film is after a frame.
 
     Attributes:
         done: Frames that exist now.
@@ -63,7 +63,7 @@ class FrameDone:
 
 @dataclass(frozen=True, slots=True)
 class FilmReport:
-    """What came out.
+    """What was rendered for one shot.
 
     Attributes:
         film: The film, or None if only frames were asked for.
@@ -101,7 +101,7 @@ def render_film(
     shots = check_order(job, request, order)
     check_places(job, order, shots)
     get_ready(job, request)
-    if len(shots) > 1:  # of a single one it is said as soon as it is read
+    if len(shots) > 1:  # a single shot is checked as soon as the log is read
         check_rides(job, order, shots)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 

@@ -20,7 +20,7 @@ _FPS = 25
 
 @dataclass(frozen=True, slots=True)
 class DevelopOrder:
-    """What `develop` was asked for.
+    """What `develop` is to make.
 
     Attributes:
         path: A .png (of the first frame), a film, or `name_{frame}.png`.

@@ -21,7 +21,7 @@ _NO_NAME = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 
 @dataclass(frozen=True, slots=True)
 class FilmOrder:
-    """What `render` was asked for.
+    """What `render` is to make.
 
     Attributes:
         path: The film.

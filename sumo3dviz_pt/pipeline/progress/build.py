@@ -62,7 +62,7 @@ class _Count(NamedTuple):
 
 @dataclass(slots=True)
 class Course:
-    """Where work stands.
+    """How far work is.
 
     Attributes:
         steps: All that it consists of, in order.
@@ -132,7 +132,7 @@ class Course:
             for earlier, later in pairwise(self._counts)
             if later.done > earlier.done
         ]
-        # The first ones compile and record: they say nothing about those to come.
+        # The first ones compile and record, which later ones do not.
         usual = lengths[_UNUSUAL:]
         return median(usual) if usual else None
 
@@ -161,7 +161,7 @@ def can_redraw(stream: TextIO) -> bool:
 
 
 class _Shown:
-    """Draws a course again and again, in a thread of its own, until it is closed."""
+    """Shows how far work is, again and again, in a thread of its own until it is closed."""
 
     def __init__(self, name: str, course: Course, stream: TextIO) -> None:
         self._name, self._course, self._stream = name, course, stream

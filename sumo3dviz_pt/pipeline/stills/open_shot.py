@@ -66,7 +66,7 @@ class OpenShot:
     def __init__(self, production: Production, *, film: bool = False) -> None:
         self.production = production
         self._held = ExitStack()
-        # Also when a program ends with it open, while the renderer is still there.
+        # This also closes it when a program ends, while the renderer still exists.
         self._close = weakref.finalize(self, self._held.close)
         self._session = self._held.enter_context(opened(production, film=film))
 

@@ -56,7 +56,7 @@ ROWS, PLAN, HALVES = "convergence.csv", "plan.json", "reference.npz"
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What `converge` was asked for.
+    """What `converge` is to measure.
 
     Attributes:
         folder: Where everything goes.

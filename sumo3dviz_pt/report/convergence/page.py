@@ -55,7 +55,7 @@ _ABOUT = (
 
 @dataclass(frozen=True, slots=True)
 class Notes:
-    """What the rows do not say.
+    """What the page says beside the rows.
 
     Attributes:
         title: Of the page.

@@ -93,7 +93,7 @@ def _galleries(folder: Path, rows: Sequence[Row], look: Look) -> None:
     raw = [row for row in rows if _is_plain(row)]
     shown: dict[str, Image] = {}
     costs: dict[str, float] = {}
-    # More columns than those of three presets could not be read.
+    # With more than three presets, columns would be too narrow to read.
     for (name,), own in sorted(presets.items(), key=lambda item: _cost(item[1]))[-3:]:
         for some in (*_nearest(raw, _cost(own)), own):
             label = f"raw, {some[0]['spp']} spp" if some is not own else str(name)

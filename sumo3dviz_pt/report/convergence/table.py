@@ -91,7 +91,7 @@ HEADINGS: Mapping[str, str] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """Of the logarithm of an error over that of spp.
+    """The slope of the logarithm of an error over the logarithm of spp.
 
     Attributes:
         value: Least squares over all pictures.

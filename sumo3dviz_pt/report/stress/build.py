@@ -50,7 +50,7 @@ PRESET = "draft"
 _STRESS_CAMERA = "(stress)"
 _PASS_SPP = 256
 
-# What a stage or numpy raises where a scene leads it astray: a finding, not an end.
+# What a stage or numpy raises on an odd scene: a finding of the case, not the end of the run.
 _FAULTS = (Sumo3dvizError, ArithmeticError, LookupError, ValueError, RuntimeError, MemoryError)
 
 
@@ -223,7 +223,7 @@ def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Stage:
-    """A shot in the renderer."""
+    """A shot in the renderer, for all cases that need the same."""
 
     production: Production
     session: Session

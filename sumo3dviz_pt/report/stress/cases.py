@@ -34,7 +34,7 @@ _NARROW = 5.0  # deg; the sun's disc spans six of 64 pixels
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One edge.
+    """One extreme at which a scene is rendered.
 
     Attributes:
         name: What users call it.
@@ -74,7 +74,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A road user to stand inside of, or close to.
+    """A road user that a camera stands in, or close to.
 
     Attributes:
         id: The mover's.

@@ -72,7 +72,7 @@ def nearest_lane(network: Network, eye: Floats) -> tuple[Floats, Floats]:
     length = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     share = np.einsum("ij,ij->i", eye - starts, along) / length**2
     points = starts + np.clip(share, 0.0, 1.0)[:, None] * along
-    # Points too short to have a direction are no use.
+    # Pieces of lanes that are too short have no direction.
     distance = np.where(length > 0.1, np.linalg.norm(points - eye, axis=1), np.inf)
     best = int(np.argmin(distance))
     return points[best], along[best] / length[best]
