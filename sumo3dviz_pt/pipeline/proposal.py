@@ -100,12 +100,13 @@ def _proposal(scenario: Scenario) -> _Proposal:
 
 
 def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
-    """Return a camera above and behind the busiest 60 m, looking along the traffic."""
+    """Return eye and target of a camera above the busiest 60 m, facing the traffic, (3,) [m]."""
     here = [trace for trace in traces if trace.times[0] <= time <= trace.times[-1]]
     here = here or list(traces)
     rows = [int(np.argmin(np.abs(trace.times - time))) for trace in here]
     places = np.array([trace.positions[row] for trace, row in zip(here, rows, strict=True)])
     yaws = np.array([trace.yaws[row] for trace, row in zip(here, rows, strict=True)])
+    # The busiest place is that with the most others within 60 m.
     distance = np.linalg.norm(places[:, None, :2] - places[None, :, :2], axis=-1)
     busiest = int(np.argmax((distance < 60).sum(axis=1)))
     target = places[busiest]
@@ -120,7 +121,15 @@ def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
 def _rider(
     traces: Sequence[Trace], scenario: Scenario, start: float, end: float, target: Floats
 ) -> str | None:
-    """Return the car that drives through the whole shot, farthest, and not on bad ground."""
+    """Return the car to ride in, or None: one that drives far, and near the target.
+
+    Args:
+        traces: All vehicles of the log.
+        scenario: For their types.
+        start: First time of the shot, all of which the car must last [s].
+        end: Time after its last frame [s].
+        target: What the standing camera looks at, (3,) [m].
+    """
     best: tuple[float, str] | None = None
     for trace in traces:
         kind = scenario.vehicle_types.get(trace.type_id)

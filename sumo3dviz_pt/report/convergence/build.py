@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
@@ -178,7 +179,7 @@ def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
         top = _affordable_top(session, subject, work)
         noise = _noise(session, subject, top)
         made = {**what, "top": top, "noise": noise, "target": noise / BETTER}
-        path.write_text(json.dumps(made, indent=1), encoding="utf-8")
+        write_whole(path, json.dumps(made, indent=1))
     wanted = plan.groups(made["top"])
     work.total = _samples(wanted) + _REFERENCE_SHARE * made["top"]
     return made

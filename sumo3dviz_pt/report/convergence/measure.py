@@ -106,7 +106,7 @@ def pictures(
 def _finished(
     session: Session, subject: Subject, group: Group, samples: Samples, costs: dict[str, float]
 ) -> Iterator[Shown]:
-    """One picture for each denoiser."""
+    """Yield one picture for each denoiser."""
     tally = samples.tally
     counts: dict[str, float | int] = {
         "passes": tally.passes,
@@ -187,14 +187,14 @@ def rows_of(
 
 
 def _guides(group: Group, denoiser: str) -> str:
-    """What the denoiser was given beside the picture."""
+    """Return what the denoiser was given beside the picture."""
     if denoiser == "none":
         return ""
     return "albedo+normal" if group.quality.guides else "none"
 
 
 def _description(subject: Subject, group: Group) -> Row:
-    """What is the same for all pictures of a group."""
+    """Return what is the same for all pictures of a group."""
     quality, job = group.quality, subject.production.job
     return {
         **subject.made_with,
@@ -214,7 +214,7 @@ def _description(subject: Subject, group: Group) -> Row:
 
 
 def halves_flip(reference: Reference, look: Look) -> float:
-    """FLIP of the reference's halves against each other."""
+    """Return the FLIP of the reference's halves against each other."""
     return flip(*(look.develop(half) for half in reference.halves))
 
 

@@ -1,4 +1,4 @@
-"""The page that says what was measured: tables, slopes and plots in Markdown."""
+"""Writes the page about what was measured: tables, slopes and plots in Markdown."""
 
 from __future__ import annotations
 

@@ -2,11 +2,8 @@
 
 Chunks with seeds of their own go to two halves in turn. The halves against each other
 say how far the reference itself is from the truth, without knowing the truth: by
-capped RMSE, their difference is twice the error of their mean.
-
-References:
-    facts/denoising.md, section 7: reference with an independent sampler and other
-    seeds, its half-against-half error printed.
+capped RMSE, their difference is twice the error of their mean. The sampler is the
+independent one and the seeds are others than those of the pictures that are judged.
 """
 
 from __future__ import annotations
@@ -85,7 +82,7 @@ class Halves:
         self.count[half] += 1
 
     def mean(self, name: str, halves: tuple[int, ...] = (0, 1)) -> Image:
-        """A layer's mean over one half or both."""
+        """Return a layer's mean over one half or both."""
         total = np.sum([self.sums[half][name] for half in halves], axis=0)
         return np.asarray(total / sum(self.count[half] for half in halves), dtype=np.float32)
 

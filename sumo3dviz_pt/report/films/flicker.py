@@ -7,7 +7,7 @@ Mirrors, shadows and flashing lamps are not followed: a change of theirs counts.
 foliage is left out, for its depth is as noisy as its picture.
 
 A low flicker alone says little: a film that lags behind its light has it, too. Quote
-the error of the same frames beside it (facts/denoising.md, section 3).
+the error of the same frames beside it.
 """
 
 from __future__ import annotations

@@ -43,6 +43,7 @@ def crops_plot(
     Raises:
         ConfigError: If the package flip-evaluator (extra `report`) is missing.
     """
+    # Choose where to look, then lay out a column for each picture.
     truth = pictures[reference]
     maps = _maps(pictures, reference)
     windows = choose_windows(truth, list(maps.values()), count=count)
@@ -53,6 +54,8 @@ def crops_plot(
     grid = figure.add_gridspec(
         len(windows) + 1, len(columns), height_ratios=[top, *[height] * len(windows)]
     )
+
+    # The whole reference stands above the windows.
     _draw_whole(figure.add_subplot(grid[0, :]), truth, windows, title=reference)
     for place, name in enumerate(columns):
         for line, window in enumerate(windows):

@@ -1,4 +1,4 @@
-"""The page about a film's frames, or about two films."""
+"""Writes the page about a film's frames, or about two films."""
 
 from __future__ import annotations
 
