@@ -74,7 +74,7 @@ class Scene:
 
     @classmethod
     def _of(cls, source: _Source) -> Scene:
-        """A scene from where it stands written."""
+        """Return a scene from where it stands written."""
         scene = cls.__new__(cls)
         scene._source, scene.job, scene._open = source, source.job({}), None
         return scene
@@ -86,7 +86,7 @@ class Scene:
         return f"<Scene {named}: cameras {cameras}; {shots}; {self.job.quality}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """What pickle keeps: the renderer is opened anew where it is needed."""
+        """Return what pickle keeps: the renderer is opened anew where it is needed."""
         return {"_source": self._source, "job": self.job, "_open": None}
 
     def __enter__(self) -> Scene:
@@ -117,7 +117,7 @@ class Scene:
 
     @property
     def vehicles(self) -> Roster:
-        """Everyone in the log, persons too: who, when, how far, how fast, over which lanes."""
+        """All road users in the log, with times, ways, speeds and lanes."""
         return self.find_vehicles()
 
     def find_vehicles(
@@ -133,8 +133,8 @@ class Scene:
 
         Args:
             type: Pattern of a vType's id, a vClass or a kind such as `person`.
-            at: Only who is there at this time [s]; each then has a `place`.
-            near: Only who passes x, y [m] or a standing camera of the scene, at that time
+            at: Only those that are there at this time [s]; each then has a `place`.
+            near: Only those that pass x, y [m] or a standing camera of the scene, at that time
                 if one is given; each then has a `passage` with times and distance.
             radius: What counts as near [m]; default 30.
             sort: `begin`, `end`, `id`, `type`, `length`, `duration`, `mean`, `max` or
@@ -235,7 +235,7 @@ class Scene:
         return self._frames(request, order, progress)
 
     def _frames(self, request: Request, order: FilmOrder, progress: bool | None) -> Iterator[Still]:
-        """A film's frames."""
+        """Yield a film's frames."""
         from sumo3dviz_pt.pipeline.films.build import prepared
         from sumo3dviz_pt.pipeline.progress.expectations import opening_steps
         from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
@@ -360,7 +360,7 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
 
 
 def example(name: str) -> Path:
-    """Scene file of a bundled example: `ronda`, a motorway, or `crossing`, a junction in a town.
+    """Return a bundled example's scene file: `ronda`, a motorway, or `crossing`, a town's junction.
 
     Raises:
         ConfigError: If there is no such example.
@@ -371,7 +371,7 @@ def example(name: str) -> Path:
 
 
 def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Settings with the loose keys of `scenario` put in their place."""
+    """Return settings with the loose keys of `scenario` put in their place."""
     loose = {
         key: value
         for key, value in settings.items()
@@ -387,7 +387,7 @@ def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
 def _followed(
     name: str, wanted: bool | None, steps: Callable[[], tuple[Step, ...]]
 ) -> AbstractContextManager[None]:
-    """Show how far work is; None shows it where somebody watches and lines can be redrawn."""
+    """Show how far work is; None shows it only where lines can be redrawn."""
     from sumo3dviz_pt.pipeline.progress.build import can_redraw, followed
 
     if wanted is None:

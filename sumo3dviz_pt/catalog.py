@@ -42,7 +42,7 @@ class Entry:
 
 
 def data_root(name: str) -> Path:
-    """Folder of `assets`, `scene_templates` or `examples`, wherever it is installed."""
+    """Return the folder of `assets`, `scene_templates` or `examples`, wherever it is installed."""
     for root in _DATA_ROOTS:
         if (root / name).is_dir():
             return root / name
@@ -60,7 +60,7 @@ def _load_yaml(path: Path) -> Mapping[str, Any]:
 
 @cache
 def names(family: str) -> tuple[str, ...]:
-    """Names of all assets of a family, sorted."""
+    """Return the names of all assets of a family, sorted."""
     folder = data_root("assets") / family
     return tuple(sorted(path.parent.name for path in folder.glob("*/asset.yaml")))
 
@@ -86,19 +86,19 @@ def find(family: str, name: str) -> Entry:
 
 
 def recipe_files(entry: Entry) -> tuple[Path, ...]:
-    """The files that an asset is made from: its own, and that of the asset it varies."""
+    """Return the files that an asset is made from: its own, and that of the asset it varies."""
     own = entry.folder / "asset.yaml"
     base = entry.meta.get("base")
     return (own,) if base is None else (own, entry.folder.parent / str(base) / "asset.yaml")
 
 
 def package_folder(name: str) -> Path:
-    """Folder of one of our own subpackages, such as `library`."""
+    """Return the folder of one of our own subpackages, such as `library`."""
     return _PACKAGE / name
 
 
 def cache_root() -> Path:
-    """Where what takes long to build is kept for this user.
+    """Return where what takes long to build is kept for this user.
 
     The environment variable `SUMO3DVIZ_PT_CACHE` names another folder.
     """
@@ -108,13 +108,13 @@ def cache_root() -> Path:
 
 @cache
 def template_names(kind: str) -> tuple[str, ...]:
-    """Names of all presets of a kind: `scene`, `sky`, `camera` or `quality`."""
+    """Return the names of all presets of a kind: `scene`, `sky`, `camera` or `quality`."""
     return tuple(sorted(path.stem for path in (data_root("scene_templates") / kind).glob("*.yaml")))
 
 
 @cache
 def template(kind: str, name: str) -> Mapping[str, Any]:
-    """Content of a preset.
+    """Return the content of a preset.
 
     Raises:
         ConfigError: If there is no such preset; the message suggests one.
@@ -126,7 +126,7 @@ def template(kind: str, name: str) -> Mapping[str, Any]:
 
 
 def template_file(kind: str, name: str) -> Path:
-    """Where a preset lies, or would lie."""
+    """Return where a preset lies, or would lie."""
     return data_root("scene_templates") / kind / f"{name}.yaml"
 
 

@@ -102,12 +102,12 @@ class InstallationError(Sumo3dvizError):
 
 
 def cut(text: str, *, most: int = 60) -> str:
-    """What messages quote of a text: all of it, or its beginning where it is long."""
+    """Return what messages quote of a text: all of it, or its beginning where it is long."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def interrupted(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is behind an error: Dr.Jit hands it on as a RuntimeError."""
+    """Return whether Ctrl-C is behind an error: Dr.Jit hands it on as a RuntimeError."""
     while error is not None:
         if isinstance(error, KeyboardInterrupt):
             return True

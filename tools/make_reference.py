@@ -23,6 +23,8 @@ from pydantic_core import PydanticUndefined
 
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.job import settings
+from sumo3dviz_pt.job.meanings import bounds
+from sumo3dviz_pt.job.values import all_models, models_in
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 MADE = "<!-- Made by tools/make_reference.py; change the code, not this page. -->\n"
@@ -37,7 +39,7 @@ SIMPLE = {
     dt.date: "date",
     dt.time: "time of day",
 }
-BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
+SIGNS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
 UNIT = re.compile(r" *\[(m|s|deg|px)\]")
 
 
@@ -46,7 +48,7 @@ UNIT = re.compile(r" *\[(m|s|deg|px)\]")
 
 def scene_file() -> str:
     """The page about the scene file."""
-    models = list(dict.fromkeys(_models(settings.Job)))
+    models = list(dict.fromkeys(all_models(settings.Job)))
     sections = [_section(model) for model in models if model is not settings.Job]
     return "\n".join(
         [
@@ -97,7 +99,7 @@ def _table(model: type[BaseModel]) -> Iterator[str]:
     yield "|---|---|---|---|---|"
     for name, field in model.model_fields.items():
         unit = UNIT.findall(field.description or "")
-        limits = ", ".join([*unit[:1], *_limits(field.annotation, field.metadata)])
+        limits = ", ".join([*unit[:1], *_limits(field)])
         meaning = UNIT.sub("", field.description or "").removeprefix("; ")
         meaning = meaning or _first_line(field.annotation)
         cells = [f"`{field.alias or name}`", _type(field.annotation), _default(field), limits]
@@ -106,24 +108,9 @@ def _table(model: type[BaseModel]) -> Iterator[str]:
 
 def _first_line(annotation: Any) -> str:
     """What a nested model says about itself."""
-    models = _inside(annotation)
+    models = models_in(annotation)
     text = (models[0].__doc__ or "").strip().splitlines()[0] if models else ""
     return text[:1].lower() + text[1:].rstrip(".")
-
-
-def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    """A model and all that its keys lead to."""
-    yield model
-    for field in model.model_fields.values():
-        for inner in _inside(field.annotation):
-            yield from _models(inner)
-
-
-def _inside(annotation: Any) -> list[type[BaseModel]]:
-    """The models in an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for part in get_args(annotation) for model in _inside(part)]
 
 
 def _type(annotation: Any) -> str:
@@ -158,23 +145,11 @@ COMPOUND: dict[Any, Callable[[tuple[Any, ...]], str]] = {
 }
 
 
-def _limits(annotation: Any, metadata: list[Any]) -> list[str]:
+def _limits(field: FieldInfo) -> list[str]:
     """What a value must keep to, from both sides."""
-    found = [
-        f"{sign}{getattr(limit, name)}"
-        for name, sign in BOUNDS.items()
-        for limit in metadata
-        if isinstance(getattr(limit, name, None), int | float)
+    return [
+        f"{SIGNS[bound.kind]}{bound.value}" for bound in bounds(field.annotation, field.metadata)
     ]
-    for schema in metadata:
-        number = getattr(schema, "json_schema", {}) or {}
-        for name, sign in (("minimum", "≥ "), ("maximum", "≤ ")):
-            found += [f"{sign}{part[name]:g}" for part in number.get("anyOf", ()) if name in part]
-    for part in get_args(annotation):
-        extra = getattr(part, "__metadata__", ())
-        inner = [item for info in extra for item in getattr(info, "metadata", [info])]
-        found += _limits(part, inner)
-    return list(dict.fromkeys(found))
 
 
 def _default(field: FieldInfo) -> str:

@@ -1,10 +1,11 @@
-"""The command line: arguments in, one clear sentence or a picture out.
+"""The command line: it reads arguments, and writes pictures or one clear sentence.
 
-One module for each command, with `add` (what it takes) and `run` (what it does).
+One module for each command, or for a few that belong together, with `add` (what it takes) and
+`run` (what it does).
 
 Exit codes: 0 done; 2 wrong input or configuration; 1 failed while working, finished
-frames are kept, or something is not installed; 130 interrupted; 141 nobody reads the output
-any more. `compare` gives 1 where something differs, as `diff` does.
+frames are kept, or something is not installed; 130 interrupted; 141 the reader of the output
+has gone. `compare` gives 1 where something differs, as `diff` does.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ __all__ = ["build_parser", "main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; the exit code."""
+    """Run a command; return the exit code."""
     try:
-        # Ctrl-C may come while our own modules are imported, too.
+        # Ctrl-C may also come while our own modules are imported.
         from sumo3dviz_pt.cli.program import run
 
         try:
@@ -37,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """All commands and their options."""
+    """Return all commands and their options."""
     from sumo3dviz_pt.cli.program import build_parser
 
     return build_parser()
@@ -47,6 +48,6 @@ def _unread() -> int:
     """End without a word, as tools do whose reader has gone: `sumo3dviz-pt check ... | head -1`."""
     import os
 
-    # Python writes what is left once more when it ends, and would complain.
+    # Python tries to write what is left when it ends, and would complain.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 141

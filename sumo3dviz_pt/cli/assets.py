@@ -1,4 +1,4 @@
-"""`assets`: the library as a table, as pictures, made again."""
+"""`assets`: lists the library as a table, draws it as pictures, makes its files again."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overwrite, picture_size
+from sumo3dviz_pt.cli.options import add_overwrite, add_size
 from sumo3dviz_pt.cli.progress import progress
 
 _BAKING, _DRAWING = 150.0, 120.0
-"""How long all vehicles, and a sheet, usually take [s]."""
+"""How long baking all vehicles usually takes, and drawing a sheet [s]."""
 
 
 def add(commands: Any) -> None:
@@ -18,12 +18,13 @@ def add(commands: Any) -> None:
     sub = commands.add_parser("assets", help="the library: as a table, as pictures, made again")
     sub.add_argument("action", choices=("list", "sheet", "build"), help="what to do")
     sub.add_argument("chosen", nargs="*", help="families, or vehicles/NAME to build; default all")
-    sub.add_argument("-o", "--output", type=Path, help="folder for sheets, or to build in")
-    sub.add_argument("--quality", default="preview", help="of the sheets [preview]")
     sub.add_argument(
-        "--size", type=picture_size, default=(480, 270), help="of each picture [480x270]"
+        "-o", "--output", type=Path, help="folder for sheets or to build in, or one sheet's .png"
     )
+    sub.add_setting("--quality", "quality", default="preview", after=" [preview]")
+    add_size(sub, (480, 270), before="each picture's ")
     add_overwrite(sub, "replace sheets that exist")
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -47,15 +48,14 @@ def _sheets(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
     from sumo3dviz_pt.pipeline.progress.build import Step
-    from sumo3dviz_pt.pipeline.sheets import SheetOrder, draw_sheet, sheet_names
+    from sumo3dviz_pt.pipeline.sheets import SheetOrder, draw_sheet, sheet_files
     from sumo3dviz_pt.pipeline.stills.still import check_free
 
-    folder, names = options.output or Path(), options.chosen or sheet_names()
-    paths = {name: folder / f"sheet_{name}.png" for name in names}
+    files = sheet_files(options.chosen, into=options.output)
     if not options.overwrite:
-        check_free(*paths.values())
+        check_free(*files.values())
     ready_renderer()
-    for name, path in paths.items():
+    for name, path in files.items():
         order = SheetOrder(name, path, options.size, options.quality)
         with progress(path.name, (Step(Doing.DRAW, _DRAWING),)):
             draw_sheet(order)

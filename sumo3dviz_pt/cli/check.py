@@ -1,4 +1,4 @@
-"""`check`: what a scene holds, leaves out and costs."""
+"""`check`: says what a scene holds, leaves out and costs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
+from sumo3dviz_pt.cli.options import add_overrides, add_size, add_variant, overrides_of
 from sumo3dviz_pt.cli.progress import complain, progress
 from sumo3dviz_pt.errors import ConfigError
 
@@ -19,9 +19,9 @@ def add(commands: Any) -> None:
     sub = commands.add_parser("check", help="validate a scene; say what it holds and leaves out")
     sub.add_argument("scene", type=Path)
     sub.add_argument("--json", action="store_true", help="as JSON")
-    sub.add_argument("--size", type=picture_size, help="forecast the cost of WxH [px]")
-    sub.add_argument("--fps", help="forecast the cost at this frame rate")
-    sub.add_argument("--quality", help="forecast only this preset's cost")
+    add_size(sub, before="forecast costs for: ")
+    sub.add_setting("--fps", "output.fps", before="forecast costs for: ")
+    sub.add_setting("--quality", "quality", before="forecast costs only for: ")
     instead = sub.add_mutually_exclusive_group()
     instead.add_argument(
         "--stress", action="store_true", help="render the scene's edges and judge every picture"
@@ -38,8 +38,9 @@ def add(commands: Any) -> None:
         metavar="CASE",
         help='run only these cases of --stress, such as "sun*"',
     )
-    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    add_variant(sub)
     add_overrides(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -72,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _asked(options: argparse.Namespace) -> dict[str, str]:
-    """Size, frame rate and preset as values of the scene file."""
+    """Return the size, frame rate and preset as values of the scene file."""
     asked = {"output.fps": options.fps, "quality": options.quality}
     if options.size is not None:
         asked["output.size"] = str(list(options.size))

@@ -1,4 +1,4 @@
-"""`compare`: what differs between two pictures or films, by what they say of themselves."""
+"""`compare`: says what differs between two pictures or films, by the accounts stored in them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ def add(commands: Any) -> None:
     of = "film.json, film.mp4, folder of frames, .exr or .png"
     sub.add_argument("one", type=Path, help=of)
     sub.add_argument("other", type=Path, help="what to compare it with, one of the same")
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

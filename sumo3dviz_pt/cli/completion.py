@@ -1,26 +1,18 @@
-"""`completion`: a script that lets a shell complete commands, options and names."""
+"""`completion`: writes a script that lets a shell complete commands, options and names."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from sumo3dviz_pt.cli.options import PROGRAM
 
-_NAMED = {
-    "--quality": "quality",
-    "--template": "template",
-    "--codec": "output.codec",
-    "--tone": "output.tone",
-}
-"""Keys of the scene file by the options that take their names."""
-
 
 @dataclass(frozen=True, slots=True)
 class _Word:
-    """An option, or what stands in its place.
+    """An option or an argument.
 
     Attributes:
         flags: As written; empty for arguments without an option.
@@ -33,12 +25,35 @@ class _Word:
     takes: tuple[str, ...] | None
 
 
+@dataclass(frozen=True, slots=True)
+class _Command:
+    """A command.
+
+    Attributes:
+        about: What it does.
+        words: Its options and arguments.
+    """
+
+    about: str
+    words: tuple[_Word, ...]
+
+    @property
+    def offered(self) -> list[str]:
+        """What can stand after it."""
+        return [each for word in self.words for each in _offered(word)]
+
+
+_Commands = Mapping[str, _Command]
+"""Commands by name."""
+
+
 def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser(
         "completion", help="a script by which your shell completes commands and names"
     )
     sub.add_argument("shell", choices=tuple(_SHELLS), help=", ".join(_SHELLS))
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -49,38 +64,39 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _commands(parser: argparse.ArgumentParser) -> dict[str, tuple[str, list[_Word]]]:
-    """Every command's meaning and words."""
+def _commands(parser: argparse.ArgumentParser) -> _Commands:
+    """Return every command's meaning and words."""
     subs = next(a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
     about = {action.dest: action.help or "" for action in subs._choices_actions}
     return {
-        name: (about[name], [_word(action) for action in sub._actions])
+        name: _Command(about[name], tuple(_word(each, sub.settings) for each in sub._actions))
         for name, sub in subs.choices.items()
     }
 
 
-def _word(action: argparse.Action) -> _Word:
-    """What a shell needs to know of an option."""
+def _word(action: argparse.Action, settings: Mapping[str, str]) -> _Word:
+    """Return what a shell needs to know of an option; `settings` are a parser's."""
     from sumo3dviz_pt.pipeline.choices import names_for
 
     flags, meaning = tuple(action.option_strings), (action.help or "").replace("%%", "%")
     if action.choices is not None:
         return _Word(flags, meaning, tuple(map(str, action.choices)))
-    named = next((_NAMED[flag] for flag in flags if flag in _NAMED), None)
-    if named is not None:
-        return _Word(flags, meaning, names_for(named))
+    names = [name for flag in flags if flag in settings for name in names_for(settings[flag])]
+    if names:
+        return _Word(flags, meaning, tuple(names))
     return _Word(flags, meaning, () if action.nargs == 0 else None)
 
 
-def _bash(commands: dict[str, tuple[str, list[_Word]]]) -> str:
-    """For bash; zsh understands it, too."""
+def _bash(commands: _Commands) -> str:
+    """Write the script for bash; zsh understands it, too."""
     cases = []
-    for name, (_, words) in commands.items():
-        flags = " ".join(flag for word in words for flag in word.flags)
-        given = " ".join(each for word in words if not word.flags for each in word.takes or ())
+    for name, command in commands.items():
+        flags = " ".join(flag for word in command.words for flag in word.flags)
+        arguments = (word for word in command.words if not word.flags)
+        given = " ".join(each for word in arguments for each in word.takes or ())
         cases.append(f'    {name}) words="{flags} {given}" ;;')
     values = [
-        f'    {"|".join(word.flags)}) words="{" ".join(word.takes or ())}"; value=1 ;;'
+        f'    {"|".join(word.flags)}) words="{" ".join(word.takes or ())}" ;;'
         for word in _taking(commands)
     ]
     return "\n".join(
@@ -88,7 +104,7 @@ def _bash(commands: dict[str, tuple[str, list[_Word]]]) -> str:
             f"# bash completion for {PROGRAM}; load it by: source FILE",
             "_sumo3dviz_pt() {",
             '  local here="${COMP_WORDS[COMP_CWORD]}" before="${COMP_WORDS[COMP_CWORD-1]}"',
-            '  local words="" value="" command="" word',
+            '  local words="" command="" word',
             '  for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do',
             '    case "$word" in -*) ;; *) command="$word"; break ;; esac',
             "  done",
@@ -106,35 +122,35 @@ def _bash(commands: dict[str, tuple[str, list[_Word]]]) -> str:
     )
 
 
-def _taking(commands: dict[str, tuple[str, list[_Word]]]) -> Iterator[_Word]:
-    """Options with values, each once; those that take files have none to offer."""
+def _taking(commands: _Commands) -> Iterator[_Word]:
+    """Yield the options with values, each once; those that take files have none to offer."""
     seen = set[tuple[str, ...]]()
-    for _, words in commands.values():
-        for word in words:
+    for command in commands.values():
+        for word in command.words:
             if word.flags and word.takes != () and word.flags not in seen:
                 seen.add(word.flags)
                 yield word
 
 
-def _zsh(commands: dict[str, tuple[str, list[_Word]]]) -> str:
-    """For zsh, through its emulation of bash."""
+def _zsh(commands: _Commands) -> str:
+    """Write the script for zsh, through its emulation of bash."""
     load = "autoload -U +X compinit bashcompinit && compinit && bashcompinit"
     return f"# zsh completion for {PROGRAM}; load it by: source FILE\n{load}\n{_bash(commands)}"
 
 
-def _fish(commands: dict[str, tuple[str, list[_Word]]]) -> str:
-    """For fish."""
+def _fish(commands: _Commands) -> str:
+    """Write the script for fish."""
     lines = [f"# fish completion for {PROGRAM}; put it into ~/.config/fish/completions"]
-    for name, (about, words) in commands.items():
+    for name, command in commands.items():
         start = f"complete -c {PROGRAM} -n"
-        lines.append(f"{start} __fish_use_subcommand -f -a {name} -d {_quoted(about)}")
+        lines.append(f"{start} __fish_use_subcommand -f -a {name} -d {_quoted(command.about)}")
         within = f"{start} '__fish_seen_subcommand_from {name}'"
-        lines += [" ".join([within, *_fish_word(word)]) for word in words if _offered(word)]
+        lines += [" ".join([within, *_fish_word(word)]) for word in command.words if _offered(word)]
     return "\n".join(lines)
 
 
 def _fish_word(word: _Word) -> Iterator[str]:
-    """One option in fish's words."""
+    """Yield the parts of an option's line for fish."""
     for flag in word.flags:
         yield f"-l {flag[2:]}" if flag.startswith("--") else f"-s {flag[1:]}"
     if word.takes:
@@ -144,11 +160,11 @@ def _fish_word(word: _Word) -> Iterator[str]:
     yield f"-d {_quoted(word.help)}"
 
 
-def _powershell(commands: dict[str, tuple[str, list[_Word]]]) -> str:
-    """For PowerShell, also on Windows."""
+def _powershell(commands: _Commands) -> str:
+    """Write the script for PowerShell, also on Windows."""
     table = [
-        f"  {_quoted(name)} = @({', '.join(_quoted(f) for w in words for f in _offered(w))})"
-        for name, (_, words) in commands.items()
+        f"  {_quoted(name)} = @({', '.join(map(_quoted, command.offered))})"
+        for name, command in commands.items()
     ]
     values = [
         f"  {_quoted(flag)} = @({', '.join(map(_quoted, word.takes))})"
@@ -182,12 +198,12 @@ def _powershell(commands: dict[str, tuple[str, list[_Word]]]) -> str:
 
 
 def _offered(word: _Word) -> tuple[str, ...]:
-    """What can stand where a command's words stand."""
+    """Return what can stand where a command's words stand."""
     return word.flags or word.takes or ()
 
 
 def _quoted(text: str) -> str:
-    """A word in single quotes, as fish and PowerShell read them."""
+    """Return a word in single quotes, as fish and PowerShell read them."""
     return "'" + text.replace("'", "’") + "'"
 
 

@@ -1,4 +1,4 @@
-"""`converge`: error against run time."""
+"""`converge`: measures error against run time."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from sumo3dviz_pt.cli.options import (
     PROGRAM,
     add_overrides,
     add_overwrite,
+    add_size,
+    add_variant,
     overrides_of,
-    picture_size,
 )
 from sumo3dviz_pt.cli.progress import progress
 
@@ -27,12 +28,13 @@ def add(commands: Any) -> None:
     sub.add_argument("--time", type=float, required=True, help="SUMO's time [s]")
     sub.add_argument("-o", "--output", type=Path, required=True, help="folder of the report")
     sub.add_argument("--camera", help="a name from the scene's cameras")
-    sub.add_argument("--size", type=picture_size, default=(480, 270), help="WxH [480x270]")
+    add_size(sub, (480, 270))
     sub.add_argument("--top", type=int, default=64, help="most samples that are judged [64]")
     sub.add_argument("--budget", type=float, metavar="SECONDS", help="begin nothing after it")
-    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    add_variant(sub)
     add_overwrite(sub, "begin anew where a report lies, instead of going on with it")
     add_overrides(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -64,5 +66,5 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _scene_name(scene: Path) -> str:
-    """What tables call a scene: its file's name, or its folder's if that says nothing."""
+    """Return what tables call a scene: its file's name, or its folder's if that says nothing."""
     return scene.stem if scene.stem != "scene" else scene.resolve().parent.name

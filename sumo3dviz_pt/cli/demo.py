@@ -1,4 +1,4 @@
-"""`demo`: the bundled example, with nothing to prepare."""
+"""`demo`: renders the bundled example, with nothing to prepare."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overwrite, command_in, picture_size
+from sumo3dviz_pt.cli.options import add_overwrite, add_size, add_variant, command_in
 from sumo3dviz_pt.cli.progress import cpu_in_words, progress
 from sumo3dviz_pt.cli.render import print_films, render_films
 
 
 @dataclass(frozen=True, slots=True)
 class _Extent:
-    """How much the demo renders where nothing else is asked for.
+    """How much the demo renders without other options.
 
     Attributes:
         size: Width, height [px].
@@ -29,17 +29,18 @@ class _Extent:
 
 _COMPILED = _Extent((640, 360), 2.0, "preview")
 _SCALAR = _Extent((480, 270), 1.0, "draft")
-"""Where there is no libLLVM: to be done in four minutes on two cores."""
+"""The extent where there is no libLLVM: it takes four minutes on two cores."""
 
 
 def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("demo", help="render the bundled example: demo.mp4 and demo.png")
     sub.add_argument("-o", "--output", type=Path, default=Path(), help="folder [.]")
-    sub.add_argument("--quality", help=f"quality preset [{_COMPILED.quality}]")
-    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
-    sub.add_argument("--size", type=picture_size, help="WxH [{}x{}]".format(*_COMPILED.size))
+    sub.add_setting("--quality", "quality", after=f" [{_COMPILED.quality}]")
+    add_variant(sub)
+    add_size(sub, after=" [{}x{}]".format(*_COMPILED.size))
     add_overwrite(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -84,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _extent(options: argparse.Namespace, *, compiled: bool) -> _Extent:
-    """How much to render; a slow machine is told what it leaves out."""
+    """Return how much to render; a slow machine is told what it leaves out."""
     usual = _COMPILED if compiled else _SCALAR
     chosen = replace(
         usual, size=options.size or usual.size, quality=options.quality or usual.quality

@@ -1,4 +1,4 @@
-"""`develop`: pictures from stored frames."""
+"""`develop`: makes pictures and films from stored frames."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.cli.options import add_overwrite
+from sumo3dviz_pt.job.meanings import default
 
 
 def add(commands: Any) -> None:
@@ -20,11 +21,15 @@ def add(commands: Any) -> None:
         required=True,
         help="film.mp4 (or .mov, .mkv, .webm, .gif), out.png, or name_{frame}.png",
     )
-    sub.add_argument("--exposure", type=float, help="EV instead of the stored one")
-    sub.add_argument("--tone", help="tone curve instead of the stored one")
-    sub.add_argument("--fps", help="frames per second; 30000/1001, too [the film's own]")
-    sub.add_argument("--codec", default="auto", help="video codec; auto: by the ending [auto]")
+    sub.add_argument(
+        "--exposure", type=float, help="EV, the sky's own included, instead of the stored one"
+    )
+    sub.add_setting("--tone", "output.tone", after=" [the stored one]")
+    sub.add_setting("--fps", "output.fps", after=" [the film's own]")
+    codec = default("output.codec")
+    sub.add_setting("--codec", "output.codec", default=codec, after=f" [{codec}]")
     add_overwrite(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`doctor`: what this machine has and lacks."""
+"""`doctor`: says what this machine has and lacks, and installs what is missing."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ def add(commands: Any) -> None:
         "--install", action="store_true", help="install the shared libraries that are missing"
     )
     sub.add_argument("--yes", action="store_true", help="do not ask before installing")
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Look at the installation, and mend it if asked to; 0 if rendering works, even slowly."""
+    """Look at the installation, and mend it with --install; 0 if rendering works, even slowly."""
     from sumo3dviz_pt.pipeline.doctor import examine
 
     if options.yes and not options.install:
@@ -38,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _mended(found: Diagnosis, *, yes: bool) -> bool:
-    """Install what is lacking; whether anything was tried."""
+    """Install what is lacking; return whether anything was tried."""
     from sumo3dviz_pt.installation.packages import carry_out, order_for
 
     if not found.lacks:
@@ -56,7 +57,7 @@ def _mended(found: Diagnosis, *, yes: bool) -> bool:
 
 
 def _agreed(order: Order) -> bool:
-    """Whether somebody says yes; what would be done is said in any case."""
+    """Return whether the user agrees; say in any case what would be done."""
     if not order.interactive:
         _tell(f"nobody is there to ask; with --yes this would run: {order.in_words()}")
         return False

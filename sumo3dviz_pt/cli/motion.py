@@ -1,4 +1,4 @@
-"""`motion`: how one road user moves."""
+"""`motion`: draws how one road user moves."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from sumo3dviz_pt.cli.options import add_overrides, add_overwrite, overrides_of
+from sumo3dviz_pt.cli.options import add_overrides, add_overwrite, add_window, overrides_of
 from sumo3dviz_pt.cli.progress import progress
 
 
@@ -15,11 +15,11 @@ def add(commands: Any) -> None:
     sub = commands.add_parser("motion", help="draw how one road user moves, on a map and over time")
     sub.add_argument("scene", type=Path)
     sub.add_argument("--vehicle", metavar="ID", required=True, help="its id; persons count too")
-    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
-    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    add_window(sub)
     sub.add_argument("-o", "--output", type=Path, required=True, help="plot.png")
     add_overwrite(sub)
     add_overrides(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

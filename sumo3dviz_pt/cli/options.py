@@ -1,4 +1,4 @@
-"""Options that several commands share."""
+"""The parser, and the options that several commands share."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import difflib
 import shlex
 import shutil
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.meanings import meaning
+from sumo3dviz_pt.job.variants import VARIANT, VARIANTS
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Request
@@ -18,25 +20,42 @@ if TYPE_CHECKING:
 PROGRAM = "sumo3dviz-pt"
 
 
-_LISTED: Mapping[str, tuple[str, ...]] = {
-    "--quality": ("quality",),
-    "--template": ("template",),
-    "--codec": ("output.codec",),
-    "--tone": ("output.tone",),
-    "--set": (
-        "template",
-        "quality",
-        "sky.preset",
-        "cameras.NAME.view",
-        "output.codec",
-        "output.tone",
-    ),
-}
-"""Keys of the scene file whose names are listed by the help of commands with an option."""
+_SET_LISTS = (
+    "template",
+    "quality",
+    "sky.preset",
+    "cameras.NAME.view",
+    "output.codec",
+    "output.tone",
+)
+"""Keys of the scene file whose names are listed by the help of commands that take `--set`."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, suggests what was meant, and lists names."""
+    """A parser that says in one line what is wrong, suggests what was meant, and lists names.
+
+    Attributes:
+        settings: Keys of the scene file, by the options that stand for them.
+    """
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        self.settings: dict[str, str] = {}
+
+    def add_setting(
+        self, flag: str, key: str, *, before: str = "", after: str = "", **more: Any
+    ) -> None:
+        """Add an option that stands for a key of the scene file; its help is the key's own.
+
+        Args:
+            flag: The option, such as `--fps`.
+            key: Dotted, such as `output.fps`.
+            before: Words that the help begins with.
+            after: Words that the help ends with, such as what holds without the option.
+            more: As for `add_argument`.
+        """
+        self.settings[flag] = key
+        self.add_argument(flag, help=f"{before}{meaning(key)}{after}", **more)
 
     def error(self, message: str) -> NoReturn:
         """Leave with exit code 2."""
@@ -44,9 +63,9 @@ class Parser(argparse.ArgumentParser):
 
     def format_help(self) -> str:
         """Help, with the names that can be chosen."""
-        options = self._option_string_actions
-        keys = dict.fromkeys(key for option in options for key in _LISTED.get(option, ()))
-        return super().format_help() + _names(keys)
+        keys = [*self.settings.values()]
+        keys += _SET_LISTS if "--set" in self._option_string_actions else ()
+        return super().format_help() + _names(dict.fromkeys(keys))
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse; options that do not exist are an error that suggests one."""
@@ -67,7 +86,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _parser_of(parser: argparse.ArgumentParser, command: str | None) -> argparse.ArgumentParser:
-    """The parser of a command."""
+    """Return the parser of a command."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction) and command in action.choices:
             found: argparse.ArgumentParser = action.choices[command]
@@ -82,19 +101,20 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 def _names(keys: Iterable[str]) -> str:
-    """Names that can be chosen, key by key."""
+    """Return the names that can be chosen, key by key."""
     from sumo3dviz_pt.pipeline.choices import names_for
 
     width = min(100, shutil.get_terminal_size().columns)
     lines = [
         textwrap.fill(
-            ", ".join(names_for(key)),
+            ", ".join(names),
             width,
             initial_indent=f"  {key:<18}  ",
             subsequent_indent=" " * 22,
             break_on_hyphens=False,
         )
         for key in keys
+        if (names := names_for(key))
     ]
     return "\n".join(["", "names:", *lines, ""]) if lines else ""
 
@@ -102,7 +122,7 @@ def _names(keys: Iterable[str]) -> str:
 def add_verbosity(parser: argparse.ArgumentParser, default: Any) -> None:
     """Let people choose how much is said while work goes on."""
     much = parser.add_mutually_exclusive_group()
-    for flags, level, meaning in (
+    for flags, level, words in (
         (("-v", "--verbose"), 1, "say more about what is done"),
         (("-q", "--quiet"), -1, "say nothing but errors and results"),
     ):
@@ -112,31 +132,64 @@ def add_verbosity(parser: argparse.ArgumentParser, default: Any) -> None:
             action="store_const",
             const=level,
             default=default,
-            help=meaning,
+            help=words,
         )
 
 
-def add_request(sub: argparse.ArgumentParser) -> None:
-    """Choices that still and render share."""
+def add_request(sub: Parser) -> None:
+    """Add the choices that still and render share."""
     sub.add_argument("--camera", help="a name from the scene's cameras")
-    sub.add_argument("--quality", help="quality preset")
-    sub.add_argument("--size", type=picture_size, help="WxH [px]")
-    sub.add_argument("--spp", type=int, help="samples per pixel")
-    sub.add_argument("--seed", type=int, help="seed")
-    sub.add_argument("--variant", default="llvm", help="llvm, cuda or scalar [llvm]")
+    sub.add_setting("--quality", "quality")
+    add_size(sub)
+    sub.add_setting("--spp", "quality.spp", type=int)
+    sub.add_setting("--seed", "seed", type=int)
+    add_variant(sub)
     add_overrides(sub)
 
 
-def add_overwrite(sub: argparse.ArgumentParser, what: str = "replace what exists") -> None:
-    """Let what exists be replaced; nothing is overwritten unasked."""
-    sub.add_argument("--overwrite", action="store_true", help=what)
+def add_size(sub: Parser, default: tuple[int, int] | None = None, **words: str) -> None:
+    """Let the size of pictures be chosen.
 
-
-def add_force(sub: argparse.ArgumentParser) -> None:
-    """Let a scene file that exists be replaced."""
-    sub.add_argument(
-        *("--force", "--overwrite"), action="store_true", help="replace a scene file that exists"
+    Args:
+        sub: The command.
+        default: Width, height [px]; None leaves it to the scene file.
+        words: `before` and `after`, as for `Parser.add_setting`.
+    """
+    if default is not None:
+        words = {"after": " [{}x{}]".format(*default), **words}
+    sub.add_setting(
+        "--size", "output.size", type=picture_size, default=default, metavar="WxH", **words
     )
+
+
+def add_variant(sub: argparse.ArgumentParser, names: Iterable[str] = VARIANTS) -> None:
+    """Let the renderer's variant be chosen.
+
+    Args:
+        sub: The command.
+        names: Of the variants that it can work with.
+    """
+    *first, last = names
+    sub.add_argument("--variant", default=VARIANT, help=f"{', '.join(first)} or {last} [{VARIANT}]")
+
+
+def add_window(
+    sub: argparse.ArgumentParser, *, first: str = "first time [s]", last: str = "last time [s]"
+) -> None:
+    """Let a stretch of time be chosen, as `start` and `end`.
+
+    Args:
+        sub: The command.
+        first: What `--from` means.
+        last: What `--to` means.
+    """
+    sub.add_argument("--from", dest="start", type=float, metavar="T", help=first)
+    sub.add_argument("--to", dest="end", type=float, metavar="T", help=last)
+
+
+def add_overwrite(sub: argparse.ArgumentParser, what: str = "replace what exists") -> None:
+    """Let what exists be replaced; without this option nothing is overwritten."""
+    sub.add_argument("--overwrite", action="store_true", help=what)
 
 
 def add_overrides(sub: argparse.ArgumentParser) -> None:
@@ -163,7 +216,7 @@ def frame_range(text: str) -> tuple[int, int]:
 
 
 def overrides_of(options: argparse.Namespace) -> dict[str, str]:
-    """What --set says: values by key.
+    """Return what --set says: values by key.
 
     Raises:
         ConfigError: If a key has no value.
@@ -176,7 +229,7 @@ def overrides_of(options: argparse.Namespace) -> dict[str, str]:
 
 
 def request_of(options: argparse.Namespace) -> Request:
-    """What still and render ask for."""
+    """Return what still and render ask for."""
     from sumo3dviz_pt.pipeline.production import Request
 
     return Request(
@@ -191,7 +244,7 @@ def request_of(options: argparse.Namespace) -> Request:
 
 
 def command_in(words: Sequence[str]) -> str:
-    """A command as pictures tell it: as given, but for where they go, so that bytes stay alike."""
+    """Return a command as pictures tell it: without their own place, so that bytes stay alike."""
     kept: list[str] = []
     skip = False
     for word in words:

@@ -17,12 +17,10 @@ from sumo3dviz_pt.cli import (
     demo,
     develop,
     doctor,
-    import_sumo3dviz,
-    init,
     motion,
     render,
     report,
-    schema,
+    scene_files,
     still,
     vehicles,
     view,
@@ -39,23 +37,23 @@ from sumo3dviz_pt.errors import (
 from sumo3dviz_pt.installation.dependencies import explained, package_of, require_packages
 
 _COMMANDS = (
-    demo,
-    init,
-    import_sumo3dviz,
-    check,
-    vehicles,
-    still,
-    render,
-    develop,
-    converge,
-    report,
-    compare,
-    motion,
-    view,
-    assets,
-    doctor,
-    schema,
-    completion,
+    demo.add,
+    scene_files.add_init,
+    scene_files.add_import,
+    check.add,
+    vehicles.add,
+    still.add,
+    render.add,
+    develop.add,
+    converge.add,
+    report.add,
+    compare.add,
+    motion.add,
+    view.add,
+    assets.add,
+    doctor.add,
+    scene_files.add_schema,
+    completion.add,
 )
 """In the order in which `--help` lists them."""
 
@@ -96,7 +94,7 @@ def _run(arguments: Sequence[str] | None) -> int:
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """All commands and their options."""
+    """Return all commands and their options."""
     from sumo3dviz_pt import __version__
 
     parser = Parser(
@@ -105,16 +103,15 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
     add_verbosity(parser, 0)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in _COMMANDS:
-        command.add(commands)
-        name = command.__name__.rpartition(".")[2].replace("_", "-")
-        commands.choices[name].set_defaults(run=command.run)
-        add_verbosity(commands.choices[name], argparse.SUPPRESS)
+    for add in _COMMANDS:
+        add(commands)
+    for command in commands.choices.values():
+        add_verbosity(command, argparse.SUPPRESS)
     return parser
 
 
 def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
-    """How to go on after a film broke off."""
+    """Return how to go on after a film broke off."""
     began = not isinstance(error, InstallationError)
     if began and options is not None and getattr(options, "command", "") == "render":
         return "; finished frames are kept: the same command with --resume goes on"
@@ -122,7 +119,7 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
 
 
 class _Notes(logging.Handler):
-    """Prints warnings as plain sentences to whatever stderr is then, each of them once."""
+    """Prints warnings as plain sentences to the present standard error, each of them once."""
 
     def __init__(self) -> None:
         super().__init__()

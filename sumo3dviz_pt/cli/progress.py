@@ -1,4 +1,4 @@
-"""How far the work is, and what came out, in words."""
+"""Shows how far work is, and prints errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,13 @@ if TYPE_CHECKING:
 
 
 def complain(error: object, code: int, hint: str = "") -> int:
-    """Print an error as one sentence; the exit code."""
+    """Print an error as one sentence; return the exit code.
+
+    Args:
+        error: What went wrong.
+        code: The exit code.
+        hint: What to do, added to the sentence.
+    """
     print(f"{PROGRAM}: {error}{hint}", file=sys.stderr)
     return code
 
@@ -30,5 +36,5 @@ def progress(name: str, steps: Sequence[Step]) -> AbstractContextManager[None]:
 
 
 def cpu_in_words(seconds: float) -> str:
-    """CPU-seconds in words."""
+    """Return CPU-seconds in words."""
     return f"{seconds:.1f} CPU-seconds"

@@ -1,4 +1,4 @@
-"""`render`: films."""
+"""`render`: renders films."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any
 from sumo3dviz_pt.cli.options import (
     add_overwrite,
     add_request,
+    add_window,
     frame_range,
     overrides_of,
     request_of,
 )
 from sumo3dviz_pt.cli.progress import complain, cpu_in_words, progress
 from sumo3dviz_pt.errors import ConfigError, InputError, Sumo3dvizError
+from sumo3dviz_pt.job.meanings import meaning
 from sumo3dviz_pt.pipeline.progress.costs import spent
 
 if TYPE_CHECKING:
@@ -28,10 +30,9 @@ def add(commands: Any) -> None:
     """Say what it takes."""
     sub = commands.add_parser("render", help="render films; several scenes make a batch")
     sub.add_argument("scene", type=Path, nargs="+")
-    sub.add_argument("--from", dest="start", type=float, help="first frame's time [s]")
-    sub.add_argument("--to", dest="end", type=float, help="time after the last frame [s]")
-    sub.add_argument("--fps", help="frames per second; a ratio such as 30000/1001, too")
-    sub.add_argument("--speed", help="SUMO's time per film's: 0.25 is slow motion, 10 time-lapse")
+    add_window(sub, first=meaning("shots.start"), last=meaning("shots.end"))
+    sub.add_setting("--fps", "output.fps")
+    sub.add_setting("--speed", "shots.speed")
     sub.add_argument(
         "--resume", action="store_true", help="keep frames that match, render the others anew"
     )
@@ -50,6 +51,7 @@ def add(commands: Any) -> None:
         " {scene} and {shot} are filled in",
     )
     add_request(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -94,7 +96,7 @@ def _work(
 
 
 def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tuple[Job, FilmOrder]:
-    """A scene and what is to be made of it; what is wrong with either is said before any work."""
+    """Return a scene and what is to be made of it; refuse what is wrong before any work."""
     from sumo3dviz_pt.pipeline.films.build import FilmOrder, check_order, check_places
     from sumo3dviz_pt.pipeline.production import check_choices
     from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -121,14 +123,20 @@ def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tupl
 
 
 def _told(options: argparse.Namespace, scene: Path, error: Sumo3dvizError) -> int:
-    """Tell what is wrong with one scene of a batch; the exit code."""
+    """Tell what is wrong with one scene of a batch; return the exit code."""
     if len(options.scene) == 1:
         raise error
     return complain(f"{scene}: {error}", 2 if isinstance(error, InputError | ConfigError) else 1)
 
 
 def render_films(job: Job, request: Request, order: FilmOrder) -> list[FilmReport]:
-    """Render films and show how far they are."""
+    """Render films and show how far they are.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
+    """
     from sumo3dviz_pt.pipeline.films.build import render_film
     from sumo3dviz_pt.pipeline.films.orders import shots_of
     from sumo3dviz_pt.pipeline.progress.expectations import film_steps
@@ -151,8 +159,8 @@ def print_films(reports: list[FilmReport], *, cpu: float) -> None:
 
     Args:
         reports: Of each film.
-        cpu: CPU-seconds of all that was done for them; what no report counts, as the start of
-            the program, is the first one's.
+        cpu: CPU-seconds of all that was done for them; what no report counts, such as the start
+            of the program, is added to the first one's.
     """
     own = [sum(report.cpu.values()) for report in reports]
     own[0] += max(cpu - sum(own), 0.0)

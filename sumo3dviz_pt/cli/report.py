@@ -1,4 +1,4 @@
-"""`report`: a film in figures."""
+"""`report`: describes a film in figures, or compares two."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sumo3dviz_pt.cli.options import add_overwrite
 from sumo3dviz_pt.cli.progress import progress
 
 _USUAL = 5.0
-"""How long a film of some seconds takes; counting frames corrects it [s]."""
+"""How long a report on a film of some seconds takes; counting frames corrects it [s]."""
 
 
 def add(commands: Any) -> None:
@@ -20,6 +20,7 @@ def add(commands: Any) -> None:
     sub.add_argument("--against", type=Path, help="frames of the same times to compare with")
     sub.add_argument("-o", "--output", type=Path, required=True, help="folder for the report")
     add_overwrite(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`still`: one image."""
+"""`still`: renders one image."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ def add(commands: Any) -> None:
     sub.add_argument("-o", "--output", type=Path, required=True, help="out.png or out.exr")
     add_overwrite(sub)
     add_request(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`vehicles`: who is in the log."""
+"""`vehicles`: lists the road users in the log."""
 
 from __future__ import annotations
 
@@ -32,9 +32,10 @@ def add(commands: Any) -> None:
     sub.add_argument(
         "--near",
         metavar="PLACE",
-        help="only who passes X,Y or a standing camera, within 30 m or X,Y,R or CAMERA,R [m]",
+        help="only those that pass X,Y or a standing camera, within 30 m or X,Y,R or CAMERA,R [m]",
     )
     add_overrides(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`view`: walk through a scene in the browser."""
+"""`view`: serves a scene to walk through in the browser."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sumo3dviz_pt.cli.options import add_overrides, overrides_of, picture_size
+from sumo3dviz_pt.cli.options import add_overrides, add_size, add_variant, add_window, overrides_of
 from sumo3dviz_pt.errors import InstallationError
 
 if TYPE_CHECKING:
@@ -22,14 +22,12 @@ def add(commands: Any) -> None:
     sub = commands.add_parser("view", help="walk through a scene in the browser")
     sub.add_argument("scene", type=Path)
     sub.add_argument("--port", type=int, default=0, help="to listen on [a free one]")
-    sub.add_argument(
-        "--size", type=picture_size, default=(480, 270), help="of its pictures [480x270]"
-    )
-    sub.add_argument("--from", dest="start", type=float, metavar="T", help="first time [s]")
-    sub.add_argument("--to", dest="end", type=float, metavar="T", help="last time [s]")
+    add_size(sub, (480, 270))
+    add_window(sub)
     sub.add_argument("--token", help="the secret in the address [a new one each time]")
-    sub.add_argument("--variant", default="llvm", help="llvm or cuda [llvm]")
+    add_variant(sub, ("llvm", "cuda"))
     add_overrides(sub)
+    sub.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -20,7 +20,7 @@ Files = Mapping[str, bytes]
 
 
 def read_whole(folder: Path) -> Files | None:
-    """The files of a folder; None if it does not exist, lacks one or holds a damaged one."""
+    """Return the files of a folder; None if it does not exist, lacks one or holds a damaged one."""
     try:
         listed = json.loads((folder / _LIST).read_bytes())
         files = {name: (folder / name).read_bytes() for name in listed}
@@ -65,12 +65,12 @@ def _put(work: Path, folder: Path) -> None:
 
 
 def _listing(files: Files) -> bytes:
-    """The list of a folder's files."""
+    """Return the list of a folder's files."""
     return json.dumps(_digests(files), sort_keys=True).encode()
 
 
 def _digests(files: Files) -> dict[str, str]:
-    """Digest of every file's content."""
+    """Return the digest of every file's content."""
     return {
         name: hashlib.blake2b(content, digest_size=16).hexdigest()
         for name, content in files.items()

@@ -1,4 +1,4 @@
-"""Keeps libraries from saying in their words what we say in ours."""
+"""Silences libraries whose messages we say in words of our own."""
 
 from __future__ import annotations
 

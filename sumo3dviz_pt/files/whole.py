@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import os
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write text in UTF-8; nobody ever reads a half of it, and none stays if writing fails.
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Give a path to write to; what lies there replaces `path` when the `with` statement ends.
+
+    Nobody ever reads a half of the file. If writing fails, nothing stays of it, and a file that
+    existed before stays as it was.
 
     Raises:
         OSError: If it cannot be written.
@@ -16,7 +22,17 @@ def write_whole(path: Path, text: str) -> None:
     # Machines that share a folder may write the same file at the same time.
     part = path.with_name(f"{path.name}.{socket.gethostname()}-{os.getpid()}.part")
     try:
-        part.write_text(text, encoding="utf-8", newline="\n")
+        yield part
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write text in UTF-8, as a whole or not at all.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    with whole(path) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")

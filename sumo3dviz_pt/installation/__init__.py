@@ -1,4 +1,4 @@
-"""What this package stands on: pip's packages, shared libraries, and how they get here.
+"""What this package stands on: pip's packages, shared libraries, and how to install them.
 
-Nothing in here loads what may be missing, so that it can always be said what is.
+Nothing in here loads what may be missing, so that a missing part can always be named.
 """

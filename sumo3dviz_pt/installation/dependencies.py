@@ -1,4 +1,4 @@
-"""The packages of pip's that this one needs, and in one sentence why one does not work."""
+"""Lists the pip packages that this one needs, and says why one of them does not work."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ DEPENDENCIES = (
     Dependency("tzfpy", "tzfpy"),
     Dependency("tzdata", "tzdata"),
 )
-"""All that every command may need; what only an extra brings is not among them."""
+"""All packages that any command may need; what only an extra brings is not among them."""
 
 
 def version_of(package: str) -> str:
-    """The installed version, or `missing`; a checkout that nobody installed is `source`."""
+    """Return the installed version, or `missing`; a checkout that is not installed is `source`."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -87,14 +87,14 @@ def load(*modules: str) -> None:
 
 
 def package_of(module: str | None) -> str:
-    """What pip calls the package of a module."""
+    """Return what pip calls the package of a module."""
     name = (module or "a package").split(".")[0]
     known = {dependency.module: dependency.package for dependency in DEPENDENCIES}
     return known.get(name, name)
 
 
 def _pip_command(packages: list[str]) -> str:
-    """What installs packages beside this one, in the versions that it takes."""
+    """Return what installs packages beside this one, in the versions that it takes."""
     try:
         ranges = metadata.requires("sumo3dviz_pt") or []
     except metadata.PackageNotFoundError:
@@ -105,12 +105,12 @@ def _pip_command(packages: list[str]) -> str:
 
 
 def _quoted(path: str) -> str:
-    """A path as a shell takes it."""
+    """Return a path as a shell takes it."""
     return f'"{path}"' if " " in path else path
 
 
 def explained(package: str, error: BaseException) -> str:
-    """Why a package cannot be loaded, and the one command that mends it.
+    """Return why a package cannot be loaded, and the one command that mends it.
 
     Args:
         package: What pip calls it.
@@ -126,7 +126,7 @@ def explained(package: str, error: BaseException) -> str:
 
 
 def missing_library(error: BaseException) -> str:
-    """The shared library whose absence is behind an error, such as `libatomic.so.1`, or ''."""
+    """Return the shared library that is missing by an error, such as `libatomic.so.1`, or ''."""
     for cause in _import_errors(error):
         found = _MISSING_LIBRARY.search(str(cause))
         if found and ("cannot open shared object" in str(cause) or "not loaded" in str(cause)):
@@ -135,7 +135,7 @@ def missing_library(error: BaseException) -> str:
 
 
 def _import_errors(error: BaseException | None) -> Iterator[ImportError]:
-    """Failed imports behind an error, the first cause last."""
+    """Yield the failed imports behind an error, the first cause last."""
     while error is not None:
         if isinstance(error, ImportError):
             yield error

@@ -1,9 +1,9 @@
-"""Finds the libLLVM that Dr.Jit shall load, and asks it for its version before it is loaded.
+"""Finds the libLLVM that Dr.Jit shall load, and reads its version before Dr.Jit does.
 
 Dr.Jit takes 15 and newer, but 15 ends the process at the first kernel ("LLVM ERROR: Cannot
-select: fminimum", measured with AVX-512 and with AVX2 only), so 16 is asked for. A library tells
-its version by `LLVMGetVersion`, which exists from 16 on; it is asked in a process of its own,
-because a second libLLVM beside the one in use disturbs it. Names only order what is asked.
+select: fminimum", measured with AVX-512 and with AVX2 only), so 16 is needed. A library tells
+its version by `LLVMGetVersion`, which exists from 16 on. It is called in a process of its own,
+because a second libLLVM disturbs the one in use. File names only say which library to try first.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Library:
     """A libLLVM.
 
     Attributes:
-        path: Its file, or a name that the system's loader knows.
+        path: Its file, or a name that the system's loader finds.
         version: Such as `19.1.7`; empty if it cannot be used.
         problem: Why it cannot be used, and what to do; empty if it can.
     """
@@ -67,7 +67,7 @@ class Library:
 
 
 def find_llvm() -> Library:
-    """The newest libLLVM that can be used, or what stands in the way.
+    """Return the newest libLLVM that can be used, or what stands in the way.
 
     What `DRJIT_LIBLLVM_PATH` names is taken or refused, never replaced.
     """
@@ -88,7 +88,7 @@ def find_llvm() -> Library:
 
 
 def _candidates() -> Iterator[str]:
-    """Files that may be libLLVM, the newest by name first, then what the loader finds itself."""
+    """Yield files that may be libLLVM: the newest by name first, last what the loader finds."""
     found = {
         path.resolve()
         for folder in _folders()
@@ -102,7 +102,7 @@ def _candidates() -> Iterator[str]:
 
 
 def _folders() -> Iterator[Path]:
-    """Folders in which libLLVM may lie, the user's search path among them."""
+    """Yield the folders in which libLLVM may lie, the user's search path among them."""
     searched = os.environ.get(_SEARCH_PATHS.get(sys.platform, ""), "").split(os.pathsep)
     yield from (Path(name) for name in searched if name)
     for pattern in _FOLDERS:
@@ -112,13 +112,13 @@ def _folders() -> Iterator[Path]:
 
 
 def _version_by_name(path: Path) -> tuple[int, str]:
-    """The largest number that follows `llvm` in a path, such as llvm@18/ or libLLVM.so.19.1."""
+    """Return the largest number after `llvm` in a path, such as llvm@18/ or libLLVM.so.19.1."""
     numbers = re.findall(r"llvm\D{0,4}(\d+)", str(path), re.IGNORECASE)
     return max(map(int, numbers), default=0), str(path)
 
 
 def _examined(path: str) -> Library:
-    """A libLLVM with its version, or with what is wrong with it."""
+    """Return a libLLVM with its version, or with what is wrong with it."""
     version, problem = _asked(path)
     if problem:
         return Library(path, "", f"{path}, which cannot be loaded ({problem})")
@@ -128,7 +128,7 @@ def _examined(path: str) -> Library:
 
 
 def _asked(path: str) -> tuple[str, str]:
-    """A library's version by its own word, `0.0.0` before 16; or why it does not answer."""
+    """Return the version that a library tells, `0.0.0` before 16, and why it tells none."""
     command = [sys.executable, "-I", "-S", "-c", _ASK, path]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)

@@ -1,6 +1,6 @@
-"""Brings the shared libraries that pip cannot, by whichever package manager is there.
+"""Installs the shared libraries that pip cannot, with the system's package manager.
 
-What each manager is called and calls its packages is one table; everything else follows from it.
+The names of each manager and of its packages stand in one table; all else follows from it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from sumo3dviz_pt.installation.libllvm import OLDEST
 ATOMIC = "libatomic"
 LLVM = "libLLVM"
 LIBRARIES = {"libatomic.so.1": ATOMIC}
-"""What Dr.Jit misses where it cannot be loaded, by file name."""
+"""Libraries without which Dr.Jit cannot be loaded, by file name."""
 
 Tell = Callable[[str], None]
 
@@ -37,7 +37,7 @@ class Manager:
         packages: Its package for each library. That of libLLVM is the one that we test with.
         refresh: Arguments that fetch its index anew; none where it does so by itself.
         listing: Command that lists packages of libLLVM, where their names change with the version.
-        root: Whether it asks for an administrator's rights.
+        root: Whether it needs an administrator's rights.
         environment: Variables that it wants set.
     """
 
@@ -97,7 +97,7 @@ MANAGERS = (
         {LLVM: "LLVM.LLVM"},
     ),
 )
-"""The first that is there is asked; conda only inside one of its environments."""
+"""The first one that exists here is used; conda only inside one of its environments."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ class Order:
         manager: The package manager.
         program: Its program.
         libraries: What is lacking.
-        interactive: Whether somebody is there to type a password.
+        interactive: Whether a person can type a password here.
     """
 
     manager: Manager
@@ -117,7 +117,7 @@ class Order:
     interactive: bool
 
     def command(self, arguments: Iterable[str]) -> list[str]:
-        """The program's command line, with an administrator's rights where it needs them."""
+        """Return the program's command line, with an administrator's rights where it needs them."""
         own = [self.program, *(text.format(prefix=sys.prefix) for text in arguments)]
         if not self.manager.root:
             return own
@@ -128,18 +128,18 @@ class Order:
         return ["sudo", *(() if self.interactive else ("-n",)), *own]
 
     def in_words(self) -> str:
-        """What a person would type."""
+        """Return what a person would type."""
         chosen = [self.manager.packages[library] for library in self.libraries]
         arguments = [text.format(prefix=sys.prefix) for text in self.manager.install]
         return " ".join([Path(self.program).stem, *arguments, *chosen])
 
 
 def order_for(libraries: Iterable[str], *, interactive: bool) -> Order:
-    """What brings libraries here.
+    """Return how libraries can be installed here.
 
     Args:
         libraries: Those that are lacking: `ATOMIC`, `LLVM` or both.
-        interactive: Whether somebody is there to type a password.
+        interactive: Whether a person can type a password here.
 
     Raises:
         InstallationError: If no package manager here has them, or it may not be used.
@@ -157,7 +157,7 @@ def order_for(libraries: Iterable[str], *, interactive: bool) -> Order:
 
 
 def _permitted(order: Order) -> Order:
-    """An order that this user may carry out."""
+    """Return an order if this user may carry it out."""
     if order.manager.root and not _is_administrator() and shutil.which("sudo") is None:
         raise InstallationError(
             "an administrator's rights are needed and there is no sudo; let an administrator"
@@ -167,7 +167,7 @@ def _permitted(order: Order) -> Order:
 
 
 def in_conda() -> bool:
-    """Whether this Python is an environment of conda's."""
+    """Return whether this Python is an environment of conda's."""
     return (Path(sys.prefix) / "conda-meta").is_dir()
 
 
@@ -176,7 +176,7 @@ def carry_out(order: Order, tell: Tell) -> None:
 
     Args:
         order: What to install.
-        tell: Hears every command before it runs.
+        tell: Called with every command before it runs.
 
     Raises:
         InstallationError: If something could not be installed; the rest is.
@@ -200,7 +200,7 @@ def carry_out(order: Order, tell: Tell) -> None:
 
 
 def _packages(order: Order) -> tuple[list[str], list[str]]:
-    """Packages to install, and libraries that no package known to the index brings."""
+    """Return the packages to install, and the libraries for which the index has no package."""
     found: list[str] = []
     lacking: list[str] = []
     for library in order.libraries:
@@ -212,7 +212,7 @@ def _packages(order: Order) -> tuple[list[str], list[str]]:
 
 
 def newest_llvm(listing: str, *, tested: str) -> str:
-    """The package of libLLVM to take.
+    """Return the package of libLLVM to take.
 
     Args:
         listing: A package's name at the beginning of each line.
@@ -227,13 +227,13 @@ def newest_llvm(listing: str, *, tested: str) -> str:
 
 
 def _not_installed(order: Order, packages: list[str], tell: Tell) -> list[str]:
-    """Install packages one by one, so that none is lost because of another; those that fail."""
+    """Install packages one by one, so that no failure stops another; return those that fail."""
     install = order.manager.install
     return [name for name in packages if not _ran(order.command([*install, name]), tell)]
 
 
 def _ran(command: list[str], tell: Tell) -> bool:
-    """Run a command that shows its own progress; whether it ended well."""
+    """Run a command that shows its own progress; return whether it ended well."""
     tell(f"$ {' '.join(command)}")
     try:
         return subprocess.run(command, stdin=subprocess.DEVNULL, check=False).returncode == 0
@@ -243,7 +243,7 @@ def _ran(command: list[str], tell: Tell) -> bool:
 
 
 def _output(command: tuple[str, ...]) -> str:
-    """What a command prints; nothing if there is no such command."""
+    """Return what a command prints; nothing if there is no such command."""
     try:
         return subprocess.run(command, capture_output=True, text=True, check=False).stdout
     except OSError:
@@ -251,5 +251,5 @@ def _output(command: tuple[str, ...]) -> str:
 
 
 def _is_administrator() -> bool:
-    """Whether this process has an administrator's rights already."""
+    """Return whether this process has an administrator's rights already."""
     return hasattr(os, "geteuid") and os.geteuid() == 0

@@ -1,4 +1,4 @@
-"""Checks what commands and programs ask for, as a scene file is checked.
+"""Checks the choices of commands and programs as a scene file is checked.
 
 The types of a dataclass's fields say what each may be; nothing wrong gets further than its
 making, and what is wrong is one of our errors.
@@ -49,7 +49,12 @@ def settle(choices: Any) -> None:
 
 
 def asked(kind: Any, value: Any, *, key: str) -> Any:
-    """A single value of a type, such as `Seconds`.
+    """Return a single value of a type, such as `Seconds`.
+
+    Args:
+        kind: The type.
+        value: What was given for it.
+        key: What messages call it.
 
     Raises:
         ConfigError: If it is none.
@@ -61,7 +66,7 @@ def asked(kind: Any, value: Any, *, key: str) -> Any:
 
 
 def made(kind: type[_T], choices: Mapping[str, Any]) -> _T:
-    """A dataclass from choices by name.
+    """Return a dataclass from choices by name.
 
     Raises:
         ConfigError: If a name is unknown, and suggests one, or a value is wrong.
@@ -71,7 +76,12 @@ def made(kind: type[_T], choices: Mapping[str, Any]) -> _T:
 
 
 def split(one: type[_T], other: type[_U], choices: Mapping[str, Any]) -> tuple[_T, _U]:
-    """Two dataclasses from choices by name, each with those that it knows.
+    """Return two dataclasses from choices by name, each with those of its own fields.
+
+    Args:
+        one: A dataclass.
+        other: Another one, or the same.
+        choices: Values by name of a field.
 
     Raises:
         ConfigError: If a name is unknown, and suggests one, or a value is wrong.
@@ -87,7 +97,7 @@ def split(one: type[_T], other: type[_U], choices: Mapping[str, Any]) -> tuple[_
 
 @cache
 def _model_of(kind: type) -> type[BaseModel]:
-    """A pydantic model with the fields of a dataclass."""
+    """Return a pydantic model with the fields of a dataclass."""
     hints = get_type_hints(kind, include_extras=True)
     types: dict[str, Any] = {item.name: (hints[item.name], ...) for item in fields(kind)}
     config = ConfigDict(arbitrary_types_allowed=True, str_max_length=MOST_TEXT)

@@ -1,4 +1,4 @@
-"""What is wrong with a setting, in our words and with its place."""
+"""Says what is wrong with a setting, in words that users know and with its place."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
+from sumo3dviz_pt.job.values import models_in
 from sumo3dviz_pt.job.yaml12 import KeyPath, Places
 
 _WORDS: Mapping[str, str] = {
@@ -50,7 +51,7 @@ class Source:
 
 
 def explained(error: ValidationError, model: type[BaseModel], source: Source) -> ConfigError:
-    """The first problem as one sentence, with its place and the number of others.
+    """Return the first problem as one sentence, with its place and the number of others.
 
     Args:
         error: Pydantic's.
@@ -71,7 +72,13 @@ def explained(error: ValidationError, model: type[BaseModel], source: Source) ->
 
 
 def located(message: str, path: KeyPath, source: Source) -> ConfigError:
-    """An error with the nearest place that the file knows."""
+    """Return an error with the place of its key in the file, or of the nearest key above.
+
+    Args:
+        message: What is wrong.
+        path: The keys that lead there.
+        source: Where the settings stand.
+    """
     place = next(
         (source.places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in source.places),
         (None, None),
@@ -81,30 +88,30 @@ def located(message: str, path: KeyPath, source: Source) -> ConfigError:
 
 
 def reason(problem: Mapping[str, Any]) -> str:
-    """One of pydantic's problems in our words."""
+    """Return one of pydantic's problems in our words."""
     return _words(problem) + _shown(problem)
 
 
 def _deepest(problems: Sequence[Any]) -> Any:
-    """The first problem; of branches of a union, the one that came furthest."""
+    """Return the first problem; of branches of a union, the one that came furthest."""
     path = _path(problems[0])
     branches = [problem for problem in problems if _path(problem)[: len(path)] == path]
     return max(branches, key=lambda problem: len(_path(problem)))
 
 
 def _path(problem: Mapping[str, Any]) -> KeyPath:
-    """The keys that lead to a problem."""
+    """Return the keys that lead to a problem."""
     return tuple(part for part in problem["loc"] if not _is_branch(part))
 
 
 def _alike(path: KeyPath, other: KeyPath) -> bool:
-    """Whether one path lies on the other."""
+    """Return whether one path lies on the other."""
     shared = min(len(path), len(other))
     return path[:shared] == other[:shared]
 
 
 def _is_branch(part: str | int) -> bool:
-    """Whether a part of pydantic's location names a branch of a union, not a key."""
+    """Return whether a part of pydantic's location names a branch of a union, not a key."""
     return isinstance(part, str) and (
         part in ("eulerian", "lagrangian", "cinematic", "[key]")
         or "[" in part
@@ -113,13 +120,13 @@ def _is_branch(part: str | int) -> bool:
 
 
 def _alternatives(problems: Sequence[Mapping[str, Any]]) -> list[str]:
-    """What a value may be, where it may be several things."""
+    """Return what a value may be, where it may be several things."""
     said = list(dict.fromkeys(map(_words, problems)))
     return said[:1] + [words.removeprefix(_SHOULD) for words in said[1:]]
 
 
 def _words(problem: Mapping[str, Any]) -> str:
-    """What is wrong, without the value."""
+    """Return what is wrong, without the value."""
     context = problem.get("ctx", {})
     if problem["type"] in _WORDS:
         known = {key: value for key, value in context.items() if not isinstance(value, Exception)}
@@ -129,7 +136,7 @@ def _words(problem: Mapping[str, Any]) -> str:
 
 
 def _shown(problem: Mapping[str, Any]) -> str:
-    """The value at fault, where it is short and the words do not hold it yet."""
+    """Return the value at fault, where it is short and the words do not hold it yet."""
     value = problem.get("input")
     silent = ("value_error", "missing", "too_long", "too_short", "string_too_long")
     if problem["type"] in (*silent, "union_tag_invalid") or not isinstance(
@@ -145,7 +152,7 @@ def _shown(problem: Mapping[str, Any]) -> str:
 
 
 def _siblings(model: Any, location: Sequence[str | int]) -> list[str]:
-    """Keys that are known where an unknown one stands."""
+    """Return the keys that are known where an unknown one stands."""
     for part in location[:-1]:
         model = _descend(model, part)
         if model is None:
@@ -154,39 +161,31 @@ def _siblings(model: Any, location: Sequence[str | int]) -> list[str]:
 
 
 def _keys(model: Any) -> list[str]:
-    """Names that a model takes."""
+    """Return the names that a model takes."""
     if not (isinstance(model, type) and issubclass(model, BaseModel)):
         return []
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
 def _descend(model: Any, part: str | int) -> Any:
-    """The model behind one part of a location."""
+    """Return the model behind one part of a location."""
     if isinstance(part, int):
         return model
     if not (isinstance(model, type) and issubclass(model, BaseModel)):
-        options = _models(model)
+        options = models_in(model)
         named = [m for m in options if isinstance(part, str) and _mode(m) == part]
         return named[0] if named else (options[0] if len(options) == 1 else model)
     field = model.model_fields.get(str(part))
     if field is None:
         return None
-    models = _models(field.annotation)
+    models = models_in(field.annotation)
     if len(models) == 1 and get_origin(field.annotation) is not dict:
         return models[0]
     return get_args(field.annotation) or None
 
 
-def _models(annotation: Any) -> list[Any]:
-    """All models inside an annotation."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    parts = annotation if isinstance(annotation, tuple) else get_args(annotation)
-    return [model for part in parts for model in _models(part)]
-
-
 def _mode(model: Any) -> str | None:
-    """The word that chooses a model out of a union."""
+    """Return the word that chooses a model out of a union."""
     field = model.model_fields.get("mode")
     words = get_args(field.annotation) if field is not None else ()
     return words[0] if words else None

@@ -1,4 +1,4 @@
-"""Python's values as a scene file would hold them: text, numbers, lists and mappings."""
+"""Turns Python's values into what a scene file can hold: text, numbers, lists and mappings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from sumo3dviz_pt.job.yaml12 import MOST_DEPTH, MOST_VALUES
 
 
 def plain(value: Any, *, key: str | None = None) -> Any:
-    """A value that may hold tuples, paths, dates, numbers of NumPy and settings.
+    """Return a value that may hold tuples, paths, dates, numbers of NumPy and settings.
 
     Args:
         value: Of any depth.
@@ -31,7 +31,7 @@ def plain(value: Any, *, key: str | None = None) -> Any:
 
 
 def as_path(value: Any, *, key: str) -> Path:
-    """A file's name.
+    """Return a file's name.
 
     Raises:
         ConfigError: If it is none.
@@ -50,7 +50,7 @@ class _Copy:
         self._count = 0
 
     def of(self, value: Any, path: tuple[str, ...]) -> Any:
-        """A copy of a value that stands at a path of keys."""
+        """Return a copy of a value that stands at a path of keys."""
         self._count += 1
         if self._count > MOST_VALUES or len(path) > MOST_DEPTH:
             raise ConfigError("this holds too much, or itself", key=".".join(path[:3]))
@@ -65,7 +65,7 @@ class _Copy:
         return self._single(value, path)
 
     def _key(self, key: Any, path: tuple[str, ...]) -> str:
-        """A key, which is text; numbers are taken for it."""
+        """Return a key, which is text; numbers are taken for it."""
         if isinstance(key, int) and not isinstance(key, bool):
             return str(int(key))
         if not isinstance(key, str):
@@ -73,7 +73,7 @@ class _Copy:
         return self._text(key, path)
 
     def _single(self, value: Any, path: tuple[str, ...]) -> Any:
-        """A single value."""
+        """Return a single value."""
         if value is None or isinstance(value, bool | dt.date | dt.time):
             return value
         if isinstance(value, str | os.PathLike):
@@ -87,13 +87,13 @@ class _Copy:
         raise self._odd(value, path)
 
     def _text(self, text: Any, path: tuple[str, ...]) -> str:
-        """Text without halves of characters, which nothing can print or open."""
+        """Return text without halves of characters, which nothing can print or open."""
         if not isinstance(text, str) or any("\ud800" <= char <= "\udfff" for char in text):
             raise self._odd(text, path)
         return str(text)
 
     def _odd(self, value: Any, path: tuple[str, ...]) -> ConfigError:
-        """What no scene file can hold."""
+        """Return what no scene file can hold."""
         return ConfigError(
             f"no setting can be {cut(ascii(value))} ({type(value).__name__})",
             key=".".join(path) or None,

@@ -10,14 +10,14 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo
 
-from sumo3dviz_pt.job.values import MOST_TEXT, HexColour
+from sumo3dviz_pt.job.values import MOST_TEXT, ONE_OR_MORE, HexColour
 from sumo3dviz_pt.model.bounds import ANGLE, COORDINATE, HEIGHT, SECONDS
 
 MOST_ENTRIES = 10_000
-"""Entries of a list or a mapping."""
+"""Most entries that a list or a mapping may have."""
 
 WIDEST = 16_384
-"""Of a picture, either way [px]."""
+"""Largest width and height of a picture [px]."""
 
 _LONGEST_NAME = 255  # bytes of a file's name, on all usual file systems
 _DATE = re.compile(r"(\d{4})-(\d\d)-(\d\d)")
@@ -29,7 +29,7 @@ _YEARS = (1900, 2100)  # in which the formula of the sun's place holds
 
 
 def _number(value: Any) -> Any:
-    """True, false, infinity and NaN are no numbers here."""
+    """Refuse true, false, infinity and NaN, which are no numbers here."""
     if isinstance(value, bool):
         raise ValueError(f"this should be a number, not {str(value).lower()}")
     if isinstance(value, float) and not math.isfinite(value):
@@ -51,7 +51,7 @@ Longitude = Annotated[Finite, Field(ge=-180, le=180)]
 
 
 def _pixels(size: tuple[int, int]) -> tuple[int, int]:
-    """A picture needs pixels, and not too many."""
+    """Refuse pictures without pixels, or with too many."""
     if not all(1 <= side <= WIDEST for side in size):
         raise ValueError(f"must lie in 1..{WIDEST}, not {size[0]}x{size[1]}")
     return size
@@ -64,7 +64,7 @@ Size = Annotated[tuple[Whole, Whole], AfterValidator(_pixels)]
 
 
 def _date(value: Any) -> Any:
-    """A date as people write it in all countries; plain numbers are none."""
+    """Return a date as people write it in all countries; plain numbers are none."""
     found: dt.date | None
     if isinstance(value, dt.date):
         found = dt.date(value.year, value.month, value.day)
@@ -82,7 +82,7 @@ def _date(value: Any) -> Any:
 
 
 def _time(value: Any) -> Any:
-    """A time of day; plain numbers are none."""
+    """Return a time of day; plain numbers are none."""
     if isinstance(value, dt.time):
         return value.replace(tzinfo=None)
     match = _TIME.fullmatch(value) if isinstance(value, str) else None
@@ -105,6 +105,7 @@ TimeOfDay = Annotated[dt.time, BeforeValidator(_time)]
 
 Colours = Annotated[tuple[HexColour, ...], Field(max_length=MOST_ENTRIES)]
 Names = Annotated[tuple[str, ...], Field(max_length=MOST_ENTRIES)]
+OneOrMoreNames = Annotated[Names, ONE_OR_MORE]
 
 
 # Files -------------------------------------------------------------------------------------
@@ -117,7 +118,7 @@ def _from_scene_file(path: Path, info: ValidationInfo) -> Path:
 
 
 def _openable(path: Path) -> Path:
-    """No system could open another one."""
+    """Refuse paths that no system could open."""
     parts = [part.encode("utf-8", errors="replace") for part in path.parts]
     if b"\0" in b"".join(parts) or sum(map(len, parts)) > 4 * MOST_TEXT:
         raise ValueError("this is no name of a file")
@@ -127,7 +128,7 @@ def _openable(path: Path) -> Path:
 
 
 def _named(path: Path) -> Path:
-    """A file that is to be written needs a name."""
+    """Refuse a path without a name: a file that is to be written needs one."""
     if not path.name:
         raise ValueError(f"this should be a file's name, not {str(path)!r}")
     return path
@@ -136,6 +137,7 @@ def _named(path: Path) -> Path:
 Target = Annotated[Path, AfterValidator(_openable), AfterValidator(_named)]
 File = Annotated[Path, AfterValidator(_openable), AfterValidator(_from_scene_file)]
 Files = Annotated[tuple[File, ...], Field(max_length=MOST_ENTRIES)]
+OneOrMoreFiles = Annotated[Files, ONE_OR_MORE]
 
 
 def _surface(name: str, info: ValidationInfo) -> str:

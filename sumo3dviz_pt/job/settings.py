@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -19,11 +19,11 @@ from sumo3dviz_pt.job.ranges import (
     Colours,
     Date,
     File,
-    Files,
     Finite,
     Latitude,
     Longitude,
     Names,
+    OneOrMoreFiles,
     Point,
     Positive,
     Seconds,
@@ -34,7 +34,7 @@ from sumo3dviz_pt.job.ranges import (
     Turn,
     Whole,
 )
-from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone, listed
+from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone
 from sumo3dviz_pt.job.values import Settings as Settings
 
 Lights = Literal["auto", "on", "off"]
@@ -47,20 +47,11 @@ class ScenarioSettings(Settings):
     sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
     folder: File | None = Field(None, description="folder that is searched by content")
     network: File | None = Field(None, description=".net.xml or .net.xml.gz")
-    trajectories: Files = Field((), description="FCD logs (.xml, .xml.gz)")
-    signals: Files = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
-    additional: Files = Field((), description="POIs, polygons and vTypes")
-    vehicle_types: Files = Field((), description="files that hold vTypes")
+    trajectories: OneOrMoreFiles = Field((), description="FCD logs (.xml, .xml.gz)")
+    signals: OneOrMoreFiles = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
+    additional: OneOrMoreFiles = Field((), description="POIs, polygons and vTypes")
+    vehicle_types: OneOrMoreFiles = Field((), description="files that hold vTypes")
     allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _lists(cls, data: Any) -> Any:
-        """A single file may stand without brackets."""
-        many = ("trajectories", "signals", "additional", "vehicle_types")
-        if isinstance(data, dict):
-            return {key: listed(value) if key in many else value for key, value in data.items()}
-        return data
 
 
 class SunSettings(Settings):
@@ -120,7 +111,7 @@ class EdgeStyle(Settings):
 
     surface: Surface | None = Field(None, description="a surface's name, or an image file")
     colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
-    lane_width: Positive | None = Field(None, le=100, description="[m]")
+    lane_width: Positive | None = Field(None, le=100, description="width of each lane [m]")
     markings: bool | None = Field(None, description="whether lines are painted")
 
 
@@ -134,9 +125,9 @@ class RoadSettings(Settings):
         "european", description="white throughout, or yellow centre lines"
     )
     lane_width: Literal["from_network"] | Annotated[Positive, Field(le=100)] = Field(
-        "from_network", description="[m]"
+        "from_network", description="width of each lane [m]"
     )
-    line_width: Positive = Field(0.12, le=1.0, description="[m]")
+    line_width: Positive = Field(0.12, le=1.0, description="width of painted lines [m]")
     per_edge: dict[str, EdgeStyle] = Field(
         default_factory=dict,
         max_length=MOST_ENTRIES,
@@ -271,7 +262,7 @@ class CinematicCamera(Settings):
 
     @model_validator(mode="after")
     def _in_order(self) -> CinematicCamera:
-        """Key frames must go forward in time."""
+        """Refuse key frames that do not go forward in time."""
         times = [key.time for key in self.keyframes]
         if any(later <= earlier for earlier, later in pairwise(times)):
             raise ValueError("the times of keyframes must increase")
@@ -289,11 +280,13 @@ class ShotSettings(Settings):
     camera: str = Field(description="a name from `cameras`")
     start: Seconds = Field(alias="from", description="SUMO's time of the first frame [s]")
     end: Seconds = Field(alias="to", description="SUMO's time after the last frame [s]")
-    speed: Speed = Field(Fraction(1), description="SUMO's time per film's; 0.25 is slow motion")
+    speed: Speed = Field(
+        Fraction(1), description="SUMO's time per film's; 0.25 is slow motion, 10 time-lapse"
+    )
 
     @model_validator(mode="after")
     def _forward(self) -> ShotSettings:
-        """A shot must last."""
+        """Refuse a shot without length."""
         if self.end <= self.start:
             raise ValueError(f"'to' ({self.end}) must be later than 'from' ({self.start})")
         return self
@@ -305,10 +298,11 @@ class OutputSettings(Settings):
     size: Size = Field((1280, 720), description="width, height [px]")
     fps: Rate = Field(Fraction(25), description="frames per second; a ratio such as 30000/1001")
     codec: str = Field(
-        "auto", description="h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending"
+        "auto",
+        description="video codec: h264, h264_10, h265_10, prores, vp9 or gif; auto: by the ending",
     )
     exposure: Finite = Field(0.0, ge=-30, le=30, description="EV above the sky's own")
-    tone: str = Field("neutral", description="neutral, srgb, agx or filmic")
+    tone: str = Field("neutral", description="tone curve: neutral, srgb, agx or filmic")
     glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
     half: bool = Field(True, description="EXR frames in half precision")
 
@@ -349,8 +343,8 @@ class Job(Settings):
     """A whole scene file."""
 
     scenario: ScenarioSettings
-    template: str = Field("highway_day", description="a name from `scene_templates/scene`")
-    seed: Seed = Field(0, description="everything random comes from it")
+    template: str = Field("highway_day", description="scene template, from `scene_templates/scene`")
+    seed: Seed = Field(0, description="seed of everything random")
     sky: SkySettings = Field(SkySettings(), description="sky and light")
     ground: GroundSettings = GroundSettings()
     roads: RoadSettings = RoadSettings()
@@ -367,5 +361,5 @@ class Job(Settings):
         (), max_length=MOST_ENTRIES, description="what `render` films"
     )
     output: OutputSettings = OutputSettings()
-    quality: str = Field("standard", description="a name from `scene_templates/quality`")
+    quality: str = Field("standard", description="quality preset, from `scene_templates/quality`")
     textured: bool = Field(True, description="false paints everything in matt colours")

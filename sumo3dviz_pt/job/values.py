@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     PlainSerializer,
@@ -23,22 +24,42 @@ from sumo3dviz_pt.model.ratios import Ratio, in_short, ratio_of
 from sumo3dviz_pt.model.zones import SOLAR, zone_named
 
 MOST_TEXT = 1000
-"""Characters of a word, an id or a path."""
+"""Most characters that a word, an id or a path may have."""
 
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 class Settings(BaseModel):
-    """Base: unknown keys are errors, values do not change."""
+    """Base of all settings: unknown keys are errors, and values do not change."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, populate_by_name=True, str_max_length=MOST_TEXT
     )
 
 
-def listed(value: Any) -> Any:
+def models_in(annotation: Any) -> list[type[BaseModel]]:
+    """Return all models inside a type, or inside a tuple of types."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    parts = annotation if isinstance(annotation, tuple) else get_args(annotation)
+    return [model for part in parts for model in models_in(part)]
+
+
+def _listed(value: Any) -> Any:
     """Let a single word stand for a list of one."""
     return value if isinstance(value, list | tuple) or value is None else [value]
+
+
+ONE_OR_MORE = BeforeValidator(_listed)
+"""Marks lists whose single entry may stand without brackets."""
+
+
+def all_models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """Yield a model and all that its fields lead to; a model may come again."""
+    yield model
+    for field in model.model_fields.values():
+        for inner in models_in(field.annotation):
+            yield from all_models(inner)
 
 
 def _colour(text: str) -> str:
@@ -64,7 +85,7 @@ Zone = Annotated[str, AfterValidator(_zone)]
 
 
 def _within(low: Fraction, high: Fraction) -> Callable[[Any], Fraction]:
-    """A check of ratios between two bounds."""
+    """Return a check of ratios between two bounds."""
 
     def checked(value: Any) -> Fraction:
         found = ratio_of(value)
@@ -77,7 +98,7 @@ def _within(low: Fraction, high: Fraction) -> Callable[[Any], Fraction]:
 
 
 def _schema(low: Fraction, high: Fraction) -> WithJsonSchema:
-    """How a ratio is written."""
+    """Return how a ratio is written."""
     number = {"type": "number", "minimum": float(low), "maximum": float(high)}
     return WithJsonSchema({"anyOf": [number, {"type": "string", "pattern": r"^[\d./ ]+$"}]})
 
@@ -94,7 +115,7 @@ Speed = Annotated[Fraction, PlainValidator(_within(*_SPEEDS)), _SHORT, _schema(*
 
 
 def asked_rate(value: Ratio) -> Fraction:
-    """A frame rate that a command or a program asks for.
+    """Return a frame rate that a command or a program asks for.
 
     Raises:
         ConfigError: If it is none.
@@ -103,7 +124,7 @@ def asked_rate(value: Ratio) -> Fraction:
 
 
 def asked_speed(value: Ratio) -> Fraction:
-    """A speed that a command or a program asks for.
+    """Return a speed that a command or a program asks for.
 
     Raises:
         ConfigError: If it is none.
@@ -112,7 +133,7 @@ def asked_speed(value: Ratio) -> Fraction:
 
 
 def _asked(value: Ratio, bounds: tuple[Fraction, Fraction], key: str) -> Fraction:
-    """A ratio within bounds."""
+    """Return a ratio within bounds."""
     try:
         return _within(*bounds)(value)
     except ValueError as error:

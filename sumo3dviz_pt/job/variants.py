@@ -1,16 +1,18 @@
-"""Mitsuba's variants by the names that users choose; knowing them loads nothing."""
+"""Mitsuba's variants by the names that users choose; importing them loads nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 
 VARIANTS: Mapping[str, str] = MappingProxyType(
     {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb", "scalar": "scalar_rgb"}
 )
+
+VARIANT = "llvm"
+"""The variant that is used unless another is chosen."""
 
 
 def check_variant(name: str) -> None:
@@ -20,6 +22,8 @@ def check_variant(name: str) -> None:
         ConfigError: Suggests one.
     """
     if name not in VARIANTS:
+        from sumo3dviz_pt.catalog import did_you_mean
+
         raise ConfigError(
             f"no variant is called {name!r}{did_you_mean(name, VARIANTS)}", key="variant"
         )

@@ -1,4 +1,4 @@
-"""YAML as people expect it: 1.2 core types, no duplicate keys, places for messages.
+"""Reads YAML as people expect it: 1.2 core types, no duplicate keys, places for messages.
 
 PyYAML speaks YAML 1.1, in which `12:30` is 750, `on` is true and a repeated key
 silently wins. This module resolves scalars by the YAML 1.2 core schema instead; keys are
@@ -24,13 +24,13 @@ KeyPath = tuple[str | int, ...]
 Places = dict[KeyPath, tuple[int, int]]
 
 MOST_TEXT = 1_000_000
-"""Characters of a document: 10,000 key frames."""
+"""Most characters of a document: about 10,000 key frames."""
 
 MOST_VALUES = 100_000
-"""Keys and values of a document, with every alias written out."""
+"""Most keys and values of a document, with every alias written out."""
 
 MOST_DEPTH = 40
-"""Levels of a document."""
+"""Most levels of a document."""
 
 _LONGEST_NUMBER = 100
 _TAG = "tag:yaml.org,2002:"
@@ -113,7 +113,7 @@ def parse_yaml(text: str, *, file: str | Path | None = None) -> tuple[Any, Place
 
 
 def _parsed(text: str, file: str | Path | None) -> tuple[Any, Places]:
-    """The value and the places of its keys."""
+    """Return the value and the places of its keys."""
     loader = _Loader(text)
     try:
         node = loader.get_single_node()
@@ -127,7 +127,7 @@ def _parsed(text: str, file: str | Path | None) -> tuple[Any, Places]:
 
 
 class _Walk:
-    """Looks at all nodes before values are made of them.
+    """A look at all nodes of a document before values are made of them.
 
     Attributes:
         places: Of all keys.
@@ -204,12 +204,12 @@ class _Walk:
 
 
 def _place(node: yaml.Node) -> tuple[int, int]:
-    """Line and column, from 1."""
+    """Return the line and column, from 1."""
     return node.start_mark.line + 1, node.start_mark.column + 1
 
 
 def _apart(value: Any) -> Any:
-    """A copy in which aliases share nothing, so that one can be changed without the others."""
+    """Return a copy in which aliases share nothing: each can be changed alone."""
     if isinstance(value, dict):
         return {key: _apart(item) for key, item in value.items()}
     return [_apart(item) for item in value] if isinstance(value, list) else value

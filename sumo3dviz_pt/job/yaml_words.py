@@ -1,4 +1,4 @@
-"""What is wrong with a document that is no YAML, in words that say what to do."""
+"""Says what is wrong with a document that is no YAML, and what to do."""
 
 from __future__ import annotations
 
@@ -57,11 +57,17 @@ _WORDS: tuple[tuple[str, str], ...] = (
 _OTHERWISE = "look at the indentation, quotes and brackets here"
 
 _AT_BEGIN = re.compile("simple key|quoted scalar|flow sequence|flow mapping|alias|anchor|tag")
-"""Where the fault lies where the thing begins, not where PyYAML noticed."""
+"""Things whose fault lies where they begin, not where PyYAML noticed it."""
 
 
 def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> ConfigError:
-    """PyYAML's error as one of ours, with its place."""
+    """Return PyYAML's error as one of ours, with its place.
+
+    Args:
+        error: PyYAML's.
+        text: The document.
+        file: Where it stands, for messages.
+    """
     if isinstance(error, yaml.reader.ReaderError):
         return _unreadable(error, text, file)
     assert isinstance(error, yaml.MarkedYAMLError)
@@ -81,7 +87,7 @@ def explained(error: yaml.YAMLError, text: str, *, file: str | Path | None) -> C
 
 
 def _unreadable(error: yaml.reader.ReaderError, text: str, file: str | Path | None) -> ConfigError:
-    """A character that no text holds."""
+    """Return a character that no text holds."""
     before = text[: error.position]
     return ConfigError(
         f"this is not valid YAML: the character {text[error.position]!a} stands here;"

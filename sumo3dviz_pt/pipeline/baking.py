@@ -1,4 +1,4 @@
-"""The library of assets: what it holds, and how its files are made again."""
+"""Lists the library of assets, and makes its files again."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Bake = Callable[[Path], tuple[Path, ...]]
 
 
 def families() -> tuple[str, ...]:
-    """All families of assets."""
+    """Return all families of assets."""
     folder = catalog.data_root("assets")
     return tuple(sorted(path.name for path in folder.iterdir() if path.is_dir()))
 
 
 def listing(chosen: Sequence[str]) -> list[str]:
-    """A table of assets: family, name, what it is, triangles, size, licence.
+    """Return a table of assets: family, name, what it is, triangles, size, licence.
 
     Args:
         chosen: Families; none stands for all.
@@ -46,7 +46,7 @@ def build(
     into: Path | None = None,
     bakers: Mapping[str, Bake] | None = None,
 ) -> None:
-    """Make the files of assets again; wholes that are coupled from others have none.
+    """Make the files of assets again; vehicles that are coupled from other assets have none.
 
     Args:
         chosen: Families, or `family/name`; none stands for all that `bakers` can make.
@@ -74,13 +74,13 @@ def build(
 
 
 def _copied(path: Path, folder: Path) -> None:
-    """A recipe where its asset is to be built."""
+    """Copy a recipe to where its asset is to be built."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / path.name).write_bytes(path.read_bytes())
 
 
 def _entries(chosen: Sequence[str]) -> list[catalog.Entry]:
-    """The assets that words mean."""
+    """Return the assets that words mean."""
     found = []
     for word in chosen:
         family, _, name = word.partition("/")
@@ -91,21 +91,17 @@ def _entries(chosen: Sequence[str]) -> list[catalog.Entry]:
 
 
 def _families(chosen: Sequence[str]) -> Sequence[str]:
-    """The families that words mean."""
+    """Return the families that words mean."""
     known = families()
     for word in chosen:
         if word not in known:
-            raise ConfigError(f"no family of assets is called {word!r}{_hint(word, known)}")
+            hint = catalog.did_you_mean(word, known)
+            raise ConfigError(f"no family of assets is called {word!r}{hint}")
     return chosen or known
 
 
-def _hint(word: str, known: Sequence[str]) -> str:
-    """What could have been meant."""
-    return catalog.did_you_mean(word, known)
-
-
 def _row(entry: catalog.Entry) -> tuple[str, ...]:
-    """One line of the table."""
+    """Return one line of the table."""
     meta = entry.meta
     sides = [meta[key] for key in ("length", "width", "height") if key in meta]
     levels = [sum(row["triangles"] for row in meta.get(level, ())) for level in ("parts", "far")]
@@ -122,7 +118,7 @@ def _row(entry: catalog.Entry) -> tuple[str, ...]:
 
 
 def _bakers() -> Mapping[str, Bake]:
-    """What makes the files of each family.
+    """Return what makes the files of each family.
 
     People are modelled when a scene needs them; surfaces and skies are made by `tools/bake.py`.
     """

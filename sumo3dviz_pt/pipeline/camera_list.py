@@ -29,7 +29,7 @@ class Cameras(Mapping[str, CameraSettings]):
 
 
 def _in_words(camera: CameraSettings) -> str:
-    """A camera in one line."""
+    """Return a camera in one line."""
     if isinstance(camera, EulerianCamera):
         aim = f"heading {camera.heading:g}°" if camera.heading is not None else ""
         aim = aim or f"looking at {_point(camera.look_at or ())}"
@@ -43,5 +43,5 @@ def _in_words(camera: CameraSettings) -> str:
 
 
 def _point(point: tuple[float, ...]) -> str:
-    """A point in metres."""
+    """Return a point in metres."""
     return "(" + ", ".join(f"{value:g}" for value in point) + ")"

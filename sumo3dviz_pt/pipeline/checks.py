@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -28,12 +29,29 @@ TRIANGLE_BUDGET = 1_500_000
 """Unique triangles per shot that keep the update of a frame below half a CPU-second."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """What a shot would show, or all that a camera can show where there are no shots.
+
+    Attributes:
+        camera: The camera's name.
+        start: SUMO's time of the first frame [s].
+        end: SUMO's time after the last frame [s].
+        speed: SUMO's time per film's.
+    """
+
+    camera: str
+    start: float
+    end: float
+    speed: Fraction = Fraction(1)
+
+
 def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, Any]:
     """Build every shot without rendering and report on it.
 
     Args:
         job: The scene file.
-        presets: Whose cost is forecast; default all.
+        presets: Names of the presets to forecast the cost of; default all.
 
     Raises:
         ConfigError: If a setting is wrong.
@@ -44,11 +62,13 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
     from sumo3dviz_pt.cast.own_looks import idle
 
     check_choices(job, Request())
-    shots = [(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
+    # Without shots, each camera shows all that it can.
+    windows = [_Window(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
     files, scenario, trajectories = read(job)
-    if not shots:
+    if not windows:
         lives = {name: life_of(camera, trajectories) for name, camera in job.cameras.items()}
-        shots = [(name, *life, Fraction(1)) for name, life in lives.items()]
+        windows = [_Window(name, *life) for name, life in lives.items()]
+    # Say what the simulation holds, then what each shot would cost.
     traffic = scenario.traffic
     sun = sun_report(job, location=scenario.network.location)
     report: dict[str, Any] = {
@@ -68,18 +88,19 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         "nobody": idle(job.vehicles.by_id, {t.id: t.type_id for t in trajectories}),
         "shots": [],
     }
-    for camera, start, end, speed in shots:
-        times = frame_times(start, end, job.output.fps, speed)
+    for window in windows:
+        times = frame_times(window.start, window.end, job.output.fps, window.speed)
         # A film's plan does not need every frame to say what it holds.
-        sparse = times[:: max(1, len(times) // 50)] if len(times) else np.array([start])
-        production = prepare(job, Request(camera=camera), sparse)
+        sparse = times[:: max(1, len(times) // 50)] if len(times) else np.array([window.start])
+        production = prepare(job, Request(camera=window.camera), sparse)
         shot = _shot(production, presets or catalog.template_names("quality"), len(times))
-        report["shots"].append({"camera": camera, "from": start, "to": end, **shot})
+        about = {"camera": window.camera, "from": window.start, "to": window.end}
+        report["shots"].append({**about, **shot})
     return report
 
 
 def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[str, Any]:
-    """What one shot holds and costs."""
+    """Return what one shot holds and costs."""
     output = production.job.output
     data = production.shot.data
     families = Counter[str]()
@@ -116,7 +137,7 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
 
 
 def _parts(data: SceneData) -> dict[str, int]:
-    """Objects that the renderer holds."""
+    """Return the objects that the renderer holds."""
     return {
         "static meshes": len(data.static),
         "materials": len(data.materials),
@@ -128,7 +149,7 @@ def _parts(data: SceneData) -> dict[str, int]:
 
 
 def in_words(report: dict[str, Any]) -> str:
-    """The report as people read it."""
+    """Return the report as people read it."""
     log, network = report["log"], report["network"]
     users = ", ".join(f"{count} {kind}s" for kind, count in sorted(log["road_users"].items()))
     lines = [
@@ -146,7 +167,7 @@ def in_words(report: dict[str, Any]) -> str:
 
 
 def _shot_lines(shot: dict[str, Any]) -> list[str]:
-    """One shot as people read it."""
+    """Return one shot as people read it."""
     triangles = dict(shot["triangles"])
     total = triangles.pop("total")
     parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
@@ -167,7 +188,7 @@ _COST_HEAD = ("", "CPU-s a frame", "CPU-hours", "time here", "memory", "frames",
 
 
 def _cost_lines(shot: dict[str, Any]) -> list[str]:
-    """What each preset costs, as a table; the cheapest first."""
+    """Return what each preset costs, as a table; the cheapest first."""
     rows = [
         (
             name,

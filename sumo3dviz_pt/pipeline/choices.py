@@ -1,4 +1,4 @@
-"""Everything that can be chosen by name, for help, completion and editors."""
+"""Lists the names that keys of the scene file take, for help, completion and editors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _smoothers() -> Sequence[str]:
 
 
 def _vehicles(vclass: str = "") -> Sequence[str]:
-    """Vehicles that can be drawn, those of a class if one is given; no parts of vehicles."""
+    """Return the vehicles that can be drawn, of one vClass if given; no parts of vehicles."""
     found = []
     for name in catalog.names("vehicles"):
         classes = catalog.find("vehicles", name).meta.get("vclass", "passenger")
@@ -60,5 +60,5 @@ NAMES: Mapping[str, Callable[[], Sequence[str]]] = MappingProxyType(
 
 
 def names_for(key: str) -> tuple[str, ...]:
-    """What a key of the scene file can be set to; nothing where that is no list of names."""
+    """Return what a key of the scene file can be set to; nothing where that is no list of names."""
     return tuple(NAMES[key]()) if key in NAMES else ()

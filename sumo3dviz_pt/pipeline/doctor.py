@@ -1,7 +1,7 @@
 """Looks at an installation and says what is missing and how to get it.
 
-Loads nothing that may be missing: what renders is tried out in another process, which may end as
-it likes.
+It loads nothing that may be missing: rendering is tried out in another process, whose crash does
+no harm.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from sumo3dviz_pt.pipeline import doctor
 print(doctor.tried_out().as_json(), flush=True)
 """
 _USEFUL = ("sse4_2", "avx", "avx2", "fma", "f16c", "avx512f", "avx512vl", "asimd", "sve")
-"""What kernels use of a processor, in the words of Linux."""
+"""Vector units that kernels use, as Linux calls them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """What was found.
+    """What is installed here, and what is missing.
 
     Attributes:
         healthy: Whether films can be rendered and encoded.
@@ -56,7 +56,7 @@ class Diagnosis:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """How rendering went.
+    """How trying out the renderer went.
 
     Attributes:
         variant: Mitsuba's name of the variant that works; empty if none does.
@@ -71,7 +71,7 @@ class Trial:
     missing: tuple[str, ...] = ()
 
     def as_json(self) -> str:
-        """In one line, for another process."""
+        """Return it in one line, for another process."""
         return json.dumps(asdict(self))
 
 
@@ -101,20 +101,20 @@ def examine() -> Diagnosis:
 
 
 def _about_llvm(llvm: libllvm.Library, trial: Trial) -> str:
-    """Version and file, or why there is none; a note on the renderer says that already."""
+    """Return version and file, or why there is none; a note on the renderer says that already."""
     if llvm.version:
         return f"{llvm.version} ({llvm.path})"
     return "not in use" if trial.note else llvm.problem
 
 
 def _remarks(trial: Trial) -> list[tuple[str, str]]:
-    """What is wrong, and what could be better."""
+    """Return what is wrong, and what could be better."""
     wrong = [("problem", problem) for problem in trial.problems]
     return [*wrong, ("note", trial.note)] if trial.note else wrong
 
 
 def _lacks(trial: Trial, llvm: libllvm.Library) -> Iterator[str]:
-    """Libraries that a package manager may bring; not what the user's own choice hides."""
+    """Yield libraries that a package manager may bring; none that the user's own choice hides."""
     yield from (LIBRARIES[name] for name in trial.missing if name in LIBRARIES)
     if llvm.problem and not os.environ.get(libllvm.VARIABLE):
         yield LLVM
@@ -138,7 +138,7 @@ def _loaded_all() -> Trial:
     """Load every package; what went wrong."""
     problems: dict[str, str] = {}
     for known in DEPENDENCIES:
-        # Mitsuba and Dr.Jit come by our own stage, which chooses their libLLVM.
+        # Our own stage loads Mitsuba and Dr.Jit, because it chooses their libLLVM.
         ours = known.module in ("mitsuba", "drjit")
         try:
             import_module("sumo3dviz_pt.render" if ours else known.module)
@@ -146,13 +146,13 @@ def _loaded_all() -> Trial:
             clear = isinstance(error, Sumo3dvizError)
             sentence = str(error) if clear else explained(known.package, error)
             problems[sentence] = missing_library(error)
-    # What falls because of a missing library blames something else.
+    # Where a library is missing, other packages fail with misleading reasons.
     first = {words: library for words, library in problems.items() if library} or problems
     return Trial(problems=tuple(first), missing=tuple(filter(None, dict.fromkeys(first.values()))))
 
 
 def _tried_in_another_process() -> Trial:
-    """The same in a process that may end as it likes, and has this very package."""
+    """Try rendering out in another process, with this very package; a crash there does no harm."""
     place = str(Path(__file__).resolve().parents[2])
     command = [sys.executable, "-P", "-c", _TRY, place]
     try:
@@ -168,7 +168,7 @@ def _tried_in_another_process() -> Trial:
 
 
 def _ending(code: int) -> str:
-    """An exit code, or the name of the signal that ended a process."""
+    """Return an exit code, or the name of the signal that ended a process."""
     try:
         return signal.Signals(-code).name
     except ValueError:
@@ -176,19 +176,32 @@ def _ending(code: int) -> str:
 
 
 def processor() -> str:
-    """The processor's name, and which of its vector units kernels use."""
+    """Return the processor's name, and which of its vector units kernels use."""
+    facts = _processor_facts()
+    if not facts:
+        return processor_name()
+    flags = set(f"{facts.get('flags', '')} {facts.get('Features', '')}".split())
+    units = " ".join(name for name in _USEFUL if name in flags)
+    return f"{processor_name()} ({units})"
+
+
+def processor_name() -> str:
+    """Return the processor's name, or its kind where the system does not tell the name."""
+    named = _processor_facts().get("model name")
+    return named or platform.processor() or platform.machine()
+
+
+def _processor_facts() -> dict[str, str]:
+    """Read what Linux tells about the processor; other systems have nothing to read."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
     except OSError:
-        return platform.processor() or platform.machine()
-    facts = dict(re.findall(r"^(model name|flags|Features)\s*: (.*)$", text, re.MULTILINE))
-    flags = set(f"{facts.get('flags', '')} {facts.get('Features', '')}".split())
-    units = " ".join(name for name in _USEFUL if name in flags)
-    return f"{facts.get('model name', platform.machine())} ({units})"
+        return {}
+    return dict(re.findall(r"^(model name|flags|Features)\s*: (.*)$", text, re.MULTILINE))
 
 
 def physical_memory() -> int:
-    """Physical memory [bytes], or 0 where the system does not say."""
+    """Return the physical memory [bytes], or 0 where the system does not say."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):
@@ -196,7 +209,7 @@ def physical_memory() -> int:
 
 
 def _ffmpeg() -> tuple[bool, str]:
-    """Whether films can be encoded, and by what."""
+    """Return whether films can be encoded, and by what."""
     try:
         import imageio_ffmpeg
 
@@ -206,7 +219,7 @@ def _ffmpeg() -> tuple[bool, str]:
 
 
 def _bodies_folder() -> str:
-    """Where our own cache lies."""
+    """Return where our own cache lies."""
     try:
         from sumo3dviz_pt.catalog import cache_root
     except ImportError as error:
@@ -215,14 +228,14 @@ def _bodies_folder() -> str:
 
 
 def _kernels_folder() -> Path:
-    """Where Dr.Jit keeps compiled kernels."""
+    """Return where Dr.Jit keeps compiled kernels."""
     chosen = os.environ.get("DRJIT_CACHE_DIR")
     usual = Path(tempfile.gettempdir(), "drjit") if os.name == "nt" else Path("~/.drjit")
     return Path(chosen) if chosen else usual.expanduser()
 
 
 def _writable(folder: Path) -> str:
-    """A cache's place, and whether something can be kept there."""
+    """Return a cache's place, and whether something can be kept there."""
     whole = folder.absolute()
     there = next(place for place in (whole, *whole.parents) if place.exists())
     try:

@@ -21,6 +21,7 @@ import yaml
 from sumo3dviz_pt.errors import ConfigError, InputError
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import make_job
+from sumo3dviz_pt.pipeline.stills.still import check_writable
 
 FOV = 50.9
 """Panda3D's own horizontal opening angle at 16:9, which sumo3Dviz cannot change [deg]."""
@@ -77,7 +78,7 @@ class _Peer:
     read: set[str] = field(default_factory=set)
 
     def at(self, key: str) -> Any:
-        """The value at a dotted key, or None; it counts as understood."""
+        """Return the value at a dotted key, or None; it counts as understood."""
         self.read.add(key)
         found: Any = self.content
         for word in key.split("."):
@@ -87,7 +88,7 @@ class _Peer:
         return found
 
     def number(self, key: str, default: float = 0.0) -> float:
-        """A number.
+        """Return a number.
 
         Raises:
             ConfigError: If there is something else.
@@ -100,7 +101,7 @@ class _Peer:
         return float(value)
 
     def path(self, key: str) -> Path | None:
-        """A file that it names."""
+        """Return a file that it names."""
         value = self.at(f"paths.{key}")
         return self.root / str(value) if value else None
 
@@ -124,8 +125,7 @@ def translate(
         ConfigError: If it is no such configuration, or the output's folder does not exist.
         InputError: If its network or its log of positions is missing.
     """
-    if not output.parent.is_dir():
-        raise ConfigError(f"there is no folder {output.parent}; create it first", key="output")
+    check_writable(output)
     peer = _opened(config, root)
     settings = {
         "scenario": _scenario(peer, output.parent, trajectories),
@@ -156,7 +156,7 @@ def _opened(config: Path, root: Path | None) -> _Peer:
     network = content["paths"].get("sumo_network_file")
     if not network:
         raise ConfigError("names no network", key="paths.sumo_network_file", file=config)
-    # There, paths refer to wherever the program was started.
+    # In sumo3Dviz, paths refer to the folder in which the program was started.
     places = [root] if root is not None else [Path.cwd(), *config.resolve().parents]
     for place in places:
         if (place / str(network)).is_file():
@@ -173,7 +173,7 @@ def _opened(config: Path, root: Path | None) -> _Peer:
 
 
 def _scenario(peer: _Peer, folder: Path, trajectories: Path | None) -> dict[str, Any]:
-    """The simulation's files."""
+    """Return the simulation's files."""
     own = peer.path("trajectory_file")
     log = trajectories or own
     if log is None or not log.is_file():
@@ -194,7 +194,7 @@ def _scenario(peer: _Peer, folder: Path, trajectories: Path | None) -> dict[str,
 
 
 def _relative(path: Path, folder: Path) -> str:
-    """A path as it stands in a scene file."""
+    """Return a path as it stands in a scene file."""
     try:
         return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:  # another drive on Windows
@@ -202,7 +202,7 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 def _sky(peer: _Peer) -> str:
-    """Our sky that is like one of theirs."""
+    """Return our sky that is like one of theirs."""
     asked = str(peer.at("visualization.sky_texture") or "sky_cloudy")
     if asked not in _SKIES:
         raise ConfigError(
@@ -214,7 +214,7 @@ def _sky(peer: _Peer) -> str:
 
 
 def _objects(peer: _Peer, folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """Where trees, houses and fences stand."""
+    """Yield where trees, houses and fences stand."""
     for key, family in _OBJECTS.items():
         path = peer.path(key)
         if path is not None and path.is_file():
@@ -222,7 +222,7 @@ def _objects(peer: _Peer, folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def _signals(peer: _Peer) -> dict[str, Any]:
-    """Whether signals are drawn, and their design."""
+    """Return whether signals are drawn, and their design."""
     heads = int(peer.number("signals.num_heads", 3))
     counting = bool(peer.at("signals.countdown_timer"))
     design = "two_heads" if heads == 2 else "countdown" if counting else "three_heads"
@@ -231,7 +231,7 @@ def _signals(peer: _Peer) -> dict[str, Any]:
 
 
 def _output(peer: _Peer) -> dict[str, Any]:
-    """Size and rate of the film."""
+    """Return the size and rate of the film."""
     size = [peer.number("rendering.video_width_px", 1140)]
     size += [peer.number("rendering.video_height_px", 900)]
     return {
@@ -242,7 +242,7 @@ def _output(peer: _Peer) -> dict[str, Any]:
 
 
 def _cameras(peer: _Peer) -> dict[str, Any]:
-    """Cameras by the names of their modes, and a shot for each that has times."""
+    """Return the cameras by the names of their modes, and a shot for each that has times."""
     cameras: dict[str, Any] = {}
     shots = []
     for mode, build in _MODES.items():
@@ -256,12 +256,12 @@ def _cameras(peer: _Peer) -> dict[str, Any]:
 
 
 def _standing(peer: _Peer, mode: str) -> dict[str, Any]:
-    """A camera that stands."""
+    """Return a camera that stands."""
     return {"mode": "eulerian", **_pose(peer, f"{mode}.camera_position"), "lens": {"fov": FOV}}
 
 
 def _riding(peer: _Peer, mode: str) -> dict[str, Any]:
-    """A driver's eye."""
+    """Return a driver's eye."""
     vehicle = peer.at(f"{mode}.ego_identifier")
     if vehicle is None:
         raise ConfigError("names nobody to ride with", key=f"{mode}.ego_identifier", file=peer.file)
@@ -269,7 +269,7 @@ def _riding(peer: _Peer, mode: str) -> dict[str, Any]:
 
 
 def _flying(peer: _Peer, mode: str) -> dict[str, Any]:
-    """A camera's path."""
+    """Return a camera's path."""
     path = f"{mode}.camera_position_trajectory"
     stations = peer.at(path)
     if not isinstance(stations, Mapping) or not stations:
@@ -283,7 +283,7 @@ def _flying(peer: _Peer, mode: str) -> dict[str, Any]:
 
 
 def _visiting(peer: _Peer, mode: str) -> dict[str, Any]:
-    """Where a visitor begins."""
+    """Return where a visitor begins."""
     at = peer.at(f"{mode}.initial_camera_position.position") or [120.0, -20.0, 0.0]
     turned = peer.at(f"{mode}.initial_camera_position.orientation") or [180.0, 0.0, 0.0]
     heading = {"heading": _heading(float(turned[0])), "pitch": float(turned[1])}
@@ -299,7 +299,7 @@ _MODES = {
 
 
 def _pose(peer: _Peer, key: str) -> dict[str, Any]:
-    """Place and angles."""
+    """Return the place and angles."""
     words = {
         word: peer.number(f"{key}.{word}".lstrip("."))
         for word in ("pos_x", "pos_y", "pos_z", "ori_h", "ori_p", "ori_r")
@@ -313,12 +313,12 @@ def _pose(peer: _Peer, key: str) -> dict[str, Any]:
 
 
 def _heading(ori_h: float) -> float:
-    """Degrees clockwise from north; theirs go counter-clockwise from +y."""
+    """Return the degrees clockwise from north; theirs go counter-clockwise from +y."""
     return -ori_h % 360.0
 
 
 def _notes(peer: _Peer) -> Iterator[str]:
-    """What was not taken over, and why."""
+    """Yield what was not taken over, and why."""
     for key, why in _UNNEEDED.items():
         if peer.at(key) is not None:
             yield f"{key} was not taken over: {why}"
@@ -337,14 +337,14 @@ def _notes(peer: _Peer) -> Iterator[str]:
 
 
 def _unknown(peer: _Peer) -> Iterator[str]:
-    """Keys that nobody understood."""
+    """Yield the keys that nobody understood."""
     for key in _leaves(peer.content):
         if not any(key == known or key.startswith(f"{known}.") for known in peer.read):
             yield f"{key} is no key of sumo3Dviz 1.0 and was left out"
 
 
 def _leaves(content: Any, before: str = "") -> Iterator[str]:
-    """Dotted keys of all values."""
+    """Yield the dotted keys of all values."""
     if not isinstance(content, Mapping):
         yield before
         return

@@ -1,4 +1,4 @@
-"""A scene held open for cameras that go anywhere, at any time of the log.
+"""Holds a scene open for cameras that go anywhere, at any time of the log.
 
 Files are read and motion is smoothed once; the shot is built again only where detail is
 needed elsewhere or the look of the scene changes.
@@ -32,7 +32,7 @@ Size = tuple[int, int]
 Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 
 _FURTHER = 150.0
-"""So far from all places that it was built around, a scene lacks detail [m]."""
+"""Farther than this from all places that it was built around, a scene lacks detail [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,12 @@ class Ground:
 
     @classmethod
     def of(cls, job: Job, *, begin: float | None = None, end: float | None = None) -> Ground:
-        """Read a job's simulation, or a window of it [s].
+        """Read a job's simulation, or a window of it.
+
+        Args:
+            job: The scene file.
+            begin: First time to show [s]; None is the log's.
+            end: Last time to show [s]; None is the log's.
 
         Raises:
             InputError: If a file is wrong.
@@ -111,10 +116,10 @@ class Live:
         return self.shot.data.sky.exposure + self.job.output.exposure
 
     def view_of(self, camera: CameraSettings, time: float) -> View:
-        """What a camera sees at a time [s].
+        """Return what a camera sees at a time [s].
 
         Raises:
-            ConfigError: If it rides with someone who is not there then.
+            ConfigError: If it rides with a road user that is not there then.
         """
         from sumo3dviz_pt.shot.roaming import camera_view
 
@@ -122,7 +127,7 @@ class Live:
         return camera_view(self.shot, camera, time, left_hand=left_hand)
 
     def sits_closed(self, camera: LagrangianCamera) -> bool:
-        """Whether a camera sits in a vehicle that cannot be opened yet."""
+        """Return whether a camera sits in a vehicle that cannot be opened yet."""
         from sumo3dviz_pt.cast.fleet import find_rider
 
         if not catalog.template("camera", camera.view).get("cutaway"):
@@ -130,10 +135,10 @@ class Live:
         return find_rider(self.shot.fleet, camera.vehicle).key not in self.shot.fleet.cockpits
 
     def life_of(self, camera: LagrangianCamera) -> tuple[float, float]:
-        """First and last time at which who a camera rides with is there [s].
+        """Return the first and last time at which the road user a camera rides with is there [s].
 
         Raises:
-            ConfigError: If there is nobody of that name.
+            ConfigError: If there is no road user of that name.
         """
         from sumo3dviz_pt.cast.fleet import find_rider
 
@@ -141,11 +146,11 @@ class Live:
         return pieces[0].begin, pieces[-1].end
 
     def ground_at(self, position: Floats) -> float:
-        """Height of the ground at a place, (3,) [m]."""
+        """Return the height of the ground at a place, (3,) [m]."""
         return float(self.shot.footway(np.asarray(position, dtype=np.float64)[None, :2])[0])
 
     def lacks_detail(self, position: Floats) -> bool:
-        """Whether nothing near a place, (3,) [m], was built in detail."""
+        """Return whether nothing near a place, (3,) [m], was built in detail."""
         places = self.shot.places
         assert places is not None
         return bool(np.linalg.norm(places - position, axis=1).min() > _FURTHER)
@@ -162,7 +167,7 @@ class Live:
         Args:
             job: Another look.
             eyes: Places with detail, (n, 3) [m].
-            riding: A camera that sits in a vehicle that was not open so far.
+            riding: A camera in a vehicle whose cabin is still closed.
 
         Raises:
             ConfigError: If a choice does not exist.
@@ -175,13 +180,13 @@ class Live:
         self._open()
 
     def _under_sky_of(self, job: Job) -> Shot | None:
-        """The same shot under a job's sky, if only that differs and lamps need no change."""
+        """Return the same shot under a job's sky, if only that differs and lamps need no change."""
         if self.job.model_copy(update={"sky": job.sky}) != job:
             return None
         return self.shot.under_sky(job.sky, job.lights)
 
     def _built(self, job: Job, eyes: Floats | None, riding: tuple[LagrangianCamera, ...]) -> Shot:
-        """The shot of some choices."""
+        """Return the shot of some choices."""
         from sumo3dviz_pt.shot.roaming import build_roam
 
         ground = self.ground
@@ -217,7 +222,13 @@ class Live:
     # Pictures -----------------------------------------------------------------------------
 
     def show(self, time: float, view: View, *, dynamic: bool = True) -> None:
-        """Bring everyone on the road to a time [s]; levels of detail are chosen for a view."""
+        """Bring all road users to a time, in levels of detail for a view.
+
+        Args:
+            time: SUMO's [s].
+            view: The camera.
+            dynamic: Whether road users are shown at all.
+        """
         self._renderer.show(self._frame(time, view, dynamic=dynamic))
 
     def resize(self, size: Size) -> None:
@@ -231,7 +242,7 @@ class Live:
     def glimpse(
         self, time: float, view: View, *, number: int, part: tuple[int, int] = (0, 1)
     ) -> Image:
-        """One sample a pixel of what was last shown, the n-th of a picture, (h, w, 5).
+        """Return one sample a pixel of what was last shown, the n-th of a picture, (h, w, 5).
 
         Args:
             time: That was shown [s].
@@ -250,7 +261,7 @@ class Live:
     def develop(
         self, seen: Image, view: View, *, extra: float = 0.0, smooth: bool = False
     ) -> Pixels:
-        """A picture as it is shown, 8-bit sRGB, (h, w, 3).
+        """Return a picture as it is shown, 8-bit sRGB, (h, w, 3).
 
         Args:
             seen: Mean of samples: radiance, depth, hits, (h, w, 5).
@@ -277,7 +288,15 @@ class Live:
         dynamic: bool = True,
         after_pass: Callable[[int, int], None] | None = None,
     ) -> Pixels:
-        """A picture at a preset's quality and the scene file's size, (h, w, 3).
+        """Return a picture at a preset's quality and the scene file's size, (h, w, 3).
+
+        Args:
+            time: SUMO's [s].
+            view: The camera.
+            quality: A preset's name.
+            extra: Further exposure [EV].
+            dynamic: Whether road users are shown.
+            after_pass: Called with the passes that are done and all there are.
 
         Raises:
             ConfigError: If there is no such preset.
@@ -294,13 +313,13 @@ class Live:
     def pick(
         self, time: float, view: View, point: tuple[float, float], seen: Image | None
     ) -> str | None:
-        """Who is seen at a point of the picture; None is nobody.
+        """Return the road user that is seen at a point of the picture, or None.
 
         Args:
             time: SUMO's [s].
             view: The camera.
             point: From the left and from the top, in [0, 1].
-            seen: The picture, if there is one: it tells what hides whom.
+            seen: The picture, if there is one: its depths tell what is hidden.
         """
         from sumo3dviz_pt.shot.picking import pick
 
@@ -321,34 +340,34 @@ class Live:
         return self._quick
 
     def _frame(self, time: float, view: View, *, dynamic: bool) -> FrameState:
-        """What is on the road at a time, or nobody."""
+        """Return what is on the road at a time; without road users unless `dynamic`."""
         frame = self.shot.frame_of(time, view)
         return frame if dynamic else replace(frame, movers=(), far=(), deforming=())
 
 
 def joined(parts: Sequence[Image]) -> Image:
-    """All parts of a picture, row by row, as one."""
+    """Return all parts of a picture, row by row, as one."""
     from sumo3dviz_pt.render.passes.quick import joined as whole
 
     return whole(parts)
 
 
 def encoded(pixels: Pixels) -> bytes:
-    """Pixels, (h, w, 3), as a JPEG file."""
+    """Encode pixels, (h, w, 3), as a JPEG file."""
     from sumo3dviz_pt.render.passes.quick import jpeg
 
     return jpeg(pixels)
 
 
 def encoded_still(pixels: Pixels) -> bytes:
-    """Pixels, (h, w, 3), as a PNG file."""
+    """Encode pixels, (h, w, 3), as a PNG file."""
     from sumo3dviz_pt.image.png import encoded as png
 
     return png(pixels, level=6)
 
 
 def _distance(seen: Image, point: tuple[float, float]) -> float:
-    """Of what is seen at a point of a picture, (h, w, 5) [m]; infinite in the sky."""
+    """Return how far what a picture, (h, w, 5), shows at a point is [m]; infinite in the sky."""
     height, width = seen.shape[:2]
     column, row = min(int(point[0] * width), width - 1), min(int(point[1] * height), height - 1)
     depth, hit = seen[row, column, 3:].tolist()

@@ -1,52 +1,66 @@
-"""Names that settings refer to: presets, surfaces, codecs, tone curves, cameras."""
+"""Finds names in a scene file that nothing has: presets, surfaces, codecs, tone curves, cameras."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import Job, LagrangianCamera
 from sumo3dviz_pt.job.yaml12 import KeyPath
+from sumo3dviz_pt.pipeline.choices import names_for
 
 Unknown = tuple[KeyPath, str]
 """Where a name stands, and what is wrong with it."""
 
 
-def unknown_names(job: Job) -> Iterator[Unknown]:
-    """Every name of a job that nothing has; nothing heavy is loaded for it."""
-    from sumo3dviz_pt.image.tonemap import TONES
-    from sumo3dviz_pt.video.codecs import AUTO, CODECS
+@dataclass(frozen=True, slots=True)
+class _Named:
+    """A name that a setting refers to.
 
-    named: list[tuple[KeyPath, str, Collection[str], str]] = [
-        (("quality",), job.quality, catalog.template_names("quality"), "quality preset"),
-        (("output", "codec"), job.output.codec, (AUTO, *CODECS), "codec"),
-        (("output", "tone"), job.output.tone, tuple(TONES), "tone curve"),
-    ]
-    if job.sky.preset is not None:
-        skies = catalog.template_names("sky")
-        named.append((("sky", "preset"), job.sky.preset, skies, "sky preset"))
-    views = catalog.template_names("camera")
-    named += [
-        (("cameras", name, "view"), camera.view, views, "camera preset")
-        for name, camera in job.cameras.items()
-        if isinstance(camera, LagrangianCamera)
-    ]
-    named += [
-        (("shots", index, "camera"), shot.camera, tuple(job.cameras), "camera")
-        for index, shot in enumerate(job.shots)
-    ]
-    for path, surface in _surfaces(job):
-        if not (surface.startswith("#") or Path(surface).suffix):
-            named.append((path, surface, catalog.names("surfaces"), "surface"))
-    for path, name, known, what in named:
-        if name not in known:
-            yield path, f"no {what} is called {name!r}{catalog.did_you_mean(name, known)}"
+    Attributes:
+        path: Where it stands.
+        name: The name itself.
+        what: What it should be the name of.
+        known: All names of such things.
+    """
+
+    path: KeyPath
+    name: str
+    what: str
+    known: Collection[str]
+
+
+def unknown_names(job: Job) -> Iterator[Unknown]:
+    """Yield every name of a job that nothing has; nothing heavy is loaded for it."""
+    for named in _named(job):
+        if named.name not in named.known:
+            hint = catalog.did_you_mean(named.name, named.known)
+            yield named.path, f"no {named.what} is called {named.name!r}{hint}"
     yield from _unknown_looks(job)
 
 
+def _named(job: Job) -> Iterator[_Named]:
+    """Yield all names but those of vehicles and people."""
+    yield _Named(("quality",), job.quality, "quality preset", names_for("quality"))
+    yield _Named(("output", "codec"), job.output.codec, "codec", names_for("output.codec"))
+    yield _Named(("output", "tone"), job.output.tone, "tone curve", names_for("output.tone"))
+    if job.sky.preset is not None:
+        yield _Named(("sky", "preset"), job.sky.preset, "sky preset", names_for("sky.preset"))
+    for name, camera in job.cameras.items():
+        if isinstance(camera, LagrangianCamera):
+            views = names_for("cameras.NAME.view")
+            yield _Named(("cameras", name, "view"), camera.view, "camera preset", views)
+    for index, shot in enumerate(job.shots):
+        yield _Named(("shots", index, "camera"), shot.camera, "camera", tuple(job.cameras))
+    for path, surface in _surfaces(job):
+        if not (surface.startswith("#") or Path(surface).suffix):
+            yield _Named(path, surface, "surface", names_for("ground.texture"))
+
+
 def _unknown_looks(job: Job) -> Iterator[Unknown]:
-    """Models that are given to single road users and do not exist."""
+    """Yield the models that are given to single road users and do not exist."""
     vehicles, people = catalog.names("vehicles"), catalog.names("people")
     for pattern, look in job.vehicles.by_id.items():
         place, name = ("vehicles", "by_id", pattern, "model"), look.model
@@ -58,7 +72,7 @@ def _unknown_looks(job: Job) -> Iterator[Unknown]:
 
 
 def _surfaces(job: Job) -> Iterator[tuple[KeyPath, str]]:
-    """Where surfaces are named, and which."""
+    """Yield where surfaces are named, and which."""
     yield ("ground", "texture"), job.ground.texture
     yield ("roads", "surface"), job.roads.surface
     for pattern, style in job.roads.per_edge.items():

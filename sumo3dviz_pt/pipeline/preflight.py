@@ -1,4 +1,4 @@
-"""Refuses choices that do not exist before anything is read, built or loaded."""
+"""Refuses choices that do not exist, before anything is read, built or loaded."""
 
 from __future__ import annotations
 

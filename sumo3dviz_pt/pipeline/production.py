@@ -74,7 +74,7 @@ class Request:
         settle(self)
 
     def applied(self, job: Job) -> Job:
-        """The job with this request's choices."""
+        """Return the job with this request's choices."""
         changes: dict[str, Any] = {}
         if self.seed is not None:
             changes["seed"] = self.seed
@@ -133,7 +133,7 @@ class Production:
 
 
 def scenario_files(job: Job) -> ScenarioFiles:
-    """Where a job's simulation lies.
+    """Return where a job's simulation lies.
 
     Raises:
         InputError: If network or trajectories are missing.
@@ -163,7 +163,7 @@ def scenario_files(job: Job) -> ScenarioFiles:
 
 
 def object_files(job: Job) -> tuple[Path, ...]:
-    """Files of static objects that the scene file names."""
+    """Return the files of static objects that the scene file names."""
     kinds = (getattr(job.objects, name) for name in type(job.objects).model_fields)
     return tuple(kind.file for kind in kinds if kind is not None and kind.file is not None)
 
@@ -198,7 +198,7 @@ def read(
 
 
 def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction(1)) -> Floats:
-    """Times of a film's frames: start + n speed / fps for all that lie before `end`, (n,) [s].
+    """Return the times of a film's frames: all start + n speed / fps before `end`, (n,) [s].
 
     Args:
         start: SUMO's time of the first frame [s].
@@ -257,7 +257,7 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
 
 
 def _check_window(scenario: Scenario, times: Floats) -> None:
-    """The asked time must lie in the log."""
+    """Refuse times that do not lie in the log."""
     log_of = scenario.traffic
     if times[-1] < log_of.begin - 1e-6 or times[0] > log_of.end + 1e-6:
         raise ConfigError(
@@ -294,7 +294,7 @@ def get_ready(job: Job, request: Request) -> None:
 
 
 def _within_log(scenario: Scenario, times: Floats) -> Floats:
-    """A film's times without those after the log's end, (n,) [s]."""
+    """Return a film's times without those after the log's end, (n,) [s]."""
     begin, end = scenario.traffic.begin, scenario.traffic.end
     if times[0] < begin - 1e-6:
         raise ConfigError(f"the log begins at {begin:g} s, after {times[0]:g} s", key="from")
@@ -311,7 +311,12 @@ def _within_log(scenario: Scenario, times: Floats) -> Floats:
 
 @contextmanager
 def opened(production: Production, *, film: bool) -> Iterator[Session]:
-    """A production in the renderer."""
+    """Open a production in the renderer.
+
+    Args:
+        production: What to show.
+        film: Whether many frames are to come, which repays a recording of what one does.
+    """
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
@@ -332,7 +337,7 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
 
 
 def renderer_names(session: Session) -> dict[str, str]:
-    """Mitsuba's variant and the compiler behind it, by the names of a report's columns."""
+    """Return Mitsuba's variant and the compiler behind it, by the names of a report's columns."""
     from sumo3dviz_pt.render.backend import llvm_description
 
     variant = session.backend.variant
@@ -347,7 +352,7 @@ def check_tone(name: str) -> None:
 
 
 def example(name: str) -> Path:
-    """Scene file of a bundled example.
+    """Return the scene file of a bundled example.
 
     Raises:
         ConfigError: If there is no such example.
@@ -361,7 +366,7 @@ def example(name: str) -> Path:
 
 
 def life_of(camera: CameraSettings, trajectories: tuple[Trajectory, ...]) -> tuple[float, float]:
-    """First and last time that a camera can show [s].
+    """Return the first and last time that a camera can show [s].
 
     Raises:
         ConfigError: If nobody moves, or whom the camera rides with is unknown.

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.errors import ConfigError, InputError
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.job.meanings import default, meaning
 from sumo3dviz_pt.job.settings import ScenarioSettings
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.pipeline.schema import LINE
+from sumo3dviz_pt.pipeline.stills.still import check_writable
 
 _SHOT = 10.0
 """Length of the proposed shots [s]."""
@@ -26,7 +28,15 @@ _RIDES = frozenset({"passenger", "taxi", "evehicle", "hov", "private", "custom1"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Proposal:
-    """What is worth looking at."""
+    """What is worth looking at.
+
+    Attributes:
+        start: First time of the proposed shots [s].
+        end: Time after their last frame [s].
+        eye: Place of the standing camera, (3,) [m].
+        target: What it looks at, (3,) [m].
+        vehicle: Id of a vehicle to ride in, or None.
+    """
 
     start: float
     end: float
@@ -61,10 +71,7 @@ def propose(
     from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
     catalog.template("scene", template)
-    if not output.parent.is_dir():
-        raise ConfigError(f"there is no folder {output.parent}; create it first", key="output")
-    if not os.access(output.parent, os.W_OK):
-        raise ConfigError(f"{output} cannot be written to", key="output")
+    check_writable(output)
     own = own or ScenarioSettings()
     files = find_scenario(scenario, network=own.network, trajectories=own.trajectories)
     files = replace(
@@ -93,16 +100,17 @@ def _proposal(scenario: Scenario) -> _Proposal:
 
 
 def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
-    """A camera above and behind the busiest 60 m, looking along the traffic."""
+    """Return eye and target of a camera above the busiest 60 m, facing the traffic, (3,) [m]."""
     here = [trace for trace in traces if trace.times[0] <= time <= trace.times[-1]]
     here = here or list(traces)
     rows = [int(np.argmin(np.abs(trace.times - time))) for trace in here]
     places = np.array([trace.positions[row] for trace, row in zip(here, rows, strict=True)])
     yaws = np.array([trace.yaws[row] for trace, row in zip(here, rows, strict=True)])
+    # The busiest place is that with the most others within 60 m.
     distance = np.linalg.norm(places[:, None, :2] - places[None, :, :2], axis=-1)
     busiest = int(np.argmax((distance < 60).sum(axis=1)))
     target = places[busiest]
-    # Against the traffic one sees faces, along it one sees tail lamps: look against.
+    # Looking against the traffic shows the fronts of vehicles.
     yaw = yaws[busiest]
     ahead = np.array([np.cos(yaw), np.sin(yaw), 0.0])
     aside = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
@@ -113,7 +121,15 @@ def _overview(traces: Sequence[Trace], time: float) -> tuple[Floats, Floats]:
 def _rider(
     traces: Sequence[Trace], scenario: Scenario, start: float, end: float, target: Floats
 ) -> str | None:
-    """The car that drives through the whole shot, farthest, and not on bad ground."""
+    """Return the car to ride in, or None: one that drives far, and near the target.
+
+    Args:
+        traces: All vehicles of the log.
+        scenario: For their types.
+        start: First time of the shot, all of which the car must last [s].
+        end: Time after its last frame [s].
+        target: What the standing camera looks at, (3,) [m].
+    """
     best: tuple[float, str] | None = None
     for trace in traces:
         kind = scenario.vehicle_types.get(trace.type_id)
@@ -139,7 +155,7 @@ def _text(
     output: Path,
     template: str,
 ) -> str:
-    """The scene file."""
+    """Return the scene file."""
     traffic = scenario.traffic
     lines = [
         LINE,
@@ -149,8 +165,9 @@ def _text(
         "scenario:",
         *_scenario_lines(files, output.parent),
         f"template: {template}           # one of {', '.join(catalog.template_names('scene'))}",
-        "seed: 1                         # everything random comes from it",
-        f"quality: standard               # one of {', '.join(catalog.template_names('quality'))}",
+        f"seed: 1                         # {meaning('seed')}",
+        f"quality: {default('quality')}               # one of"
+        f" {', '.join(catalog.template_names('quality'))}",
         "# sky: {preset: sky_blue}       # or:",
         '# sky: {sun: {date: 2026-06-21, time: "17:30", place: [52.5, 13.4]}}',
         "# ground: {texture: ground_grass}",
@@ -164,13 +181,13 @@ def _text(
         *_flight_lines(proposal),
         "shots:",
         *_shot_lines(proposal),
-        "output: {size: [1280, 720], fps: 25}",
+        f"output: {{size: {list(default('output.size'))}, fps: {default('output.fps')}}}",
     ]
     return "\n".join(lines) + "\n"
 
 
 def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
-    """The files, relative to the scene file."""
+    """Return the files, relative to the scene file."""
 
     def quoted(path: Path) -> str:
         try:
@@ -188,12 +205,12 @@ def _scenario_lines(files: ScenarioFiles, folder: Path) -> list[str]:
 
 
 def _point(point: Floats) -> str:
-    """A point as YAML."""
+    """Return a point as YAML."""
     return "[" + ", ".join(f"{value:.2f}" for value in point) + "]"
 
 
 def _ride_lines(proposal: _Proposal) -> list[str]:
-    """Cameras that ride with the proposed vehicle."""
+    """Return the cameras that ride with the proposed vehicle."""
     if proposal.vehicle is None:
         return []
     name = '"' + proposal.vehicle.replace("\\", "\\\\").replace('"', '\\"') + '"'
@@ -207,7 +224,7 @@ def _ride_lines(proposal: _Proposal) -> list[str]:
 
 
 def _flight_lines(proposal: _Proposal) -> list[str]:
-    """A gentle descent towards the busiest place."""
+    """Return a gentle descent towards the busiest place."""
     away = proposal.eye - proposal.target
     far = proposal.target + away * [1.8, 1.8, 2.6]
     middle = 0.5 * (proposal.start + proposal.end)
@@ -230,7 +247,7 @@ def _flight_lines(proposal: _Proposal) -> list[str]:
 
 
 def _shot_lines(proposal: _Proposal) -> list[str]:
-    """One shot for each camera."""
+    """Return one shot for each camera."""
     cameras = ["overview", *(["driver"] if proposal.vehicle else []), "flight"]
     return [
         f"  - {{camera: {camera}, from: {proposal.start:g}, to: {proposal.end:g}}}"

@@ -1,4 +1,4 @@
-"""Refuses cameras that ride with somebody who is not there, and says when they are."""
+"""Refuses cameras that ride with a road user that is not there, and says when the log has it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.sumo import Whereabouts
 
 _SLACK = 1e-6
-"""Times of frames are sums of fractions [s]."""
+"""Tolerance of times, because those of frames are sums of fractions [s]."""
 
 _MOST_SPANS = 4
 
@@ -41,7 +41,7 @@ def check_rider(
         logs: Where they come from, whole.
 
     Raises:
-        ConfigError: Says when the log has the road user, or who is meant.
+        ConfigError: Says when the log has the road user, or which one may be meant.
     """
     if not isinstance(camera, LagrangianCamera):
         return
@@ -80,7 +80,7 @@ def check_companions(
 
 
 def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> ConfigError:
-    """Why a camera cannot ride with somebody at a time [s]."""
+    """Return an error that says why a camera cannot ride with a road user at a time [s]."""
     shown = repr(cut(vehicle))
     key = f"cameras.{name}.vehicle"
     if not found.spans:
@@ -95,7 +95,7 @@ def _absent(vehicle: str, found: Whereabouts, missing: float, *, name: str) -> C
 
 
 def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> float | None:
-    """The first time at which nobody of that name is there [s]."""
+    """Return the first time at which a road user is not there [s]; None if it always is."""
     known = {trajectory.key: trajectory for trajectory in trajectories}
     keys = (f"vehicle:{name}", f"person:{name}", f"container:{name}", name)
     rider = next((known[key] for key in keys if key in known), None)
@@ -105,7 +105,7 @@ def _missing(name: str, times: Floats, trajectories: Sequence[Trajectory]) -> fl
 
 
 def _outside(times: Floats, spans: Iterable[tuple[float, float]]) -> Bools:
-    """Which times lie in none of some spans, (n,)."""
+    """Return which times lie in none of some spans, (n,)."""
     there = np.zeros(len(times), dtype=np.bool_)
     for begin, end in spans:
         there |= (times >= begin - _SLACK) & (times <= end + _SLACK)

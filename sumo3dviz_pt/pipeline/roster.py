@@ -1,4 +1,4 @@
-"""Who is in a scene's log: sorted, chosen by type, time and place."""
+"""Lists the road users of a scene's log, chosen by type, time and place, and sorted."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from sumo3dviz_pt.model.roster import Point, RoadUser
 from sumo3dviz_pt.pipeline.production import scenario_files
 
 RADIUS = 30.0
-"""How far from a place people look where they do not say it [m]."""
+"""Distance that counts as near where none is given [m]."""
 
 _Order = Callable[[RoadUser], Any]
 
 
 def _most(name: str) -> _Order:
-    """The largest first."""
+    """Return the largest first."""
     value = attrgetter(name)
     return lambda user: -value(user)
 
 
 def _distance(user: RoadUser) -> float:
-    """From the asked point [m]; those who never come near last."""
+    """Return the distance from the wanted point [m]; infinite for those that never come near."""
     return math.inf if user.passage is None else user.passage.distance
 
 
@@ -53,12 +53,12 @@ ORDERS: Mapping[str, _Order] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """Whom to list.
+    """Which road users to list, and in which order.
 
     Attributes:
         type: Pattern of a vType's id, a vClass or a kind such as `person`; * and ? are wildcards.
-        at: Only who is there at this time [s].
-        near: Only who passes this point, at that time if one is given.
+        at: Only those that are there at this time [s].
+        near: Only those that pass this point, at that time if one is given.
         sort: A name in `ORDERS`; default by distance where a point is given, else by begin.
     """
 
@@ -97,7 +97,7 @@ class Roster(Sequence[RoadUser]):
 
 
 def roster(job: Job, wanted: Wanted | None = None) -> Roster:
-    """Read who is in a scene's log, in one pass and without keeping samples.
+    """Read the road users of a scene's log, in one pass and without keeping samples.
 
     Raises:
         ConfigError: If there is no such order.
@@ -119,7 +119,7 @@ def roster(job: Job, wanted: Wanted | None = None) -> Roster:
 
 
 def _order(wanted: Wanted) -> _Order:
-    """How to sort."""
+    """Return how to sort."""
     name = wanted.sort or ("begin" if wanted.near is None else "distance")
     if name not in ORDERS:
         hint = catalog.did_you_mean(name, ORDERS)
@@ -130,7 +130,7 @@ def _order(wanted: Wanted) -> _Order:
 
 
 def _fits(user: RoadUser, wanted: Wanted) -> bool:
-    """Whether somebody was asked for."""
+    """Return whether a road user is wanted."""
     words = (user.type_id, user.vclass, user.kind)
     if not any(fnmatchcase(word, wanted.type) for word in words):
         return False
@@ -145,7 +145,7 @@ def _fits(user: RoadUser, wanted: Wanted) -> bool:
 
 
 def point_of(job: Job, text: str) -> Point:
-    """A place to look from, as text: `X,Y`, `X,Y,R` [m], `CAMERA` or `CAMERA,R`.
+    """Return a place to look from, as text: `X,Y`, `X,Y,R` [m], `CAMERA` or `CAMERA,R`.
 
     Raises:
         ConfigError: If it is none of these.
@@ -164,7 +164,7 @@ def point_of(job: Job, text: str) -> Point:
 
 
 def point_near(job: Job, place: str | tuple[float, float], *, radius: float | None = None) -> Point:
-    """A place to look from.
+    """Return a place to look from.
 
     Args:
         job: Of the cameras.
@@ -191,7 +191,7 @@ def point_near(job: Job, place: str | tuple[float, float], *, radius: float | No
 
 
 def _number(word: str) -> float | None:
-    """A finite number, or None."""
+    """Return a finite number, or None."""
     try:
         value = float(word)
     except ValueError:
@@ -200,12 +200,12 @@ def _number(word: str) -> float | None:
 
 
 def as_dicts(users: Sequence[RoadUser]) -> list[dict[str, Any]]:
-    """Road users for JSON, rounded to millimetres; what was not asked for is left out."""
+    """Return road users for JSON, rounded to millimetres; what was not asked for is left out."""
     return [_rounded(asdict(user)) for user in users]
 
 
 def _rounded(values: Mapping[str, Any]) -> dict[str, Any]:
-    """A mapping without None and without needless digits."""
+    """Return a mapping without None and without needless digits."""
     kept: dict[str, Any] = {}
     for key, value in values.items():
         if isinstance(value, dict):
@@ -219,7 +219,7 @@ _HEAD = ("id", "type", "class", "from [s]", "to [s]", "drive [m]", "mean", "max 
 
 
 def table_lines(users: Sequence[RoadUser]) -> list[str]:
-    """Road users as people read them: a line each, after a head."""
+    """Return road users as people read them: a line each, after a head."""
     passing = any(user.passage is not None for user in users)
     placed = any(user.place is not None for user in users)
     head = [*_HEAD, *(["near [s]", "at [m]"] if passing else []), *(["x, y"] if placed else [])]
@@ -230,7 +230,7 @@ def table_lines(users: Sequence[RoadUser]) -> list[str]:
 
 
 def _row(user: RoadUser, *, passing: bool, placed: bool) -> list[str]:
-    """One road user's cells."""
+    """Return one road user's cells."""
     cells = [user.id, user.type_id, user.vclass, f"{user.begin:.1f}", f"{user.end:.1f}"]
     cells += [f"{user.length:.0f}", f"{user.mean_speed:.1f}", f"{user.max_speed:.1f}"]
     cells.append(str(user.lanes))
@@ -246,6 +246,6 @@ def _row(user: RoadUser, *, passing: bool, placed: bool) -> list[str]:
 
 
 def _padded(cell: str, width: int) -> str:
-    """A cell; numbers stand to the right."""
+    """Return a cell; numbers stand to the right."""
     number = cell[:1].isdigit() and _number(cell) is not None
     return f"{cell:>{width}}" if number else f"{cell:<{width}}"

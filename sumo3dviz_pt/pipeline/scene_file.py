@@ -73,7 +73,7 @@ def make_job(
 
 
 def quality_preset(name: str, *, spp: int | None = None) -> Quality:
-    """A quality preset, with another number of samples if asked.
+    """Return a quality preset, with another number of samples if asked.
 
     Raises:
         ConfigError: If there is no such preset, or the number is out of range.
@@ -91,7 +91,7 @@ def quality_preset(name: str, *, spp: int | None = None) -> Quality:
 
 
 def camera_settings(job: Job, name: str | None) -> tuple[str, CameraSettings]:
-    """A camera by name; the first shot's or the first camera when no name is given.
+    """Return a camera by name; the first shot's or the first camera when no name is given.
 
     Raises:
         ConfigError: If there is no such camera.
@@ -115,11 +115,11 @@ _SIMULATION = {
     "configuration": "a configuration of SUMO",
     "sumoConfiguration": "a configuration of SUMO",
 }
-"""Files of a simulation that are taken for scenes, by their root element."""
+"""Files of a simulation that users mistake for scene files, by their root element."""
 
 
 def _text_of(path: Path) -> str:
-    """What a scene file holds.
+    """Return what a scene file holds.
 
     Raises:
         ConfigError: If it is missing, no text, or something of the simulation.
@@ -172,7 +172,7 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _adds(key: str, value: Mapping[str, Any]) -> bool:
-    """Whether a mapping adds to what is there.
+    """Return whether a mapping adds to what is there.
 
     A sky or a camera given in another way replaces the one below, it does not mix with it.
     """
@@ -196,7 +196,7 @@ def checked_overrides(given: Any) -> Mapping[str, Any]:
 
 
 def _value_of(key: str, value: Any) -> Any:
-    """What an override means."""
+    """Return what an override means."""
     if not isinstance(value, str):
         return plain(value, key=key)
     try:
@@ -228,7 +228,7 @@ def _set(content: dict[str, Any], key: str, value: Any) -> None:
 
 
 def _position(word: str, items: list[Any], key: str) -> int:
-    """An index into a list, by its number."""
+    """Return an index into a list, by its number."""
     if not (word.isdecimal() and len(word) < 6 and int(word) < len(items)):
         raise ConfigError(f"{word!r} is no place in a list of {len(items)}", key=key)
     return int(word)

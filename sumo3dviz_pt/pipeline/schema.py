@@ -1,4 +1,4 @@
-"""The scene file as a JSON schema that editors take: keys, meanings, ranges and names."""
+"""Writes the JSON schema of scene files for editors: keys, meanings, ranges and names."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.values import ONE_OR_MORE, all_models
 from sumo3dviz_pt.pipeline.choices import NAMES, names_for
 
 TITLE = "Scene file of sumo3dviz_pt"
@@ -16,7 +18,7 @@ FILE = "scene.schema.json"
 """What the schema is called beside a scene file."""
 
 LINE = f"# yaml-language-server: $schema={FILE}"
-"""By which editors find it."""
+"""A line of a scene file by which editors find the schema."""
 
 _OPEN = ("ground.texture",)
 """Keys that take files beside names."""
@@ -25,7 +27,7 @@ Node = dict[str, Any]
 
 
 def scene_schema() -> Node:
-    """The JSON schema of scene files, with the names that this installation knows."""
+    """Return the JSON schema of scene files, with the names that this installation knows."""
     from sumo3dviz_pt.job.settings import Job
 
     schema = Job.model_json_schema()
@@ -42,7 +44,7 @@ def scene_schema() -> Node:
 
 
 def schema_text() -> str:
-    """The schema as text."""
+    """Return the schema as text."""
     return json.dumps(scene_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
@@ -61,7 +63,7 @@ def write_schema(path: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    """Whether a file is such a schema."""
+    """Return whether a file is such a schema."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -70,7 +72,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def _places(schema: Node, node: Node, words: list[str]) -> Iterator[Node]:
-    """Where a key stands; `NAME` stands for any, and a key may have several meanings."""
+    """Yield where a key stands; `NAME` stands for any, and a key may have several meanings."""
     if "$ref" in node:
         node = schema["$defs"][node["$ref"].rpartition("/")[2]]
     for branch in (*node.get("anyOf", ()), *node.get("oneOf", ())):
@@ -99,22 +101,14 @@ def _name(place: Node, names: list[str], *, closed: bool) -> None:
         place["anyOf"] = [{"enum": names}, {"type": "string"}]
 
 
-_SINGLE = {
-    "ScenarioSettings": ("trajectories", "signals", "additional", "vehicle_types"),
-    "ObjectSettings": ("model",),
-}
-"""Lists that a single word may stand for."""
-
-
 def _loosen(schema: Node) -> None:
     """Accept what the scene file's notation allows beside what its models hold."""
-    for model, keys in _SINGLE.items():
-        for key in keys:
-            place = schema["$defs"][model]["properties"][key]
-            several = {"type": "array", "items": place["items"]}
-            for word in ("type", "items"):
-                del place[word]
-            place["anyOf"] = [several["items"], several]
+    for model in {each.__name__: each for each in all_models(Job)}.values():
+        for key, field in model.model_fields.items():
+            if ONE_OR_MORE in field.metadata:
+                place = schema["$defs"][model.__name__]["properties"][key]
+                several = {word: place.pop(word) for word in ("type", "items")}
+                place["anyOf"] = [several["items"], several]
     for place in schema["$defs"]["SunSettings"]["properties"]["time"]["anyOf"]:
         # Clock times have no seconds and no zone, as JSON's would.
         place.pop("format", None)

@@ -1,4 +1,4 @@
-"""Contact sheets: pictures of everything that users can choose by name."""
+"""Draws contact sheets: pictures of everything that users can choose by name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt import catalog
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.image.tonemap import develop
 from sumo3dviz_pt.job.settings import SkySettings
 from sumo3dviz_pt.library.materials.named import principled
@@ -31,6 +31,7 @@ from sumo3dviz_pt.model.scene import (
     View,
 )
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
+from sumo3dviz_pt.pipeline.stills.still import check_target
 from sumo3dviz_pt.world.sky.build import DARK, build_sky
 
 if TYPE_CHECKING:
@@ -42,23 +43,46 @@ Pixels = NDArray[np.uint8]
 SKIES = "skies"
 """The sheet that shows skies; the others show exhibits."""
 
+_PICTURES = (".png", ".jpg", ".jpeg", ".exr")  # endings of pictures, not of folders
 _APART = 170.0  # between exhibits, so that none stands in another's light [m]
 _COLUMNS = {SKIES: 3, "levels": 6}
-_SLABS = 2  # triangles of samples, which are not worth telling
-_FLAT = 0.1  # height of what one looks down on [m]
-_MOSTLY = 4  # columns of the other sheets
+_SLABS = 2  # triangles of flat samples, whose number the title leaves out
+_FLAT = 0.1  # exhibits up to this height are seen from above [m]
+_MOSTLY = 4  # columns of all other sheets
 _FOV = math.radians(32.0)
 _SKY_FOV = math.radians(78.0)
-_ASIDE = 1.0  # the sun stands so far right of the middle of a sky's picture [rad]
-_LOW = math.radians(12.0)  # suns that need a curve with a soft shoulder
-_MEAN = 0.05  # of white: what the mean of a night's picture is exposed for
+_ASIDE = 1.0  # angle between the middle of a sky's picture and the sun, to its right [rad]
+_LOW = math.radians(12.0)  # suns below this need a tone curve with a soft shoulder
+_MEAN = 0.05  # mean of a night's picture after exposure, as a share of white
 
 
 def sheet_names() -> tuple[str, ...]:
-    """All contact sheets."""
+    """Return all contact sheets."""
     from sumo3dviz_pt.shot.showroom import FAMILIES
 
     return (*FAMILIES, SKIES)
+
+
+def sheet_files(chosen: Sequence[str], *, into: Path | None = None) -> dict[str, Path]:
+    """Return the file of each sheet, by the sheet's name.
+
+    Args:
+        chosen: Names of sheets; none stands for all.
+        into: A folder for them, or the .png of a single one; default the working directory.
+
+    Raises:
+        ConfigError: If a picture is to hold several sheets, or is no .png.
+    """
+    folder, names = into or Path(), tuple(chosen) or sheet_names()
+    if folder.is_dir() or folder.suffix.lower() not in _PICTURES:
+        return {name: folder / f"sheet_{name}.png" for name in names}
+    if len(names) > 1:
+        known = ", ".join(names)
+        raise ConfigError(
+            f"{folder} can hold one sheet only; name one of {known}, or a folder", key="output"
+        )
+    check_target(folder, suffixes=(".png",), overwrite=True)
+    return {names[0]: folder}
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +102,19 @@ class SheetOrder:
     quality: str = "preview"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Picture:
+    """A picture of a sheet.
+
+    Attributes:
+        title: What stands above it.
+        pixels: 8-bit sRGB, (h, w, 3).
+    """
+
+    title: str
+    pixels: Pixels
+
+
 def draw_sheet(order: SheetOrder) -> None:
     """Draw a contact sheet.
 
@@ -87,22 +124,25 @@ def draw_sheet(order: SheetOrder) -> None:
     Raises:
         ConfigError: If there is no such sheet or preset, or matplotlib is missing.
     """
-    made = []
-    size, quality = order.size, order.quality
-    sheet = _skies if order.name == SKIES else partial(_exhibits, order.name)
-    pictures = sheet(size, quality)
-    for title, pixels, total in pictures:
-        made.append((title, pixels))
+    from sumo3dviz_pt.shot.showroom import exhibits
+
+    if order.name == SKIES:
+        total, pictures = len(catalog.template_names("sky")), _skies(order)
+    else:
+        shown = list(exhibits(order.name))
+        total, pictures = len(shown), _exhibits(shown, order)
+    made: list[_Picture] = []
+    for picture in pictures:
+        made.append(picture)
         announce(Doing.DRAW, len(made), total, what=order.name)
-    _compose(made, order.path, size, _COLUMNS.get(order.name, _MOSTLY))
+    _compose(made, order)
 
 
-def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
-    """Every sky beside its sun or moon, over a few things that it lights."""
+def _skies(order: SheetOrder) -> Iterator[_Picture]:
+    """Yield every sky beside its sun or moon, over a few things that it lights."""
     from sumo3dviz_pt.shot.still_life import still_life
 
-    names = catalog.template_names("sky")
-    for name in names:
+    for name in catalog.template_names("sky"):
         sky = build_sky(SkySettings(preset=name))
         yaw = _beside(sky)
         life = still_life(yaw)
@@ -111,19 +151,19 @@ def _skies(size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, i
             StaticPart(str(index), "exhibit", part) for index, part in enumerate(life.parts)
         )
         data = SceneData(life.materials, static, {}, (), sky, haze=Haze())
-        with _session(data, size, quality) as session:
+        with _session(data, order) as session:
             radiance = session.render(FrameState(0.0, view, ())).radiance
-        yield name, _exposed(radiance, sky), len(names)
+        yield _Picture(name, _exposed(radiance, sky))
 
 
 def _beside(sky: Sky) -> float:
-    """Where to look: left of the moon or sun, so that it lights things from the side [rad]."""
+    """Return a yaw left of the moon or sun, so that it lights things from the side [rad]."""
     light = sky.sun_direction if sky.moon_direction is None else sky.moon_direction
     return math.pi / 2 if light is None else _towards(light) + _ASIDE
 
 
 def _exposed(radiance: Image, sky: Sky) -> Pixels:
-    """A sky's picture: by day at the sky's own exposure, by night at the picture's.
+    """Return a sky's picture: by day at the sky's own exposure, by night at the picture's.
 
     The exposure of a night is made for streets with lamps, and here are none.
     """
@@ -137,22 +177,19 @@ def _exposed(radiance: Image, sky: Sky) -> Pixels:
     return develop(radiance, exposure=math.log2(_MEAN / mean), tone="agx", dither=0)
 
 
-def _exhibits(name: str, size: tuple[int, int], quality: str) -> Iterator[tuple[str, Pixels, int]]:
-    """Every exhibit from the front; what is long from both ends."""
-    from sumo3dviz_pt.shot.showroom import exhibits
-
-    shown = list(exhibits(name))
+def _exhibits(shown: Sequence[Exhibit], order: SheetOrder) -> Iterator[_Picture]:
+    """Yield a picture of every exhibit, from the front and a little above."""
     sky = build_sky(SkySettings(preset="sky_daycloud1"))
-    with _showing(shown, sky, size, quality) as session:
+    with _showing(shown, sky, order) as session:
         for number, exhibit in enumerate(shown):
             count = f" ({exhibit.triangles:,})" if exhibit.triangles > _SLABS else ""
             title = f"{exhibit.title}{count}"
-            view = _view_of(exhibit, at=_place(number), aspect=size[1] / size[0])
-            yield title, _picture(session, view, sky), len(shown)
+            view = _view_of(exhibit, at=_place(number), aspect=order.size[1] / order.size[0])
+            yield _Picture(title, _photographed(session, view, sky))
 
 
 def _place(number: int) -> Floats:
-    """Where an exhibit stands [m]."""
+    """Return where an exhibit stands [m]."""
     return np.array([_APART * number, 0.0, 0.0])
 
 
@@ -176,27 +213,25 @@ def _view_of(exhibit: Exhibit, *, at: Floats, aspect: float) -> View:
 
 
 def _aimed(eye: Floats, target: Floats) -> Transform:
-    """A camera's frame at a point, looking at another [m]."""
+    """Return a camera's frame at a point, looking at another [m]."""
     ahead = target - eye
     yaw = math.atan2(ahead[1], ahead[0])
     return _looking(eye, yaw=yaw, pitch=math.atan2(ahead[2], math.hypot(ahead[0], ahead[1])))
 
 
 def _looking(eye: Sequence[float] | Floats, *, yaw: float, pitch: float) -> Transform:
-    """A camera's frame at a point [m]; angles in radians, pitch upwards."""
+    """Return a camera's frame at a point [m]; angles in radians, pitch upwards."""
     return Transform.from_pose(np.asarray(eye, dtype=np.float64), yaw=yaw, pitch=pitch)
 
 
 def _towards(direction: Floats) -> float:
-    """Yaw of a direction [rad]."""
+    """Return the yaw of a direction [rad]."""
     return math.atan2(float(direction[1]), float(direction[0]))
 
 
 @contextmanager
-def _showing(
-    shown: Sequence[Exhibit], sky: Sky, size: tuple[int, int], quality: str
-) -> Iterator[Session]:
-    """All exhibits in one scene, far apart, on grey ground."""
+def _showing(shown: Sequence[Exhibit], sky: Sky, order: SheetOrder) -> Iterator[Session]:
+    """Open all exhibits in one scene, far apart, on grey ground."""
     materials: dict[str, Bsdf] = {"ground": principled((0.16, 0.16, 0.155), roughness=0.9)}
     static = [StaticPart("ground", "ground", Part(_ground(len(shown)), "ground"))]
     for number, exhibit in enumerate(shown):
@@ -205,49 +240,49 @@ def _showing(
             mesh = Transform.from_pose(_place(number)).mesh(part.mesh)
             moved = Part(mesh, part.material, part.tint)
             static.append(StaticPart(f"{number}/{index}", "exhibit", moved))
-    with _session(SceneData(materials, tuple(static), {}, (), sky), size, quality) as session:
+    with _session(SceneData(materials, tuple(static), {}, (), sky), order) as session:
         yield session
 
 
 @contextmanager
-def _session(data: SceneData, size: tuple[int, int], quality: str) -> Iterator[Session]:
-    """A scene in the renderer."""
+def _session(data: SceneData, order: SheetOrder) -> Iterator[Session]:
+    """Open a scene in the renderer."""
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
-    settings = RenderSettings(size, quality_preset(quality), 1, white=2.0**-data.sky.exposure)
+    quality, white = quality_preset(order.quality), 2.0**-data.sky.exposure
+    settings = RenderSettings(order.size, quality, 1, white=white)
     with Session(data, choose_backend(), settings) as session:
         yield session
 
 
 def _ground(count: int) -> Mesh:
-    """A plane under all exhibits."""
+    """Return a plane under all exhibits."""
     x0, x1, y = -3000.0, _APART * count + 3000.0, 3000.0
     corners = np.array([[x0, -y, 0.0], [x1, -y, 0.0], [x1, y, 0.0], [x0, y, 0.0]])
     return Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
-def _picture(session: Session, view: View, sky: Sky) -> Pixels:
-    """One view, developed."""
+def _photographed(session: Session, view: View, sky: Sky) -> Pixels:
+    """Return one view, developed."""
     radiance = session.render(FrameState(0.0, view, ())).radiance
     return develop(radiance, exposure=sky.exposure)
 
 
-def _compose(
-    pictures: Sequence[tuple[str, Pixels]], path: Path, size: tuple[int, int], columns: int
-) -> None:
-    """Pictures with their titles, a few in a row."""
+def _compose(pictures: Sequence[_Picture], order: SheetOrder) -> None:
+    """Draw pictures with their titles, a few in a row."""
     from sumo3dviz_pt.report.plots import new_figure, save_figure
 
-    columns = min(columns, len(pictures))
+    size, path = order.size, order.path
+    columns = min(_COLUMNS.get(order.name, _MOSTLY), len(pictures))
     rows = -(-len(pictures) // columns)
     width = columns * size[0] / 110 * 1.02
     figure: Any = new_figure(width, rows * (size[1] + 26) / 110)
     axes = figure.subplots(rows, columns, squeeze=False)
     for axis in axes.flat:
         axis.set_axis_off()
-    for axis, (title, pixels) in zip(axes.flat, pictures, strict=False):
-        axis.imshow(pixels)
-        axis.set_title(title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
+    for axis, picture in zip(axes.flat, pictures, strict=False):
+        axis.imshow(picture.pixels)
+        axis.set_title(picture.title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
     path.parent.mkdir(parents=True, exist_ok=True)
     save_figure(figure, path)

@@ -1,4 +1,4 @@
-"""Where a scene's sun stands, in figures."""
+"""Says in figures where a scene's sun stands."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class SunReport:
 
 
 def sun_report(job: Job, *, location: Location | None = None) -> SunReport | None:
-    """Where a scene's sun stands; None for a user's radiance map, which has its own.
+    """Return where a scene's sun stands; None for a user's radiance map, which has its own.
 
     Args:
         job: The scene file.
@@ -85,7 +85,7 @@ def sun_report(job: Job, *, location: Location | None = None) -> SunReport | Non
 
 
 def _location(job: Job) -> Location:
-    """Where the network lies."""
+    """Return where the network lies."""
     from sumo3dviz_pt.sumo import read_location
 
     return read_location(scenario_files(job).network)

@@ -1,4 +1,4 @@
-"""What was built of a world stays for the next shot of it, as long as a process runs."""
+"""Keeps what was built of a world for its next shot, as long as the process runs."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
 
 _APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
-"""Keys of a scene file that say nothing about what exists, but for what cameras keep clear."""
+"""Keys of a scene file that have no influence on what exists, but for what cameras keep clear."""
 
 _ASPECT = 9.0 / 16.0
 """Height / width of the pictures that are kept clear, whatever size is rendered."""
 
 
 def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
-    """The world of a scene file, with all that was built of it in this process.
+    """Return the world of a scene file, with all that was built of it in this process.
 
     What was built serves all of its cameras, shots, qualities and sizes, until a setting, a
     file or a camera that keeps its view clear is another one. One world is remembered at a
@@ -51,12 +51,12 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
 
 @lru_cache(maxsize=1)
 def _memory_of(name: str) -> Memory:
-    """What was built of the world of a name; whoever asks for another one forgets this one."""
+    """Return what was built of the world of a name; only the last name's is kept."""
     return Memory()
 
 
 def _stamps(paths: Iterable[Path]) -> list[tuple[str, int, int]]:
-    """Name, time of the last change and size of files."""
+    """Return name, time of the last change [ns] and size [bytes] of each file."""
     found = []
     for path in paths:
         stat = path.stat()

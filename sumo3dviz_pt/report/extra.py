@@ -1,4 +1,4 @@
-"""Says early what reports need beyond the package itself."""
+"""Says before any work what reports need beyond the package itself."""
 
 from __future__ import annotations
 

@@ -1,41 +1,31 @@
-"""What a measurement was made with: machine, versions, memory."""
+"""Says what a measurement was made with: machine, versions, memory."""
 
 from __future__ import annotations
 
 import os
-import platform
 import subprocess
 import sys
 from pathlib import Path
 
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.doctor import processor_name
 
 
 def machine() -> dict[str, str | int]:
-    """Processor, threads and versions, by the names of the report's columns."""
+    """Return the processor, threads and versions, by the names of the report's columns."""
     known = versions()
     return {
         "git": git_commit(),
         "mitsuba": known["mitsuba"],
         "drjit": known["drjit"],
         "oidn": known["mitsuba-oidn"],
-        "cpu": processor(),
+        "cpu": processor_name(),
         "threads": os.cpu_count() or 1,
     }
 
 
-def processor() -> str:
-    """The processor's name, as far as the system tells."""
-    listing = Path("/proc/cpuinfo")
-    if listing.exists():
-        for line in listing.read_text(encoding="utf-8", errors="replace").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
 def git_commit() -> str:
-    """Short hash of the checkout this runs from, or the package's version."""
+    """Return the short hash of the checkout this runs from, or the package's version."""
     root = Path(__file__).parents[2]
     if not (root / ".git").exists():
         return versions()["sumo3dviz_pt"]
@@ -52,7 +42,7 @@ def git_commit() -> str:
 
 
 def peak_memory() -> float:
-    """Peak resident memory of this process [MiB]; 0 where the system does not say."""
+    """Return the peak resident memory of this process [MiB]; 0 where the system does not say."""
     try:
         import resource
     except ImportError:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
@@ -34,20 +35,16 @@ _MARKERS = "osD^vP"
 
 
 def new_figure(width: float, height: float) -> Any:
-    """A figure of so many inches, without any state that outlives it."""
+    """Return a figure of a width and height [inches], without any state that outlives it."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure as PNG; a half-written file never stays."""
-    part = path.with_name(path.name + ".part")
-    try:
+    """Write a figure as PNG."""
+    with whole(path) as part:
         figure.savefig(part, format="png", dpi=DPI, metadata={"Software": None})
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def error_plot(
@@ -82,13 +79,13 @@ def error_plot(
 
 
 def _series_name(key: tuple[Value, ...]) -> str:
-    """What a line of the ladder is called."""
+    """Return what a line of the ladder is called."""
     denoise, quality, sampler = key
     return f"raw, {sampler}" if denoise == "none" else f"OIDN {quality}, {sampler}"
 
 
 def _draw_errors(axis: Any, rows: Sequence[Row], column: str) -> None:
-    """One panel: all series, presets and the guide."""
+    """Draw one panel: all series, presets and the guide."""
     ladder = [row for row in rows if row["preset"] == LADDER and numbers([row], column).size]
     series = grouped(ladder, ("denoise", "quality", "sampler"))
     for number, (key, some) in enumerate(series.items()):
@@ -102,7 +99,7 @@ def _draw_errors(axis: Any, rows: Sequence[Row], column: str) -> None:
 
 
 def _draw_series(axis: Any, rows: Sequence[Row], column: str, *, name: str, number: int) -> None:
-    """Medians as a line, seeds as faint points."""
+    """Draw medians as a line, seeds as faint points."""
     colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
     axis.plot(
         [cost(row) for row in rows], [float(row[column]) for row in rows],
@@ -115,7 +112,7 @@ def _draw_series(axis: Any, rows: Sequence[Row], column: str, *, name: str, numb
 
 
 def _draw_guide(axis: Any, raw: Sequence[Row], column: str) -> None:
-    """A line of slope -0.5 through the cheapest raw rung, a little above the curves."""
+    """Draw a line of slope -0.5 through the cheapest raw rung, a little above the curves."""
     times = np.array(sorted(cost(row) for row in raw))
     first = min(int(row["spp"]) for row in raw)
     start = 1.35 * median([row for row in raw if row["spp"] == first], column)
@@ -126,7 +123,7 @@ def _draw_guide(axis: Any, raw: Sequence[Row], column: str) -> None:
 
 
 def _draw_preset(axis: Any, rows: Sequence[Row], column: str, *, name: str) -> None:
-    """A preset as it is: its median, with its name."""
+    """Draw a preset as it is: its median, with its name."""
     at, value = float(np.median([cost(row) for row in rows])), median(rows, column)
     if not np.isfinite([at, value]).all():
         return
@@ -138,14 +135,14 @@ def _draw_preset(axis: Any, rows: Sequence[Row], column: str, *, name: str) -> N
 
 
 def _halo() -> list[Any]:
-    """A white rim that keeps a label legible on lines."""
+    """Return a white rim that keeps a label legible on lines."""
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=2.5, foreground="white")]
 
 
 def _finish_logarithmic(axis: Any, column: str) -> None:
-    """Both axes logarithmic, with plain numbers."""
+    """Make both axes logarithmic, with plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set(xscale="log", yscale="log", xlabel="CPU-seconds a frame")
@@ -192,7 +189,7 @@ def time_plot(
 
 
 def _limits(series: Sequence[Sequence[float]], *, signed: bool) -> tuple[float, float]:
-    """An axis' range."""
+    """Return an axis' range."""
     values = np.array(series, dtype=np.float64).ravel()
     reach = 1.15 * float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
     return (-max(1.0, reach), max(1.0, reach)) if signed else (0.0, reach or 1.0)
@@ -232,7 +229,7 @@ def depth_plot(rows: Sequence[Row], path: Path) -> None:
 
 
 def depth_changes(groups: Sequence[Sequence[Row]], column: str) -> list[Floats]:
-    """A column's differences from the deepest group, seed by seed.
+    """Return a column's differences from the deepest group, seed by seed.
 
     Args:
         groups: Rows of one depth each, the deepest last.

@@ -1,4 +1,4 @@
-"""What can be chosen of a viewer; knowing it loads nothing."""
+"""What can be chosen of a viewer; importing it loads nothing heavy."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Choices:
 
     @property
     def way(self) -> str:
-        """The proxy's address, or nothing where a browser on this machine is meant.
+        """Return the proxy's address, or nothing where a browser on this machine is meant.
 
         References:
             JupyterHub sets JUPYTERHUB_SERVICE_PREFIX, and jupyter-server-proxy answers at

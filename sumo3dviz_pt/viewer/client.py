@@ -1,4 +1,4 @@
-"""One page's visit: what it asked for, what it saw last, and when it can take more."""
+"""One page's visit: its orders, its last picture, and when it can take the next one."""
 
 from __future__ import annotations
 
@@ -6,24 +6,51 @@ import threading
 import time as clock
 from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from sumo3dviz_pt.job.settings import KeyFrame
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages_in import Order, parsed
 from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
 from sumo3dviz_pt.viewer.state import ViewerState
 
 _MOST_ORDERS = 20_000
-"""Of those that wait longer, while a still is taken, the oldest are forgotten."""
+"""Orders that may wait, while a still is taken; beyond that the oldest are dropped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pictured:
+    """What a page's last picture shows.
+
+    Attributes:
+        time: SUMO's [s].
+        view: The camera.
+        dynamic: Whether road users are in it.
+        shot: The built scene that it was taken of.
+    """
+
+    time: float
+    view: View
+    dynamic: bool
+    shot: object
 
 
 class Client:
     """A page that looks at the scene. Orders come from the server's thread.
 
-    What the render thread alone changes: `state`, `mean`, `parts`, `began`, `pictured`, `ticked`,
-    `told`, the key frames that the page knows.
+    Only the render thread changes the attributes.
+
+    Attributes:
+        state: Place, time and switches.
+        mean: Samples of the picture that is shown, or None.
+        parts: Parts of the next sample of a large picture that are done.
+        began: When the first of them was begun [s].
+        pictured: What the last picture shows, or None.
+        ticked: Until when time has passed for this page [s]; None while nothing happens.
+        told: The key frames that the page was told of.
     """
 
     def __init__(
@@ -46,7 +73,7 @@ class Client:
         self.mean: Mean | None = None
         self.parts: list[Image] = []
         self.began = 0.0
-        self.pictured: tuple[Any, ...] | None = None
+        self.pictured: Pictured | None = None
         self.ticked: float | None = None
         self.told: tuple[KeyFrame, ...] = state.frames
         self._deliver, self._wake, self._leave = deliver, wake, leave
@@ -66,17 +93,17 @@ class Client:
         self._wake()
 
     def acknowledge(self, seq: int) -> None:
-        """The page shows a picture, and can take the next."""
+        """Note that the page shows a picture, and can take the next."""
         with self._lock:
             self._acknowledged = max(self._acknowledged, seq)
         self._wake()
 
     def leave(self) -> None:
-        """The page is gone."""
+        """End the visit: the page is gone."""
         self._leave(self)
 
     def taken(self) -> list[tuple[float, Order]]:
-        """All orders since the last call, each with the time at which it came [s]."""
+        """Return all orders since the last call, each with the time at which it came [s]."""
         with self._lock:
             orders = list(self._orders)
             self._orders.clear()
@@ -89,7 +116,7 @@ class Client:
             return self._acknowledged >= self._sent
 
     @property
-    def asks(self) -> bool:
+    def has_orders(self) -> bool:
         """Whether orders wait."""
         with self._lock:
             return bool(self._orders)

@@ -18,10 +18,10 @@ import yaml
 from sumo3dviz_pt.errors import ConfigError
 
 _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
-"""Line breaks as the scanner knows them."""
+"""Line breaks as YAML's scanner sees them."""
 
 _STEP = 2
-"""Spaces by which entries are indented where nothing else says so, and in what is inserted."""
+"""Spaces of each level, in what is inserted and where the file itself shows no level."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class _Place:
 
 
 def inserted(text: str, entry: str, *, file: Path | None = None) -> tuple[str, int]:
-    """A scene file's text with one more camera after the others.
+    """Return a scene file's text with one more camera after the others.
 
     Args:
         text: Valid YAML.
@@ -70,14 +70,14 @@ def inserted(text: str, entry: str, *, file: Path | None = None) -> tuple[str, i
 
 
 def _indented(line: str, place: _Place) -> str:
-    """A line of an entry at the depth that the file's other cameras have."""
+    """Return a line of an entry at the depth that the file's other cameras have."""
     words = line.lstrip(" ")
     level = 1 + (len(line) - len(words)) // _STEP
     return " " * (place.column + place.step * level) + words
 
 
 def _newline(text: str, index: int) -> str:
-    """The last line end before a place, or else in the text."""
+    """Return the last line end before a place, or else in the text."""
     ends = _BREAK.findall(text[:index]) or _BREAK.findall(text)
     return ends[-1] if ends and ends[-1] in ("\r\n", "\r") else "\n"
 
@@ -100,7 +100,7 @@ def _place(text: str, file: Path | None) -> _Place:
 
 
 def _after(events: Sequence[yaml.Event], number: int) -> int:
-    """Number of the event after a node."""
+    """Return the number of the event after a node."""
     depth = 0
     while True:
         event = events[number]
@@ -112,7 +112,7 @@ def _after(events: Sequence[yaml.Event], number: int) -> int:
 
 
 def _within(text: str, key: yaml.Event, value: Sequence[yaml.Event], file: Path | None) -> _Place:
-    """Where the next camera goes under `cameras:`."""
+    """Return where the next camera goes under `cameras:`."""
     first, column = value[0], _start(key).column
     if isinstance(first, yaml.ScalarEvent) and _start(first).index == _end(first).index:
         index = _after_comments(text, _line_after(text, _end(key).index), column + 1)
@@ -131,13 +131,13 @@ def _within(text: str, key: yaml.Event, value: Sequence[yaml.Event], file: Path 
 
 
 def _ends_a_block(event: yaml.Event) -> bool:
-    """Whether an event ends a collection without a bracket."""
+    """Return whether an event ends a collection without a bracket."""
     ends = isinstance(event, yaml.CollectionEndEvent)
     return bool(ends and _start(event).index == _end(event).index)
 
 
 def _line_after(text: str, index: int) -> int:
-    """Start of the line after a place; of its own line if nothing stands before it there."""
+    """Return where the line after a place starts, or its own line if nothing stands before it."""
     begin = max((found.end() for found in _BREAK.finditer(text, 0, index)), default=0)
     if not text[begin:index].strip(" "):
         return begin
@@ -162,25 +162,25 @@ def _after_comments(text: str, index: int, column: int) -> int:
 
 
 def _foot(text: str, events: Sequence[yaml.Event]) -> int:
-    """Where a further key goes: at the end of the document."""
+    """Return where a further key goes: at the end of the document."""
     end = next(event for event in events if isinstance(event, yaml.DocumentEndEvent))
     return _start(end).index if end.explicit else len(text)
 
 
 def _start(event: yaml.Event) -> yaml.Mark:
-    """Where an event begins."""
+    """Return where an event begins."""
     assert isinstance(event.start_mark, yaml.Mark)
     return event.start_mark
 
 
 def _end(event: yaml.Event) -> yaml.Mark:
-    """Where an event ends."""
+    """Return where an event ends."""
     assert isinstance(event.end_mark, yaml.Mark)
     return event.end_mark
 
 
 def _by_hand(reason: str, event: yaml.Event | None, file: Path | None) -> ConfigError:
-    """An error that says what to do instead."""
+    """Return an error that says what to do instead."""
     line = _start(event).line + 1 if event is not None else None
     message = f"{reason}; paste the camera's text there by hand"
     return ConfigError(message, key="cameras", file=file, line=line)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import make_job
@@ -27,13 +27,13 @@ _NAME = re.compile(r"[^\W\d][\w-]{0,59}")
 """What cameras may be called: words that need no quotes and suit names of films."""
 
 _CLEAR_VIEW = False
-"""What was seen when a camera was found is what it films: nothing is cleared for it."""
+"""A camera films what was seen where it was found, so nothing is cleared out of its view."""
 
 _KEPT = f"    clear_view: {str(_CLEAR_VIEW).lower()}"
 
 
 def key_frame(eye: Eye, time: float) -> KeyFrame:
-    """A key frame where an eye is at a time [s], rounded."""
+    """Return a key frame where an eye is at a time [s], rounded."""
     x, y, z = (_rounded(value, 2) for value in eye.position.tolist())
     return KeyFrame(
         time=_rounded(time, 3),
@@ -46,13 +46,13 @@ def key_frame(eye: Eye, time: float) -> KeyFrame:
 
 
 def with_frame(frames: Sequence[KeyFrame], frame: KeyFrame) -> tuple[KeyFrame, ...]:
-    """Key frames in the order of time with one more; it replaces one of its own time."""
+    """Add a key frame to others, in the order of time; it replaces one of its own time."""
     others = [each for each in frames if each.time != frame.time]
     return tuple(sorted([*others, frame], key=lambda each: each.time))
 
 
 def flight(frames: Sequence[KeyFrame]) -> CinematicCamera:
-    """The camera that flies through key frames; what `path_yaml` writes reads as the same.
+    """Return the camera that flies through key frames; what `path_yaml` writes reads as the same.
 
     Raises:
         ConfigError: If there are none.
@@ -73,7 +73,7 @@ def flight(frames: Sequence[KeyFrame]) -> CinematicCamera:
 
 
 def camera_yaml(eye: Eye, name: str = "view") -> str:
-    """A standing camera as it is written under `cameras:`."""
+    """Return a standing camera as it is written under `cameras:`."""
     frame = key_frame(eye, 0.0)
     lines = [f"  {name}:", "    mode: eulerian"]
     lines += [f"    {key}: {value}" for key, value in _aimed(frame)]
@@ -82,7 +82,7 @@ def camera_yaml(eye: Eye, name: str = "view") -> str:
 
 
 def path_yaml(name: str, frames: Sequence[KeyFrame]) -> str:
-    """A cinematic camera as it is written under `cameras:`.
+    """Return a cinematic camera as it is written under `cameras:`.
 
     Raises:
         ConfigError: If there are no key frames.
@@ -98,7 +98,7 @@ def path_yaml(name: str, frames: Sequence[KeyFrame]) -> str:
 
 
 def _aimed(frame: KeyFrame) -> list[tuple[str, str]]:
-    """Keys of place and aim; angles that are 0 anyway are left out."""
+    """Return the keys of place and aim; angles that are 0 anyway are left out."""
     values = [("position", _point(frame.position))]
     if frame.look_at is not None:
         values.append(("look_at", _point(frame.look_at)))
@@ -109,23 +109,23 @@ def _aimed(frame: KeyFrame) -> list[tuple[str, str]]:
 
 
 def _rounded(value: float, digits: int) -> float:
-    """A number as it is written; there is no -0."""
+    """Return a number as it is written; there is no -0."""
     return round(value, digits) + 0.0
 
 
 def _number(value: float | None) -> str:
-    """A number without an exponent and needless zeros; it reads as the same one."""
+    """Return a number without an exponent and needless zeros; it reads as the same one."""
     assert value is not None
     return str(np.format_float_positional(value + 0.0, trim="-"))
 
 
 def _point(point: Sequence[float]) -> str:
-    """A list of numbers."""
+    """Return a list of numbers."""
     return "[" + ", ".join(map(_number, point)) + "]"
 
 
 def free_name(name: str, taken: Collection[str]) -> str:
-    """The name, or the first of `name2`, `name3`, ... that is free."""
+    """Return the name, or the first of `name2`, `name3`, ... that is free."""
     number, free = 1, name
     while free in taken:
         number += 1
@@ -161,14 +161,14 @@ def save_camera(scene_file: Path, name: str, text: str) -> int:
 
 
 def _check_name(name: str) -> None:
-    """A name must read as a word."""
+    """Refuse a name that is no plain word."""
     if not _NAME.fullmatch(name) or parse_yaml(name)[0] != name:
         message = "a camera's name starts with a letter and holds letters, digits, - and _ only"
         raise ConfigError(f"{message}, not {name!r}", key="cameras")
 
 
 def _settings(text: str, name: str, file: Path) -> dict[str, Any]:
-    """What a scene file says, if a camera's name is free in it."""
+    """Return what a scene file says, if a camera's name is free in it."""
     settings = parse_yaml(text, file=file)[0]
     if not isinstance(settings, dict):
         raise ConfigError("a scene file is a mapping of keys to values; this is not", file=file)
@@ -180,7 +180,7 @@ def _settings(text: str, name: str, file: Path) -> dict[str, Any]:
 
 
 def _check_result(old: dict[str, Any], after: str, name: str, text: str, file: Path) -> None:
-    """The changed file must say what it said, and one camera more, and be a scene file."""
+    """Refuse a changed file unless it says what it said and one camera more."""
     try:
         new, entry = parse_yaml(after)[0], parse_yaml(text)[0]
         cameras = {**(old.get("cameras") or {}), **entry}
@@ -194,22 +194,15 @@ def _check_result(old: dict[str, Any], after: str, name: str, text: str, file: P
 
 def _replace(file: Path, content: bytes) -> None:
     """Write a file anew, at once or not at all."""
-    part: Path | None = None
     try:
         if not os.access(file, os.W_OK):
             raise PermissionError(13, "it is write-protected")
-        with tempfile.NamedTemporaryFile(
-            dir=file.parent, prefix=f".{file.name}.", suffix=".part", delete=False
-        ) as stream:
-            part = Path(stream.name)
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        shutil.copymode(file, part)
-        part.replace(file)
+        with whole(file) as part:
+            with part.open("wb") as stream:
+                stream.write(content)
+                stream.flush()
+                os.fsync(stream.fileno())
+            shutil.copymode(file, part)
     except OSError as error:
         message = f"the scene file cannot be written: {error.strerror or error}"
         raise ConfigError(message, file=file) from error
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""A picture that gets better while nothing moves: the mean of its samples, and its error."""
+"""A picture that improves while nothing moves: the mean of its samples, and its error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Mean:
 
     Attributes:
         halves: Sums of radiance, depth and hits of even and odd samples, (2, h, w, 5).
-        count: Samples so far.
+        count: Samples that were added.
     """
 
     halves: Image
@@ -27,12 +27,12 @@ class Mean:
 
     @classmethod
     def empty(cls, size: tuple[int, int]) -> Mean:
-        """No sample yet of a picture of a width and height [px]."""
+        """Begin a picture of a width and height [px], without any sample."""
         return cls(np.zeros((2, size[1], size[0], _CHANNELS), dtype=np.float32), 0)
 
     @classmethod
     def of(cls, sample: Image) -> Mean:
-        """A single sample, (h, w, 5)."""
+        """Begin a picture with a sample, (h, w, 5)."""
         return cls(np.stack([sample, np.zeros_like(sample)]), 1)
 
     @property
@@ -41,7 +41,7 @@ class Mean:
         return self.halves.shape[2], self.halves.shape[1]
 
     def with_sample(self, sample: Image) -> Mean:
-        """One more sample, (h, w, 5); the sums are changed in place."""
+        """Add a sample, (h, w, 5); the sums are changed in place."""
         self.halves[self.count % 2] += sample
         return Mean(self.halves, self.count + 1)
 
@@ -51,10 +51,15 @@ class Mean:
         return np.asarray(self.halves.sum(axis=0) / max(self.count, 1))
 
     def error(self, live: Live, view: View, *, extra: float) -> float | None:
-        """Standard error of the shown picture [8-bit codes]; None where it is not known yet.
+        """Return the standard error of the shown picture [8-bit codes]; None if it is unknown yet.
 
         Half the difference between the pictures of two independent halves has the same
         variance as their mean.
+
+        Args:
+            live: Develops the picture.
+            view: Of its camera.
+            extra: Further exposure [EV].
         """
         if self.count < 2:
             return None

@@ -1,4 +1,4 @@
-"""What a page can ask for, checked as it comes in."""
+"""Orders that a page can give, checked as they come in."""
 
 from __future__ import annotations
 
@@ -15,22 +15,32 @@ InputId = Annotated[Whole, Field(ge=0, le=2**53)]
 Pixels = Annotated[Finite, Field(ge=-1e5, le=1e5)]
 
 
-class Keys(Settings):
+class _Input(Settings):
+    """Base of what keys and pointer do; pages number it, to measure how late pictures are."""
+
+    id: InputId = 0
+
+
+class _Switch(Settings):
+    """Base of what is switched on or off."""
+
+    on: bool
+
+
+class Keys(_Input):
     """The movement keys that are down."""
 
     do: Literal["keys"]
     down: tuple[str, ...] = Field(max_length=32)
-    id: InputId = 0
 
 
-class Drag(Settings):
+class Drag(_Input):
     """The pointer was dragged over the picture [px]."""
 
     do: Literal["drag"]
     dx: Pixels
     dy: Pixels
     width: Pixels = Field(gt=0.0)
-    id: InputId = 0
 
 
 class GoTo(Settings):
@@ -58,11 +68,10 @@ class SetTime(Settings):
     value: Seconds
 
 
-class Play(Settings):
+class Play(_Switch):
     """Let time run."""
 
     do: Literal["play"]
-    on: bool
 
 
 class Step(Settings):
@@ -72,22 +81,20 @@ class Step(Settings):
     frames: Whole = Field(ge=-1000, le=1000)
 
 
-class Dynamic(Settings):
+class Dynamic(_Switch):
     """Show road users or not."""
 
     do: Literal["dynamic"]
-    on: bool
 
 
-class Denoise(Settings):
+class Denoise(_Switch):
     """Remove noise of standing pictures or not."""
 
     do: Literal["denoise"]
-    on: bool
 
 
 class Pick(Settings):
-    """Ride with who is seen at a point of the picture, from its top left."""
+    """Ride with the road user that is seen at a point of the picture, from its top left."""
 
     do: Literal["pick"]
     x: Finite = Field(ge=0.0, le=1.0)
@@ -184,7 +191,7 @@ _ORDERS: TypeAdapter[Order] = TypeAdapter(Annotated[Order, Field(discriminator="
 
 
 def parsed(raw: Mapping[str, Any]) -> Order:
-    """A page's message as an order.
+    """Read a page's message as an order.
 
     Raises:
         ConfigError: If it is none.

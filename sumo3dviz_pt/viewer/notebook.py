@@ -13,14 +13,14 @@ _BELOW = 120
 """Height of what the page shows above and below the picture [px]."""
 
 _NARROW = 960
-"""Pictures are shown this wide, as far as the notebook is [px]."""
+"""Width at which pictures are shown, if the notebook is as wide [px]."""
 
 
 class Viewer:
     """A viewer that runs until it is closed; notebooks show its page.
 
     Args:
-        render thread: What renders; it is started here.
+        render_thread: What renders; it is started here.
         size: Of its pictures [px].
         choices: How it listens and looks.
 
@@ -68,7 +68,7 @@ class Viewer:
         return f"<Viewer at {self.address}{'' if self.running else ', closed'}>"
 
     def _repr_html_(self) -> str:
-        """A frame with the page, and its address for a window of its own."""
+        """Return a frame with the page, and its address for a window of its own."""
         if not self.running:
             return "<p>This viewer is closed; run the cell again to open one.</p>"
         address = html.escape(self.address, quote=True)

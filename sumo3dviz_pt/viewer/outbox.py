@@ -1,4 +1,4 @@
-"""What waits to be sent to one page: back pressure by acknowledgement.
+"""Messages that wait to be sent to one page, with back pressure by acknowledgement.
 
 A page says when it has shown a picture. Until then no other one is on its way, and of
 those that are made meanwhile only the newest is kept: a slow line sees fewer pictures,
@@ -14,14 +14,14 @@ from typing import Any
 from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
 
 _STANDS = frozenset({"scene", "busy", "keyframes"})
-"""Kinds of notes that say how things stand now."""
+"""Kinds of notes of which only the newest matters."""
 
 MOST_NOTES = 1000
-"""A page that hears nothing for so long has lost the oldest."""
+"""Notes that may wait; beyond that the oldest are lost."""
 
 
 class Outbox:
-    """Filled from the render thread, emptied in the server's event loop.
+    """A queue that the render thread fills and the server's event loop empties.
 
     Args:
         loop: In which `following` and `acknowledge` are called.
@@ -39,7 +39,11 @@ class Outbox:
         self._loop.call_soon_threadsafe(self._put, message)
 
     def acknowledge(self, seq: Any) -> bool:
-        """Hear that a picture is shown; whether it was the one under way. Pages say anything."""
+        """Note that a picture is shown; return whether it was the one under way.
+
+        Args:
+            seq: The picture's number as the page gives it, which may be anything.
+        """
         if self._under_way is None or type(seq) is not int or seq != self._under_way:
             return False
         self._under_way = None
@@ -71,5 +75,5 @@ class Outbox:
 
 
 def _kind(note: Note) -> str:
-    """What a note is about."""
+    """Return what a note is about."""
     return str(note.content["kind"])

@@ -1,33 +1,57 @@
-"""Pictures for clients: small while they move, large and better and better while they stand."""
+"""Takes pictures for pages: small ones of what moves, large ones that improve of what stands."""
 
 from __future__ import annotations
 
 import time as clock
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live, Size, encoded, joined
-from sumo3dviz_pt.viewer.client import Client
+from sumo3dviz_pt.viewer.client import Client, Pictured
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.state import ViewerState, said_of
 from sumo3dviz_pt.viewer.walk import Eye
 
 _ROUNDS = 3
-"""Times that are shown until kernels are compiled and recorded."""
+"""Number of times to take pictures of until kernels are compiled and recorded."""
 
 _SLOW = 0.15
-"""Moving pictures of half the size that take longer become a quarter of it [s]."""
+"""Where a moving picture of half the size takes longer than this, it gets a quarter [s]."""
 
 HALVES, QUARTERS = 2, 4
-"""Rows and columns into which large pictures are cut: small ones have the size of a part."""
+"""Rows and columns into which a large picture is cut; a small picture has the size of a part."""
 
 _WALKED, _STOOD = 100.0, 20.0
-"""Levels of detail are chosen anew so far away, while moving and while standing [m]: it takes as
-long as a step of traffic."""
+"""Distances after which levels of detail are chosen anew: while a client moves, and while it
+stands [m]. Choosing takes as long as a step of traffic."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shown:
+    """What the renderer holds now.
+
+    Attributes:
+        time: SUMO's [s].
+        dynamic: Whether road users are shown.
+        cut_open: The vehicle whose body is cut open for the camera in it, or None.
+        shot: The built scene.
+        place: For which levels of detail were chosen, (3,) [m].
+    """
+
+    time: float
+    dynamic: bool
+    cut_open: str | None
+    shot: object
+    place: Floats
+
+    def fits(self, other: _Shown) -> bool:
+        """Return whether both are the same, wherever they are seen from."""
+        seen = (self.time, self.dynamic, self.cut_open)
+        return seen == (other.time, other.dynamic, other.cut_open) and self.shot is other.shot
 
 
 class Projector:
@@ -41,7 +65,7 @@ class Projector:
             size: Of large pictures [px].
         """
         self._live, self._size, self._cut = live, size, HALVES
-        self._shown: tuple[Any, ...] | None = None
+        self._shown: _Shown | None = None
         self.warm_up()
 
     @property
@@ -51,7 +75,7 @@ class Projector:
         return self._cut * width, self._cut * height
 
     def warm_up(self) -> None:
-        """After the scene was built: on a slow machine moving pictures become a quarter."""
+        """Compile and record after the scene was built; choose smaller pictures if that is slow."""
         if self._warmed() > _SLOW and self._cut == HALVES:
             self._cut = QUARTERS
             self._live.resize(part_of(self._size, self._cut))
@@ -59,7 +83,7 @@ class Projector:
         self._shown = None
 
     def _warmed(self) -> float:
-        """Compile and record all that a small picture needs; seconds that the last one takes.
+        """Compile and record all that a small picture needs; return what the last one takes [s].
 
         A recording is final after two pictures of each of two times (docs/internals/viewer.md).
         """
@@ -75,7 +99,7 @@ class Projector:
         return spent
 
     def forget(self) -> None:
-        """Something else was shown."""
+        """Forget what the renderer holds: something else was shown."""
         self._shown = None
 
     def picture(self, client: Client) -> None:
@@ -86,14 +110,14 @@ class Projector:
             view = state.view(live)
         except ConfigError as error:
             client.warn(error)
-            before = client.pictured[1] if client.pictured else live.home
+            before = client.pictured.view if client.pictured else live.home
             eye = replace(Eye.of(before), roll=0.0)
             state = replace(state, eye=eye, ride=None, flying=False, playing=False)
             client.state, view = state, eye.view()
         if moved := self._moved(client, view):
             client.parts, client.mean = [], None
         self._bring(state, view, moved=moved)
-        client.pictured = (state.time, view, state.dynamic, live.shot)
+        client.pictured = Pictured(state.time, view, state.dynamic, live.shot)
         if moved or state.moves:
             sample = live.glimpse(state.time, view, number=0)
             client.mean = Mean.of(sample)
@@ -105,7 +129,7 @@ class Projector:
             self._send(client, view, still=True, began=client.began)
 
     def _add_part(self, client: Client, view: View) -> None:
-        """One more part of a large picture's next sample; orders are heard in between."""
+        """Take one more part of a large picture's next sample; orders are read between parts."""
         mean, parts = client.mean, client.parts
         if mean is None or mean.size != self.size:
             mean = Mean.empty(self.size)
@@ -116,31 +140,28 @@ class Projector:
         client.mean = mean
 
     def _moved(self, client: Client, view: View) -> bool:
-        """Whether a client sees something else than in his last picture."""
-        if client.pictured is None:
+        """Return whether a client sees something else than its last picture shows."""
+        last, state = client.pictured, client.state
+        if last is None or last.shot is not self._live.shot:
             return True
-        time, before, dynamic, shot = client.pictured
-        state = client.state
-        same = (time, dynamic) == (state.time, state.dynamic) and shot is self._live.shot
-        same &= before.lens == view.lens
-        return not (
-            same and np.array_equal(before.world_from_camera.matrix, view.world_from_camera.matrix)
-        )
+        same = (last.time, last.dynamic) == (state.time, state.dynamic)
+        before = last.view.world_from_camera.matrix
+        same &= last.view.lens == view.lens
+        return not (same and np.array_equal(before, view.world_from_camera.matrix))
 
     def _bring(self, state: ViewerState, view: View, *, moved: bool) -> None:
-        """Bring the road users to a client's time; who stands gets levels for where he is."""
-        shown = self._shown
-        rides = view.rides_in if view.cutaway else None
-        wanted = (state.time, state.dynamic, rides, self._live.shot)
-        if shown is not None and shown[:4] == wanted:
-            away = float(np.linalg.norm(shown[4] - view.position))
+        """Bring the road users to a client's time, in levels of detail for its place."""
+        cut_open = view.rides_in if view.cutaway else None
+        wanted = _Shown(state.time, state.dynamic, cut_open, self._live.shot, view.position)
+        if self._shown is not None and self._shown.fits(wanted):
+            away = float(np.linalg.norm(self._shown.place - view.position))
             if away < (_WALKED if moved else _STOOD):
                 return
         self._live.show(state.time, view, dynamic=state.dynamic)
-        self._shown = (*wanted, view.position)
+        self._shown = wanted
 
     def _send(self, client: Client, view: View, *, still: bool, began: float) -> None:
-        """Develop and send."""
+        """Develop what was sampled and send it to the page, with what it shows."""
         state, mean = client.state, client.mean
         assert mean is not None
         often = mean.count & (mean.count - 1) == 0
@@ -169,5 +190,5 @@ class Projector:
 
 
 def part_of(size: Size, cut: int) -> Size:
-    """Of each part of a picture that is cut into rows and columns [px]."""
+    """Return the size of each part of a picture that is cut into rows and columns [px]."""
     return max(round(size[0] / cut), 1), max(round(size[1] / cut), 1)

@@ -1,8 +1,8 @@
 """The one thread that renders, for all pages in turn.
 
-Mitsuba's state belongs to a thread, and two cores gain nothing from two of them. While a
-client moves he gets small pictures of one sample a pixel; who stands still gets a large
-one that gets better. Scenes that lack detail where somebody stands are built again there.
+Mitsuba's state belongs to a thread, and two cores gain nothing from two of them. A client that
+moves gets small pictures of one sample a pixel; a client that stands still gets a large one that
+improves. Where a client stands for long and the scene lacks detail, it is built again.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ from sumo3dviz_pt.viewer.walk import Eye
 log = logging.getLogger(__name__)
 
 MOST_SPP = 512
-"""A still picture gets no better after so many samples a pixel."""
+"""Samples a pixel after which a standing picture is not improved any more."""
 
 _LONGEST = 0.25
-"""No single step of a client is longer [s]: after a pause nobody jumps."""
+"""Longest time that passes in one step [s]: after a pause no client jumps."""
 
 _RESTING = 8
-"""Who has so many samples of a place without detail gets some."""
+"""Samples a pixel of a place without detail, after which the scene is built again there."""
 
 _TURN = 1.0
-"""Who stands is served for so long on end [s]."""
+"""A standing client is served for this long before it is the next one's turn [s]."""
 
 _STILLS = 20
-"""So many stills are kept."""
+"""Number of stills that are kept."""
 
 
 class RenderThread:
@@ -99,7 +99,7 @@ class RenderThread:
 
     @property
     def about(self) -> dict[str, Any]:
-        """What a page needs to know of the scene."""
+        """What a page is told of the scene."""
         job, ground = self.live.job, self._ground
         return {
             "title": self._file.parent.name if self._file else "sumo3dviz_pt",
@@ -126,7 +126,7 @@ class RenderThread:
 
     @property
     def _projector(self) -> Projector:
-        """What takes pictures."""
+        """The projector of the open scene, which takes pictures."""
         assert self._opened_projector is not None
         return self._opened_projector
 
@@ -142,7 +142,7 @@ class RenderThread:
             raise self._failure
 
     def close(self) -> None:
-        """Stop and wait for it."""
+        """Stop rendering and wait until the thread has ended."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -150,7 +150,7 @@ class RenderThread:
             self._thread.join()
 
     def join(self, deliver: Callable[[Message], None]) -> Client:
-        """Begin a visit.
+        """Begin a page's visit.
 
         Args:
             deliver: Takes what the page is told; called from the render thread, too.
@@ -165,16 +165,16 @@ class RenderThread:
         return client
 
     def still(self, number: int) -> bytes | None:
-        """A still that was taken, as a PNG file."""
+        """Return a still that was taken, as a PNG file."""
         return self._stills.get(number)
 
     def _wake(self) -> None:
-        """There is something to do."""
+        """Tell the thread that there is something to do."""
         with self._changed:
             self._changed.notify_all()
 
     def _forget(self, client: Client) -> None:
-        """A page is gone."""
+        """Forget a page that is gone."""
         with self._changed:
             self._clients = [other for other in self._clients if other is not client]
 
@@ -203,7 +203,7 @@ class RenderThread:
         self._live.close()
 
     def _next(self) -> Client | None:
-        """The next client for whom there is something to do; None at the end."""
+        """Wait for the next client with something to do; None at the end."""
         with self._changed:
             while not self._closing:
                 if (found := self._choice()) is not None:
@@ -212,25 +212,25 @@ class RenderThread:
         return None
 
     def _choice(self) -> Client | None:
-        """Who is next: those who move before those who stand, who have some time on end.
+        """Choose the next client: moving ones first; standing ones keep their turn for a while.
 
         Each change of client may have to move all traffic.
         """
-        waiting = [v for v in self._clients if v.asks or (v.ready and self._wanting(v))]
-        waiting = [v for v in waiting if v.asks or v.state.moves] or waiting
+        waiting = [c for c in self._clients if c.has_orders or (c.ready and self._wanting(c))]
+        waiting = [c for c in waiting if c.has_orders or c.state.moves] or waiting
         if not waiting:
             return None
         now, (current, since) = clock.perf_counter(), self._turn
         if current in waiting and now - since < _TURN:
             return current
-        after = [v for v in waiting if v is not current] or waiting
+        after = [c for c in waiting if c is not current] or waiting
         self._clients.remove(after[0])
         self._clients.append(after[0])
         self._turn = after[0], now
         return after[0]
 
     def _wanting(self, client: Client) -> bool:
-        """Whether another picture would differ."""
+        """Return whether another picture would differ."""
         mean, state = client.mean, client.state
         if state.moves or mean is None or mean.count < MOST_SPP:
             return True
@@ -238,7 +238,7 @@ class RenderThread:
         return False
 
     def _serve(self, client: Client) -> None:
-        """Follow orders, let time pass, send a picture."""
+        """Follow a client's orders, let time pass, send it a picture."""
         for came, order in client.taken():
             self._tick(client, came)
             try:
@@ -247,7 +247,7 @@ class RenderThread:
                 client.warn(error)
         self._tick(client, clock.perf_counter())
         if client.state.frames is not client.told:
-            # Once for all orders: a flood of added key frames must not become one of notes.
+            # Once for all orders, so that many added key frames do not make as many notes.
             client.told = client.state.frames
             client.tell("keyframes", frames=frames_said(client.told))
         if client.ready:
@@ -255,7 +255,7 @@ class RenderThread:
             self._detail(client)
 
     def _tick(self, client: Client, now: float) -> None:
-        """Let time pass until a moment: keys count from when they came, however slow we are."""
+        """Let time pass until a moment: a key counts from when it came."""
         if client.ticked is None:
             client.ticked = now
         seconds = min(max(now - client.ticked, 0.0), _LONGEST)
@@ -263,11 +263,11 @@ class RenderThread:
         client.ticked = max(now, client.ticked)
 
     def _detail(self, client: Client) -> None:
-        """Build the scene again around clients who have stood for long where it is coarse."""
+        """Build the scene again around clients that have stood for long where it is coarse."""
         stands = client.mean is not None and client.mean.count >= _RESTING
         if stands and self.live.lacks_detail(client.state.view(self.live).position):
-            seen = [other.pictured[1] for other in self._clients if other.pictured]
-            eyes = np.stack([view.position for view in seen])
+            seen = [other.pictured for other in self._clients if other.pictured]
+            eyes = np.stack([each.view.position for each in seen])
             self._rebuild("bringing detail here", eyes=eyes)
 
     def _rebuild(self, text: str, **choices: Any) -> None:
@@ -370,7 +370,7 @@ class RenderThread:
         client.state = obeyed(order, client.state, self.live)
 
     def _save(self, name: str, text: str, client: Client) -> None:
-        """Put a camera into the scene file, and tell everybody."""
+        """Put a camera into the scene file, and tell all pages."""
         if self._file is None:
             client.tell("yaml", text=text)
             return

@@ -1,93 +1,29 @@
-"""The viewer's web server: one page, its websocket and its stills, on this machine only.
+"""The viewer's web server in a thread of its own, on this machine only.
 
-It listens on 127.0.0.1; a tunnel such as `ssh -L` brings it elsewhere. Others who have an
-account on the machine could reach it, too, and so could web pages that the user visits:
-hence a token in the address, and a look at the headers Host (DNS rebinding) and Origin
-(foreign pages). Nothing is ever fetched from outside, and the page cannot either.
-
-References:
-    RFC 6455, sections 7.4 (close codes) and 10.2 (origin); W3C, Content Security Policy 3.
+It listens on 127.0.0.1; a tunnel such as `ssh -L` brings it elsewhere. What it answers, and to
+whom, stands in `routes`.
 """
 
 from __future__ import annotations
 
 import asyncio
-import hmac
-import json
 import re
 import secrets
 import signal
 import socket
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from importlib import resources
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from sumo3dviz_pt.errors import ConfigError, MissingExtraError
-from sumo3dviz_pt.viewer.messages_out import Frame, Note
-from sumo3dviz_pt.viewer.outbox import Outbox
-
-try:
-    from aiohttp import WSCloseCode, WSMsgType, web
-except ImportError as error:
-    raise MissingExtraError("the viewer needs aiohttp", extra="viewer") from error
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.viewer.routes import HOST, PATIENCE, application, web
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.viewer.client import Client
     from sumo3dviz_pt.viewer.render_thread import RenderThread
 
-
-HOST = "127.0.0.1"
-_OWN_NAME = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?", re.I)
 _TOKEN = re.compile(r"[\w-]{1,200}", re.A)
-_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
-_LONGEST_ORDER = 1 << 16  # bytes
-_HEARTBEAT = 30.0  # s; notices a line that is cut
-_PATIENCE = 2.0  # s for the pages to say goodbye
-_POLICY = (
-    "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws://{host};"
-    " frame-ancestors 'self' http://localhost:* http://127.0.0.1:*;"
-    " base-uri 'none'; form-action 'none'; object-src 'none'"
-)
-_HEADERS = {
-    "Referrer-Policy": "no-referrer",
-    "X-Content-Type-Options": "nosniff",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "no-store",
-    "Server": "sumo3dviz_pt",
-}
-_NOT_HERE = (
-    "There is nothing at this address.\n\n"
-    "The viewer's address holds a token that changes whenever the viewer starts:"
-    " open the address that it printed last.\n"
-)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Site:
-    """What the routes need.
-
-    Attributes:
-        render thread: Renders.
-        token: Opens.
-        proxied: Whether a notebook server passes pages' requests on, under its own name.
-        files: Text and content type of the page's files, by name.
-        talks: Open conversations.
-    """
-
-    render_thread: RenderThread
-    token: str
-    proxied: bool
-    files: Mapping[str, tuple[str, str]]
-    talks: set[web.WebSocketResponse]
-
-
-_SITE = web.AppKey("site", _Site)
-
-# From outside ------------------------------------------------------------------------------
 
 
 class Server:
@@ -139,11 +75,11 @@ class Server:
         self._thread.start()
 
     def close(self) -> None:
-        """Say goodbye to the pages, stop rendering, wait for both. Again does nothing."""
+        """Say goodbye to the pages, stop rendering, wait for both; a second time does nothing."""
         if self.running:
             self._tell(self._stop)
             self._parted.wait()
-        # Here and not in a thread of the loop: there are none while the interpreter ends.
+        # Not in a thread of the loop: while the interpreter ends, no thread can be started.
         self._render_thread.close()
         if self.running:
             self._tell(self._end)
@@ -175,7 +111,7 @@ class Server:
             self._parted.set()
 
     async def _answer(self) -> None:
-        runner = web.AppRunner(self._application, access_log=None, shutdown_timeout=_PATIENCE)
+        runner = web.AppRunner(self._application, access_log=None, shutdown_timeout=PATIENCE)
         await runner.setup()
         try:
             await web.SockSite(runner, self._listening).start()
@@ -183,7 +119,7 @@ class Server:
         finally:
             await runner.cleanup()
         self._parted.set()
-        # The loop goes on until the render thread is closed, too: it may still deliver something.
+        # The loop goes on until the render thread is closed, which may still deliver messages.
         await self._end.wait()
 
 
@@ -203,163 +139,15 @@ def serve(
         Sumo3dvizError: If the scene cannot be built or rendered.
     """
     asked = threading.Event()
-    # The signals are let go first: a second Ctrl-C ends the program at once.
+    # The signals are restored first, so that a second Ctrl-C ends the program at once.
     with Server(render_thread, port=port, token=token) as server, _on_signals(asked.set):
         announce(server.address)
         while server.running and not asked.wait(0.5):
             pass
 
 
-def application(
-    render_thread: RenderThread, token: str, *, proxied: bool = False
-) -> web.Application:
-    """The routes `/TOKEN/`, its files, `/TOKEN/ws` and `/TOKEN/stills/N.png`."""
-    made = web.Application(middlewares=[_guarded])
-    made[_SITE] = _Site(render_thread, token, proxied, _page_files(), set())
-    made.on_response_prepare.append(_sign)
-    made.on_shutdown.append(_say_goodbye)
-    for path, handler in (
-        ("/{token}", _to_page),
-        ("/{token}/", _file),
-        ("/{token}/ws", _talk),
-        (r"/{token}/stills/{number:\d{1,6}}.png", _still),
-        ("/{token}/{name}", _file),
-    ):
-        made.router.add_get(path, handler, allow_head=False)
-    return made
-
-
-# Who may ask -------------------------------------------------------------------------------
-
-
-@web.middleware
-async def _guarded(
-    request: web.Request, handler: Callable[[web.Request], Any]
-) -> web.StreamResponse:
-    """Let only those pass who ask under our own name, from our own page, with the token."""
-    host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
-    proxied = request.app[_SITE].proxied
-    if not (_OWN_NAME.fullmatch(host) or proxied):
-        raise web.HTTPForbidden(text="The viewer answers to localhost and 127.0.0.1 only.\n")
-    # A notebook server may talk to browsers by https, though it talks to us by http.
-    pages = {f"http://{host}".lower(), *([f"https://{host}".lower()] if proxied else ())}
-    if origin is not None and origin.lower() not in pages:
-        raise web.HTTPForbidden(text="The viewer does not talk to other pages.\n")
-    # `OPTIONS *` has no slash; a path may hold bytes that are no text.
-    given = request.path.partition("/")[2].partition("/")[0].encode(errors="replace")
-    if not hmac.compare_digest(given, request.app[_SITE].token.encode()):
-        raise web.HTTPNotFound(text=_NOT_HERE)
-    if request.match_info.http_exception is not None and request.method == "GET":
-        raise web.HTTPNotFound(text=_NOT_HERE)
-    answer: web.StreamResponse = await handler(request)
-    return answer
-
-
-async def _sign(request: web.Request, response: web.StreamResponse) -> None:
-    """Add what tells the browser to be strict."""
-    response.headers.update(_HEADERS)
-    host = request.headers.get("Host", "")
-    own = host if _OWN_NAME.fullmatch(host) else HOST
-    response.headers["Content-Security-Policy"] = _POLICY.format(host=own)
-
-
-# What is answered --------------------------------------------------------------------------
-
-
-async def _to_page(request: web.Request) -> web.StreamResponse:
-    """The page's files lie below its address, so it has to end in a slash."""
-    raise web.HTTPPermanentRedirect(f"{request.app[_SITE].token}/")
-
-
-async def _file(request: web.Request) -> web.StreamResponse:
-    name = request.match_info.get("name", "index.html")
-    if name not in request.app[_SITE].files:
-        raise web.HTTPNotFound(text=_NOT_HERE)
-    text, kind = request.app[_SITE].files[name]
-    return web.Response(text=text, content_type=kind, charset="utf-8")
-
-
-async def _still(request: web.Request) -> web.StreamResponse:
-    picture = request.app[_SITE].render_thread.still(int(request.match_info["number"]))
-    if picture is None:
-        raise web.HTTPNotFound(text="There is no such still.\n")
-    return web.Response(body=picture, content_type="image/png")
-
-
-async def _talk(request: web.Request) -> web.StreamResponse:
-    """Hold the conversation with one page until either side ends it."""
-    talk = web.WebSocketResponse(
-        heartbeat=_HEARTBEAT, max_msg_size=_LONGEST_ORDER, compress=False, timeout=_PATIENCE
-    )
-    await talk.prepare(request)
-    request.app[_SITE].talks.add(talk)
-    outbox = Outbox(asyncio.get_running_loop())
-    client = request.app[_SITE].render_thread.join(outbox.deliver)
-    sending = asyncio.create_task(_send(talk, outbox))
-    try:
-        async for message in talk:
-            if message.type is WSMsgType.TEXT:
-                _hear(message.data, client, outbox)
-    finally:
-        client.leave()
-        sending.cancel()
-        request.app[_SITE].talks.discard(talk)
-    return talk
-
-
-async def _send(talk: web.WebSocketResponse, outbox: Outbox) -> None:
-    """Pass on what is delivered; a line that breaks ends the conversation elsewhere."""
-    with suppress(ConnectionResetError):
-        while True:
-            message = await outbox.following()
-            if isinstance(message, Frame):
-                await talk.send_json(message.info)
-                await talk.send_bytes(message.jpeg)
-            else:
-                await talk.send_json(message.content)
-
-
-def _hear(text: str, client: Client, outbox: Outbox) -> None:
-    """Pass on what a page says; nonsense is answered with a note."""
-    try:
-        said = _parsed(text)
-        if "ack" not in said:
-            client.order(said)
-        elif outbox.acknowledge(said["ack"]):
-            client.acknowledge(said["ack"])
-    except ConfigError as error:
-        outbox.deliver(Note({"kind": "note", "level": "error", "text": str(error)}))
-
-
-def _parsed(text: str) -> dict[str, Any]:
-    """A page's message.
-
-    Raises:
-        ConfigError: If it is no JSON object.
-    """
-    try:
-        said = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ConfigError(f"not understood: {text[:80]!r} is no JSON") from error
-    if not isinstance(said, dict):
-        raise ConfigError(f"not understood: {text[:80]!r} is no JSON object")
-    return said
-
-
-# Beginning and end -------------------------------------------------------------------------
-
-
-def _page_files() -> dict[str, tuple[str, str]]:
-    """Text and content type of the page's files, by name."""
-    folder = resources.files("sumo3dviz_pt.viewer") / "page"
-    return {
-        file.name: (file.read_text(encoding="utf-8"), _KINDS["." + file.name.rpartition(".")[2]])
-        for file in folder.iterdir()
-    }
-
-
 def _listen(port: int) -> socket.socket:
-    """A socket on this machine's own interface.
+    """Return a socket on this machine's own interface.
 
     Raises:
         ConfigError: If the port is taken, or not ours to take.
@@ -370,15 +158,6 @@ def _listen(port: int) -> socket.socket:
         return socket.create_server((HOST, port))
     except OSError as error:
         raise ConfigError(f"cannot listen on port {port}: {error}", key="port") from error
-
-
-async def _say_goodbye(app: web.Application) -> None:
-    """Close all conversations; the pages show the reason and wait for our return."""
-    goodbyes = [
-        talk.close(code=WSCloseCode.GOING_AWAY, message=b"The viewer was stopped.")
-        for talk in set(app[_SITE].talks)
-    ]
-    await asyncio.gather(*goodbyes)
 
 
 @contextmanager

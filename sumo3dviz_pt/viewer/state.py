@@ -1,4 +1,4 @@
-"""How a client stands in a scene: place, time and switches; orders lead from one to the next."""
+"""A client's state: place, time and switches; each order makes the next state of it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ MOST_FRAMES = 500
 """Key frames that a page can add: an hour of them, at one every seven seconds."""
 
 _FLIGHT = 10.0
-"""Key frames that are dropped at one moment are flown through so fast [m/s]."""
+"""Speed of the flight between key frames that were added at one moment of the log [m/s]."""
 
 _LEAST = 2.0
-"""And lie at least so far apart [s]."""
+"""Such key frames lie at least this far apart [s]."""
 
 _LOOK = frozenset({"KeyI", "KeyJ", "KeyK", "KeyL"})
-"""Keys that turn the head; who rides cannot walk."""
+"""Keys that turn the head: the only ones that act on a camera that rides in a vehicle."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,14 +35,14 @@ class ViewerState:
     """Where a client is and what is switched on.
 
     Attributes:
-        eye: The camera, while nobody is ridden with and nothing is flown.
+        eye: The camera, while it neither rides with a road user nor flies.
         time: SUMO's [s].
         playing: Whether time runs.
         flying: Whether the camera follows the key frames.
         dynamic: Whether road users are shown.
         denoise: Whether standing pictures are cleaned.
         exposure: Beside the scene file's [EV].
-        ride: The camera that rides with somebody, or None.
+        ride: The camera that rides with a road user, or None.
         keys: Movement keys that are down.
         frames: Key frames, in time order.
         heard: Number of the newest input.
@@ -66,10 +66,10 @@ class ViewerState:
         return self.playing or bool(self.keys)
 
     def view(self, live: Live) -> View:
-        """What the client sees.
+        """Return what the client sees.
 
         Raises:
-            ConfigError: If who is ridden with is not there.
+            ConfigError: If the road user that it rides with is not there.
         """
         if self.flying:
             return live.view_of(flight(self.frames), self.time)
@@ -79,7 +79,13 @@ class ViewerState:
 
 
 def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
-    """Some time later."""
+    """Return the state after some time.
+
+    Args:
+        state: Before.
+        seconds: That pass [s].
+        live: The scene.
+    """
     if state.playing:
         last = state.frames[-1].time if state.flying else live.ground.end
         time = min(state.time + seconds, last)
@@ -97,7 +103,7 @@ def advanced(state: ViewerState, seconds: float, live: Live) -> ViewerState:
 
 
 def _looking(state: ViewerState, before: Eye, after: Eye) -> ViewerState:
-    """Who rides turns the head."""
+    """Turn the head of a camera that rides."""
     if state.ride is None or after is before:
         return state
     heading = (after.heading + 180.0) % 360.0 - 180.0
@@ -106,7 +112,7 @@ def _looking(state: ViewerState, before: Eye, after: Eye) -> ViewerState:
 
 
 def outside(state: ViewerState, live: Live) -> ViewerState:
-    """Who rode or flew stands where the camera is, level."""
+    """Leave the vehicle or the flight: the eye stands where the camera is, level."""
     if state.ride is None and not state.flying:
         return state
     eye = replace(Eye.of(state.view(live)), roll=0.0)
@@ -115,7 +121,7 @@ def outside(state: ViewerState, live: Live) -> ViewerState:
 
 @singledispatch
 def obeyed(order: Any, state: ViewerState, live: Live) -> ViewerState:
-    """How a client stands after an order.
+    """Return a client's state after an order.
 
     Args:
         order: One of `messages_in`.
@@ -165,13 +171,13 @@ def _(order: messages_in.GoTo, state: ViewerState, live: Live) -> ViewerState:
 
 
 def _frames_of(camera: CinematicCamera) -> tuple[KeyFrame, ...]:
-    """The key frames of a path, each with its opening angle."""
+    """Return the key frames of a path, each with its opening angle."""
     own = {"fov": camera.lens.fov}
     return tuple(key if key.fov else key.model_copy(update=own) for key in camera.keyframes)
 
 
 def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
-    """Whether there are key frames that no camera of the scene has."""
+    """Return whether there are key frames that no camera of the scene has."""
     paths = [each for each in live.job.cameras.values() if isinstance(each, CinematicCamera)]
     return bool(frames) and frames not in map(_frames_of, paths)
 
@@ -217,13 +223,13 @@ def _(order: messages_in.Denoise, state: ViewerState, live: Live) -> ViewerState
 
 @obeyed.register
 def _(order: messages_in.Exposure, state: ViewerState, live: Live) -> ViewerState:
-    """Brighter or darker."""
+    """Make pictures brighter or darker."""
     return replace(state, exposure=order.ev)
 
 
 @obeyed.register
 def _(order: messages_in.Ride, state: ViewerState, live: Live) -> ViewerState:
-    """Ride with somebody."""
+    """Ride with a road user."""
     camera = LagrangianCamera(mode="lagrangian", vehicle=order.vehicle, view=order.view)
     return _riding(state, camera, live)
 
@@ -236,7 +242,7 @@ def _(order: messages_in.Leave, state: ViewerState, live: Live) -> ViewerState:
 
 @obeyed.register
 def _(order: messages_in.KeyFrameOrder, state: ViewerState, live: Live) -> ViewerState:
-    """Work on the key frames; saving is not a client's own affair."""
+    """Work on the key frames; the render thread saves them."""
     if order.act == "add":
         if len(state.frames) >= MOST_FRAMES:
             raise ConfigError(f"a path has at most {MOST_FRAMES} key frames; save or clear it")
@@ -257,7 +263,7 @@ def _(order: messages_in.KeyFrameOrder, state: ViewerState, live: Live) -> Viewe
 
 
 def _dropped(state: ViewerState, live: Live) -> KeyFrame:
-    """A key frame here and now, or as much later as it takes to fly here."""
+    """Return a key frame here and now, or as much later as it takes to fly here."""
     eye, time = Eye.of(state.view(live)), state.time
     if state.frames:
         last = state.frames[-1]
@@ -268,7 +274,7 @@ def _dropped(state: ViewerState, live: Live) -> KeyFrame:
 
 
 def _riding(state: ViewerState, camera: LagrangianCamera, live: Live) -> ViewerState:
-    """Ride with somebody, at a time when he is there."""
+    """Ride with a road user, at a time at which it is there."""
     riding = replace(state, ride=camera, flying=False)
     begin, end = live.life_of(camera)
     if not begin <= state.time <= end:
@@ -278,16 +284,16 @@ def _riding(state: ViewerState, camera: LagrangianCamera, live: Live) -> ViewerS
 
 
 def within(time: float, live: Live) -> float:
-    """The nearest time of the log [s]."""
+    """Return the nearest time of the log [s]."""
     return min(max(time, live.ground.begin), live.ground.end)
 
 
 def frames_said(frames: Sequence[KeyFrame]) -> list[Mapping[str, Any]]:
-    """Key frames in words of the protocol."""
+    """Write key frames as messages to pages hold them."""
     return [frame.model_dump(mode="json", exclude_none=True) for frame in frames]
 
 
 def said_of(eye: Eye) -> Mapping[str, Any]:
-    """An eye in words of the protocol."""
+    """Write an eye as messages to pages hold it."""
     numbers = {name: round(getattr(eye, name), 3) for name in ("heading", "pitch", "roll", "fov")}
     return {"position": [round(float(x), 3) for x in eye.position], **numbers}

@@ -1,4 +1,4 @@
-"""How an eye moves by keys and turns by dragging; a pure function of what was pressed.
+"""Moves an eye by keys and turns it by dragging; a pure function of what was pressed.
 
 Angles are those of a scene file: degrees, headings clockwise from north. Within a step the
 eye goes along its exact arc, so that two short steps lead where one long step leads and the
@@ -16,13 +16,13 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
 SPEED = 10.0
-"""Of movement [m/s]."""
+"""Speed of movement [m/s]."""
 
 HASTE = 5.0
-"""Times as fast with Shift; turning keeps its speed, or nobody could aim."""
+"""Shift makes movement this many times as fast; turning keeps its speed, so that one can aim."""
 
 TURN = 60.0
-"""Of turning [deg/s]."""
+"""Speed of turning [deg/s]."""
 
 CLEARANCE = 0.1
 """Eyes stay this far above the ground [m]."""
@@ -53,7 +53,7 @@ _UPRIGHT = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eye:
-    """A standing camera as people speak of it.
+    """A standing camera, in angles as a scene file has them.
 
     Attributes:
         position: (3,) [m].
@@ -76,7 +76,7 @@ class Eye:
 
     @classmethod
     def of(cls, view: View) -> Eye:
-        """The eye of a view; straight up or down it is turned, not tilted."""
+        """Return the eye of a view; straight up or down it is turned, not tilted."""
         rotation = view.world_from_camera.matrix[:3, :3]
         ahead, left, up = rotation.T
         level = float(np.hypot(ahead[0], ahead[1]))
@@ -88,7 +88,7 @@ class Eye:
         return cls(view.position, 90.0 - yaw, pitch, roll, fov)
 
     def view(self) -> View:
-        """What the eye sees."""
+        """Return what the eye sees."""
         yaw, pitch, roll, fov = np.radians([90.0 - self.heading, self.pitch, self.roll, self.fov])
         placed = Transform.from_pose(
             self.position, yaw=float(yaw), pitch=float(pitch), roll=float(roll)
@@ -97,13 +97,13 @@ class Eye:
 
 
 def wrapped(heading: float) -> float:
-    """A heading in [0, 360) [deg]."""
+    """Return a heading in [0, 360) [deg]."""
     turned = float(np.mod(heading, 360.0))
     return 0.0 if turned >= 360.0 else turned  # -1e-20 modulo 360 rounds to 360
 
 
 def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np.inf) -> Eye:
-    """Where held keys take an eye.
+    """Return where held keys take an eye.
 
     Args:
         eye: Where it was; it is returned itself if nothing moves it.
@@ -121,18 +121,18 @@ def moved(eye: Eye, keys: frozenset[str], seconds: float, *, ground: float = -np
     position = eye.position + step
     position[2] = max(max(eye.position[2], lowest) + step[2], lowest)
     pitch = eye.pitch + held["pitch"] * TURN * seconds
-    # A view from straight above keeps its pitch until somebody changes it.
+    # A view from straight above keeps its pitch until a key changes it.
     pitch = float(np.clip(pitch, -STEEPEST, STEEPEST)) if held["pitch"] else eye.pitch
     return replace(eye, position=position, heading=eye.heading + turn, pitch=pitch)
 
 
 def _sign(keys: frozenset[str], more: tuple[str, ...], less: tuple[str, ...]) -> int:
-    """1, 0 or -1: opposite keys cancel, two keys of one meaning count once."""
+    """Return 1, 0 or -1: opposite keys cancel, two keys of one meaning count once."""
     return (not keys.isdisjoint(more)) - (not keys.isdisjoint(less))
 
 
 def _arc(held: Floats, heading: float, turn: float) -> Floats:
-    """Displacement for a way of 1, (3,), while the heading turns.
+    """Return the displacement for a way of 1, (3,), while the heading turns.
 
     Args:
         held: Ahead, right and up, each -1, 0 or 1.
@@ -152,7 +152,7 @@ def _arc(held: Floats, heading: float, turn: float) -> Floats:
 
 
 def turned(eye: Eye, dx: float, dy: float, width: float) -> Eye:
-    """Where dragging turns an eye: what was in the picture's middle follows the pointer.
+    """Return where dragging turns an eye: what was in the picture's middle follows the pointer.
 
     The direction that was straight ahead lies `dx`, `dy` beside the middle afterwards, exactly
     so up to pitches of 75 degrees; elsewhere in the picture the scene follows the pointer as

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.report.machine import processor
+from sumo3dviz_pt.pipeline.doctor import processor_name
 from sumo3dviz_pt.report.plots import PALETTE, new_figure, save_figure
 
 Row = dict[str, Any]
@@ -100,7 +100,7 @@ def publish(rows: Sequence[Row], spent: Mapping[str, Any], output: Path) -> list
         writer.writeheader()
         writer.writerows(kept)
     if spent:
-        record = json.dumps({"cpu": processor(), **spent}, indent=1, default=float)
+        record = json.dumps({"cpu": processor_name(), **spent}, indent=1, default=float)
         (folder / "cost.json").write_text(record + "\n", encoding="utf-8")
     plot(rows, folder / "error.png")
     lines = page(rows, spent)

@@ -1,7 +1,7 @@
-"""What a picture was made from, in full: its key, and the account that travels with it.
+"""Says what a picture was made from: its key, and the account that is stored with it.
 
-Two frames with the same key and time are the same picture. Nothing of what pixels hang on may
-be missing from it, and files count by content: a name says nothing.
+Two frames with the same key and time are the same picture. The key holds everything that pixels
+depend on; files count by content, because a name says nothing.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.shot.build import Shot
 
 _APART = frozenset({"scenario", "template", "cameras", "shots", "output", "quality"})
-"""Keys of a scene file that count in another way: by content, or as far as they act."""
+"""Keys of a scene file that are not hashed as they stand: they count by content, or in part."""
 
 
 def key_of(production: Production) -> str:
-    """A hash of everything that a frame's pixels depend on, beside its time.
+    """Return a hash of everything that a frame's pixels depend on, beside its time.
 
-    The shot's window counts: wheels and strides are turned by the way since its begin, and
-    who has room in it hangs on all of its frames. What acts on the developed picture alone
-    (tone curve, glare, codec) does not, nor do names of files and presets.
+    The shot's window counts: wheels turn and people step by the way since its beginning, and the
+    room for road users depends on all of its frames. What acts on the developed picture alone
+    (tone curve, glare, codec) does not count, nor do names of files and presets.
     """
     job, inputs, times = production.job, production.inputs, production.times
     settings = {name: value for name, value in job.model_dump().items() if name not in _APART}
@@ -55,7 +55,7 @@ def key_of(production: Production) -> str:
 
 
 def _cameras(job: Job, name: str) -> list[Any]:
-    """The camera, and others that keep the world clear."""
+    """Return the camera, and others that keep the world clear."""
     from sumo3dviz_pt.shot.cameras.clearances import clearing
 
     others = (camera for other, camera in job.cameras.items() if other != name)
@@ -63,7 +63,7 @@ def _cameras(job: Job, name: str) -> list[Any]:
 
 
 def _plan(shot: Shot) -> dict[str, Any]:
-    """What was built for a shot, counted: whole numbers are the same on every processor."""
+    """Return what was built for a shot, counted: whole numbers are the same on every processor."""
     data, slots = shot.data, shot.data.slots
     return {
         "static": [[part.id, *_counts(part.part.mesh)] for part in data.static],
@@ -79,12 +79,12 @@ def _plan(shot: Shot) -> dict[str, Any]:
 
 
 def _counts(mesh: Any) -> tuple[int, int]:
-    """Vertices and triangles of a mesh."""
+    """Return the vertices and triangles of a mesh."""
     return len(mesh.vertices), len(mesh.faces)
 
 
 def account_of(production: Production) -> dict[str, Any]:
-    """What all pictures of a production were made from, as plain values.
+    """Return what all pictures of a production were made from, as plain values.
 
     There is no clock in it, so that the same command gives the same bytes; and no path of this
     machine but in the command: a file stands by the name under which `inputs` has its hash.
@@ -115,7 +115,7 @@ def account_of(production: Production) -> dict[str, Any]:
 def film_account(
     production: Production, name: str, *, shared: Mapping[str, Any], pace: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """The JSON beside a film: what all of it is made from, and what every frame shows.
+    """Return the JSON beside a film: what all of it is made from, and what every frame shows.
 
     Args:
         production: The film's.
@@ -149,7 +149,7 @@ def film_account(
 
 
 def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
-    """What one frame shows."""
+    """Return what one frame shows."""
     view = frame.view
     matrix = view.world_from_camera.matrix
     return {

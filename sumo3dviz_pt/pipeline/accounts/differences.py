@@ -1,4 +1,4 @@
-"""What differs between two accounts of what was rendered, in words."""
+"""Says in words what differs between two accounts of what was rendered."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _SECTIONS: Mapping[str, str] = MappingProxyType(
         "package": "our own ",
     }
 )
-"""Mappings in an account, and what their keys are called by."""
+"""Mappings in an account, and the words before their keys."""
 
 _PLAIN = ("camera", "time", "exposure", "variant")
-"""Values in an account."""
+"""Single values in an account."""
 
 _DIGESTS: Mapping[str, str] = MappingProxyType(
     {
@@ -34,11 +34,11 @@ _DIGESTS: Mapping[str, str] = MappingProxyType(
 _HASHED = frozenset({"inputs", "package"})
 _NO_PIXELS = ("shots", "template", "quality", "output.codec", "output.fps", "output.tone")
 _NOT_STORED = (*_NO_PIXELS, "output.glare", "scenario")
-"""Keys of a scene that act on no stored frame, or that other words say better."""
+"""Keys of a scene that act on no stored frame, or whose effect another part of an account tells."""
 
 
 def differences(one: Account, other: Account, *, stored: bool = False) -> list[str]:
-    """What differs, from the first to the second; nothing for the same picture or film.
+    """Return what differs, from the first to the second; nothing for the same picture or film.
 
     Commands are not compared: another name of the output is another command.
 
@@ -62,7 +62,7 @@ def differences(one: Account, other: Account, *, stored: bool = False) -> list[s
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Values by dotted key; lists of numbers and words are values."""
+    """Yield values by dotted key; lists of numbers and words are values."""
     if isinstance(value, Mapping):
         pairs: Sequence[tuple[Any, Any]] = list(value.items())
     elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
@@ -75,7 +75,7 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def _changed(key: str, old: Account, new: Account, *, hashed: bool = False) -> str:
-    """One value that differs."""
+    """Return one value that differs."""
     if key not in old or key not in new:
         side = "second" if key not in old else "first"
         return f"{key}: only the {side} has it"
@@ -85,12 +85,12 @@ def _changed(key: str, old: Account, new: Account, *, hashed: bool = False) -> s
 
 
 def _shown(value: Any) -> str:
-    """A value as people read it."""
+    """Return a value as people read it."""
     return value if isinstance(value, str) else json.dumps(value)
 
 
 def _frames(old: Any, new: Any) -> Iterator[str]:
-    """What differs in the frames of two films."""
+    """Yield what differs in the frames of two films."""
     if not (isinstance(old, list) and isinstance(new, list)):
         return
     pairs = list(zip(old, new, strict=False))

@@ -1,4 +1,4 @@
-"""Digests of what was built: the world, and a shot's plan of it.
+"""Computes digests of what was built: the world, and a shot's plan of it.
 
 They tell whether two pictures show the same things, whatever made them. Lengths count to a
 tenth of a millimetre, other numbers to six digits: processors differ in the last bits.
@@ -20,23 +20,23 @@ _GRID = 1.0e4
 """Steps of stored numbers in a unit, such as a metre."""
 
 _OFF = 0.381966
-"""Share of a step between its edges and round numbers, which last bits would throw about."""
+"""Offset from the grid, in steps: round numbers lie inside a step, where last bits do nothing."""
 
 _Feed = Callable[[bytes | memoryview], None]
 
 
 def world_digest(data: SceneData) -> str:
-    """A digest of what stands: ground, roads, houses, plants, lamps, and their materials."""
+    """Return a digest of what stands: ground, roads, houses, plants, lamps, and their materials."""
     return _digest(data.static, data.materials, data.lamps)
 
 
 def light_digest(data: SceneData) -> str:
-    """A digest of what lights it and of the air: sun or moon, sky, haze."""
+    """Return a digest of what lights it and of the air: sun or moon, sky, haze."""
     return _digest(data.sky, data.haze)
 
 
 def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
-    """A digest of who can be shown, and how: bodies, their levels of detail, room for them.
+    """Return a digest of the road users that can be shown: bodies, levels of detail, room.
 
     Args:
         data: Of a shot.
@@ -46,7 +46,7 @@ def plan_digest(data: SceneData, full_models: frozenset[str]) -> str:
 
 
 def _digest(*values: Any) -> str:
-    """One digest of many values."""
+    """Return one digest of many values."""
     whole = hashlib.blake2b(digest_size=16)
     for value in values:
         _take(value, whole.update)
@@ -74,7 +74,7 @@ def _take(value: Any, feed: _Feed) -> None:
 
 
 def _attributes(value: Any) -> Iterator[tuple[str, Any]]:
-    """What a value is made of. Pictures of a sky are counted: their files are hashed already."""
+    """Yield a value's attributes; of a sky's pictures, hashed as files, whether they exist."""
     for field in fields(value):
         item = getattr(value, field.name)
         is_picture = isinstance(value, Sky) and field.name in ("image", "clouds")
@@ -93,7 +93,7 @@ def _take_array(array: np.ndarray[Any, Any], feed: _Feed) -> None:
 
 
 def _word(value: Any) -> str:
-    """A number, a name or nothing, as text; of a file, only what it is called."""
+    """Return a number, a name or nothing, as text; of a file, only what it is called."""
     if isinstance(value, float):
         return f"{value:.6g};"
     text = str(value)

@@ -1,4 +1,4 @@
-"""What pixels depend on: input files by content, our own code and library, versions."""
+"""Hashes what pixels depend on: input files by content, our own code and library, versions."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class Inputs:
     hashes: Mapping[str, str]
 
     def name(self, path: Path) -> str:
-        """What a file, or a folder, is called."""
+        """Return what a file, or a folder, is called."""
         return self.names.get(path, path.name)
 
     def content(self, path: Path) -> list[str]:
-        """Hashes of a file and of all that it refers to."""
+        """Return the hashes of a file and of all that it refers to."""
         return [self.hashes.get(self.name(each), "") for each in (path, *companions(path))]
 
 
@@ -70,12 +70,12 @@ def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
 
 
 def by_role(files: ScenarioFiles) -> dict[str, tuple[Path, ...]]:
-    """A simulation's files by what they are, in the order in which they are read."""
+    """Return a simulation's files by what they are, in the order in which they are read."""
     return {role: (files.network,) if role == "network" else getattr(files, role) for role in ROLES}
 
 
 def with_files(value: Any, change: Callable[[Path], Any]) -> Any:
-    """Settings as plain values for JSON, with something else in the place of every file.
+    """Return settings as plain values for JSON, with something else in the place of every file.
 
     Args:
         value: As `model_dump` gives it. Words that end like a picture's name are files, too.
@@ -93,7 +93,7 @@ def with_files(value: Any, change: Callable[[Path], Any]) -> Any:
 
 
 def versions() -> dict[str, str]:
-    """Versions of what pixels depend on."""
+    """Return the versions of what pixels depend on."""
     known = {}
     for name in _PACKAGES:
         try:
@@ -105,7 +105,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def package_hashes() -> dict[str, str]:
-    """Hashes of our own code and of the library's files: a checkout changes within a version."""
+    """Hash our own code and the library's files: a checkout changes within a version."""
     own = Path(__file__).resolve().parents[2]
     code = (path for path in own.rglob("*.py") if path.relative_to(own).parts[0] not in _NO_PIXELS)
     assets, templates = data_root("assets"), data_root("scene_templates")
@@ -114,7 +114,7 @@ def package_hashes() -> dict[str, str]:
 
 
 def _hash_all(paths: Iterable[Path], root: Path) -> str:
-    """One hash of many files; ends of lines do not count in text."""
+    """Return one hash of many files; ends of lines do not count in text."""
     whole = hashlib.blake2b(digest_size=16)
     for name, path in sorted((path.relative_to(root).as_posix(), path) for path in paths):
         content = path.read_bytes()
@@ -125,7 +125,7 @@ def _hash_all(paths: Iterable[Path], root: Path) -> str:
 
 
 def _hash(path: Path) -> str:
-    """SHA-256 of a file; empty if it does not exist."""
+    """Return the SHA-256 of a file; empty if it does not exist."""
     if not path.is_file():
         return ""
     with path.open("rb") as stream:
@@ -133,7 +133,7 @@ def _hash(path: Path) -> str:
 
 
 def _short_names(paths: Iterable[Path]) -> dict[Path, str]:
-    """The shortest end of each path that no other path has."""
+    """Return the shortest end of each path that no other path has."""
     parts = {path: path.absolute().parts for path in paths}
 
     def alone(own: tuple[str, ...], count: int) -> bool:
@@ -146,7 +146,7 @@ def _short_names(paths: Iterable[Path]) -> dict[Path, str]:
 
 
 def _presets(job: Job, camera: str) -> dict[str, Path]:
-    """Files of the presets that a scene names, by name."""
+    """Return the files of the presets that a scene names, by name."""
     view = job.cameras[camera]
     named = {"scene": job.template, "quality": job.quality, "sky": job.sky.preset}
     if isinstance(view, LagrangianCamera):

@@ -1,4 +1,4 @@
-"""Films: frames are the state that is kept, the film is made from them."""
+"""Renders films: frames are stored one by one, and the film is made from them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     write_json,
 )
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
-from sumo3dviz_pt.pipeline.films.orders import shots_of, wanted_frames
+from sumo3dviz_pt.pipeline.films.orders import ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
 from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
@@ -44,7 +44,7 @@ from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
 
 @dataclass(frozen=True, slots=True)
 class FrameDone:
-    """News about a film being rendered.
+    """How far a film is after a frame.
 
     Attributes:
         done: Frames that exist now.
@@ -63,7 +63,7 @@ class FrameDone:
 
 @dataclass(frozen=True, slots=True)
 class FilmReport:
-    """What came out.
+    """What was rendered for one shot.
 
     Attributes:
         film: The film, or None if only frames were asked for.
@@ -87,6 +87,12 @@ def render_film(
 ) -> list[FilmReport]:
     """Render all shots that were asked for.
 
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
+        on_frame: Called after every frame.
+
     Raises:
         ConfigError: Before any work, if something that was asked for is wrong.
         InstallationError: Before any work, if the renderer cannot be loaded.
@@ -95,13 +101,18 @@ def render_film(
     shots = check_order(job, request, order)
     check_places(job, order, shots)
     get_ready(job, request)
-    if len(shots) > 1:  # of a single one it is said as soon as it is read
+    if len(shots) > 1:  # a single shot is checked as soon as the log is read
         check_rides(job, order, shots)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
 
 
-def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
+def check_order(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
     """Refuse an order that cannot be carried out, before any work is done.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Returns:
         Shots to render and where each film goes.
@@ -116,8 +127,13 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[tuple[Shot
     return shots
 
 
-def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
-    """Refuse rides with somebody who is not there; the log is looked through once for each.
+def check_rides(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
+    """Refuse rides with road users that are not there; the log is searched once for each.
+
+    Args:
+        job: The scene file.
+        order: Frame rate and speed.
+        shots: Each with its film.
 
     Raises:
         ConfigError: Says when the log has them.
@@ -127,8 +143,13 @@ def check_rides(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, 
     check_companions(job, films, scenario_files(job).trajectories)
 
 
-def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings, Path]]) -> None:
-    """Refuse to overwrite, unasked, what exists.
+def check_places(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
+    """Refuse to overwrite what exists, unless the order says so.
+
+    Args:
+        job: The scene file.
+        order: What may be kept or replaced.
+        shots: Each with its film.
 
     Raises:
         ConfigError: If a film is being rendered there, or anything would be overwritten.
@@ -139,6 +160,11 @@ def check_places(job: Job, order: FilmOrder, shots: Sequence[tuple[ShotSettings,
 
 def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
     """Refuse what cannot be developed or encoded, before any work is done.
+
+    Args:
+        job: The scene file.
+        path: The film, or its numbered pictures.
+        fps: Frames per second.
 
     Raises:
         ConfigError: If tone curve, codec, size or frame rate are wrong.
@@ -153,7 +179,12 @@ def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
 
 
 def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
-    """The first shot that was asked for, ready to be rendered.
+    """Return the first shot that was asked for, ready to be rendered.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError: If something that was asked for is wrong.
@@ -165,7 +196,7 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
 
 
 def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
-    """A shot, ready to be rendered."""
+    """Return a shot, ready to be rendered."""
     times = order.pace(job, shot).times(shot)
     return prepare(job, replace(request, camera=shot.camera), times, film=True)
 
@@ -203,12 +234,12 @@ def _render_shot(
 
 
 def _with_rest(cpu: Mapping[str, float], started: float) -> dict[str, float]:
-    """CPU-seconds by phase, and what no phase counts: files, the encoder's program."""
+    """Return the CPU-seconds by phase, and what no phase counts: files, the encoder's program."""
     return {**cpu, "rest": max(spent() - started - sum(cpu.values()), 0.0)}
 
 
 def _shot(production: Production, pace: Pace) -> dict[str, Any]:
-    """A film's window as its frames tell it."""
+    """Return a film's window as its frames tell it."""
     times = production.times
     return {"from": float(times[0]), **pace.account(), "frames": len(times)}
 

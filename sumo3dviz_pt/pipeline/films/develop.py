@@ -1,4 +1,4 @@
-"""Pictures from stored EXR frames, without rendering again."""
+"""Makes pictures and films from stored EXR frames, without rendering again."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from sumo3dviz_pt.pipeline.stills.still import check_free
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES
 
 _FPS = 25
-"""Of frames that do not tell."""
+"""Frames per second where the frames do not tell."""
 
 
 @dataclass(frozen=True, slots=True)
 class DevelopOrder:
-    """What `develop` was asked for.
+    """What `develop` is to make.
 
     Attributes:
         path: A .png (of the first frame), a film, or `name_{frame}.png`.
@@ -57,6 +57,8 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     check_target(target, suffixes=(".png", *FILM_SUFFIXES), overwrite=order.overwrite)
     if order.tone is not None:
         check_tone(order.tone)
+
+    # Read the frames, which are developed one by one as they are written.
     film = _film(source)
     account = film.account
     pictures = developed(
@@ -65,6 +67,8 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         exposure=order.exposure,
         glare=account.get("glare"),
     )
+
+    # Write numbered pictures, one picture, or a film.
     if is_sequence(target):
         places = pictures_of(target, film.files)
         if not order.overwrite:
@@ -87,7 +91,7 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
 
 
 def _film(source: Path) -> StoredFilm:
-    """What is to be developed."""
+    """Return what is to be developed."""
     if source.is_file():
         return StoredFilm(read_account(source), (source,))
     if not source.is_dir():

@@ -1,4 +1,4 @@
-"""What `render` would do, without reading the simulation or rendering anything."""
+"""Says what `render` would do, without reading the simulation or rendering anything."""
 
 from __future__ import annotations
 
@@ -69,7 +69,12 @@ class Plan:
 
 
 def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
-    """What would be done, shot by shot.
+    """Return what would be done, shot by shot.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError: If something that was asked for is wrong, as `render_film` would.

@@ -58,7 +58,7 @@ def developed(
     glare: float | None = None,
     key: str | None = None,
 ) -> Iterator[Image]:
-    """Stored frames as display-encoded pictures; None takes what is stored with them.
+    """Develop stored frames to display-encoded pictures; None takes what is stored with them.
 
     Args:
         files: EXR frames, in order.

@@ -1,4 +1,4 @@
-"""A folder of stored frames: whose they are, which fit, which are missing.
+"""Reads a folder of stored frames: to which film they belong, which fit, which are missing.
 
 Beside the frames lies `film.json`, the account of the film that they belong to. Frames of
 other films, and frames beyond its end, never get into it.
@@ -26,7 +26,7 @@ NOTE = "film.json"
 """The film's account, beside its frames."""
 
 SAME_TIME = 1e-9
-"""Times of frames that differ by less are one [s]."""
+"""Times of frames that differ by less count as equal [s]."""
 
 Account = Mapping[str, Any]
 State = Literal["absent", "damaged", "other", "done"]
@@ -53,27 +53,27 @@ class StoredFilm:
 
 
 def frames_folder(path: Path) -> Path:
-    """Where a film's frames go."""
+    """Return where a film's frames go."""
     return film_name(path).with_suffix(".frames")
 
 
 def account_file(path: Path) -> Path:
-    """Where a film's account goes."""
+    """Return where a film's account goes."""
     return film_name(path).with_suffix(".json")
 
 
 def frame_file(folder: Path, number: int) -> Path:
-    """A frame's file."""
+    """Return a frame's file."""
     return folder / f"{number:06d}.exr"
 
 
 def frame_numbers(folder: Path) -> list[int]:
-    """Numbers of the frames in a folder, which need not exist."""
+    """Return the numbers of the frames in a folder, which need not exist."""
     return sorted(int(path.stem) for path in folder.glob("*.exr") if path.stem.isdecimal())
 
 
 def read_account(path: Path) -> Account:
-    """What a frame says of itself; nothing if it says nothing.
+    """Return what a frame says of itself; nothing if it says nothing.
 
     Raises:
         InputError: If it, or what it says, is damaged.
@@ -84,7 +84,7 @@ def read_account(path: Path) -> Account:
 
 
 def account_in(path: Path) -> Account:
-    """What a picture, a film or a folder of frames says that it was made from.
+    """Return what a picture, a film or a folder of frames says that it was made from.
 
     Args:
         path: A .png, an .exr, a film's .json, a film beside which that lies, or a folder.
@@ -111,7 +111,7 @@ def account_in(path: Path) -> Account:
 
 
 def _parsed(text: bytes, path: Path) -> Account:
-    """An account from its JSON."""
+    """Return an account from its JSON."""
     try:
         account = json.loads(text)
     except ValueError as error:
@@ -120,12 +120,18 @@ def _parsed(text: bytes, path: Path) -> Account:
 
 
 def write_json(path: Path, content: Account, *, indent: int | None = None) -> None:
-    """Write a file that is whole or not there."""
+    """Write a JSON file that is whole or not there.
+
+    Args:
+        path: Where to.
+        content: What JSON can hold.
+        indent: Spaces of each level; None writes a single line.
+    """
     write_whole(path, json.dumps(content, indent=indent))
 
 
 def film_of(folder: Path) -> Account | None:
-    """The film that a folder's frames belong to, by its note or by the first one; or None."""
+    """Return the film of a folder's frames, by its note or by the first frame; or None."""
     try:
         return dict(json.loads((folder / NOTE).read_bytes()))
     except (OSError, ValueError, TypeError):
@@ -137,7 +143,7 @@ def film_of(folder: Path) -> Account | None:
 
 
 def state_of(path: Path, *, key: str, time: float) -> State:
-    """Whether a frame is there, whole, and just what would be rendered.
+    """Return whether a frame is there, whole, and just what would be rendered.
 
     Args:
         path: Its file.
@@ -159,7 +165,7 @@ def state_of(path: Path, *, key: str, time: float) -> State:
 
 
 def stored_film(folder: Path) -> StoredFilm:
-    """The frames that make a film, without those beyond its end; says what is missing.
+    """Return the frames that make a film, without those beyond its end; says what is missing.
 
     Args:
         folder: Of frames.
@@ -197,7 +203,7 @@ def _check_one_film(folder: Path, film: Account, files: Sequence[Path]) -> None:
 
 
 def why_other(stored: Account, wanted: Account) -> str:
-    """What tells a stored frame from the one that is wanted, in a few words."""
+    """Return what tells a stored frame from the one that is wanted, in a few words."""
     if "scene" not in stored or "scene" not in wanted:
         return "an older version made them"
     found = differences(stored, wanted, stored=True)
@@ -206,7 +212,7 @@ def why_other(stored: Account, wanted: Account) -> str:
 
 
 def listed(numbers: Iterable[int]) -> str:
-    """Numbers in words, such as `3, 7 to 9`."""
+    """Return numbers in words, such as `3, 7 to 9`."""
     runs = []
     for _, run in groupby(enumerate(sorted(numbers)), key=lambda pair: pair[1] - pair[0]):
         own = [number for _, number in run]
@@ -215,10 +221,10 @@ def listed(numbers: Iterable[int]) -> str:
 
 
 def counted(frames: int) -> str:
-    """So many frames, in words."""
+    """Return a number of frames in words."""
     return "1 frame" if frames == 1 else f"{frames} frames"
 
 
 def _number(path: Path) -> int:
-    """A frame's number; -1 for another name, which is never beyond an end."""
+    """Return a frame's number; -1 for another name, which is never beyond an end."""
     return int(path.stem) if path.stem.isdecimal() else -1

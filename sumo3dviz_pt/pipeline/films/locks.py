@@ -1,8 +1,8 @@
 """A lock that one process at a time holds on a folder.
 
 The operating system holds it for a file in the folder and lets go when the process ends,
-however it ends: so a file that a killed process left is no lock, and who comes next takes it
-over. The file says who holds it, for messages only.
+however it ends: so a file that a killed process left is no lock, and the next process takes it
+over. The file says which process holds it, for messages only.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LOCK = "render.lock"
 _ON_WINDOWS = sys.platform == "win32"
 
 _FAR = 1 << 30
-"""Where Windows locks a byte: what is locked cannot be read, and the file's text shall be."""
+"""Offset of the byte that Windows locks: far from the text, because locked bytes are unreadable."""
 
 
 @contextmanager
@@ -57,7 +57,7 @@ def held(folder: Path, *, what: str) -> Iterator[None]:
 
 
 def _taken(path: Path, what: str) -> BinaryIO:
-    """The lock's file, open and locked: the one that bears the name, not one just removed."""
+    """Return the lock's file, open and locked: the one of that name, not one just removed."""
     while True:
         file = path.open("a+b")
         if not _locked(file):
@@ -70,12 +70,12 @@ def _taken(path: Path, what: str) -> BinaryIO:
 
 
 def _same(file: BinaryIO, path: Path) -> bool:
-    """Whether a path still leads to an open file."""
+    """Return whether a path still leads to an open file."""
     return os.path.samestat(os.fstat(file.fileno()), path.stat())
 
 
 def _holder(path: Path) -> str:
-    """Who says to hold a lock."""
+    """Return the process that holds a lock, by the lock's file."""
     try:
         known = json.loads(path.read_bytes())
         return f"process {known['pid']} on {known['host']}"

@@ -1,10 +1,11 @@
-"""What `render` is asked for: which shots, when, and where their films go."""
+"""What `render` is to do: which shots, when, and where their films go."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.asked import settle
@@ -20,7 +21,7 @@ _NO_NAME = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 
 @dataclass(frozen=True, slots=True)
 class FilmOrder:
-    """What `render` was asked for.
+    """What `render` is to make.
 
     Attributes:
         path: The film.
@@ -49,7 +50,7 @@ class FilmOrder:
         settle(self)
 
     def pace(self, job: Job, shot: ShotSettings) -> Pace:
-        """How a shot's time runs.
+        """Return how a shot's time runs.
 
         Raises:
             ConfigError: If frame rate or speed are out of range.
@@ -57,15 +58,27 @@ class FilmOrder:
         return Pace.of(job, shot, fps=self.fps, speed=self.speed)
 
 
-def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSettings, Path]]:
-    """Shots to render and where each film goes.
+class ShotFilm(NamedTuple):
+    """A shot and where its film goes."""
+
+    shot: ShotSettings
+    path: Path
+
+
+def shots_of(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
+    """Return the shots to render, each with its film's path.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError: If times or cameras are missing, or several shots share a name.
     """
     if request.camera is not None or order.start is not None:
         shot = _asked_shot(job, request, order)
-        return [(shot, _film_path(order.path, job, shot))]
+        return [ShotFilm(shot, _film_path(order.path, job, shot))]
     if not job.shots:
         raise ConfigError(
             "the scene has no shots; add one or give --camera, --from and --to", key="shots"
@@ -75,11 +88,11 @@ def shots_of(job: Job, request: Request, order: FilmOrder) -> list[tuple[ShotSet
             f"the scene has {len(job.shots)} shots; put {{shot}} into the name of the output",
             key="output",
         )
-    return [(shot, _film_path(order.path, job, shot)) for shot in job.shots]
+    return [ShotFilm(shot, _film_path(order.path, job, shot)) for shot in job.shots]
 
 
 def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:
-    """A shot's film: `{shot}` is its number in the scene file and its camera's name."""
+    """Return a shot's film: `{shot}` is its number in the scene file and its camera's name."""
     cameras = [other.camera for other in job.shots]
     number = next((n for n, other in enumerate(job.shots, start=1) if other is shot), None)
     if number is None and shot.camera in cameras:
@@ -89,7 +102,7 @@ def _film_path(path: Path, job: Job, shot: ShotSettings) -> Path:
 
 
 def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
-    """The shot that the command describes."""
+    """Return the shot that the command describes."""
     from sumo3dviz_pt.pipeline.scene_file import camera_settings
 
     name, _ = camera_settings(job, request.camera)
@@ -105,7 +118,7 @@ def _asked_shot(job: Job, request: Request, order: FilmOrder) -> ShotSettings:
 
 
 def wanted_frames(frames: tuple[int, int] | None, count: int) -> range:
-    """Frame numbers to render."""
+    """Return the frame numbers to render."""
     first, after = frames if frames is not None else (0, count)
     if not 0 <= first < after <= count:
         raise ConfigError(f"{first}:{after} does not lie within 0:{count}", key="frames")

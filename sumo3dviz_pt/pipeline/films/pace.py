@@ -34,7 +34,13 @@ class Pace:
         fps: Ratio | None = None,
         speed: Ratio | None = None,
     ) -> Pace:
-        """A shot's pace, unless a command says another.
+        """Return a shot's pace, unless a command says another.
+
+        Args:
+            job: The scene file.
+            shot: Whose speed it is.
+            fps: Frames per second instead of the scene file's.
+            speed: SUMO's time per film's instead of the shot's.
 
         Raises:
             ConfigError: If what the command says is out of range.
@@ -45,7 +51,7 @@ class Pace:
         )
 
     def times(self, shot: ShotSettings) -> Floats:
-        """Times of a shot's frames, (n,) [s]."""
+        """Return the times of a shot's frames, (n,) [s]."""
         return frame_times(shot.start, shot.end, self.fps, self.speed)
 
     def account(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Which frames that exist may stay: nothing is overwritten or mixed unasked."""
+"""Decides which existing frames stay: nothing is overwritten or mixed without an order to."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 
 def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
-    """Refuse to overwrite, unasked, a film or frames that exist.
+    """Refuse to overwrite a film or frames that exist, unless the order says so.
 
     Args:
         path: The film, or its numbered pictures.
@@ -61,7 +61,7 @@ def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
 
 
 def _outputs(path: Path, count: int) -> Iterator[Path]:
-    """All files of a film, beside its frames."""
+    """Yield all files of a film, beside its frames."""
     yield account_file(path)
     if is_sequence(path):
         yield from (numbered(path, number) for number in range(count))
@@ -71,7 +71,7 @@ def _outputs(path: Path, count: int) -> Iterator[Path]:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """Keep other processes from rendering all of a film meanwhile; no empty folder stays."""
+    """Keep other processes from rendering a whole film meanwhile; no empty folder stays."""
     folder = frames_folder(path)
     folder.mkdir(exist_ok=True)
     try:
@@ -89,10 +89,17 @@ def missing_frames(
     order: FilmOrder,
     shared: Mapping[str, Any],
 ) -> list[int]:
-    """Numbers of the frames that are to be rendered; says why others are not kept.
+    """Return the numbers of the frames that are to be rendered; says why others are not kept.
+
+    Args:
+        production: The film's.
+        folder: Of its frames.
+        wanted: Numbers of the frames that were asked for.
+        order: Whether frames that exist are kept, replaced or neither.
+        shared: The account that all frames share.
 
     Raises:
-        ConfigError: If frames would come to lie among those of another film unasked.
+        ConfigError: If frames would come to lie among those of another film.
     """
     if order.frames is not None:
         _check_neighbours(folder, wanted, order, shared)
@@ -107,7 +114,7 @@ def missing_frames(
 def _check_neighbours(
     folder: Path, wanted: Sequence[int], order: FilmOrder, shared: Mapping[str, Any]
 ) -> None:
-    """Refuse, or at least say, that a part comes to lie beside parts of another film."""
+    """Refuse a part of a film beside parts of another; say so where the order allows it."""
     before = film_of(folder) if set(frame_numbers(folder)) - set(wanted) else None
     if before is None or before.get("key") == shared["key"]:
         return
@@ -120,7 +127,7 @@ def _check_neighbours(
 def _stale(
     production: Production, folder: Path, wanted: Sequence[int], shared: Mapping[str, Any]
 ) -> list[int]:
-    """Numbers of the frames that are missing, damaged or other than they would be now."""
+    """Return the numbers of frames that are missing, damaged or not what would be rendered now."""
     states = {
         number: state_of(
             frame_file(folder, number), key=production.key, time=float(production.times[number])
@@ -142,6 +149,6 @@ def _stale(
 
 
 def discard(folder: Path, wanted: Sequence[int]) -> None:
-    """Remove a film's frames, and nothing else that somebody put beside them."""
+    """Remove a film's frames, and nothing else that lies beside them."""
     for file in (*(frame_file(folder, number) for number in wanted), folder / NOTE):
         file.unlink()

@@ -15,12 +15,12 @@ SUFFIX = ".png"
 
 
 def is_sequence(path: Path) -> bool:
-    """Whether a name is that of numbered pictures."""
+    """Return whether a name is that of numbered pictures."""
     return path.suffix.lower() == SUFFIX and _PLACE.search(path.name) is not None
 
 
 def numbered(path: Path, number: int) -> Path:
-    """The picture of a frame."""
+    """Return the picture of a frame."""
 
     def digits(place: re.Match[str]) -> str:
         width = _DIGITS if place.group() == "{frame}" else int(place.group(1) or 0)
@@ -30,7 +30,7 @@ def numbered(path: Path, number: int) -> Path:
 
 
 def film_name(path: Path) -> Path:
-    """The name that frames and account of a film go by: without the number."""
+    """Return the name that frames and account of a film go by: without the number."""
     if not is_sequence(path):
         return path
     stem = _PLACE.sub("", path.stem).strip("_-. ")
@@ -51,7 +51,7 @@ def check_sequence(path: Path) -> None:
 
 
 def pictures_of(path: Path, files: Sequence[Path]) -> list[Path]:
-    """Where pictures of stored frames go.
+    """Return where pictures of stored frames go.
 
     Args:
         path: With a place for the number.

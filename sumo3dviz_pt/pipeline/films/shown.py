@@ -16,12 +16,12 @@ class Films(list[Path]):
     """Paths of films; the last line of a notebook's cell shows them."""
 
     def _repr_html_(self) -> str:
-        """Every film as a player, or as its name if it is too large or is no film."""
+        """Return every film as a player, or as its name if it is too large or is no film."""
         return "\n".join(map(_shown, self))
 
 
 def _shown(path: Path) -> str:
-    """One film in HTML."""
+    """Return one film in HTML."""
     kind, name = _TYPES.get(path.suffix.lower()), html.escape(str(path))
     if kind is None or not path.is_file() or path.stat().st_size > _LARGEST:
         return f"<p><code>{name}</code></p>"

@@ -1,4 +1,4 @@
-"""How far long work is and how long it will still take, from its first second on.
+"""Shows how far long work is and how long it will still take, from its first second on.
 
 Work is a sequence of steps with expected durations. What they really took corrects the
 expectation of those to come; a step that counts is judged by its own pace.
@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, NamedTuple, TextIO
 
 from sumo3dviz_pt.model.news import Doing, News, heard_by
 
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
 _TRUST = 10.0
-"""Weight of the expectation against what was seen, as seconds of work that took as expected."""
+"""Weight of the expectation against what was measured, as seconds of work that took as expected."""
 
 _UNUSUAL = 3
-"""So many frames, at the begin, take longer than others."""
+"""Number of frames at the beginning that take longer than others."""
 
 _MEMORY = 30
-"""So many frames back a pace is looked for."""
+"""Number of last frames that tell the pace."""
 
 _FIRST = 0.8
-"""Nothing is said of work that takes less [s]."""
+"""Nothing is said about work that takes less [s]."""
 
 _SAID_EVERY = 10.0
-"""Where lines cannot be overwritten, one is written so often [s]."""
+"""Time between two lines where lines cannot be overwritten [s]."""
 
 _DRAWN_EVERY = 0.5
-"""Where they can [s]."""
+"""Time between two drawings of a bar, where lines can be overwritten [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,28 +53,35 @@ class Step:
     seconds: float
 
 
+class _Count(NamedTuple):
+    """How many of the things that a step counts were done at a time [s]."""
+
+    time: float
+    done: int
+
+
 @dataclass(slots=True)
 class Course:
-    """Where work stands.
+    """How far work is.
 
     Attributes:
         steps: All that it consists of, in order.
-        began: When it began, by whatever clock is asked [s].
+        began: When it began, by any clock [s].
     """
 
     steps: Sequence[Step]
     began: float
     _at: int = 0
     _step_began: float = field(default=0.0)
-    _counts: list[tuple[float, int]] = field(default_factory=list)
+    _counts: list[_Count] = field(default_factory=list)
     _news: News | None = None
 
     def __post_init__(self) -> None:
-        """The first step begins with the work."""
+        """Begin the first step with the work."""
         self._step_began = self.began
 
     def hear(self, news: News, now: float) -> None:
-        """Take in what the work tells at a time [s]."""
+        """Take in news of the work at a time [s]."""
         following = range(self._at, len(self.steps))
         place = next((k for k in following if self.steps[k].doing is news.doing), None)
         if place is None:
@@ -82,50 +89,50 @@ class Course:
         if place != self._at:
             self._at, self._step_began, self._counts = place, now, []
         if news.total:
-            self._counts = [*self._counts[-_MEMORY:], (now, news.done)]
+            self._counts = [*self._counts[-_MEMORY:], _Count(now, news.done)]
         self._news = news
 
     def seconds_left(self, now: float) -> float:
-        """Estimate of the time left [s]."""
+        """Return the estimate of the time left [s]."""
         later = sum(step.seconds for step in self.steps[self._at + 1 :])
         return self._step_left(now) + self._slowness() * later
 
     def share(self, now: float) -> float:
-        """Of the time that all of it takes, how much is over, in [0, 1]."""
+        """Return the share of the whole time that is over, in [0, 1]."""
         over = now - self.began
         return over / max(over + self.seconds_left(now), 1e-9)
 
     def words(self) -> str:
-        """What is being done."""
+        """Return what is being done."""
         doing, news = self.steps[self._at].doing, self._news
         return str(doing if news is None else news)
 
     def _slowness(self) -> float:
-        """How much longer than expected work takes."""
+        """Return how much longer than expected work takes."""
         expected = sum(step.seconds for step in self.steps[: self._at])
         return (self._step_began - self.began + _TRUST) / (expected + _TRUST)
 
     def _step_left(self, now: float) -> float:
-        """Estimate for what is being done [s]."""
+        """Return the estimate for what is being done [s]."""
         expected = self.steps[self._at].seconds * self._slowness()
         if not self._counts or self._news is None:
             over = now - self._step_began
-            # Who is late is expected to be as late again by a quarter, never done at once.
+            # A late step is expected to need a quarter more of its time, not to be done at once.
             return max(expected - over, 0.25 * over)
-        counted, todo = self._counts[-1][0], self._news.total - self._news.done
+        counted, todo = self._counts[-1].time, self._news.total - self._news.done
         pace = self._pace()
         if pace is None:
-            pace = expected / max(self._news.total - self._counts[0][1], 1)
+            pace = expected / max(self._news.total - self._counts[0].done, 1)
         return max(pace * todo - (now - counted), pace * max(todo - 1, 0))
 
     def _pace(self) -> float | None:
-        """Seconds for one of what the step counts; None as long as nobody can tell."""
+        """Return what one of the counted things takes [s]; None while it is unknown."""
         lengths = [
-            (later[0] - earlier[0]) / (later[1] - earlier[1])
+            (later.time - earlier.time) / (later.done - earlier.done)
             for earlier, later in pairwise(self._counts)
-            if later[1] > earlier[1]
+            if later.done > earlier.done
         ]
-        # The first ones compile and record: they say nothing about those to come.
+        # The first ones compile and record, which later ones do not.
         usual = lengths[_UNUSUAL:]
         return median(usual) if usual else None
 
@@ -149,12 +156,12 @@ def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) 
 
 
 def can_redraw(stream: TextIO) -> bool:
-    """Whether lines can be overwritten: on terminals and in notebooks."""
+    """Return whether lines can be overwritten: on terminals and in notebooks."""
     return stream.isatty() or _in_notebook()
 
 
 class _Shown:
-    """Draws a course again and again, in a thread of its own, until it is closed."""
+    """Shows how far work is, again and again, in a thread of its own until it is closed."""
 
     def __init__(self, name: str, course: Course, stream: TextIO) -> None:
         self._name, self._course, self._stream = name, course, stream
@@ -172,7 +179,7 @@ class _Shown:
             self._course.hear(news, time.monotonic())
 
     def close(self) -> None:
-        """Stop to show anything."""
+        """Stop showing anything."""
         self._over.set()
         self._thread.join()
         if self._bar is not None:
@@ -199,14 +206,14 @@ class _Shown:
 
 
 def _in_notebook() -> bool:
-    """Whether this program is a notebook's kernel; nothing is imported to find out."""
+    """Return whether this program is a notebook's kernel; nothing is imported to find out."""
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython is not None else None
     return hasattr(shell, "kernel")
 
 
 def _bar(name: str, stream: TextIO) -> tqdm[None]:
-    """A bar of the terminal's or the notebook's kind."""
+    """Return a bar of the terminal's or the notebook's kind."""
     from tqdm.auto import tqdm as bar
 
     shape = "{desc}: {percentage:3.0f} % |{bar}| {elapsed}{postfix}"
@@ -215,7 +222,7 @@ def _bar(name: str, stream: TextIO) -> tqdm[None]:
 
 
 def clock(seconds: float) -> str:
-    """A duration as people read it: 0:07, 12:30, 2:05:00."""
+    """Return a duration as people read it: 0:07, 12:30, 2:05:00."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -1,4 +1,4 @@
-"""What a film will cost: CPU time, wall time, memory and disk.
+"""Forecasts what a film will cost: CPU time, wall time, memory and disk.
 
 The constants are from `ronda` and `crossing` at 640x360 and 1280x720 on a shared server, see
 docs/internals/forecasts.md; machines differ by a factor of two.
@@ -12,30 +12,34 @@ from dataclasses import asdict, dataclass
 from sumo3dviz_pt.job.settings import Quality
 
 _START = 24.0
-"""Reading, building, loading and compiling, before frames cost what they will [CPU-s]."""
+"""Reading, building, loading and compiling [CPU-s]."""
 
 _START_PER_MEGATRIANGLE = 3.5
-_UPDATE = 0.58
-"""Moving everyone, for each million triangles: one thread's work [CPU-s]."""
+"""The same, for each million triangles [CPU-s]."""
 
-_PER_MEGASAMPLE = 1.4
-_PER_MEGAPIXEL = 0.2
-"""Of rendering [CPU-s]."""
+_UPDATE = 0.58
+"""Moving all road users, for each million triangles of the shot: one thread's work [CPU-s]."""
+
+_PER_MEGASAMPLE, _PER_MEGAPIXEL = 1.4, 0.2
+"""Rendering, for each million samples and for each million pixels [CPU-s]."""
 
 _GUIDES = 1.3
+"""Albedo and normals for the denoiser, for each million pixels [CPU-s]."""
+
 _DENOISER = {"none": 0.0, "fast": 1.0, "balanced": 1.6, "high": 1.6}
-"""For each million pixels [CPU-s]."""
+"""Denoising, for each million pixels [CPU-s]."""
 
 _SERIAL_START = 0.7
 """Share of the start that one thread does."""
 
-_EXR = 3.8
-_FILM = 0.15
+_EXR, _FILM = 3.8, 0.15
 """Bytes a pixel of a stored frame in half precision, and of a film (H.264)."""
 
+_MEMORY, _MEMORY_PER_MEGAPIXEL, _MEMORY_PER_MEGATRIANGLE = 1750.0, 1100.0, 300.0
+"""Memory at its peak: always, and for each million pixels and triangles [MB]."""
 
 TYPICAL_TRIANGLES = 1_400_000
-"""Of a shot of which no more is known."""
+"""Triangles of a shot of which no more is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +88,7 @@ def cost_of(
     """
     cores = cores or threads()
     megapixels, megatriangles = size[0] * size[1] / 1e6, triangles / 1e6
+    # What one thread does alone, and what all of them share, for each frame.
     start = _START + _START_PER_MEGATRIANGLE * megatriangles
     serial = _UPDATE * megatriangles
     shared = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
@@ -102,29 +107,29 @@ def cost_of(
 
 
 def memory_forecast(megapixels: float, triangles: int) -> float:
-    """Memory that a picture needs at its peak [MB]."""
-    return 1750 + 1100 * megapixels + 300 * triangles / 1e6
+    """Return the memory that a picture needs at its peak [MB]."""
+    return _MEMORY + _MEMORY_PER_MEGAPIXEL * megapixels + _MEMORY_PER_MEGATRIANGLE * triangles / 1e6
 
 
 def threads() -> int:
-    """Threads that this process may use."""
+    """Return the threads that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def spent() -> float:
-    """CPU-seconds of this program and of those that it has run, from its start on."""
+    """Return the CPU-seconds of this program and of those that it has run, from its start on."""
     return sum(os.times()[:4])
 
 
 def _rounded(value: float) -> float:
-    """A number to three digits."""
+    """Return a number to three digits."""
     return float(f"{value:.3g}")
 
 
 def time_in_words(seconds: float) -> str:
-    """A length of time as people say it."""
+    """Return a length of time as people say it."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     if seconds < 90 * 60:
@@ -133,5 +138,5 @@ def time_in_words(seconds: float) -> str:
 
 
 def space_in_words(megabytes: float) -> str:
-    """An amount of memory or disk."""
+    """Return an amount of memory or disk."""
     return f"{megabytes / 1000:.1f} GB" if megabytes >= 1000 else f"{max(megabytes, 1):.0f} MB"

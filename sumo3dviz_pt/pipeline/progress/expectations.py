@@ -1,8 +1,8 @@
-"""How long the steps of long work should take, before any of it is done.
+"""Estimates how long the steps of long work should take, before any of it is done.
 
-Two cores of a shared server needed so long for `ronda`, `crossing`, Barcelona, Bologna and Bad
-Hersfeld, see docs/internals/forecasts.md; while work goes on, its own pace corrects what is
-expected.
+The constants are what two cores of a shared server needed for `ronda`, `crossing`, Barcelona,
+Bologna and Bad Hersfeld, see docs/internals/forecasts.md; while work goes on, its own pace
+corrects them.
 """
 
 from __future__ import annotations
@@ -20,20 +20,31 @@ from sumo3dviz_pt.pipeline.progress.costs import TYPICAL_TRIANGLES, cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 _READ, _READ_PER_MB = 0.5, 0.07
+"""Reading logs [s]: always, and for each megabyte of them."""
+
 _BUILD, _BUILD_PER_MB = 9.0, 20.0
-"""Of logs and of the network [s], each for a megabyte of it."""
+"""Building the scene [s]: always, and for each megabyte of the network."""
 
 _OPEN = 2.5
-_FIRST = 8.0
-"""A first picture takes so much longer than a later one: all is moved, recorded, compiled [s]."""
+"""Giving the scene to the renderer [s]."""
 
-_ENCODE = 0.3
+_FIRST = 8.0
+"""What a first picture takes beyond a later one: all is moved, recorded, compiled [s]."""
+
+_ENCODE, _ENCODE_PER_MEGAPIXEL = 0.3, 0.05
+"""Encoding a film [s]: always, and for each million pixels of all its frames."""
+
 _PACKED = 8.0
-"""A log or network is so many times as long as when it is packed."""
+"""Length of a log or network, as a multiple of its packed length."""
 
 
 def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[Step, ...]:
-    """The steps of `render_film`, shot by shot.
+    """Return the steps of `render_film`, shot by shot.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+        order: Which shots, when, and where to.
 
     Raises:
         ConfigError, InputError: As `render_film`.
@@ -47,12 +58,13 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[Step, ...]
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing))
         found += [*opening_steps(job), Step(Doing.RENDER, rendering)]
-        found.append(Step(Doing.ENCODE, _ENCODE + 0.05 * len(wanted) * size[0] * size[1] / 1e6))
+        megapixels = len(wanted) * size[0] * size[1] / 1e6
+        found.append(Step(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
     return tuple(found)
 
 
 def still_steps(job: Job, request: Request) -> tuple[Step, ...]:
-    """The steps of `render_still`.
+    """Return the steps of `render_still`.
 
     Raises:
         ConfigError, InputError: As `render_still`.
@@ -64,7 +76,7 @@ def still_steps(job: Job, request: Request) -> tuple[Step, ...]:
 
 
 def building_steps(job: Job, *, shots: int = 1) -> tuple[Step, ...]:
-    """The steps until some shots of a scene are built.
+    """Return the steps until some shots of a scene are built.
 
     Raises:
         ConfigError, InputError: If the simulation's files are not there.
@@ -76,12 +88,12 @@ def building_steps(job: Job, *, shots: int = 1) -> tuple[Step, ...]:
 
 
 def opening_steps(job: Job) -> tuple[Step, ...]:
-    """The steps until a shot can be rendered; errors as in `building_steps`."""
+    """Return the steps until a shot can be rendered; errors as in `building_steps`."""
     return (*building_steps(job), Step(Doing.OPEN, _OPEN))
 
 
 def _rendering(quality: Quality, size: tuple[int, int], *, frames: int) -> float:
-    """Wall time of a shot's frames [s]."""
+    """Return the wall time of a shot's frames [s]."""
     costs = [
         cost_of(quality, size=size, triangles=TYPICAL_TRIANGLES, frames=count)
         for count in (0, frames)
@@ -91,7 +103,7 @@ def _rendering(quality: Quality, size: tuple[int, int], *, frames: int) -> float
 
 
 def _megabytes(paths: Iterable[Path]) -> float:
-    """How long files are when they are unpacked, about."""
+    """Return how long files are when they are unpacked, about."""
     lengths = [
         path.stat().st_size * (_PACKED if path.suffix == ".gz" else 1.0)
         for path in paths

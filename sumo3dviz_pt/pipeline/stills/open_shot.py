@@ -1,4 +1,4 @@
-"""A shot held open in the renderer: pictures at any of its times, one after the other.
+"""Holds a shot open in the renderer, for pictures at any of its times.
 
 Opening costs seconds (reading, building, loading), a further picture only what it renders. A
 time within a shot of the scene file is pictured with that shot's plan, so that a still is the
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 def plan_times(job: Job, request: Request, time: float) -> Floats:
-    """Times of all frames of the shot that a still belongs to, (n,) [s].
+    """Return the times of all frames of the shot that a still belongs to, (n,) [s].
 
     Args:
         job: The scene file.
@@ -66,13 +66,18 @@ class OpenShot:
     def __init__(self, production: Production, *, film: bool = False) -> None:
         self.production = production
         self._held = ExitStack()
-        # Also when a program ends with it open, while the renderer is still there.
+        # This also closes it when a program ends, while the renderer still exists.
         self._close = weakref.finalize(self, self._held.close)
         self._session = self._held.enter_context(opened(production, film=film))
 
     @classmethod
     def of(cls, job: Job, request: Request, time: float) -> OpenShot:
-        """Open the shot that a still at a time [s] belongs to.
+        """Open the shot that a still belongs to.
+
+        Args:
+            job: The scene file.
+            request: The command's choices.
+            time: SUMO's time of the still [s].
 
         Raises:
             ConfigError: If a choice does not exist or the window holds nothing.
@@ -94,7 +99,13 @@ class OpenShot:
         self._close()
 
     def shows(self, job: Job, request: Request, time: float) -> bool:
-        """Whether what is open is just what a still would open, quality aside."""
+        """Return whether what is open is just what a still would open, quality aside.
+
+        Args:
+            job: The scene file.
+            request: The command's choices.
+            time: SUMO's time of the still [s].
+        """
         mine = self.production
         asked = request.applied(job)
         same = asked.model_copy(update={"quality": mine.job.quality}) == mine.job
@@ -126,7 +137,7 @@ class OpenShot:
             time: SUMO's time [s], within the shot.
 
         Raises:
-            ConfigError: If the camera rides with someone who is not there then.
+            ConfigError: If the camera rides with a road user that is not there then.
             RenderError: If it cannot be rendered.
         """
         made = self.production
@@ -149,7 +160,7 @@ class OpenShot:
         )
 
     def frames(self) -> Iterator[Still]:
-        """All frames of the shot, in order."""
+        """Yield all frames of the shot, in order."""
         for time in self.production.times:
             yield self.still(float(time))
 

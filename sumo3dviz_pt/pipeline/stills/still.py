@@ -102,24 +102,33 @@ def check_target(path: Path, *, suffixes: tuple[str, ...], overwrite: bool = Fal
         ConfigError: If suffix or folder is wrong, the folder cannot be written to, or the file
             exists and may not go.
     """
-    import os
-
     if path.suffix.lower() not in suffixes:
         raise ConfigError(f"{path} must end in {' or '.join(suffixes)}", key="output")
-    if not path.parent.is_dir():
-        raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
-        raise ConfigError(f"{path} cannot be written to", key="output")
+    check_writable(path)
     if not overwrite:
         check_free(path)
 
 
+def check_writable(path: Path) -> None:
+    """Refuse a file that cannot be written, before any work is done.
+
+    Raises:
+        ConfigError: If its folder is missing or read-only, or a folder has its name.
+    """
+    import os
+
+    if not path.parent.is_dir():
+        raise ConfigError(f"there is no folder {path.parent}; create it first", key="output")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise ConfigError(f"{path} cannot be written to", key="output")
+
+
 def check_free(*paths: Path, option: str = "--overwrite") -> None:
-    """Refuse to overwrite anything unasked.
+    """Refuse to overwrite anything that exists.
 
     Args:
         paths: What will be written.
-        option: What asks for it on the command line.
+        option: Of the command line that allows it, for the message.
 
     Raises:
         ConfigError: If one of them exists.

@@ -1,4 +1,4 @@
-"""Error against run time of one picture of a scene: the whole measurement.
+"""Measures error against run time of one picture of a scene, from beginning to end.
 
 The order is: what the cheapest judged pictures leave of noise, a reference good enough
 to judge them, presets, the ladder of spp, path depths. Every group of pictures goes to
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
@@ -44,9 +45,9 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Session
 
 BETTER = 3.0
-"""The reference's halves differ by this much less than independent samples of the highest
-rung are wrong. The reference itself, their mean, is then six times better than those, and
-about three times better than pictures of the default sampler."""
+"""The halves of the reference differ by the error of independent samples of the highest rung,
+divided by this. The reference itself, their mean, is then six times better than those samples,
+and about three times better than pictures of the default sampler."""
 
 FRAMES = 4
 """Successive frames over which flicker is measured."""
@@ -56,7 +57,7 @@ ROWS, PLAN, HALVES = "convergence.csv", "plan.json", "reference.npz"
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What `converge` was asked for.
+    """What `converge` is to measure.
 
     Attributes:
         folder: Where everything goes.
@@ -100,14 +101,14 @@ class _Work:
         return budget is not None and time.monotonic() - self.started > budget
 
     def step(self, what: str, samples: float) -> None:
-        """Count work and tell it."""
+        """Count finished work [spp], and report how far all of it is."""
         self.done += samples
         done = round(min(self.done, self.total))
         announce(Doing.MEASURE, done, round(self.total), what=what)
 
 
 def converge(job: Job, request: Request, order: Order) -> Path:
-    """Measure error against run time of one picture; the report's page.
+    """Measure error against run time of one picture; return the report's page.
 
     Args:
         job: The scene file.
@@ -117,6 +118,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
     Raises:
         ConfigError: If the folder holds the report of something else, or a choice is wrong.
     """
+    # Refuse what is wrong before any work.
     check_extra()
     if not 1 <= order.top <= 1024:
         raise ConfigError(f"must lie in 1..1024, not {order.top}", key="top")
@@ -126,6 +128,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
         raise ConfigError(f"there is no folder {order.folder.parent}; create it", key="output")
     if not (order.overwrite or (order.folder / PLAN).exists()):
         check_free(*_own(order.folder))
+    # Build the shot, and begin anew or go on in the folder.
     frames = order.time - np.arange(FRAMES)[::-1] / float(job.output.fps)
     # The scene's own preset does not matter here, and so not for resuming either.
     production = replace(prepare(job, request, frames), quality=plan.base_quality(CHUNK))
@@ -133,6 +136,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
     if order.overwrite:
         for path in _own(order.folder):
             path.unlink(missing_ok=True)
+    # Grow a reference, then measure every group against it.
     work = _Work(order)
     with opened(production, film=True) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
@@ -150,7 +154,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
 
 
 def _own(folder: Path) -> list[Path]:
-    """Files of a report, whether they exist or not."""
+    """Return the files of a report, whether they exist or not."""
     names = (PLAN, ROWS, HALVES, PAGE, *PLOTS)
     return [*(folder / name for name in names), *(folder / PICTURES).glob("*.exr")]
 
@@ -159,7 +163,7 @@ def _own(folder: Path) -> list[Path]:
 
 
 def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
-    """The highest rung and the reference's target: stored, so that resuming keeps them."""
+    """Return the highest rung and the reference's target: stored, so that resuming keeps them."""
     path = work.order.folder / PLAN
     presets = plan.digest(plan.groups(plan.HIGHEST_RUNG))
     what = {"key": subject.production.key, "time": work.order.time, "measured": presets}
@@ -175,24 +179,24 @@ def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
         top = _affordable_top(session, subject, work)
         noise = _noise(session, subject, top)
         made = {**what, "top": top, "noise": noise, "target": noise / BETTER}
-        path.write_text(json.dumps(made, indent=1), encoding="utf-8")
+        write_whole(path, json.dumps(made, indent=1))
     wanted = plan.groups(made["top"])
     work.total = _samples(wanted) + _REFERENCE_SHARE * made["top"]
     return made
 
 
 _REFERENCE_SHARE = 4 * BETTER**2
-"""Samples of a reference for each of the highest rung's: halves are wrong by the square root
-of two more than the whole, and so is their difference once more."""
+"""Samples of a reference for each of the highest rung's: the error of a half is that of the whole
+times the square root of two, and the difference of two halves is that error times it again."""
 
 
 def _samples(wanted: list[plan.Group]) -> int:
-    """Samples per pixel of all groups."""
+    """Return the samples per pixel of all groups."""
     return sum(group.samples for group in wanted)
 
 
 def _affordable_top(session: Session, subject: Subject, work: _Work) -> int:
-    """The highest rung that the budget allows for, by the pace of a few samples."""
+    """Return the highest rung that the budget allows for, by the pace of a few samples."""
     if work.order.budget is None:
         return work.order.top
     probe = plan.base_quality(4)
@@ -209,7 +213,7 @@ def _affordable_top(session: Session, subject: Subject, work: _Work) -> int:
 
 
 def _noise(session: Session, subject: Subject, top: int) -> float:
-    """Capped RMSE of independent samples, from two pictures that share nothing."""
+    """Return the capped RMSE of independent samples, from two pictures that share nothing."""
     quality = plan.base_quality(top).model_copy(update={"sampler": "independent"})
     pair = []
     for seed in (901, 902):
@@ -222,7 +226,7 @@ def _noise(session: Session, subject: Subject, top: int) -> float:
 
 
 def _grown(session: Session, subject: Subject, work: _Work, made: dict[str, Any]) -> Halves:
-    """The reference's halves: what is stored, and what is still missing."""
+    """Return the reference's halves: what is stored, and what is still missing."""
     path = work.order.folder / HALVES
     halves = Halves.load(path) if path.exists() else Halves()
     rest = _samples(plan.groups(made["top"]))
@@ -253,7 +257,7 @@ def _measured(
     wanted: list[plan.Group],
     reference: Reference,
 ) -> list[Row]:
-    """Rows of all groups: what is stored, and what is still missing and affordable."""
+    """Return the rows of all groups: what is stored, and what is still missing and affordable."""
     path = work.order.folder / ROWS
     rows = _whole_groups(path, wanted)
     for group in wanted:
@@ -270,7 +274,7 @@ def _measured(
 
 
 def _whole_groups(path: Path, wanted: list[plan.Group]) -> list[Row]:
-    """Stored rows; those of a group that was interrupted are dropped from the file."""
+    """Return the stored rows; drop those of an interrupted group from the file."""
     rows = read_rows(path)
     whole = [
         row

@@ -1,4 +1,4 @@
-"""What denoising is worth: how many raw samples leave the same error."""
+"""Says what denoising is worth: how many raw samples leave the same error."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MEASURES = (("flip", "FLIP", ".4f"), ("psnr", "PSNR [dB]", ".1f"))
 
 
 def gains(rows: Sequence[Row]) -> list[str]:
-    """Lines of a Markdown table: raw and denoised rungs of one sampler side by side.
+    """Return the lines of a Markdown table: raw and denoised rungs of one sampler side by side.
 
     Args:
         rows: Measurements; others than rungs of the ladder are passed over.
@@ -40,19 +40,19 @@ def gains(rows: Sequence[Row]) -> list[str]:
 def _compared(
     raw: Sequence[Row], some: Sequence[Row], column: str, form: str, spp: int
 ) -> list[str]:
-    """A measure raw, denoised, and the raw spp that leave it."""
+    """Return a measure raw, denoised, and the raw spp that leave it."""
     curve = {int(key[0]): median(rung, column) for key, rung in grouped(raw, ["spp"]).items()}
     own, denoised = curve.get(spp, np.nan), median(some, column)
     return [_shown(own, form), _shown(denoised, form), equal_spp(curve, denoised)]
 
 
 def _shown(value: float, form: str) -> str:
-    """A number, or a dash."""
+    """Return a number, or a dash."""
     return f"{value:{form}}" if np.isfinite(value) else "-"
 
 
 def equal_spp(curve: Mapping[int, float], value: float) -> str:
-    """Samples per pixel at which a curve reaches a value, in words.
+    """Return the samples per pixel at which a curve reaches a value, in words.
 
     Args:
         curve: A score by spp, which rises or falls with spp.

@@ -106,7 +106,7 @@ def pictures(
 def _finished(
     session: Session, subject: Subject, group: Group, samples: Samples, costs: dict[str, float]
 ) -> Iterator[Shown]:
-    """One picture for each denoiser."""
+    """Yield one picture for each denoiser."""
     tally = samples.tally
     counts: dict[str, float | int] = {
         "passes": tally.passes,
@@ -151,7 +151,14 @@ def _steady(shown: list[Shown], group: Group) -> list[Shown]:
 def rows_of(
     shown: list[Shown], subject: Subject, group: Group, reference: Reference
 ) -> Iterator[Row]:
-    """Score pictures against a reference."""
+    """Score pictures against a reference.
+
+    Args:
+        shown: Pictures of a group.
+        subject: What they show.
+        group: How they were rendered.
+        reference: What they should be.
+    """
     halves = halves_flip(reference, subject.look)
     # The key hashes all input files, which may be large.
     key = subject.production.key[:8]
@@ -180,14 +187,14 @@ def rows_of(
 
 
 def _guides(group: Group, denoiser: str) -> str:
-    """What the denoiser was given beside the picture."""
+    """Return what the denoiser was given beside the picture."""
     if denoiser == "none":
         return ""
     return "albedo+normal" if group.quality.guides else "none"
 
 
 def _description(subject: Subject, group: Group) -> Row:
-    """What is the same for all pictures of a group."""
+    """Return what is the same for all pictures of a group."""
     quality, job = group.quality, subject.production.job
     return {
         **subject.made_with,
@@ -207,12 +214,18 @@ def _description(subject: Subject, group: Group) -> Row:
 
 
 def halves_flip(reference: Reference, look: Look) -> float:
-    """FLIP of the reference's halves against each other."""
+    """Return the FLIP of the reference's halves against each other."""
     return flip(*(look.develop(half) for half in reference.halves))
 
 
 def film_flicker(session: Session, subject: Subject, group: Group) -> float:
-    """Mean motion-compensated change between successive frames [8-bit codes]."""
+    """Return the mean motion-compensated change between successive frames [8-bit codes].
+
+    Args:
+        session: The scene in the renderer.
+        subject: Its frames and how they are shown.
+        group: How they are rendered.
+    """
     bodies = body_bounds(subject.production.shot.data.prototypes)
     before: tuple[Image, Seen] | None = None
     changes = []

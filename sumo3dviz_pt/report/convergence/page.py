@@ -1,4 +1,4 @@
-"""The page that says what was measured: tables, slopes and plots in Markdown."""
+"""Writes the page about what was measured: tables, slopes and plots in Markdown."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.report.convergence.gains import gains
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
@@ -35,7 +36,7 @@ PLOTS: Mapping[str, str] = MappingProxyType(
         "depth.png": "What shorter paths change: same seeds, raw.",
     }
 )
-"""Pictures that the page shows if they lie beside it, and what they say."""
+"""Plots that the page shows if they lie beside it, with their captions."""
 
 SLOPE_RANGE = (-0.55, -0.45)
 """Where the slope of capped RMSE lies if the independent sampler is sound; theory: -0.5."""
@@ -54,7 +55,7 @@ _ABOUT = (
 
 @dataclass(frozen=True, slots=True)
 class Notes:
-    """What the rows do not say.
+    """What the page says beside the rows.
 
     Attributes:
         title: Of the page.
@@ -105,15 +106,13 @@ def write_page(folder: Path, rows: Sequence[Row], notes: Notes) -> Path:
 
 
 def write_text(path: Path, lines: Sequence[str]) -> Path:
-    """Write lines; a half-written file never stays."""
-    part = path.with_name(path.name + ".part")
-    part.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8", newline="\n")
-    part.replace(path)
+    """Write lines of text; the file's path."""
+    write_whole(path, "\n".join(lines).rstrip() + "\n")
     return path
 
 
 def _incomplete(notes: Notes) -> list[str]:
-    """What is missing and how to go on."""
+    """Return what is missing and how to go on."""
     if notes.done >= notes.wanted:
         return []
     text = f"**Incomplete.** {notes.stopped[:1].upper()}{notes.stopped[1:]}: {notes.done} of"
@@ -121,7 +120,7 @@ def _incomplete(notes: Notes) -> list[str]:
 
 
 def _about(rows: Sequence[Row], notes: Notes) -> list[str]:
-    """What was measured, where and with what."""
+    """Return what was measured, where and with what."""
     facts = [(name, shown_value(value)) for name, value in notes.facts.items()]
     if rows:
         sizes = sorted({(int(row["W"]), int(row["H"])) for row in rows})
@@ -139,7 +138,7 @@ def _about(rows: Sequence[Row], notes: Notes) -> list[str]:
 
 
 def _reference(rows: Sequence[Row], notes: Notes) -> list[str]:
-    """How good the reference itself is."""
+    """Return how good the reference itself is."""
     spp, halves = numbers(rows, "ref_spp"), numbers(rows, "ref_halves_flip")
     lines = ["## The reference", ""]
     if spp.size:
@@ -161,7 +160,7 @@ def _reference(rows: Sequence[Row], notes: Notes) -> list[str]:
 
 
 def _presets(rows: Sequence[Row]) -> list[str]:
-    """What each preset costs and leaves."""
+    """Return what each preset costs and leaves."""
     own = [row for row in rows if row["preset"] not in (LADDER, DEPTH)]
     if not own:
         return ["## Presets", "", "Not measured yet."]
@@ -170,7 +169,7 @@ def _presets(rows: Sequence[Row]) -> list[str]:
 
 
 def _bias_verdicts(rows: Sequence[Row]) -> list[str]:
-    """Whether the presets' mean radiance is right."""
+    """Return whether the presets' mean radiance is right."""
     groups = grouped(rows, ["preset", "denoise"])
     biases = [
         (str(key[0]), float(np.mean(numbers(some, "mean_bias")))) for key, some in groups.items()
@@ -184,14 +183,14 @@ def _bias_verdicts(rows: Sequence[Row]) -> list[str]:
 
 
 def _gains(rows: Sequence[Row]) -> list[str]:
-    """What denoising is worth."""
+    """Return what denoising is worth."""
     table = gains(rows)
     text = "Raw spp that leave the same error, interpolated: what denoising saves at most."
     return ["## Denoising", "", *table, "", text] if table else []
 
 
 def _slopes(rows: Sequence[Row]) -> list[str]:
-    """How fast errors fall with spp."""
+    """Return how fast errors fall with spp."""
     lines = [
         _slope_cells(fit, sampler, column)
         for column in _SLOPES
@@ -211,7 +210,7 @@ def _slopes(rows: Sequence[Row]) -> list[str]:
 
 
 def _slope_cells(fit: Slope, sampler: str, column: str) -> list[str]:
-    """A line of the table of slopes."""
+    """Return a line of the table of slopes."""
     found = verdict(fit, sampler) if column == "rmse_capped" else "-"
     rungs = f"{fit.spp[0]} to {fit.spp[1]}"
     return [sampler, plain_title(column), f"{fit.value:+.3f}", _interval(fit), rungs,
@@ -219,12 +218,12 @@ def _slope_cells(fit: Slope, sampler: str, column: str) -> list[str]:
 
 
 def _interval(fit: Slope) -> str:
-    """A slope's interval in words."""
+    """Return a slope's interval in words."""
     return f"{fit.low:+.3f} to {fit.high:+.3f}" if np.isfinite(fit.low) else "one seed: none"
 
 
 def verdict(fit: Slope, sampler: str) -> str:
-    """Whether the slope of capped RMSE is what theory asks of a sampler.
+    """Return whether the slope of capped RMSE is what theory asks of a sampler.
 
     Args:
         fit: The slope.
@@ -242,14 +241,14 @@ def verdict(fit: Slope, sampler: str) -> str:
 
 
 def _ladder(rows: Sequence[Row]) -> list[str]:
-    """Every rung."""
+    """Return every rung."""
     rungs = [row for row in rows if row["preset"] == LADDER]
     table = summary(rungs, by=("denoise", "quality", "sampler", "spp"))
     return ["## Ladder", "", *(table or ["Not measured yet."])]
 
 
 def _depth(rows: Sequence[Row], pictures: Sequence[str]) -> list[str]:
-    """What path depth changes."""
+    """Return what path depth changes."""
     some = [row for row in rows if row["preset"] == DEPTH]
     if not some:
         return ["## Path depth", "", "Not measured yet."]
@@ -257,14 +256,14 @@ def _depth(rows: Sequence[Row], pictures: Sequence[str]) -> list[str]:
 
 
 def _pictures(folder: Path, names: Sequence[str]) -> list[str]:
-    """Those plots that exist, with their captions."""
+    """Return those plots that exist, with their captions."""
     shown = [name for name in names if (folder / name).is_file()]
     lines = [(f"![{PLOTS[name].partition(':')[0]}]({name})", "", PLOTS[name], "") for name in shown]
     return [line for group in lines for line in group][:-1]
 
 
 def _legend() -> list[str]:
-    """What the columns mean."""
+    """Return what the columns mean."""
     return [
         "## Columns",
         "",

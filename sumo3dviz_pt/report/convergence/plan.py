@@ -1,4 +1,4 @@
-"""What a report measures: rungs of a ladder of spp, presets, path depths."""
+"""Lists what a report measures: rungs of a ladder of spp, presets, path depths."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ DEEPEST = 16
 DEPTHS = (2, 3, 4, 6, 8, 12, DEEPEST)
 
 DEPTH_SPP = 16
-"""Of the pictures whose depth varies; their seeds are the same, so that noise is shared."""
+"""Samples of the pictures whose depth varies; their seeds are equal, so that they share noise."""
 
 HIGHEST_RUNG = 64
-"""Most spp that are judged without a budget."""
+"""Highest spp that is judged without a budget."""
 
 LONGEST_PASS = 64
 
@@ -61,7 +61,7 @@ class Group:
         return self.seeds * self.quality.spp
 
     def owns(self, row: Row) -> bool:
-        """Whether a row of a file is one of its own."""
+        """Return whether a row of a file is one of its own."""
         quality = self.quality
         return (
             row["preset"] == self.label
@@ -73,19 +73,19 @@ class Group:
 
 
 def rungs(top: int) -> tuple[int, ...]:
-    """1, 2, 4, ... up to `top`."""
+    """Return 1, 2, 4, ... up to `top`."""
     return tuple(2**power for power in range(top.bit_length()) if 2**power <= top)
 
 
 def presets_up_to(top: int) -> dict[str, Quality]:
-    """Presets that a ladder up to `top` spp can judge, cheapest first."""
+    """Return the presets that a ladder up to `top` spp can judge, cheapest first."""
     known = {name: quality_preset(name) for name in catalog.template_names("quality")}
     fitting = {name: quality for name, quality in known.items() if quality.spp <= top}
     return dict(sorted(fitting.items(), key=lambda item: item[1].spp))
 
 
 def groups(top: int) -> list[Group]:
-    """Everything to measure, what users ask for first."""
+    """Return everything to measure; presets, which matter most to users, come first."""
     presets = [
         Group(name, quality, (quality.denoise,)) for name, quality in presets_up_to(top).items()
     ]
@@ -95,20 +95,20 @@ def groups(top: int) -> list[Group]:
 
 
 def digest(wanted: list[Group]) -> str:
-    """A hash of what is measured: another preset makes another report."""
+    """Return a hash of what is measured: another preset makes another report."""
     content = [(g.label, g.quality.model_dump(mode="json"), g.denoisers, g.seeds) for g in wanted]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def base_quality(spp: int) -> Quality:
-    """A rung's quality, all else as in reference and presets."""
+    """Return a rung's quality, all else as in reference and presets."""
     return Quality(
         spp=spp, pass_spp=min(spp, LONGEST_PASS), max_depth=DEEPEST, denoise="none", cap=CAP
     )
 
 
 def _raw(spp: int) -> tuple[Group, Group]:
-    """A rung of plain path tracing, by sampler."""
+    """Return a rung of plain path tracing, by sampler."""
     independent = base_quality(spp).model_copy(update={"sampler": "independent"})
     return (
         Group(LADDER, independent, ("none",), plain=True),
@@ -117,12 +117,12 @@ def _raw(spp: int) -> tuple[Group, Group]:
 
 
 def _denoised(spp: int) -> Group:
-    """A rung as users get it with `--spp`: capped and denoised."""
+    """Return a rung as users get it with `--spp`: capped and denoised."""
     quality = base_quality(spp).model_copy(update={"denoise": "high", "cap": 40.0})
     return Group(LADDER, quality, DENOISERS)
 
 
 def _deep(depth: int, *, spp: int) -> Group:
-    """Pictures of one path depth."""
+    """Return pictures of one path depth."""
     quality = base_quality(spp).model_copy(update={"max_depth": depth})
     return Group(DEPTH, quality, ("none",), plain=True)

@@ -2,11 +2,8 @@
 
 Chunks with seeds of their own go to two halves in turn. The halves against each other
 say how far the reference itself is from the truth, without knowing the truth: by
-capped RMSE, their difference is twice the error of their mean.
-
-References:
-    facts/denoising.md, section 7: reference with an independent sampler and other
-    seeds, its half-against-half error printed.
+capped RMSE, their difference is twice the error of their mean. The sampler is the
+independent one and the seeds are others than those of the pictures that are judged.
 """
 
 from __future__ import annotations
@@ -18,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
@@ -84,7 +82,7 @@ class Halves:
         self.count[half] += 1
 
     def mean(self, name: str, halves: tuple[int, ...] = (0, 1)) -> Image:
-        """A layer's mean over one half or both."""
+        """Return a layer's mean over one half or both."""
         total = np.sum([self.sums[half][name] for half in halves], axis=0)
         return np.asarray(total / sum(self.count[half] for half in halves), dtype=np.float32)
 
@@ -96,11 +94,10 @@ class Halves:
         return capped_rmse(self.mean("kept", (0,)), self.mean("kept", (1,)), cap=np.inf)
 
     def save(self, path: Path) -> None:
-        """Store under another name first: an interruption leaves the old state."""
+        """Store both halves; an interruption leaves the old state."""
         arrays = {f"{name}{half}": self.sums[half][name] for half in (0, 1) for name in LAYERS}
-        part = path.with_name("part." + path.name)
-        np.savez(part, count=self.count, **arrays)  # type: ignore[arg-type]
-        part.replace(path)
+        with whole(path) as part, part.open("wb") as stream:
+            np.savez(stream, count=self.count, **arrays)  # type: ignore[arg-type]
 
     @classmethod
     def load(cls, path: Path) -> Halves:
@@ -127,7 +124,7 @@ def grow(
         halves: What exists; grows in place.
         target: Capped RMSE of the halves against each other.
         path: Where the state is stored after every pair of chunks.
-        on_chunk: Called with the chunks so far and their difference; False stops.
+        on_chunk: Called with the number of chunks and the difference of the halves; False stops.
     """
     quality = session.settings.quality
     going = True
@@ -140,7 +137,13 @@ def grow(
 
 
 def chunk_quality(quality: Quality, *, depth: int, cap: float) -> Quality:
-    """How chunks are rendered: independent samples, capped beside the uncapped."""
+    """Return how chunks are rendered: independent samples, capped beside the uncapped.
+
+    Args:
+        quality: A preset.
+        depth: Longest light path.
+        cap: Firefly cap per sample, x white.
+    """
     return quality.model_copy(
         update={
             "spp": CHUNK,
@@ -154,7 +157,13 @@ def chunk_quality(quality: Quality, *, depth: int, cap: float) -> Quality:
 
 
 def finished(session: Session, frame: FrameState, halves: Halves) -> Reference:
-    """The reference as it stands, with haze as the scene has it."""
+    """Return the reference as it stands, with haze as the scene has it.
+
+    Args:
+        session: The scene in the renderer.
+        frame: What was rendered.
+        halves: Of its samples.
+    """
 
     def picture(*chosen: int) -> Image:
         guides = {name: halves.mean(name, chosen) for name in ("hit", "depth")}

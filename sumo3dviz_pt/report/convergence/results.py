@@ -32,7 +32,7 @@ def write_results(
     wanted: int,
     command: str,
 ) -> Path:
-    """Write plots and page; the page.
+    """Write plots and page; return the page.
 
     Args:
         folder: Where rows and pictures lie.
@@ -63,12 +63,12 @@ def write_results(
 
 
 def road_users(subject: Subject) -> int:
-    """How many the measured frame shows."""
+    """Return how many the measured frame shows."""
     return len(subject.state.users)
 
 
 def own_errors(reference: Reference, look: Look) -> dict[str, float]:
-    """The reference's own error by column: of its halves against each other, halved.
+    """Return the reference's own error by column: of its halves against each other, halved.
 
     The mean of two independent halves is off by half of what they differ by; for FLIP,
     which is no root of a square, it is a guess on the safe side.
@@ -80,7 +80,7 @@ def own_errors(reference: Reference, look: Look) -> dict[str, float]:
 
 
 def picture_name(row: Row) -> str:
-    """What a row's picture is called in the folder of pictures."""
+    """Return what a row's picture is called in the folder of pictures."""
     if row["preset"] not in (LADDER, DEPTH):
         return str(row["preset"])
     kind = row["sampler"] if row["denoise"] == "none" else f"oidn-{row['quality']}"
@@ -93,7 +93,7 @@ def _galleries(folder: Path, rows: Sequence[Row], look: Look) -> None:
     raw = [row for row in rows if _is_plain(row)]
     shown: dict[str, Image] = {}
     costs: dict[str, float] = {}
-    # More columns than those of three presets could not be read.
+    # With more than three presets, columns would be too narrow to read.
     for (name,), own in sorted(presets.items(), key=lambda item: _cost(item[1]))[-3:]:
         for some in (*_nearest(raw, _cost(own)), own):
             label = f"raw, {some[0]['spp']} spp" if some is not own else str(name)
@@ -107,21 +107,21 @@ def _galleries(folder: Path, rows: Sequence[Row], look: Look) -> None:
 
 
 def _is_plain(row: Row) -> bool:
-    """Whether a row is a raw rung of the default sampler."""
+    """Return whether a row is a raw rung of the default sampler."""
     return row["preset"] == LADDER and row["denoise"] == "none" and row["sampler"] != "independent"
 
 
 def _cost(rows: Sequence[Row]) -> float:
-    """Median CPU-seconds."""
+    """Return the median CPU-seconds."""
     return float(np.median([cost(row) for row in rows]))
 
 
 def _nearest(raw: Sequence[Row], seconds: float) -> list[list[Row]]:
-    """The raw rung that costs most nearly the same, if there is any yet."""
+    """Return the raw rung that costs most nearly the same, if there is any yet."""
     rungs = grouped(raw, ["spp"]).values()
     return sorted(rungs, key=lambda rows: abs(np.log(_cost(rows) / seconds)))[:1]
 
 
 def _picture(folder: Path, row: Row, look: Look) -> Image:
-    """A stored picture, developed."""
+    """Return a stored picture, developed."""
     return look.develop(read_exr(folder / PICTURES / f"{picture_name(row)}.exr")[0])

@@ -1,4 +1,4 @@
-"""All error measures of one picture against a reference."""
+"""Computes all error measures of one picture against a reference."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.convergence.reference import Reference
 
 CAP = 4.0
-"""Of the capped RMSE, x white: brighter samples all look white (facts/denoising.md, 2)."""
+"""Cap of the capped RMSE, x white: brighter samples all look white."""
 
 TRIM = 0.001
 """Share of the worst pixels that the trimmed relative MSE leaves out."""
@@ -36,7 +36,7 @@ class Look:
         return float(2.0**-self.exposure)
 
     def develop(self, radiance: Image) -> Image:
-        """The display-encoded picture, (h, w, 3) in [0, 1]."""
+        """Return the display-encoded picture, (h, w, 3) in [0, 1]."""
         return develop_float(radiance, exposure=self.exposure, tone=self.tone)
 
 
@@ -48,7 +48,7 @@ def score(
     capped: Image | None = None,
     exposures: bool = True,
 ) -> dict[str, float]:
-    """Errors of a picture by column of the report.
+    """Return the errors of a picture by column of the report.
 
     Args:
         radiance: The picture, with haze, (h, w, 3).

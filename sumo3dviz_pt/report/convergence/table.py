@@ -86,12 +86,12 @@ MEASURES = (
 HEADINGS: Mapping[str, str] = MappingProxyType(
     {"spp": "spp", "max_depth": "depth", "quality": "OIDN quality", "denoise": "denoiser"}
 )
-"""Headings of grouping columns whose name is not good enough."""
+"""Headings of grouping columns whose own name says too little."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slope:
-    """Of the logarithm of an error over that of spp.
+    """The slope of the logarithm of an error over the logarithm of spp.
 
     Attributes:
         value: Least squares over all pictures.
@@ -109,7 +109,7 @@ class Slope:
 
 
 def plain_title(column: str) -> str:
-    """What a reader calls an error, without what tables add to it."""
+    """Return what a reader calls an error, without what tables add to it."""
     titles = {measure.column: measure.title for measure in MEASURES}
     return titles.get(column, column).partition(" (")[0]
 
@@ -142,7 +142,7 @@ def append_row(path: Path, row: Mapping[str, Value]) -> None:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """All whole measurements of a file, in order; none if there is no file.
+    """Return all whole measurements of a file, in order; none if there is no file.
 
     Raises:
         InputError: If the file has other columns or a value is no number.
@@ -153,7 +153,7 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def _whole_lines(path: Path) -> bytes:
-    """A file's content up to its last line break, after a look at its header."""
+    """Return a file's content up to its last line break, after a look at its header."""
     content = path.read_bytes() if path.exists() else b""
     whole = content[: content.rfind(b"\n") + 1]
     if whole and whole.splitlines()[0] != _HEADER.encode():
@@ -162,7 +162,7 @@ def _whole_lines(path: Path) -> bytes:
 
 
 def _parsed(line: Sequence[str], path: Path, number: int) -> Row:
-    """One line's values."""
+    """Return one line's values."""
     try:
         return {name: _value(name, text) for name, text in zip(COLUMNS, line, strict=True)}
     except ValueError as error:
@@ -170,7 +170,7 @@ def _parsed(line: Sequence[str], path: Path, number: int) -> Row:
 
 
 def _value(column: str, text: str) -> Value:
-    """A cell's value."""
+    """Return a cell's value."""
     if column in _TEXT_COLUMNS:
         return text
     if not text:
@@ -179,13 +179,13 @@ def _value(column: str, text: str) -> Value:
 
 
 def cost(row: Mapping[str, Value]) -> float:
-    """CPU-seconds of a frame: rendering with its guides, and denoising."""
+    """Return the CPU-seconds of a frame: rendering with its guides, and denoising."""
     parts = [float(row.get(key, "nan")) for key in ("t_render_cpu", "t_denoise_cpu")]
     return float(np.nansum(parts)) if np.isfinite(parts[0]) else float("nan")
 
 
 def grouped(rows: Iterable[Row], by: Sequence[str]) -> dict[tuple[Value, ...], list[Row]]:
-    """Rows that share the values of some columns, sorted by these."""
+    """Return rows that share the values of some columns, sorted by these."""
     groups: dict[tuple[Value, ...], list[Row]] = {}
     for row in rows:
         groups.setdefault(tuple(row.get(name, "") for name in by), []).append(row)
@@ -193,24 +193,24 @@ def grouped(rows: Iterable[Row], by: Sequence[str]) -> dict[tuple[Value, ...], l
 
 
 def _order(key: tuple[Value, ...]) -> tuple[tuple[bool, Value], ...]:
-    """Numbers before texts, so that both can be sorted."""
+    """Return numbers before texts, so that both can be sorted."""
     return tuple((isinstance(value, str), value) for value in key)
 
 
 def numbers(rows: Iterable[Row], column: str) -> Floats:
-    """A column's finite or infinite values, (n,); unknown ones are left out."""
+    """Return a column's finite or infinite values, (n,); unknown ones are left out."""
     values = np.array([float(row.get(column, "nan")) for row in rows], dtype=np.float64)
     return np.asarray(values[~np.isnan(values)])
 
 
 def median(rows: Iterable[Row], column: str) -> float:
-    """Median of a column; NaN if it holds nothing."""
+    """Return the median of a column; NaN if it holds nothing."""
     values = numbers(rows, column)
     return float(np.median(values)) if values.size else float("nan")
 
 
 def summary(rows: Sequence[Row], *, by: Sequence[str]) -> list[str]:
-    """Lines of a Markdown table: medians over seeds, and quartiles of FLIP.
+    """Return the lines of a Markdown table: medians over seeds, and quartiles of FLIP.
 
     Args:
         rows: Measurements.
@@ -234,7 +234,7 @@ def summary(rows: Sequence[Row], *, by: Sequence[str]) -> list[str]:
 
 
 def _middle(rows: Sequence[Row], measure: Measure) -> str:
-    """A measure's median in words, FLIP with quartiles."""
+    """Return a measure's median in words, FLIP with quartiles."""
     values = numbers(rows, measure.column)
     if not values.size:
         return "-"
@@ -246,18 +246,18 @@ def _middle(rows: Sequence[Row], measure: Measure) -> str:
 
 
 def shown_value(value: Value) -> str:
-    """A value that a reader can tell from nothing."""
+    """Return a value that a reader can tell from nothing."""
     return str(value) if value == value and value != "" else "-"
 
 
 def markdown(titles: Sequence[str], lines: Iterable[Sequence[str]]) -> list[str]:
-    """Lines of a Markdown table; a bar within a cell is escaped."""
+    """Return the lines of a Markdown table; a bar within a cell is escaped."""
     table = [titles, ["---"] * len(titles), *lines]
     return ["| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |" for cells in table]
 
 
 def slope(rows: Sequence[Row], column: str) -> dict[str, Slope]:
-    """How fast an error falls with spp, by sampler: raw rungs of the ladder.
+    """Return how fast an error falls with spp, by sampler: raw rungs of the ladder.
 
     The interval resamples whole seeds, so that pictures of one seed may be alike.
     With few seeds such intervals are somewhat too narrow.
@@ -275,7 +275,7 @@ def slope(rows: Sequence[Row], column: str) -> dict[str, Slope]:
 
 
 def _fit(rows: Sequence[Row], column: str) -> Slope | None:
-    """Least squares through the logarithms of one sampler's rungs."""
+    """Return least squares through the logarithms of one sampler's rungs."""
     good = [row for row in rows if 0 < float(row.get(column, "nan")) < np.inf]
     rungs = [int(row["spp"]) for row in good]
     if len(set(rungs)) < 2:
@@ -293,14 +293,14 @@ def _fit(rows: Sequence[Row], column: str) -> Slope | None:
 
 
 def _sums(rows: Sequence[Row], column: str, power: float) -> Floats:
-    """Moments of log(spp) and log(error) that a line's fit needs: 1, x, y, xx, xy."""
+    """Return the moments of log(spp) and log(error) that a line's fit needs: 1, x, y, xx, xy."""
     x = np.log([float(row["spp"]) for row in rows])
     y = power * np.log([float(row[column]) for row in rows])
     return np.array([x.size, x.sum(), y.sum(), (x * x).sum(), (x * y).sum()])
 
 
 def _steepness(sums: Floats) -> Floats:
-    """Slopes of the lines with moments (..., 5); NaN where all spp are one."""
+    """Return the slopes of the lines with moments (..., 5); NaN where all spp are one."""
     count, x, y, xx, xy = np.moveaxis(sums, -1, 0)
     spread = count * xx - x * x
     return np.asarray((count * xy - x * y) / np.where(spread > 1e-9, spread, np.nan))

@@ -30,12 +30,12 @@ class Window:
     width: int
 
     def of(self, picture: Image) -> Image:
-        """What lies inside it."""
+        """Return what lies inside it."""
         rows = slice(self.row, self.row + self.height)
         return picture[rows, self.column : self.column + self.width]
 
     def apart(self, other: Window) -> bool:
-        """Whether half a window or more lies between two windows of one size."""
+        """Return whether half a window or more lies between two windows of one size."""
         rows, columns = abs(self.row - other.row), abs(self.column - other.column)
         return rows >= 1.5 * self.height or columns >= 1.5 * self.width
 
@@ -43,7 +43,7 @@ class Window:
 def choose_windows(
     reference: Image, errors: Sequence[Image], *, count: int = 3, share: float = 0.16
 ) -> list[Window]:
-    """Windows with space between them, the most telling first.
+    """Return windows with space between them, the most telling first.
 
     Args:
         reference: Display-encoded picture, (h, w, 3) in [0, 1].
@@ -70,7 +70,7 @@ def choose_windows(
 
 
 def _interest(reference: Image, errors: Sequence[Image]) -> Floats:
-    """What a window gains by each pixel, (h, w): error, and edges that error could hide."""
+    """Return what a window gains by each pixel, (h, w): error, and edges that error could hide."""
     grey = reference.astype(np.float64).mean(axis=-1)
     edges = sum(np.abs(np.diff(grey, axis=axis, append=_last(grey, axis))) for axis in (0, 1))
     edges = np.minimum(np.asarray(edges), 0.3)
@@ -79,18 +79,21 @@ def _interest(reference: Image, errors: Sequence[Image]) -> Floats:
 
 
 def _last(values: Floats, axis: int) -> Floats:
-    """The last line along an axis, kept as an axis."""
+    """Return the last line along an axis, kept as an axis."""
     return np.asarray(np.take(values, [-1], axis=axis))
 
 
 def _levelled(values: Floats) -> Floats:
-    """Values whose mean is 1, or 0 if there is nothing."""
+    """Return values whose mean is 1, or 0 if there is nothing."""
     mean = float(values.mean())
     return values / mean if mean > 0 else values
 
 
 def _box_means(values: Floats, tall: int, wide: int) -> Floats:
-    """Mean of every window that fits, (h - tall + 1, w - wide + 1), by a summed-area table."""
+    """Return the mean of every window that fits, (h - tall + 1, w - wide + 1).
+
+    A summed-area table gives all of them at once.
+    """
     table = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
     sums = table[tall:, wide:] - table[:-tall, wide:] - table[tall:, :-wide] + table[:-tall, :-wide]
     return np.asarray(sums / (tall * wide))

@@ -1,4 +1,4 @@
-"""A stored film looked at frame by frame, alone or against another of the same scene.
+"""Measures a stored film frame by frame, alone or against another of the same scene.
 
 Pixels are compared in units of white, so that exposure 0 and a lamp-lit night can be
 read on one scale. What moves changes both films alike, so flicker of a pair is the
@@ -16,6 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.image import metrics
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Image
@@ -30,7 +31,7 @@ from sumo3dviz_pt.report.films.stored import Stored, find_frames, matched
 from sumo3dviz_pt.report.plots import time_plot
 
 EMITTER = 40.0
-"""Pixels brighter than this in either film see an emitter; no bias is taken there [white]."""
+"""Pixels brighter than this in either film show an emitter; the bias leaves them out [white]."""
 
 ROWS, PLOT, WORST = "frames.csv", "over_time.png", "worst.png"
 
@@ -122,7 +123,7 @@ def _make_folder(folder: Path) -> None:
 
 
 def _watched(rows: Iterable[FrameRow], total: int) -> list[FrameRow]:
-    """All rows; tells how far they are."""
+    """Return all rows; tells how far they are."""
     known: list[FrameRow] = []
     for row in rows:
         known.append(row)
@@ -131,7 +132,7 @@ def _watched(rows: Iterable[FrameRow], total: int) -> list[FrameRow]:
 
 
 def alone_rows(frames: Sequence[Stored]) -> Iterator[FrameRow]:
-    """A film's frames one by one, each with its change from the one before."""
+    """Yield a film's frames one by one, each with its change from the one before."""
     before: Image | None = None
     for number, frame in enumerate(frames):
         shown = _shown(frame, frame)
@@ -145,16 +146,33 @@ def alone_rows(frames: Sequence[Stored]) -> Iterator[FrameRow]:
         before = shown.picture
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Worst:
+    """The pair of frames that differ most.
+
+    Attributes:
+        flip: Mean FLIP between them.
+        picture: The frame, (h, w, 3).
+        other: What it is compared with, (h, w, 3).
+        titles: Of both.
+    """
+
+    flip: float
+    picture: Image
+    other: Image
+    titles: list[str]
+
+
 def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iterator[FrameRow]:
-    """A pair's frames one by one; the worst is drawn at last."""
+    """Yield a pair's frames one by one; draw the worst at last."""
     before: Image | None = None
-    worst: tuple[float, Shown, Shown, list[str]] | None = None
+    worst: _Worst | None = None
     for number, (frame, other) in enumerate(pairs):
         shown, wanted = _shown(frame, other), _shown(other, other)
         row, difference = pair_row(shown, wanted, before)
-        if worst is None or float(row["flip"]) > worst[0]:
+        if worst is None or float(row["flip"]) > worst.flip:
             titles = [f"{_label(some)} at {some.time:g} s" for some in (frame, other)]
-            worst = float(row["flip"]), shown, wanted, titles
+            worst = _Worst(float(row["flip"]), shown.picture, wanted.picture, titles)
         yield {
             **_identity(number, frame),
             "other_quality": other.quality,
@@ -163,11 +181,11 @@ def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iter
         }
         before = difference
     if worst is not None:
-        pair_plot(worst[1].picture, worst[2].picture, worst_path, titles=worst[3])
+        pair_plot(worst.picture, worst.other, worst_path, titles=worst.titles)
 
 
 def pair_row(shown: Shown, wanted: Shown, before: Image | None) -> tuple[dict[str, float], Image]:
-    """How far a frame is from its partner, and their difference.
+    """Return how far a frame is from its partner, and their difference.
 
     Args:
         shown: The frame.
@@ -209,29 +227,29 @@ def _same_size(shown: Shown, wanted: Shown) -> None:
 
 
 def _shown(frame: Stored, like: Stored) -> Shown:
-    """A frame's pixels, developed as another one is."""
+    """Return a frame's pixels, developed as another one is."""
     radiance = frame.radiance()
     look = Look(like.exposure, like.tone)
     return Shown(np.asarray(radiance / np.float32(look.white)), look.develop(radiance))
 
 
 def _identity(number: int, frame: Stored) -> FrameRow:
-    """What tells a frame from others."""
+    """Return what tells a frame from others."""
     return {"frame": number, "time": frame.time, "quality": frame.quality, "spp": frame.spp}
 
 
 def _label(frame: Stored) -> str:
-    """A film in a word or two."""
+    """Return a film in a word or two."""
     return f"{frame.path.parent.name} ({frame.quality}, {frame.spp} spp)"
 
 
 def _luminance(shown: Shown) -> float:
-    """Mean luminance [white]."""
+    """Return the mean luminance [white]."""
     return float((shown.radiance.reshape(-1, 3).mean(axis=0, dtype=np.float64)) @ LUMINANCE)
 
 
 def _change(now: Image, before: Image | None) -> float:
-    """Mean absolute change of pixels [8-bit codes]; NaN if there is nothing before."""
+    """Return the mean absolute change of pixels [8-bit codes]; NaN if there is nothing before."""
     if before is None:
         return float("nan")
     if now.shape != before.shape:
@@ -240,17 +258,15 @@ def _change(now: Image, before: Image | None) -> float:
 
 
 def _write_csv(path: Path, rows: Sequence[FrameRow]) -> None:
-    """Write all rows; a half-written file never stays."""
-    part = path.with_name(path.name + ".part")
-    with part.open("w", encoding="utf-8", newline="") as stream:
+    """Write all rows."""
+    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    part.replace(path)
 
 
 def _draw(rows: Sequence[FrameRow], panels: Mapping[str, Mapping[str, str]], path: Path) -> None:
-    """The plot over time; series of which nothing is known are left out."""
+    """Draw the plot over time; series of which nothing is known are left out."""
     series = {
         title: {
             name: [_PERCENT.get(column, 1.0) * float(row[column]) for row in rows]

@@ -7,7 +7,7 @@ Mirrors, shadows and flashing lamps are not followed: a change of theirs counts.
 foliage is left out, for its depth is as noisy as its picture.
 
 A low flicker alone says little: a film that lags behind its light has it, too. Quote
-the error of the same frames beside it (facts/denoising.md, section 3).
+the error of the same frames beside it.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ GROUND = 0.01
 """Points lower than this above a body's origin belong to the road [m]."""
 
 DEPTH_TOLERANCE = 0.02
-"""Of the distance; beyond it another surface was seen before. Depth pictures of few
-samples are noisy where the road runs away under a flat angle."""
+"""Share of the distance by which two depths of one surface may differ; beyond it another surface
+was seen before. Depth pictures of few samples are noisy where a road is seen at a flat angle."""
 
 SKY = 1e-6
 """Reciprocal distance up to which a point counts as sky [1/m]: rounding puts places a
@@ -90,7 +90,7 @@ class Flicker:
 
 
 def body_bounds(prototypes: Mapping[str, Prototype]) -> dict[str, Bounds]:
-    """The box of each body, near and far together; bodies without vertices have none."""
+    """Return the box of each body, near and far together; bodies without vertices have none."""
     bounds = {}
     for name, prototype in prototypes.items():
         meshes = [part.mesh for part in (*prototype.parts, *prototype.far)]
@@ -132,7 +132,7 @@ def flow_between(now: Seen, before: Seen, bodies: Mapping[str, Bounds]) -> Flow:
 
 
 def flicker(picture: Image, before: Image, flow: Flow, *, order: Order = 3) -> Flicker:
-    """Mean change of a film's picture along the flow.
+    """Return the mean change of a film's picture along the flow.
 
     Reading between pixel centres averages noise, and so hides flicker, or misplaces
     texture, and so adds some. Measured at camera speeds of traffic (white noise of
@@ -144,7 +144,7 @@ def flicker(picture: Image, before: Image, flow: Flow, *, order: Order = 3) -> F
 
     Args:
         picture: sRGB-encoded, (h, w, 3) in [0, 1].
-        before: The picture before, likewise.
+        before: The picture before, in the same form.
         flow: Where the pixels of `picture` were in `before`.
         order: How `before` is read: 3 cubic spline, 1 bilinear, 0 nearest pixel.
 
@@ -162,9 +162,14 @@ def flicker(picture: Image, before: Image, flow: Flow, *, order: Order = 3) -> F
 
 
 def warped(before: Image, flow: Flow, *, order: Order = 3) -> Image:
-    """The picture before as its surfaces lie now, (h, w, 3); arguments as in `flicker`.
+    """Return the picture before as its surfaces lie now, (h, w, 3).
 
     Pixels that are not valid hold whatever lies at their place.
+
+    Args:
+        before: The picture before, (h, w, 3).
+        flow: Where the pixels of now were in it.
+        order: How it is read: 3 cubic spline, 1 bilinear, 0 nearest pixel.
     """
     channels = [
         map_coordinates(before[..., channel], flow.places, order=order, mode="nearest")
@@ -194,7 +199,7 @@ def _carry(
         bodies: Boxes of the prototypes.
 
     Returns:
-        Where it is known what the point did, (h, w): not on users who just appeared.
+        Where it is known what the point did, (h, w): not on road users that just appeared.
     """
     past = {(mover.id, mover.part): mover for mover in before.everyone}
     known = np.ones(hit.shape, dtype=bool)
@@ -216,14 +221,14 @@ def _carry(
 
 
 def _inflated(box: Bounds, world_from_body: Transform) -> Bounds:
-    """A body's box, in its own units, with the margin around and without the ground."""
+    """Return a body's box, in its own units, with the margin around and without the ground."""
     scale = np.linalg.norm(world_from_body.matrix[:3, :3], axis=0)
     low, high = box[0] - MARGIN / scale, box[1] + MARGIN / scale
     return np.stack([[low[0], low[1], max(low[2], GROUND / scale[2])], high])
 
 
 def _on_body(points: Floats, box: Bounds, mover: Mover) -> Bools:
-    """Which world points, (h, w, 3), lie in a mover's box, (h, w)."""
+    """Return which world points, (h, w, 3), lie in a mover's box, (h, w)."""
     body_from_world = np.linalg.inv(mover.world_from_body.matrix)
     inside: Bools = np.ones(points.shape[:2], dtype=bool)
     for axis in range(3):
@@ -241,7 +246,7 @@ def _move(points: Floats, own: Bools, now: Mover, before: Mover) -> None:
 def _window(
     box: Bounds, world_from_body: Transform, view: View, shape: tuple[int, ...]
 ) -> tuple[slice, slice]:
-    """Rows and columns that hold a box; the whole picture if it reaches behind the eye."""
+    """Return rows and columns that hold a box; the whole picture if it reaches behind the eye."""
     height, width = shape
     chosen = np.indices((2, 2, 2)).reshape(3, 8)
     corners = world_from_body.points(box[chosen, np.arange(3)[:, None]].T)
@@ -260,7 +265,7 @@ def _window(
 
 
 def _agrees(expected: Floats, before: Seen, places: Floats) -> Bools:
-    """Whether the surface that was seen before lies where it is expected, (h, w).
+    """Return whether the surface that was seen before lies where it is expected, (h, w).
 
     The reciprocal of the depth along the camera's axis is linear on the screen for
     every plane, so it is what may be interpolated: distances may not, which run away

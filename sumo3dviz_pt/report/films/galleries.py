@@ -1,4 +1,4 @@
-"""Pictures of pictures: equal crops side by side, FLIP maps, the worst frame of a film."""
+"""Draws pictures beside each other: equal crops, FLIP maps, the worst frame of a film."""
 
 from __future__ import annotations
 
@@ -43,6 +43,7 @@ def crops_plot(
     Raises:
         ConfigError: If the package flip-evaluator (extra `report`) is missing.
     """
+    # Choose where to look, then lay out a column for each picture.
     truth = pictures[reference]
     maps = _maps(pictures, reference)
     windows = choose_windows(truth, list(maps.values()), count=count)
@@ -53,6 +54,8 @@ def crops_plot(
     grid = figure.add_gridspec(
         len(windows) + 1, len(columns), height_ratios=[top, *[height] * len(windows)]
     )
+
+    # The whole reference stands above the windows.
     _draw_whole(figure.add_subplot(grid[0, :]), truth, windows, title=reference)
     for place, name in enumerate(columns):
         for line, window in enumerate(windows):
@@ -108,7 +111,7 @@ def pair_plot(image: Image, reference: Image, path: Path, *, titles: Sequence[st
 
     Args:
         image: sRGB-encoded, (h, w, 3) in [0, 1].
-        reference: Likewise.
+        reference: What it is compared with, in the same form.
         path: The picture to write.
         titles: Of the two pictures.
 
@@ -128,43 +131,43 @@ def pair_plot(image: Image, reference: Image, path: Path, *, titles: Sequence[st
 
 
 def _maps(pictures: Mapping[str, Image], reference: str) -> dict[str, Image]:
-    """FLIP maps of all pictures but the reference."""
+    """Return the FLIP maps of all pictures but the reference."""
     truth = pictures[reference]
     return {name: flip_map(image, truth) for name, image in pictures.items() if name != reference}
 
 
 def _scale(maps: Sequence[Image]) -> float:
-    """FLIP at the top of the colours: what few pixels exceed, in steps of 0.05."""
+    """Return the FLIP at the top of the colours: what few pixels exceed, in steps of 0.05."""
     worst = max((float(np.percentile(errors, 99.5)) for errors in maps), default=0.0)
     return float(max(_SMALLEST_SCALE, np.ceil(worst * 20) / 20))
 
 
 def _caption(name: str, errors: Image | None, seconds: float | None, *, lines: int = 2) -> str:
-    """A picture's name, cost and error."""
+    """Return a picture's name, cost and error."""
     facts = [] if seconds is None else [f"{seconds:.3g} CPU-s"]
     facts += [] if errors is None else [f"FLIP {errors.mean():.3f}"]
     return ("\n" if lines == 2 else ": ").join([name, *([", ".join(facts)] if facts else [])])
 
 
 def _draw_picture(axis: Any, picture: Image) -> None:
-    """A picture's own pixels."""
+    """Show a picture's own pixels."""
     axis.imshow(np.clip(picture, 0.0, 1.0), interpolation="nearest", aspect="equal")
     axis.set(xticks=[], yticks=[])
 
 
 def _draw_map(axis: Any, errors: Image, top: float) -> Any:
-    """An error map in the colours of FLIP's paper."""
+    """Return an error map in the colours of FLIP's paper."""
     axis.set(xticks=[], yticks=[])
     return axis.imshow(errors, cmap="magma", vmin=0.0, vmax=top, interpolation="nearest")
 
 
 def _draw_scale(figure: Any, axis: Any, shown: Any) -> None:
-    """A map's colours beside it, just as high as the map."""
+    """Draw a map's colours beside it, just as high as the map."""
     figure.colorbar(shown, cax=axis.inset_axes((1.015, 0.0, 0.025, 1.0)))
 
 
 def _draw_whole(axis: Any, picture: Image, windows: Sequence[Window], *, title: str) -> None:
-    """The whole picture with its windows framed."""
+    """Show the whole picture with its windows framed."""
     from matplotlib.patches import Rectangle
 
     _draw_picture(axis, picture)
@@ -176,6 +179,6 @@ def _draw_whole(axis: Any, picture: Image, windows: Sequence[Window], *, title: 
 
 
 def _frame(axis: Any, colour: str) -> None:
-    """A rim in the colour of the window."""
+    """Draw a rim in the colour of the window."""
     for spine in axis.spines.values():
         spine.set(edgecolor=colour, linewidth=2)

@@ -1,4 +1,4 @@
-"""The page about a film's frames, or about two films."""
+"""Writes the page about a film's frames, or about two films."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Film:
 
     @classmethod
     def of(cls, frames: Sequence[Stored]) -> Film:
-        """What stored frames have in common."""
+        """Return what stored frames have in common."""
         versions = sorted({
             f"{name} {number}" for frame in frames for name, number in frame.versions.items()
         })  # fmt: skip
@@ -83,7 +83,7 @@ class Film:
 
 
 def _listed(values: Iterable[str]) -> str:
-    """Each value once."""
+    """Return each value once, in words."""
     return ", ".join(sorted({value for value in values if value})) or "-"
 
 
@@ -112,7 +112,7 @@ def write_film_page(folder: Path, films: Sequence[Film], rows: Sequence[FrameRow
 
 
 def _about(films: Sequence[Film]) -> list[str]:
-    """What the films are, and what else than noise may tell them apart."""
+    """Return what the films are, and what else than noise may tell them apart."""
     titles = ["what", "frames", "against"][: len(films) + 1]
     names = list(films[0].facts)
     table = markdown(titles, [[name, *(film.facts[name] for film in films)] for name in names])
@@ -128,7 +128,7 @@ def _about(films: Sequence[Film]) -> list[str]:
 
 
 def _overall(rows: Sequence[FrameRow]) -> list[str]:
-    """Median and worst of every measure."""
+    """Return the median and worst of every measure."""
     lines = []
     for column, (title, form) in _FORMS.items():
         if column not in rows[0] or column in ("frame", "time"):
@@ -146,14 +146,14 @@ def _overall(rows: Sequence[FrameRow]) -> list[str]:
 
 
 def _worst(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], column: str) -> int:
-    """Which frame is worst."""
+    """Return the index of the worst frame."""
     if column in _BETTER_HIGH:
         return int(np.nanargmin(values))
     return int(np.nanargmax(np.abs(values)))
 
 
 def _frames(rows: Sequence[FrameRow], key: str) -> list[str]:
-    """A line for every frame, or for the worst of a long film."""
+    """Return a line for every frame, or for the worst of a long film."""
     columns = [column for column in rows[0] if any(row[column] == row[column] for row in rows)]
     shown, note = list(rows), []
     if len(rows) > MOST_LINES:
@@ -167,7 +167,7 @@ def _frames(rows: Sequence[FrameRow], key: str) -> list[str]:
 
 
 def _cell(row: FrameRow, column: str) -> str:
-    """A value as the table shows it."""
+    """Return a value as the table shows it."""
     value = row[column]
     if value != value or value == "":
         return "-"
@@ -175,7 +175,7 @@ def _cell(row: FrameRow, column: str) -> str:
 
 
 def _legend(*, pair: bool) -> list[str]:
-    """What the columns mean."""
+    """Return what the columns mean."""
     about_pair = (
         "FLIP, PSNR and SSIM are of developed pictures, at 67 pixels a degree; capped RMSE (cut"
         " at 4 x white) and relMSE (without its worst 0.1 %) of radiance in units of white. Bias is"

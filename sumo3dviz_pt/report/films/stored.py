@@ -63,7 +63,7 @@ class Stored:
 
 
 def find_frames(place: Path) -> list[Stored]:
-    """Frames of a film, in order of time.
+    """Find the frames of a film, in order of time.
 
     Args:
         place: Their folder, or the film or its .json beside which it lies.
@@ -85,7 +85,7 @@ def find_frames(place: Path) -> list[Stored]:
 
 
 def _folder_of(place: Path) -> Path:
-    """The folder of frames that a user means."""
+    """Return the folder of frames that a user means."""
     if place.is_dir():
         return place
     folder = frames_folder(place)
@@ -97,7 +97,7 @@ def _folder_of(place: Path) -> Path:
 
 
 def _stored(path: Path) -> Stored:
-    """What a frame says about itself."""
+    """Read the account that is stored in a frame."""
     account = read_account(path)
     try:
         return Stored(
@@ -118,7 +118,7 @@ def _stored(path: Path) -> Stored:
 
 
 def matched(frames: Sequence[Stored], others: Sequence[Stored]) -> list[tuple[Stored, Stored]]:
-    """Pairs of frames of one time.
+    """Pair frames of one time.
 
     Args:
         frames: Of a film, in order of time, at least one.
@@ -137,13 +137,13 @@ def matched(frames: Sequence[Stored], others: Sequence[Stored]) -> list[tuple[St
 
 
 def _first_lonely(frames: Sequence[Stored], others: Sequence[Stored]) -> Stored | None:
-    """The first frame without a partner of its time."""
+    """Return the first frame without a partner of its time."""
     times = np.array([other.time for other in others])
     return next((frame for frame in frames if np.abs(times - frame.time).min() >= SAME_TIME), None)
 
 
 def _span(frames: Sequence[Stored]) -> str:
-    """How many frames from when to when."""
+    """Say how many frames there are, from when to when."""
     first, last = frames[0], frames[-1]
     name = first.path.parent.name
     return f"{name} has {len(frames)} frames from {first.time:g} s to {last.time:g} s"

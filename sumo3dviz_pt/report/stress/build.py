@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Session
 
 PRESET = "draft"
-"""What all cases share, but for its denoiser: it would hide what must be seen."""
+"""The preset of all cases, without its denoiser, which would hide what must be seen."""
 
 _STRESS_CAMERA = "(stress)"
 _PASS_SPP = 256
 
-# What a stage or numpy raises where a scene leads it astray: a finding, not an end.
+# What a stage or numpy raises on an odd scene: a finding of the case, not the end of the run.
 _FAULTS = (Sumo3dvizError, ArithmeticError, LookupError, ValueError, RuntimeError, MemoryError)
 
 
@@ -104,7 +104,7 @@ def without_notes() -> Iterator[None]:
 
 
 def chosen(patterns: Sequence[str]) -> tuple[Case, ...]:
-    """The cases whose names match one of some patterns, with * and ?; all if there are none.
+    """Return the cases whose names match one of some patterns, with * and ?; all if there are none.
 
     Raises:
         ConfigError: If a pattern matches no case.
@@ -126,7 +126,14 @@ def chosen(patterns: Sequence[str]) -> tuple[Case, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scene:
-    """The user's scene and what it offers."""
+    """The user's scene and what it offers.
+
+    Attributes:
+        job: The scene file.
+        order: Which shot to start from.
+        base: That shot, ready to be rendered.
+        facts: What the scene has to offer to the cases.
+    """
 
     job: Job
     order: StressOrder
@@ -148,7 +155,7 @@ def _survey(job: Job, order: StressOrder) -> _Scene:
 
 
 def _production(scene: _Scene, case: Case) -> Production:
-    """A case's shot, ready to be rendered."""
+    """Return a case's shot, ready to be rendered."""
     made = scene.base
     output: OutputSettings = made.job.output
     if (case.spot, case.moment, case.size, case.film) != ("shot", "shot", SIZE, False):
@@ -167,7 +174,7 @@ def _production(scene: _Scene, case: Case) -> Production:
 
 
 def _under_sun(made: Production, facts: Facts, elevation: float) -> Production:
-    """The same shot with the sun at another height [deg]; it does not turn."""
+    """Return the same shot with the sun at another height [deg]; it does not turn."""
     assert facts.sun is not None
     azimuth = float(np.degrees(np.arctan2(facts.sun[0], facts.sun[1])))
     sun = SunSettings(azimuth=azimuth, elevation=elevation)
@@ -176,7 +183,7 @@ def _under_sun(made: Production, facts: Facts, elevation: float) -> Production:
 
 
 def _quality(case: Case) -> Quality:
-    """Samples and cap of a case; its exposure moves the cap as a film's would."""
+    """Return the samples and cap of a case; its exposure moves the cap as a film's would."""
     preset = quality_preset(PRESET)
     changes: dict[str, Any] = {
         "spp": case.spp,
@@ -192,7 +199,7 @@ def _quality(case: Case) -> Quality:
 
 
 def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
-    """All cases, in order."""
+    """Yield how each case ended, in order."""
     for _, group in groupby(cases, key=lambda case: case.stage):
         with ExitStack() as stack:
             stage: _Stage | None = None
@@ -216,7 +223,7 @@ def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Stage:
-    """A shot in the renderer."""
+    """A shot in the renderer, for all cases that need the same."""
 
     production: Production
     session: Session
@@ -250,7 +257,7 @@ def _ended(case: Case, scene: _Scene, stage: _Stage, stack: ExitStack) -> Outcom
 
 
 def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
-    """What a case looks like, and what the renderer counted."""
+    """Return what a case looks like, and what the renderer counted."""
     production, session = stage.production, stage.session
     quality = _quality(case)
     session.retune(quality, seed=production.job.seed)
@@ -269,7 +276,7 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
 
 
 def _stored(radiance: Image, production: Production) -> Image:
-    """A picture after it went through an EXR."""
+    """Return a picture after it went through an EXR."""
     from sumo3dviz_pt.image.exr import read_exr, write_exr
 
     with TemporaryDirectory() as folder:

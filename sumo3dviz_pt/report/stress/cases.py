@@ -19,7 +19,7 @@ SIZE = (64, 36)
 """Width, height of most cases [px]."""
 
 MOMENTS = ("shot", "first", "last", "empty", "crowded")
-"""The shot's own time; the log's first and last; with nobody and with most on the road."""
+"""The shot's own time; the log's first and last; with no road user and with the most of them."""
 
 ELEVATIONS = tuple(range(-18, 91, 3))
 """Of the sun [deg]: from astronomical night over exactly the horizon to the zenith."""
@@ -34,7 +34,7 @@ _NARROW = 5.0  # deg; the sun's disc spans six of 64 pixels
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One edge.
+    """One extreme at which a scene is rendered.
 
     Attributes:
         name: What users call it.
@@ -68,13 +68,13 @@ class Case:
 
     @property
     def stage(self) -> tuple[object, ...]:
-        """What must be built anew for it; cases of one stage share it."""
+        """What must be built anew for it; cases with the same stage share that."""
         return (self.spot, self.moment, self.size, self.fov, self.elevation, self.film)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A road user to stand inside of, or close to.
+    """A road user that a camera stands in, or close to.
 
     Attributes:
         id: The mover's.
@@ -121,12 +121,12 @@ class Facts:
 
 
 def all_cases() -> tuple[Case, ...]:
-    """All cases, in the order in which they run."""
+    """Return all cases, in the order in which they run."""
     return (*_lights(), *_exposures(), *_spots(), *_moments(), *_pictures())
 
 
 def _lights() -> tuple[Case, ...]:
-    """The sun's course, and its disc in the picture."""
+    """Return cases of the sun's course, and of its disc in the picture."""
     course = tuple(
         Case(f"sun at {angle} deg", elevation=angle, stored=angle in (-18, 0, 90))
         for angle in ELEVATIONS
@@ -139,12 +139,12 @@ def _lights() -> tuple[Case, ...]:
 
 
 def _exposures() -> tuple[Case, ...]:
-    """Twenty stops."""
+    """Return cases of exposures, over twenty stops."""
     return tuple(Case(f"exposure {stop:+d} EV", exposure=stop) for stop in STOPS)
 
 
 def _spots() -> tuple[Case, ...]:
-    """Places where no one would put a camera."""
+    """Return cases of places where no one would put a camera."""
     return (
         Case("camera inside a body", "inside_body", may_be_dark=True, twice=True),
         Case("camera under the road", "under_road", may_be_dark=True),
@@ -160,7 +160,7 @@ def _spots() -> tuple[Case, ...]:
 
 
 def _moments() -> tuple[Case, ...]:
-    """Times at the edges of the log."""
+    """Return cases of times at the edges of the log."""
     return (
         Case("first moment of the log", "eye", "first"),
         Case("last moment of the log", "eye", "last"),
@@ -170,7 +170,7 @@ def _moments() -> tuple[Case, ...]:
 
 
 def _pictures() -> tuple[Case, ...]:
-    """Sizes and numbers of samples."""
+    """Return cases of sizes, films and numbers of samples."""
     return (
         Case("the shot itself", twice=True, stored=True),
         Case("film of one frame", film=True, stored=True),
@@ -188,7 +188,7 @@ Spot = Callable[[Facts, Case], EulerianCamera]
 
 
 def _stand(facts: Facts, case: Case, position: Floats, forward: Floats) -> EulerianCamera:
-    """A camera at a place that looks along a direction, (3,) each."""
+    """Return a camera at a place that looks along a direction, (3,) each."""
     heading = np.degrees(np.arctan2(forward[0], forward[1]))
     pitch = np.degrees(np.arctan2(forward[2], np.hypot(forward[0], forward[1])))
     return EulerianCamera(
@@ -201,17 +201,17 @@ def _stand(facts: Facts, case: Case, position: Floats, forward: Floats) -> Euler
 
 
 def _up(metres: float) -> Floats:
-    """A step upwards."""
+    """Return a step upwards, (3,) [m]."""
     return np.array([0.0, 0.0, metres])
 
 
 def _eye(facts: Facts, case: Case) -> EulerianCamera:
-    """Where the shot begins, but standing."""
+    """Return a standing camera where the shot begins."""
     return _stand(facts, case, facts.eye, facts.forward)
 
 
 def _at_sun(facts: Facts, case: Case) -> EulerianCamera:
-    """High above the shot, turned at the sun."""
+    """Return a camera high above the shot, turned at the sun."""
     assert facts.sun is not None and case.elevation is not None
     elevation, azimuth = np.radians(case.elevation), np.arctan2(facts.sun[0], facts.sun[1])
     level = np.array([np.sin(azimuth), np.cos(azimuth), 0.0]) * np.cos(elevation)
@@ -219,47 +219,47 @@ def _at_sun(facts: Facts, case: Case) -> EulerianCamera:
 
 
 def _inside_body(facts: Facts, case: Case) -> EulerianCamera:
-    """In the middle of a road user."""
+    """Return a camera in the middle of a road user."""
     assert facts.body is not None
     return _stand(facts, case, facts.body.middle, facts.forward)
 
 
 def _near_paint(facts: Facts, case: Case) -> EulerianCamera:
-    """Five centimetres from a road user's side, looking at it."""
+    """Return a camera five centimetres from a road user's side, looking at it."""
     assert facts.body is not None
     place = facts.body.paint + 0.05 * facts.body.outward
     return _stand(facts, case, place, -facts.body.outward)
 
 
 def _under_road(facts: Facts, case: Case) -> EulerianCamera:
-    """A metre below a lane, looking up at it a little."""
+    """Return a camera a metre below a lane, looking up at it a little."""
     return _stand(facts, case, facts.road - _up(1.0), facts.along + _up(0.3))
 
 
 def _high(facts: Facts, case: Case) -> EulerianCamera:
-    """Two kilometres above a lane."""
+    """Return a camera two kilometres above a lane, looking down."""
     return _stand(facts, case, facts.road + _up(_HIGH), -_up(1.0))
 
 
 def _away(facts: Facts, case: Case) -> EulerianCamera:
-    """Outside the network and level, with everything behind."""
+    """Return a camera outside the network and level, with everything behind it."""
     low, high = facts.box
     place = np.array([high[0] + 200.0, (low[1] + high[1]) / 2, high[2] + 50.0])
     return _stand(facts, case, place, np.array([1.0, 0.0, 0.0]))
 
 
 def _zenith(facts: Facts, case: Case) -> EulerianCamera:
-    """Straight up."""
+    """Return a camera at the shot's eye that looks straight up."""
     return _stand(facts, case, facts.eye, _up(1.0))
 
 
 def _nadir(facts: Facts, case: Case) -> EulerianCamera:
-    """Straight down."""
+    """Return a camera at the shot's eye that looks straight down."""
     return _stand(facts, case, facts.eye, -_up(1.0))
 
 
 def _grazing(facts: Facts, case: Case) -> EulerianCamera:
-    """Along a lane, from 2 km behind, at less than two degrees."""
+    """Return a camera that looks along a lane, from 2 km behind, at less than two degrees."""
     back = _HIGH * facts.along - _up(_OVER_TREES)
     return _stand(facts, case, facts.road - back, back / np.linalg.norm(back))
 
@@ -290,7 +290,7 @@ _NO_MOMENT = MappingProxyType(
 
 
 def why_not(case: Case, facts: Facts) -> str | None:
-    """Why a scene cannot have a case, or None if it can."""
+    """Return why a scene cannot have a case, or None if it can."""
     if case.elevation is not None and facts.sun is None:
         return "the sky is a picture with a light of its own"
     if case.spot in _NEEDS_BODY and facts.body is None:
@@ -301,7 +301,7 @@ def why_not(case: Case, facts: Facts) -> str | None:
 
 
 def _too_large(case: Case, facts: Facts) -> str | None:
-    """Whether a case needs more memory than the machine has."""
+    """Return why a case needs more memory than the machine has, or None if it does not."""
     from sumo3dviz_pt.pipeline.progress.costs import memory_forecast
 
     megapixels = case.size[0] * case.size[1] / 1e6

@@ -1,4 +1,4 @@
-"""What must hold for a picture, wherever the camera stands and whatever the sun does.
+"""Judges pictures by what must hold wherever the camera stands and whatever the sun does.
 
 Beside NaN, Inf and negative values, energy is bounded. Nothing in a scene of passive
 surfaces is brighter than its brightest light, so no value may exceed the larger of that
@@ -29,7 +29,7 @@ from sumo3dviz_pt.model.scene import FrameState, SceneData
 from sumo3dviz_pt.report.stress.cases import Case
 
 MARGIN = 1.05
-"""Room for rounding and noise above the bounds."""
+"""Factor on the bounds that leaves room for rounding and noise."""
 
 DARKEST = 0.002
 """Mean of a picture outdoors over the sky's mean, at least."""
@@ -70,7 +70,7 @@ class Light:
 def light_of(
     sky: Any, sets: Sequence[LampSet], frame: FrameState, scene: SceneData | None = None
 ) -> Light:
-    """What shines.
+    """Return the light of a case.
 
     Args:
         sky: The session's baked sky: `radiance` (h, w, 3) from zenith to nadir, and `sun`.
@@ -102,13 +102,13 @@ def light_of(
 
 
 def _peak(lamps: LampSet, frame: FrameState) -> Floats:
-    """Highest radiance of a set's lamps by channel, (3,)."""
+    """Return the highest radiance of a set's lamps by channel, (3,)."""
     radiance = frame.lamps[lamps.id] if lamps.radiance is None else lamps.radiance
     return np.asarray(np.max(radiance, axis=0, initial=0.0) * max(lamps.lobe.floor, 1.0))
 
 
 def _lens(scene: SceneData, running: RunningLights) -> Floats:
-    """Highest radiance of vehicles' lenses by channel, (3,)."""
+    """Return the highest radiance of vehicles' lenses by channel, (3,)."""
     # A hexagon fills this share of the lens's box.
     share = 3.0 / 4.0 * np.sin(np.pi / 3.0)
     lit = [
@@ -121,7 +121,7 @@ def _lens(scene: SceneData, running: RunningLights) -> Floats:
 
 
 def _quantile(luminance: Floats, solid: Floats) -> float:
-    """What `_COMMON` of all directions stay below; rows weigh by solid angle, (h,) [sr]."""
+    """Return what `_COMMON` of all directions stay below; rows weigh by solid angle, (h,) [sr]."""
     order = np.argsort(luminance, axis=None)
     weights = np.broadcast_to(solid[:, None], luminance.shape).ravel()[order]
     place = np.searchsorted(np.cumsum(weights), _COMMON * weights.sum())
@@ -154,7 +154,7 @@ class Evidence:
 
 
 def judge(case: Case, seen: Evidence) -> tuple[str, ...]:
-    """What is wrong with a case's picture; empty if nothing is."""
+    """Return what is wrong with a case's picture; empty if nothing is."""
     broken = unsound(seen.radiance, "the picture")
     if broken:
         return broken
@@ -166,7 +166,7 @@ def judge(case: Case, seen: Evidence) -> tuple[str, ...]:
 
 
 def unsound(radiance: Image, what: str) -> tuple[str, ...]:
-    """Values that no radiance can have."""
+    """Say which pixels hold values that no radiance can have."""
     finite = np.isfinite(radiance).all(axis=-1)
     negative = np.count_nonzero((radiance < 0).any(axis=-1))
     found = []
@@ -180,7 +180,7 @@ def unsound(radiance: Image, what: str) -> tuple[str, ...]:
 
 
 def _too_much(seen: Evidence) -> list[str]:
-    """Energy from nowhere."""
+    """Say where the picture is brighter than its lights can make it."""
     found = []
     peak, most = float(seen.radiance.max()), MARGIN * max(seen.light.brightest, seen.limit)
     if peak > most:
@@ -194,7 +194,7 @@ def _too_much(seen: Evidence) -> list[str]:
 
 
 def _too_little(case: Case, seen: Evidence) -> list[str]:
-    """Light that is lost, or a picture of nothing."""
+    """Say where light is lost, or where the picture shows nothing."""
     luminance = seen.radiance @ LUMINANCE
     found = []
     if case.shows_sun and seen.light.sun > 0 and luminance.max() < 0.5 * seen.light.sun:
@@ -214,7 +214,7 @@ def _too_little(case: Case, seen: Evidence) -> list[str]:
 
 
 def _sky(seen: Evidence) -> list[str]:
-    """A sky that is not the baked one."""
+    """Say whether the open sky differs from the baked one."""
     if np.count_nonzero(seen.open_sky) < _MANY:
         return []
     median = float(np.median((seen.radiance @ LUMINANCE)[seen.open_sky]))
@@ -225,7 +225,7 @@ def _sky(seen: Evidence) -> list[str]:
 
 
 def _development(seen: Evidence) -> list[str]:
-    """What the film would show, also after storing."""
+    """Say what is wrong with the developed picture, also after storing."""
     from sumo3dviz_pt.image.tonemap import develop_float
 
     shown = develop_float(seen.radiance, exposure=seen.exposure, tone=seen.tone)

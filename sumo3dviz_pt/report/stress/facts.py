@@ -15,7 +15,7 @@ from sumo3dviz_pt.pipeline.production import Production
 from sumo3dviz_pt.report.stress.cases import Body, Facts
 
 _ABOVE_ROOF = 3.0
-"""Above the eye of a rider, so that a standing copy sees more than the cabin [m]."""
+"""Height above a riding camera at which a standing copy sees more than the cabin [m]."""
 
 _MOST_MOMENTS = 20_000
 
@@ -23,7 +23,7 @@ _MOST_MOMENTS = 20_000
 def facts_of(
     production: Production, scenario: Scenario, trajectories: Sequence[Trajectory], *, time: float
 ) -> Facts:
-    """What a shot has to offer.
+    """Collect what a shot has to offer.
 
     Args:
         production: The shot, prepared for one time.
@@ -56,7 +56,7 @@ def facts_of(
 
 
 def _standing(view: View) -> tuple[Floats, Floats]:
-    """Eye and viewing direction of a standing camera that shows the same."""
+    """Return the eye and viewing direction of a standing camera that shows the same."""
     if view.rides_in is None:
         return view.position, view.forward
     level = np.array([view.forward[0], view.forward[1], -0.15])
@@ -64,7 +64,7 @@ def _standing(view: View) -> tuple[Floats, Floats]:
 
 
 def nearest_lane(network: Network, eye: Floats) -> tuple[Floats, Floats]:
-    """The point of a lane that is nearest to an eye, (3,) [m], and the lane's direction, (3,)."""
+    """Return the lane's point nearest to an eye, (3,) [m], and its direction there, (3,)."""
     roads = [lane.shape for lane in network.lanes.values() if _is_road(network, lane.edge_id)]
     starts = np.concatenate([shape[:-1] for shape in roads] or [eye[None] - [0.0, 0.0, 2.0]])
     ends = np.concatenate([shape[1:] for shape in roads] or [eye[None] + [1.0, 0.0, -2.0]])
@@ -72,14 +72,14 @@ def nearest_lane(network: Network, eye: Floats) -> tuple[Floats, Floats]:
     length = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     share = np.einsum("ij,ij->i", eye - starts, along) / length**2
     points = starts + np.clip(share, 0.0, 1.0)[:, None] * along
-    # Points too short to have a direction are no use.
+    # Pieces of lanes that are too short have no direction.
     distance = np.where(length > 0.1, np.linalg.norm(points - eye, axis=1), np.inf)
     best = int(np.argmin(distance))
     return points[best], along[best] / length[best]
 
 
 def _is_road(network: Network, edge: str) -> bool:
-    """Whether an edge's lanes have the direction of driving; a walking area's do not."""
+    """Return whether an edge's lanes have the direction of driving; a walking area's do not."""
     found = network.edges.get(edge)
     return found is None or found.function == "normal"
 
@@ -87,7 +87,13 @@ def _is_road(network: Network, edge: str) -> bool:
 def nearest_body(
     users: Iterable[Mover], prototypes: Mapping[str, Prototype], eye: Floats
 ) -> Body | None:
-    """The vehicle nearest to an eye, (3,) [m]; another road user if there is none."""
+    """Return the vehicle nearest to an eye; another road user if there is none.
+
+    Args:
+        users: Road users of a frame.
+        prototypes: Their bodies.
+        eye: (3,) [m].
+    """
 
     def order(user: Mover) -> tuple[bool, float]:
         distance = np.linalg.norm(user.world_from_body.position - eye)
@@ -106,7 +112,7 @@ def nearest_body(
 
 
 def _on_side(points: Floats, low: Floats, high: Floats) -> Floats:
-    """A point on the left side of a body at half height, behind the mirrors."""
+    """Return a point on the left side of a body at half height, behind the mirrors."""
     size = high - low
     share = (points - low) / np.maximum(size, 1e-9)
     band: Bools = (np.abs(share[:, 0] - 0.4) < 0.15) & (np.abs(share[:, 2] - 0.5) < 0.15)
@@ -116,7 +122,7 @@ def _on_side(points: Floats, low: Floats, high: Floats) -> Floats:
 
 
 def moments(scenario: Scenario, trajectories: Sequence[Trajectory]) -> dict[str, float]:
-    """Edges of the log that exist: `first`, `last`, `empty`, `crowded` [s]."""
+    """Return the edges of the log that exist: `first`, `last`, `empty`, `crowded` [s]."""
     log = scenario.traffic
     found = {"first": log.begin, "last": log.end}
     count = 1 if log.step <= 0 else round((log.end - log.begin) / log.step) + 1
@@ -132,6 +138,6 @@ def moments(scenario: Scenario, trajectories: Sequence[Trajectory]) -> dict[str,
 
 
 def _triangles(data: SceneData) -> int:
-    """Of everything that the renderer holds, about."""
+    """Return about how many triangles the renderer holds."""
     static = sum(len(part.part.mesh.faces) for part in data.static)
     return static + sum(prototype.triangles for prototype in data.prototypes.values())

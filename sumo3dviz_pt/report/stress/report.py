@@ -1,4 +1,4 @@
-"""How the cases of `check --stress` ended, as values and in words."""
+"""Says how the cases of `check --stress` ended, as values and in words."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ class StressReport:
     outcomes: tuple[Outcome, ...]
 
     def count(self, verdict: str) -> int:
-        """How many cases ended like that."""
+        """Return how many cases ended like that."""
         return sum(outcome.verdict == verdict for outcome in self.outcomes)
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it for JSON."""
+        """Return all of it for JSON."""
         return asdict(self)
 
 
 def in_words(report: StressReport) -> str:
-    """The report as people read it."""
+    """Return the report as people read it."""
     width = max((len(outcome.name) for outcome in report.outcomes), default=0)
     lines = [f"shot {report.camera} at {report.time:g} s"]
     lines += [_line(outcome, width) for outcome in report.outcomes]
@@ -69,7 +69,7 @@ def in_words(report: StressReport) -> str:
 
 
 def _line(outcome: Outcome, width: int) -> str:
-    """One case."""
+    """Return one case in a line."""
     words = f"{outcome.name:<{width}}  {outcome.verdict:<8}  {outcome.cpu:6.1f} CPU-s"
     notes = [outcome.why] if outcome.why else []
     if outcome.nonfinite:

@@ -1,4 +1,4 @@
-"""The same shot under another sky, without building again what does not change."""
+"""Puts a shot under another sky, without building again what does not change."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from sumo3dviz_pt.pipeline.production import Production, Request, prepare
 
 
 def under_sky(made: Production, sky: SkySettings) -> Production:
-    """A production under another sky; built again only if lamps are lit or go out with it.
+    """Return a production under another sky; built again only if lamps are lit or go out with it.
 
     Args:
         made: Under its own sky.

@@ -9,7 +9,8 @@ import pytest
 from builders import write_scenario
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.cli import build_parser, main
+from sumo3dviz_pt.job.meanings import meaning
 from sumo3dviz_pt.video import CODECS
 
 
@@ -73,6 +74,23 @@ def test_help_of_films_lists_codecs_and_tones(capsys):
             main([command, "--help"])
         words = set(capsys.readouterr().out.replace(",", " ").split())
         assert {"auto", *CODECS, "neutral", "agx"} <= words
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "key", "range_"),
+    [
+        ("render", "--fps", "output.fps", "0.01 to 240"),
+        ("render", "--speed", "shots.speed", "0.01 to 100"),
+        ("still", "--spp", "quality.spp", "1 to 65536"),
+        ("still", "--quality", "quality", ""),
+        ("develop", "--tone", "output.tone", ""),
+        ("init", "--template", "template", ""),
+    ],
+)
+def test_help_says_what_the_scene_file_says(command, option, key, range_):
+    subs = next(a for a in build_parser()._actions if hasattr(a, "choices") and a.choices)
+    action = subs.choices[command]._option_string_actions[option]
+    assert meaning(key) and meaning(key) in action.help and range_ in action.help
 
 
 # Verbosity ----------------------------------------------------------------------------------

@@ -17,6 +17,7 @@ from sumo3dviz_pt.pipeline.sheets import (
     _exposed,
     _view_of,
     draw_sheet,
+    sheet_files,
     sheet_names,
 )
 from sumo3dviz_pt.shot import showroom
@@ -38,6 +39,29 @@ def two_blocks():
 
 def test_sheets_have_names():
     assert {"vehicles", "levels", "people", SKIES} <= set(sheet_names())
+
+
+def test_sheets_go_into_a_folder_or_one_into_a_picture(tmp_path):
+    assert sheet_files([])[SKIES].name == "sheet_skies.png"
+    assert sheet_files(["people"], into=tmp_path) == {"people": tmp_path / "sheet_people.png"}
+    new = tmp_path / "new.folder"
+    assert sheet_files(["people"], into=new) == {"people": new / "sheet_people.png"}
+    assert sheet_files(["people"], into=tmp_path / "x.PNG") == {"people": tmp_path / "x.PNG"}
+
+
+@pytest.mark.parametrize(
+    ("chosen", "name", "words"),
+    [
+        ([], "x.png", "one sheet only; name one of vehicles"),
+        (["people", "trees"], "x.png", "one sheet only; name one of people, trees"),
+        (["people"], "x.jpg", "must end in .png"),
+        (["people"], "no/x.png", "create it first"),
+    ],
+)
+def test_a_picture_holds_one_sheet(chosen, name, words, tmp_path):
+    with pytest.raises(ConfigError, match=words):
+        sheet_files(chosen, into=tmp_path / name)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
