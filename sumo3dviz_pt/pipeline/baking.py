@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
 
 _HEAD = ("family", "name", "for", "size [m]", "triangles", "kB", "licence")
@@ -120,7 +120,9 @@ def _bakers() -> Mapping[str, Bake]:
     from sumo3dviz_pt.library.surfaces.bake import bake_surface
     from sumo3dviz_pt.library.vehicles.bake import bake_folder
 
-    store = partial(write_exr, lossy=CLOUD_LOSS)
+    def store(path: Path, radiance: Image) -> None:
+        write_exr(path, {"radiance": radiance}, lossy=CLOUD_LOSS)
+
     return {
         "vehicles": bake_folder,
         "surfaces": lambda folder: bake_surface(folder, encode=write_png),

@@ -15,12 +15,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.render.integrator import Integrator
 
 _REGISTER = 64  # bytes of the widest vector register
 
-Tracer = Callable[..., Image]
-"""Traces a pass: (scene, integrator, sensor, samples, seed) to an image, (h, w, channels)."""
+Tracer = Callable[[Any, Integrator, Any, int, int], Layers]
+"""Traces a pass: (scene, integrator, sensor, samples, seed) to the integrator's layers."""
 
 
 def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
@@ -64,13 +65,13 @@ def tracer(*, recorded: bool) -> Tracer:
     jit = "scalar" not in mi.variant()
     trace = dr.freeze(_trace) if recorded and jit else _trace
 
-    def traced(scene: Any, integrator: Any, sensor: Any, spp: int, seed: int) -> Image:
+    def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int) -> Layers:
         own = seed % 2**32
         # A constant would be another one in each frame, and kernels with it.
         number = dr.opaque(mi.UInt32, own) if jit else own
-        image = np.array(trace(scene, integrator, sensor, spp, number), dtype=np.float32)
+        image = np.array(trace(scene, integrator.plugin, sensor, spp, number), dtype=np.float32)
         settle(sensor)
-        return image
+        return integrator.channels.layers(image)
 
     return traced
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from sumo3dviz_pt.job.settings import KeyFrame
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages_in import Order, parsed
 from sumo3dviz_pt.viewer.messages_out import Frame, Message, Note
@@ -44,7 +44,7 @@ class Client:
         """
         self.state = state
         self.mean: Mean | None = None
-        self.parts: list[Image] = []
+        self.parts: list[Layers] = []
         self.began = 0.0
         self.pictured: tuple[Any, ...] | None = None
         self.ticked: float | None = None

@@ -320,7 +320,7 @@ def test_the_sky_is_not_denoised_and_textures_keep_their_share():
             samples = session.samples(frame)
             pictures[share] = session.finish(samples, frame)
         raw = session.finish(samples, frame, denoiser="none")
-    above = samples.guides["hit"] == 0
+    above = samples.layers["hit"] == 0
     assert 0.3 < above.mean() < 0.6
     for picture in pictures.values():
         np.testing.assert_allclose(picture[above], raw[above], rtol=1e-5)

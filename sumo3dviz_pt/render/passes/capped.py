@@ -18,6 +18,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.model.layers import Channels
+from sumo3dviz_pt.render.integrator import Integrator
 from sumo3dviz_pt.render.kernels import load
 
 _PLUGIN = "sumo3dviz_capped"
@@ -77,22 +79,29 @@ def _emitted(scene: Any, ray: Any, active: Any) -> Any:
     return dr.select(lit, si.emitter(scene, lit).eval(si, lit), 0.0)
 
 
-def path_integrator(*, max_depth: int, rr_depth: int) -> Any:
-    """Mitsuba's path tracer."""
-    return load({"type": "path", "max_depth": max_depth, "rr_depth": rr_depth})
-
-
-def capped_integrator(path: Any, limit: float, *, direct: bool = True) -> Any:
-    """The path tracer with samples cut to a limit, in scene units.
+def path_integrator(*, max_depth: int, rr_depth: int) -> Integrator:
+    """Load Mitsuba's path tracer; it finds `radiance`.
 
     Args:
-        path: Mitsuba's.
-        limit: Highest channel value of a sample.
+        max_depth: Most segments of a path.
+        rr_depth: Segments after which paths may end by chance.
+    """
+    plugin = load({"type": "path", "max_depth": max_depth, "rr_depth": rr_depth})
+    return Integrator(plugin, Channels.in_order(radiance=3))
+
+
+def capped_integrator(path: Integrator, limit: float, *, direct: bool = True) -> Integrator:
+    """Load the path tracer with samples cut to a limit; it finds `capped` and `lost`.
+
+    Args:
+        path: Mitsuba's path tracer.
+        limit: Highest channel value of a sample, scene units.
         direct: Whether lamps that are seen directly are in the picture.
     """
-    return load({"type": _PLUGIN, "limit": float(limit), "path": path, "direct": direct})
+    plugin = {"type": _PLUGIN, "limit": float(limit), "path": path.plugin, "direct": direct}
+    return Integrator(load(plugin), Channels.in_order(capped=3, lost=3))
 
 
-def lamps_seen() -> Any:
-    """Traces the lamps that are seen directly, and nothing else."""
-    return load({"type": _LAMPS})
+def lamps_seen() -> Integrator:
+    """Load what traces lamps that are seen directly, and nothing else; it finds `emitted`."""
+    return Integrator(load({"type": _LAMPS}), Channels.in_order(emitted=3))

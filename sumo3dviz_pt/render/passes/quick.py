@@ -18,24 +18,22 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Channels, Layers, merged
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.integrator import Integrator
 from sumo3dviz_pt.render.kernels import load, settle, tracer
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.capped import path_integrator
 from sumo3dviz_pt.render.passes.denoise import denoise
-from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.session import Session
 from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE, sensor_entry
 
 Size = tuple[int, int]
 
 _PLUGIN = "sumo3dviz_quick"
-
-
-DEPTH, HIT = 3, 4
-"""Channels of a quick picture, after its radiance: distance of what is seen times the share
-that is seen [m], and that share."""
+_CHANNELS = Channels.in_order(radiance=3, depth=1, hit=1)
+"""What the integrator finds; after the radiance, by `aov_names`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +73,9 @@ class Quick:
         _register()
         quality = session.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
-        self._integrator = load({"type": _PLUGIN, "limit": session.limit, "path": path})
-        self._guides = load(guides.guide_plugin(quality, jit=True))
+        plugin = load({"type": _PLUGIN, "limit": session.limit, "path": path.plugin})
+        self._integrator = Integrator(plugin, _CHANNELS)
+        self._guides = guides.guide_integrator(quality, jit=True)
         self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
         self._trace, self._trace_guides = tracer(recorded=True), tracer(recorded=True)
 
@@ -84,8 +83,8 @@ class Quick:
         """Bring everyone on the road to a frame's state."""
         self._session.show(frame)
 
-    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Image:
-        """Trace one sample a pixel: radiance, depth and hits, (h, w, 5).
+    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Layers:
+        """Trace one sample a pixel: `radiance`, `depth` and `hit`.
 
         Args:
             view: Of the camera; everything else is as it was last shown.
@@ -95,26 +94,26 @@ class Quick:
         sensor = self._aimed(self._sensor, view, part)
         return self._trace(self._session.loaded.scene, self._integrator, sensor, 1, seed)
 
-    def hazed(self, seen: Image, view: View) -> Image:
-        """The mean of some samples, (h, w, 5), with the scene's haze, if it has any, (h, w, 3)."""
-        session = self._session
-        if session.data.haze is None or not session.settings.quality.haze:
-            return seen[..., :3]
-        behind = horizon_behind(session.sky.horizon, view, (seen.shape[1], seen.shape[0]))
-        depth, hit = seen[..., DEPTH], seen[..., HIT]
-        return apply_haze(seen[..., :3], session.data.haze, depth=depth, hit=hit, behind=behind)
+    def hazed(self, seen: Layers, view: View) -> Image:
+        """The radiance of a picture with the scene's haze, if it has any, (h, w, 3)."""
+        return self._session.hazed(seen, view)
 
-    def smooth(self, seen: Image, view: View, *, seed: int) -> Image:
-        """The same without noise, by albedo and normals that are traced for it."""
-        parts = parts_of(seen.shape[1] // self._size[0])
-        found = guides.as_guides(joined([self._guided(view, part, seed) for part in parts]))
-        clean = denoise(
-            seen[..., :3], quality="high", albedo=found.get("albedo"), normal=found.get("normal")
-        )
-        return np.concatenate([clean, seen[..., 3:]], axis=-1)
+    def smooth(self, seen: Layers, view: View, *, seed: int) -> Layers:
+        """A picture without noise, by albedo and normals that are traced for it.
 
-    def _guided(self, view: View, part: Part, seed: int) -> Image:
-        """What guides the denoiser, (h, w, channels)."""
+        Args:
+            seen: The mean of some samples.
+            view: Of their camera.
+            seed: Of what is traced.
+        """
+        parts = parts_of(seen.size[0] // self._size[0])
+        found = joined([self._guided(view, part, seed) for part in parts])
+        albedo, normal = found.get("albedo"), found.get("normal")
+        clean = denoise(seen["radiance"], quality="high", albedo=albedo, normal=normal)
+        return seen | {"radiance": clean}
+
+    def _guided(self, view: View, part: Part, seed: int) -> Layers:
+        """What guides the denoiser."""
         sensor = self._aimed(self._guiding, view, part)
         spp = guides.guide_spp(self._session.settings.quality)
         own = seed + part.row * part.of + part.column
@@ -136,8 +135,13 @@ class Quick:
         return sensor
 
 
-def joined(parts: Sequence[Image]) -> Image:
-    """Parts from `parts_of` as one picture, (h, w, channels)."""
+def joined(parts: Sequence[Layers]) -> Layers:
+    """Parts from `parts_of` as one picture."""
+    return merged(parts, _whole)
+
+
+def _whole(*parts: Image) -> Image:
+    """A layer's parts, row by row, as one array."""
     count = round(len(parts) ** 0.5)
     rows = [np.concatenate(parts[k : k + count], axis=1) for k in range(0, len(parts), count)]
     return np.concatenate(rows, axis=0)

@@ -63,7 +63,11 @@ def test_baking_stores_what_was_made(tmp_path):
         "recipe": {"rows": 12, "seed": 1, "cover": 0.4, "steps": 8, "texels": 16},
     }
     (tmp_path / "asset.yaml").write_text(yaml.safe_dump(meta), encoding="utf-8")
-    image, _ = read_exr(bake_clouds(tmp_path, encode=write_exr))
+
+    def encode(path, radiance):
+        write_exr(path, {"radiance": radiance})
+
+    image, _ = read_exr(bake_clouds(tmp_path, encode=encode))
     made = make_clouds(cloud_recipe(meta))
     assert np.array_equal(np.float16(cloud_image(made)), np.float16(image))
     stored = cloud_layer(image, lit_from=made.lit_from)
@@ -75,8 +79,8 @@ def test_baking_stores_what_was_made(tmp_path):
 
 def test_compression_loses_little(tmp_path, layer):
     image = cloud_image(layer)
-    write_exr(tmp_path / "a.exr", image, lossy=CLOUD_LOSS)
-    write_exr(tmp_path / "b.exr", image, lossy=CLOUD_LOSS)
+    write_exr(tmp_path / "a.exr", {"radiance": image}, lossy=CLOUD_LOSS)
+    write_exr(tmp_path / "b.exr", {"radiance": image}, lossy=CLOUD_LOSS)
     assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
     assert np.sqrt(np.mean((read_exr(tmp_path / "a.exr")[0] - image) ** 2)) < 0.02
 
