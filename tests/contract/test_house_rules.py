@@ -128,7 +128,6 @@ def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
 
 MAY_COUNT_CHANNELS = {
     "image/exr.py",  # refuses what is no picture, and leaves the alpha of a user's file out
-    "pipeline/proposal.py",  # cuts coordinates, not channels
 }
 NAMES_LAYERS = ("render/passes/", "render/session.py", "pipeline/", "image/", "viewer/")
 
@@ -147,7 +146,7 @@ def counts_channels(node: ast.AST) -> bool:
     if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Tuple):
         *front, last = node.slice.elts
         cuts = (last.lower, last.upper) if isinstance(last, ast.Slice) else ()
-        whole = len(front) == 2 or ast.unparse(front[0]) == "..."
+        whole = [ast.unparse(part) for part in front] in (["..."], [":", ":"])
         return whole and any(isinstance(cut, ast.Constant | ast.UnaryOp) for cut in cuts)
     return False
 
@@ -162,6 +161,7 @@ def counts_channels(node: ast.AST) -> bool:
         ("image[..., None]", False),
         ("image.shape[-1] == other.shape[-1]", False),
         ("rows[:, :3]", False),
+        ("places[:, None, :2]", False),
     ],
 )
 def test_counted_channels_are_found(code: str, found: bool) -> None:
