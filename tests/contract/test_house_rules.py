@@ -126,6 +126,26 @@ def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
     assert readers <= MAY_KNOW_THE_OPENING
 
 
+def test_nobody_but_the_shutter_knows_when_it_opens_and_closes() -> None:
+    readers = {
+        name_of(path)
+        for path in MODULES
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Attribute) and node.attr in {"opens", "closes"}
+    }
+    assert readers == {"model/shutter.py"}
+
+
+def test_frame_states_are_made_where_shutters_are_asked() -> None:
+    makers = {
+        name_of(path)
+        for path in MODULES
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Call) and dotted(node.func).endswith("FrameState")
+    }
+    assert makers <= {"shot/build.py", "pipeline/sheets.py"}  # on sheets nothing moves
+
+
 MAY_COUNT_CHANNELS = {
     "image/exr.py",  # refuses what is no picture, and leaves the alpha of a user's file out
 }
