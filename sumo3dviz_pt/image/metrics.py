@@ -96,7 +96,7 @@ def ssim(image: Image, reference: Image) -> float:
 
     Args:
         image: sRGB-encoded picture, (h, w, 3) in [0, 1].
-        reference: Likewise.
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
     """
     _same_shape(image, reference)
     x, y = (picture.astype(np.float64) @ _LUMINANCE for picture in (image, reference))
@@ -142,7 +142,7 @@ def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0)
 
     Args:
         image: sRGB-encoded picture, (h, w, 3) in [0, 1].
-        reference: Likewise.
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
         pixels_per_degree: Of visual angle; 67 is a 4K screen of 0.7 m at 0.7 m.
 
     Raises:
@@ -152,12 +152,24 @@ def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0)
 
 
 def flip(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
-    """Mean FLIP error, [0, 1]; arguments and errors as in `flip_map`."""
+    """Return the mean FLIP error, [0, 1]; errors as in `flip_map`.
+
+    Args:
+        image: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        pixels_per_degree: Of visual angle.
+    """
     return float(flip_map(image, reference, pixels_per_degree=pixels_per_degree).mean())
 
 
 def flip_p99(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
-    """FLIP error that 1 % of the pixels exceed, [0, 1]; otherwise as `flip_map`."""
+    """Return the FLIP error that 1 % of the pixels exceed, [0, 1]; errors as in `flip_map`.
+
+    Args:
+        image: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        pixels_per_degree: Of visual angle.
+    """
     errors = flip_map(image, reference, pixels_per_degree=pixels_per_degree)
     return float(np.percentile(errors, 99))
 

@@ -70,7 +70,16 @@ def read_text(path: Path) -> dict[str, str]:
 def encoded(
     pixels: NDArray[np.uint8], *, text: Mapping[str, str] | None = None, level: int = 9
 ) -> bytes:
-    """A PNG file's bytes; arguments and errors as in `write_png`."""
+    """Return a PNG file's bytes.
+
+    Args:
+        pixels: sRGB-encoded, (h, w, 3), or (h, w) for grey.
+        text: Comments by keyword (Latin-1, 1 to 79 characters).
+        level: Effort of the compression, 0 to 9.
+
+    Raises:
+        ValueError: If the pixels are not 8-bit grey or RGB.
+    """
     if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,)):
         raise ValueError(f"PNG needs (h, w) or (h, w, 3) uint8, not {pixels.shape} {pixels.dtype}")
     height, width = pixels.shape[:2]

@@ -82,7 +82,7 @@ class Poses:
 
     Attributes:
         vertices: Of all parts in their order, (poses, v, 3) [m].
-        normals: Unit, likewise, (poses, v, 3).
+        normals: Unit, of the same vertices, (poses, v, 3).
     """
 
     vertices: Floats

@@ -1,4 +1,4 @@
-"""Turns scene values into Mitsuba objects; nothing else knows both worlds."""
+"""Turns scene values into Mitsuba objects; only here both have their names."""
 
 from __future__ import annotations
 
@@ -63,7 +63,13 @@ def instance_tint() -> dict[str, Any]:
 
 
 def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
-    """A material object; arguments as of `plugin`."""
+    """Make a material object.
+
+    Args:
+        bsdf: A material with our own words.
+        tint: Stands for the colour, as a plugin dict.
+        worn: Whether it is for a worn or painted mesh.
+    """
     return load(plugin(bsdf, tint=tint, worn=worn))
 
 
@@ -157,6 +163,11 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
 
     Frozen recordings keep the address of attributes and textures and would go on to show
     old or freed values (measured with Dr.Jit 1.5); a new array would never reach them.
+
+    Args:
+        parameters: Of Mitsuba's scene.
+        key: Name of the parameter.
+        values: As many as before, in any shape.
     """
     target = parameters[key]
     if "scalar" in mi.variant():
@@ -168,7 +179,14 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
 
 
 def shift(parameters: Any, name: str, mesh: Mesh, origin: Floats) -> None:
-    """Move a mesh of a loaded scene to where it lies relative to an origin, (3,) [m]."""
+    """Move a mesh of a loaded scene to where it lies relative to an origin.
+
+    Args:
+        parameters: Of Mitsuba's scene.
+        name: Of the mesh.
+        mesh: Geometry in the network's coordinates.
+        origin: The renderer's new origin, (3,) [m].
+    """
     overwrite(parameters, f"{name}.vertex_positions", mesh.vertices - origin)
     if mesh.normals is not None:
         # Left alone, Mitsuba makes normals anew from the moved points.

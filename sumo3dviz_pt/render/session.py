@@ -109,7 +109,13 @@ class Samples:
 
 
 class Session:
-    """A scene in Mitsuba. Use it as a context manager: only one can live at a time."""
+    """A scene in Mitsuba. Use it as a context manager: only one can live at a time.
+
+    Args:
+        scene: What does not change from frame to frame.
+        backend: The variant of Mitsuba.
+        settings: How to render.
+    """
 
     def __init__(self, scene: SceneData, backend: Backend, settings: RenderSettings) -> None:
         self.data, self.backend, self.settings = scene, backend, settings

@@ -95,6 +95,12 @@ def check_film(
 ) -> tuple[Codec, Fraction]:
     """Refuse what cannot become a film, before any frame is rendered.
 
+    Args:
+        path: The film.
+        size: Width and height [px].
+        fps: Frames per second; see `frame_rate`.
+        codec: A name in `CODECS`, or `auto`.
+
     Returns:
         The codec and the exact frame rate.
 

@@ -13,7 +13,13 @@ from sumo3dviz_pt.video.ffmpeg import Ffmpeg
 
 
 def keeping(*, size: tuple[int, int], rate: Fraction, part: Path) -> list[str]:
-    """What ffmpeg is told to keep RGB pictures without loss."""
+    """Return the arguments with which ffmpeg keeps RGB pictures without loss.
+
+    Args:
+        size: Width and height [px].
+        rate: Frames per second.
+        part: The file that keeps them.
+    """
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}"]
     source += ["-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
     return ["-y", *source, "-c:v", "ffv1", "-pix_fmt", "bgr0", "-f", "nut", str(part)]

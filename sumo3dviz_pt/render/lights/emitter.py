@@ -197,9 +197,9 @@ def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: 
     convert.overwrite(parameters, f"{name}.emitter.lobes", glow.lobes[:, :2])
     if weight <= 0.0:
         return
-    corner, step = grid_of(frame.view, cells_for(len(glow.areas)))
-    density, chance = picked(glow, corner, step)
-    start = [*(corner - frame.origin[:2]), 1.0 / step]
+    grid = grid_of(frame.view, cells_for(len(glow.areas)))
+    density, chance = picked(glow, grid)
+    start = [*(grid.corner - frame.origin[:2]), 1.0 / grid.step]
     for table, values in (("density", density), ("chance", chance), ("grid", np.array(start))):
         convert.overwrite(parameters, f"{name}.emitter.{table}", values)
     lumens = CANDELAS_PER_UNIT * float(glow.power @ nearness(glow.places, frame.view))

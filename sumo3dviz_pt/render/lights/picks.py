@@ -54,6 +54,19 @@ class Glow:
         return np.asarray(np.nan_to_num(given, nan=1.0, posinf=1e3))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Square cells on the ground, as many rows as columns.
+
+    Attributes:
+        corner: The lowest x and y, (2,) [m].
+        step: A cell's side [m].
+    """
+
+    corner: Floats
+    step: float
+
+
 def cells_for(units: int) -> int:
     """Rows and columns of the grid for so many units."""
     return int(np.clip(np.sqrt(_ROOM / units), 1, _MOST_CELLS))
@@ -69,26 +82,24 @@ def share_of(lumens: float) -> float:
     return float(np.sqrt(min(max(lumens, 0.0), 1e9) / 1250.0))
 
 
-def grid_of(view: View, cells: int) -> tuple[Floats, float]:
-    """Lowest corner of the grid around what a view sees, (2,), and a cell's side [m]."""
+def grid_of(view: View, cells: int) -> Grid:
+    """Lay a grid of so many rows and columns around what a view sees."""
     forward = view.world_from_camera.matrix[:2, 0]
-    return view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells
+    return Grid(view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells)
 
 
-def picked(glow: Glow, corner: Floats, step: float) -> tuple[Floats, Floats]:
-    """How points are picked, by cell and unit: density [1/m2] and summed chance, (c * c, m).
+def picked(glow: Glow, grid: Grid) -> tuple[Floats, Floats]:
+    """Find how points are picked, by cell and unit: density [1/m2] and summed chance, (c * c, m).
 
-    Args:
-        glow: The lamps.
-        corner: Lowest one of the grid, (2,) [m].
-        step: A cell's side [m].
+    The grid has `cells_for` as many units rows and columns, c.
     """
     cells, units = cells_for(len(glow.areas)), len(glow.areas)
     lit = np.flatnonzero(glow.power > 0.0)
     density, chance = np.zeros((cells**2, units)), np.ones((cells**2, units))
     if not len(lit):
         return density, chance
-    given = _given(glow, lit, corner + (np.arange(cells) + 0.5)[:, None] * step, step)
+    middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
+    given = _given(glow, lit, middles, grid.step)
     given /= given.sum(axis=1, keepdims=True)
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
     summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(given, axis=1)], axis=1)

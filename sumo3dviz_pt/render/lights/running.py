@@ -84,8 +84,30 @@ class _Discs:
     lobes: Floats
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Placed:
+    """All lamps of a mesh in one frame; those that are off have no area.
+
+    Attributes:
+        vertices: Relative to the renderer's origin, (lamps, 1 + sides, 3) [m].
+        radiance: (lamps, 3).
+        lobes: As in `Glow`, (lamps, 3).
+    """
+
+    vertices: Floats
+    radiance: Floats
+    lobes: Floats
+
+
 class GlowingLenses:
-    """All lamps of one level as a mesh with a fixed number of places."""
+    """All lamps of one level of detail as a mesh with a fixed number of places.
+
+    Args:
+        scene: Holds the bodies and how many of each there can be.
+        lights: What shines on vehicles.
+        far: Whether the lamps are those of stand-ins, or of detailed bodies.
+        floor: Height where lamps that are off wait [m].
+    """
 
     def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
         self.name, self._far = f"running_{'far' if far else 'near'}", far
@@ -111,16 +133,23 @@ class GlowingLenses:
         fan = np.column_stack([np.zeros(_SIDES, int), 1 + ring, 1 + (ring + 1) % _SIDES])
         faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + fan).reshape(-1, 3)
         u = np.repeat((np.arange(self.count) + 0.5) / self.count, 1 + _SIDES)
-        vertices = self._places((), np.zeros(3))[0].reshape(-1, 3)
+        vertices = self._placed((), np.zeros(3)).vertices.reshape(-1, 3)
         mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
         emitter = lamp_emitter(self.count, self.count, jit=jit, fan=_SIDES)
         tint = np.full((len(faces), 3), UNTINTED)
         return convert.make_lamps(self.name, mesh, bsdf=bsdf, emitter=emitter, tint=tint)
 
     def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
-        """Put the lamps of a frame to their places."""
+        """Put the lamps of a frame to their places.
+
+        Args:
+            parameters: Of Mitsuba's scene.
+            frame: Says where road users are and what is lit.
+            jit: Whether the variant compiles.
+        """
         movers = frame.far if self._far else (*frame.movers, *frame.deforming)
-        vertices, radiance, lobes = self._places(movers, frame.origin)
+        placed = self._placed(movers, frame.origin)
+        vertices = placed.vertices
         convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices.reshape(-1, 3))
         # The triangles of a fan are alike, whatever ellipse it fills.
         across = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
@@ -128,14 +157,15 @@ class GlowingLenses:
         axes = across / np.maximum(twice, 1e-30)[:, None]
         if not jit:
             key = f"{self.name}.{convert.RADIANCE_ATTRIBUTE}"
-            convert.overwrite(parameters, key, np.repeat(radiance, _SIDES, axis=0))
+            convert.overwrite(parameters, key, np.repeat(placed.radiance, _SIDES, axis=0))
             return
         areas, places = 0.5 * _SIDES * twice, vertices[:, 0] + frame.origin
-        glow = Glow(radiance, axes, lobes, areas, np.arange(self.count), places)
+        each = np.arange(self.count)
+        glow = Glow(placed.radiance, axes, placed.lobes, areas, each, places)
         light(parameters, self.name, glow, frame, weight=self._weight)
 
-    def _places(self, movers: Sequence[Mover], origin: Floats) -> tuple[Floats, Floats, Floats]:
-        """Corners relative to the origin, (lamps, 1 + sides, 3), radiances and lobes."""
+    def _placed(self, movers: Sequence[Mover], origin: Floats) -> _Placed:
+        """Find where the lamps of some road users are, and how they shine."""
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self.count, 1 + _SIDES, 1))
         radiance, lobes = np.zeros((self.count, 3)), np.tile(lobe_row(Lobe()), (self.count, 1))
         vertices[0, 1:, :2] += 1e-3 * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
@@ -150,7 +180,7 @@ class GlowingLenses:
             vertices[rows] = discs.corners[lit] @ matrix[:3, :3].T + matrix[:3, 3]
             radiance[rows], lobes[rows] = discs.radiance[lit], discs.lobes[lit]
             used += len(lit)
-        return vertices, radiance, lobes
+        return _Placed(vertices, radiance, lobes)
 
 
 def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float) -> _Discs:
@@ -175,7 +205,13 @@ def _disc(lamp: VehicleLamp) -> Floats:
 
 
 class Beams:
-    """Spots in front of the nearest vehicles with head lamps on."""
+    """Spots in front of the nearest vehicles with head lamps on.
+
+    Args:
+        scene: Holds the bodies and how many of each there can be.
+        beam: What a car's head lamps throw onto the road.
+        heads: Power of head lamps against a car's, by prototype.
+    """
 
     def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
         self._beam, self._power = beam, heads
@@ -270,7 +306,13 @@ def _between(lamps: Sequence[VehicleLamp]) -> tuple[float, float, float] | None:
 
 
 class RunningLamps:
-    """Everything that vehicles of a scene light."""
+    """All lamps and beams of a scene's vehicles.
+
+    Args:
+        scene: Says what vehicles light.
+        floor: Height where lamps that are off wait [m].
+        jit: Whether the variant compiles.
+    """
 
     def __init__(self, scene: SceneData, *, floor: float, jit: bool) -> None:
         lights, self._jit = scene.running, jit

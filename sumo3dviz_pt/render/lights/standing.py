@@ -43,7 +43,13 @@ class _Standing:
 
 
 class Lamps:
-    """A scene's lamp sets."""
+    """A scene's lamp sets.
+
+    Args:
+        sets: All of them.
+        bsdf: The material of their glass.
+        jit: Whether the variant compiles.
+    """
 
     def __init__(self, sets: Sequence[LampSet], *, bsdf: Any, jit: bool) -> None:
         self._bsdf, self._jit = bsdf, jit

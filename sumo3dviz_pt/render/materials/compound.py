@@ -73,9 +73,8 @@ def merged_meshes(
     for part in parts:
         if not len(part.mesh.faces):
             continue
-        bsdf = materials[part.material]
-        by_mover = not own_tint and part.tint is None and is_tinted(bsdf)
-        name = "" if is_plain(bsdf) and not by_mover else part.material
+        by_mover = not own_tint and _by_mover(part, materials)
+        name = "" if is_plain(materials[part.material]) and not by_mover else part.material
         keep_uvs = bool(name) and part.mesh.uvs is not None
         keep_wear = bool(name) and part.mesh.wear is not None
         key = (name, part.mesh.normals is not None, keep_uvs, keep_wear)
@@ -96,7 +95,13 @@ def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> M
 def face_attributes(
     parts: Sequence[Part], materials: Mapping[str, Bsdf], *, compound: bool
 ) -> dict[str, Floats]:
-    """Values per face of the parts, in their order."""
+    """Return values per face, (m, channels), by attribute name.
+
+    Args:
+        parts: Their faces follow each other in this order.
+        materials: BSDFs by name.
+        compound: Whether the parts are made of the compound, which reads all from the faces.
+    """
     attributes: dict[str, list[Floats]] = {}
     for part in parts:
         bsdf = materials[part.material]
@@ -132,12 +137,6 @@ def _by_mover(part: Part, materials: Mapping[str, Bsdf]) -> bool:
 def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
     """1 for faces that take their mover's colour, else 0, (m,)."""
     return np.concatenate(
-        [
-            np.full(
-                len(part.mesh.faces),
-                float(part.tint is None and is_tinted(materials[part.material])),
-            )
-            for part in parts
-        ]
+        [np.full(len(part.mesh.faces), float(_by_mover(part, materials))) for part in parts]
         or [np.zeros(0)]
     )

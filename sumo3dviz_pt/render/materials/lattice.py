@@ -50,7 +50,13 @@ class Corners:
 
 
 def hashed(a: Any, b: Any, mask: int) -> Any:
-    """Bits of a cell with integer coordinates, modulo a power of two."""
+    """Return random bits of a cell.
+
+    Args:
+        a: Its column, an integer.
+        b: Its row, an integer.
+        mask: Cells after which rows and columns repeat, a power of two, less one.
+    """
     return mixed((a & mask) * 0x9E3779B1 ^ mixed((b & mask) + 0x85EBCA6B))
 
 

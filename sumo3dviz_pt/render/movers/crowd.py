@@ -55,6 +55,21 @@ def _in_pose(poses: Floats, mover: Mover) -> Floats:
     return np.asarray((1.0 - mover.effort) * poses[0] + mover.effort * moving)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CrowdArrays:
+    """What a crowd's mesh holds in one frame.
+
+    Attributes:
+        vertices: Relative to the renderer's origin, (n, 3) [m].
+        normals: Unit, of smooth bodies, (n, 3); None of flat ones.
+        tints: Reflectances of the faces, (m, 3).
+    """
+
+    vertices: Floats
+    normals: Floats | None
+    tints: Floats
+
+
 class Crowd:
     """Road users merged into one mesh, with a fixed number of slots for each body."""
 
@@ -109,21 +124,15 @@ class Crowd:
         bsdf = materials.get("", convert.face_tint())
         return convert.make_mesh(self.name, mesh, bsdf=bsdf, attributes=attributes)
 
-    def arrays(
-        self, movers: Sequence[Mover], origin: Floats
-    ) -> tuple[Floats, Floats | None, Floats]:
-        """What the mesh holds in a frame.
+    def arrays(self, movers: Sequence[Mover], origin: Floats) -> CrowdArrays:
+        """Find what the mesh holds in a frame.
 
         Args:
-            movers: That frame's.
-            origin: The renderer's, (3,) [m].
-
-        Returns:
-            Vertices, (n, 3), relative to the origin; normals, (n, 3), of smooth ones;
-            tints, (m, 3).
+            movers: The road users of that frame.
+            origin: The renderer's origin, (3,) [m].
 
         Raises:
-            RenderError: If somebody finds no slot.
+            RenderError: If there are more road users than slots.
         """
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self._vertices, 1))
         normals = np.tile([0.0, 0.0, 1.0], (self._vertices, 1)) if self._smooth else None
@@ -144,15 +153,21 @@ class Crowd:
             mask = body.mask[:, None]
             own = body.attributes[convert.TINT_ATTRIBUTE] * (1.0 - mask)
             tints[first : first + len(mask)] = own + np.asarray(mover.colour) * mask
-        return vertices, normals, tints
+        return CrowdArrays(vertices, normals, tints)
 
     def update(self, parameters: Any, movers: Sequence[Mover], origin: Floats) -> None:
-        """Move everyone to their places in a frame; arguments as in `arrays`."""
-        vertices, normals, tints = self.arrays(movers, origin)
-        convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices)
-        if normals is not None:
-            convert.overwrite(parameters, f"{self.name}.vertex_normals", normals)
-        convert.overwrite(parameters, f"{self.name}.{convert.TINT_ATTRIBUTE}", tints)
+        """Move everyone to their places in a frame.
+
+        Args:
+            parameters: Of Mitsuba's scene.
+            movers: The road users of that frame.
+            origin: The renderer's origin, (3,) [m].
+        """
+        held = self.arrays(movers, origin)
+        convert.overwrite(parameters, f"{self.name}.vertex_positions", held.vertices)
+        if held.normals is not None:
+            convert.overwrite(parameters, f"{self.name}.vertex_normals", held.normals)
+        convert.overwrite(parameters, f"{self.name}.{convert.TINT_ATTRIBUTE}", held.tints)
 
 
 def _merged(parts: Sequence[Part], *, smooth: bool) -> Mesh:

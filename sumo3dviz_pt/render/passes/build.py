@@ -83,7 +83,7 @@ class Accumulator:
     Attributes:
         exempt: Pixels that see an emitter directly, (h, w), where the cap does not count.
         white: Radiance that is shown as white, scene units.
-        tally: What was found so far.
+        tally: What was found in the passes that were added.
     """
 
     exempt: Bools | None = None
@@ -116,7 +116,7 @@ class Accumulator:
         self.tally.dark = float(mean[dark].sum() * self.tally.passes) + self.tally.dimmed
 
     def means(self) -> tuple[Image, Image]:
-        """The capped picture so far and what the cap took everywhere, (h, w, 3) each.
+        """Return the mean of the capped passes and of what the cap took, (h, w, 3) each.
 
         Raises:
             RenderError: If there was no pass, or too many pixels were NaN or Inf.
@@ -133,7 +133,7 @@ class Accumulator:
         return kept.astype(np.float32), lost.astype(np.float32)
 
     def mean(self) -> Image:
-        """The picture so far, uncapped where exempt; errors as in `means`."""
+        """Return the mean of all passes, uncapped where exempt; errors as in `means`."""
         kept, lost = self.means()
         return kept if self.exempt is None else np.where(self.exempt[..., None], kept + lost, kept)
 

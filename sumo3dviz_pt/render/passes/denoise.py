@@ -9,8 +9,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter, uniform_filter
 
 from sumo3dviz_pt.model.geometry import Bools, Image
+from sumo3dviz_pt.render.sky.panorama import LUMINANCE
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722], dtype=np.float32)
+_LUMINANCE = LUMINANCE.astype(np.float32)
 _WINDOW = 5
 """Side of the window that tells texture from noise [px]."""
 

@@ -37,5 +37,11 @@ def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind:
 
 
 def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Floats:
-    """Horizon radiance in each pixel's direction, (h, w, 3)."""
+    """Return the horizon's radiance in each pixel's direction, (h, w, 3).
+
+    Args:
+        horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
+        view: Of the camera.
+        size: Width, height [px].
+    """
     return horizon_towards(horizon, view.directions(size))

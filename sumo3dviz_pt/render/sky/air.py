@@ -18,6 +18,7 @@ References:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,11 +75,25 @@ def _blend(known: Floats, asked: Floats) -> Floats:
     return weights
 
 
-def _densities(height: Floats) -> tuple[Floats, Floats, Floats]:
-    """Molecules, aerosol and ozone against their coefficients, each of the heights' shape."""
+class _Air(NamedTuple):
+    """How much of each part of the air there is, against where its coefficient holds.
+
+    Attributes:
+        molecules: Against the ground.
+        aerosol: Against the ground.
+        ozone: Against a height of 25 km.
+    """
+
+    molecules: Floats
+    aerosol: Floats
+    ozone: Floats
+
+
+def _densities(height: Floats) -> _Air:
+    """Return the air at heights [m]; its parts have the heights' shape."""
     height = np.maximum(height, -500.0)
     ozone = np.maximum(0.0, 1.0 - np.abs(height - 25e3) / 15e3)
-    return np.exp(-height / 8e3), np.exp(-height / _AEROSOL_HEIGHT), ozone
+    return _Air(np.exp(-height / 8e3), np.exp(-height / _AEROSOL_HEIGHT), ozone)
 
 
 def _aerosol(turbidity: float) -> Floats:
@@ -189,9 +204,9 @@ def _march(rays: _Rays, haze: Floats, steps: int) -> _March:
 
 def _first(march: _March, cosine: Floats, haze: Floats) -> tuple[Floats, Floats]:
     """Light scattered once per metre, and scattering itself, both (rays, steps, 10)."""
-    molecules, aerosol, _ = _densities(march.height)
-    molecules = molecules[..., None] * _MOLECULES
-    aerosol = aerosol[..., None] * (_AEROSOL_SCATTERS * haze)
+    air = _densities(march.height)
+    molecules = air.molecules[..., None] * _MOLECULES
+    aerosol = air.aerosol[..., None] * (_AEROSOL_SCATTERS * haze)
     by_molecules, by_aerosol = (phase[:, None, None] for phase in _phases(cosine))
     light = _sunlight(march.height, march.sun, haze)
     return (molecules * by_molecules + aerosol * by_aerosol) * light, molecules + aerosol

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight
 from sumo3dviz_pt.render.sky.night import glow, night_dome
 from sumo3dviz_pt.render.sky.panorama import LUMINANCE, at, dome_irradiance, resampled
-
-CANDELAS_PER_UNIT = 32_000.0
-"""Luminance of one scene unit [cd/m^2]: a sunlit white wall is about 1."""
 
 _SMOOTH, _SHARP = (1024, 2048), (2048, 4096)
 _HAZY = np.radians(0.7)  # height of the band that distant things fade into

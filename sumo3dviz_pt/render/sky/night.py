@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS, daylight
 from sumo3dviz_pt.render.sky.panorama import LUMINANCE, angles, directions
@@ -25,7 +26,7 @@ exposed for street lamps would show a handful."""
 
 _STARS, _FAINTEST, _STEEPNESS = 5000, 6.2, 1.25  # 10^0.5 times more stars per magnitude
 _BRIGHTEST, _RANGE = 0.0, 0.68
-_LUX_OF_ZERO, _LUX_PER_UNIT = 2.54e-6, 32_000.0
+_LUX_OF_ZERO = 2.54e-6
 _HALO = ((0.35, 0.006), (1.6, 0.0006), (7.0, 0.00006))  # [deg], radiance against the disc's
 _COOL = np.array([0.80, 1.0, 1.36])  # moonlight as a camera balanced for street lamps sees it
 
@@ -84,7 +85,7 @@ def _add_stars(dome: Image, *, seed: int) -> None:
     level = np.sqrt(1.0 - sine**2)
     width = np.clip(np.round(1.0 / np.maximum(level, 1e-3)), 1, 16).astype(np.intp)
     texel = (np.pi / 2 / rows) * (2 * np.pi / columns) * np.maximum(level, 1e-3) * width
-    radiance = (lux / texel / _LUX_PER_UNIT)[:, None] * colour / (colour @ LUMINANCE)[:, None]
+    radiance = (lux / texel / CANDELAS_PER_UNIT)[:, None] * colour / (colour @ LUMINANCE)[:, None]
     star: NDArray[np.intp] = np.repeat(np.arange(_STARS), width)
     step = np.arange(len(star)) - np.repeat(np.cumsum(width) - width, width)
     place = ((azimuth * columns).astype(np.intp)[star] + step) % columns

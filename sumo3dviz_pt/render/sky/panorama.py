@@ -78,7 +78,13 @@ def resampled(image: Floats | Image, size: tuple[int, int], rotation: float = 0.
 
 
 def at(values: Floats | Image, direction: Floats, *, share: float = 1.0) -> Floats:
-    """Value of a map, (h, w, ...), in one direction; `share` as in `angles`."""
+    """Return a map's value in one direction.
+
+    Args:
+        values: The map, (h, w, ...).
+        direction: Unit vector, (3,).
+        share: Of the way from zenith to nadir that the rows cover.
+    """
     rows, columns = values.shape[:2]
     row = np.arccos(np.clip(direction[2], -1, 1)) / (np.pi * share) * rows
     column = (np.arctan2(direction[0], direction[1]) / (2 * np.pi)) % 1.0 * columns
