@@ -86,7 +86,7 @@ def write_exr(
 
 
 def _stored(values: NDArray[Any], *, half: bool) -> NDArray[Any]:
-    """A layer in the precision that it is stored with."""
+    """Return a layer in the precision that it is stored with."""
     if half and values.ndim == 3:
         return np.ascontiguousarray(np.clip(values, -HALF_MAX, HALF_MAX), dtype=np.float16)
     return np.ascontiguousarray(values, dtype=np.float32)
@@ -119,7 +119,7 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 @contextmanager
 def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
-    """An OpenEXR file; what is wrong with it is said in one sentence."""
+    """Open an OpenEXR file; an error says in one sentence what is wrong with it."""
     import OpenEXR
 
     if not path.is_file():
@@ -133,5 +133,5 @@ def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
 
 
 def _strings(file: Any) -> dict[str, str]:
-    """The string attributes of an open file."""
+    """Return the string attributes of an open file."""
     return {key: value for key, value in file.header().items() if isinstance(value, str)}

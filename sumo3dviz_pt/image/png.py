@@ -43,7 +43,7 @@ def write_png(
 
 
 def read_text(path: Path) -> dict[str, str]:
-    """The comments of a PNG that `write_png` wrote, by keyword.
+    """Return the comments of a PNG that `write_png` wrote, by keyword.
 
     Raises:
         InputError: If the file cannot be read, or is no PNG or a damaged one.
@@ -99,17 +99,17 @@ def encoded(
 
 
 def _comment(keyword: str, value: str) -> bytes:
-    """Uncompressed international text, so that provenance may hold any character."""
+    """Return an uncompressed iTXt chunk's content; it may hold any character."""
     return keyword.encode("latin-1") + b"\x00\x00\x00\x00\x00" + value.encode("utf-8")
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
-    """Length, kind, data and checksum."""
+    """Return a chunk: length, kind, data and checksum."""
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
 def _prepared(pixels: NDArray[np.uint8]) -> bytes:
-    """Rows with or without filters, whichever a quick try packs smaller.
+    """Return rows with or without filters, whichever a quick try packs smaller.
 
     Filters help photographs and hurt pictures of few colours and pure grain.
     """
@@ -119,7 +119,7 @@ def _prepared(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _filtered(pixels: NDArray[np.uint8]) -> bytes:
-    """Rows with the filter that leaves the smallest differences: none, sub, up or average.
+    """Return rows with the filter that leaves the smallest differences: none, sub, up or average.
 
     This is the specification's minimum-sum heuristic (12.7), for all rows at once;
     Paeth is left out because it hardly beats average on photographs.

@@ -258,7 +258,7 @@ class SceneData:
         prototypes: What movers show, by name; only those in use.
         lamps: Lamp sets; empty when nothing shines.
         sky: The environment.
-        running: Lamps on vehicles, or None where nobody shows any.
+        running: Lamps on vehicles, or None where none shine.
         slots: Room for movers; fixed, so that nothing compiles during a film.
         haze: Aerial perspective, or None.
         left_out: What was left out, and why.
@@ -344,7 +344,7 @@ class FrameState:
     def origin(self) -> Floats:
         """Where the renderer puts its own origin: the eye on a 250 m grid, (3,) [m].
 
-        Rays start 9e-5 x (distance from that origin) off their surface, so contact
-        shadows survive only near it (architecture, law 2).
+        Mitsuba lets rays start 9e-5 x (distance from that origin) off their surface, so
+        shadows where things touch are right only near it.
         """
         return np.round(self.view.position / ORIGIN_GRID) * ORIGIN_GRID

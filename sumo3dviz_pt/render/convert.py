@@ -29,7 +29,7 @@ _CAMERA_FROM_MITSUBA = np.array(
 
 
 def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
-    """A material dict with our own words replaced.
+    """Return a material dict with our own words replaced.
 
     Args:
         value: Of the dict, or the dict itself.
@@ -48,17 +48,17 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
 
 
 def face_tint() -> dict[str, Any]:
-    """The colour of a face, from its mesh."""
+    """Return what reads a face's colour from its mesh, as a plugin dict."""
     return {"type": "mesh_attribute", "name": TINT_ATTRIBUTE}
 
 
 def constant_tint(colour: Colour | Floats) -> dict[str, Any]:
-    """One colour for all."""
+    """Return one colour for all faces, as a plugin dict."""
     return {"type": "rgb", "value": [float(channel) for channel in colour]}
 
 
 def instance_tint() -> dict[str, Any]:
-    """The colour of the instance that was hit."""
+    """Return what looks up the colour of the instance that was hit, as a plugin dict."""
     return paint_texture()
 
 
@@ -76,7 +76,7 @@ def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any], worn: bool = False) -> Any
 def make_mesh(
     name: str, mesh: Mesh, *, bsdf: Any, attributes: Mapping[str, Floats] | None = None
 ) -> Any:
-    """A mesh object, its vertices already relative to the renderer's origin.
+    """Make a mesh object.
 
     Args:
         name: Its name in messages.
@@ -109,7 +109,7 @@ def make_lamps(
     emitter: Mapping[str, Any],
     tint: Floats | None = None,
 ) -> Any:
-    """A mesh that shines; dark at first.
+    """Make a mesh that can shine; at first it is dark.
 
     Args:
         name: Of the shape.
@@ -154,7 +154,7 @@ def _fill(shape: Any, mesh: Mesh) -> None:
 
 
 def flat(values: Floats) -> NDArray[np.float32]:
-    """Any array as flat float32, as parameters of a scene take it."""
+    """Return any array as flat float32, as parameters of a scene take it."""
     return aligned(values, np.float32)
 
 
@@ -194,22 +194,22 @@ def shift(parameters: Any, name: str, mesh: Mesh, origin: Floats) -> None:
 
 
 def scalar_transform(matrix: Floats) -> Any:
-    """A transform for scene dicts."""
+    """Return a transform for scene dicts."""
     return mi.ScalarTransform4f(np.ascontiguousarray(matrix, np.float64))
 
 
 def transform(matrix: Floats) -> Any:
-    """A transform for parameters of a loaded scene."""
+    """Return a transform for parameters of a loaded scene."""
     return mi.Transform4f(np.ascontiguousarray(matrix, np.float32))
 
 
 def relative(world_from_body: Transform, origin: Floats) -> Floats:
-    """A placement's matrix relative to the renderer's origin, (4, 4)."""
+    """Return a placement's matrix relative to the renderer's origin, (4, 4)."""
     matrix = world_from_body.matrix.copy()
     matrix[:3, 3] -= origin
     return matrix
 
 
 def sensor_matrix(view: View, origin: Floats) -> Floats:
-    """Mitsuba's `to_world` of a view, (4, 4)."""
+    """Return Mitsuba's `to_world` of a view, (4, 4)."""
     return np.asarray(relative(view.world_from_camera, origin) @ _CAMERA_FROM_MITSUBA)

@@ -1,8 +1,9 @@
 """Keeps kernels as they are, so that each is compiled once: in a film, and on a machine.
 
-Dr.Jit keeps compiled kernels on disk and finds them by their code. That hangs on more than
-the scene: on the numbers of objects, on where arrays begin in memory, on which numbers are
-constants, and on what the sensors hold from the picture before. All four are settled here.
+Dr.Jit keeps compiled kernels on disk and finds them by their code. That code depends on more
+than the scene: on the order in which objects were numbered, on where arrays begin in memory,
+on which numbers are constants, and on what the sensors hold from the picture before. This
+module makes all four the same every time.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
 
 
 def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
-    """A flat copy that begins where a vector register may.
+    """Return a flat copy that begins where a vector register may.
 
     Dr.Jit reads NumPy's memory in place, and gathers numbers one by one, by other code,
     from arrays that begin elsewhere, as NumPy's happen to.
@@ -56,7 +57,7 @@ def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
 
 
 def tracer(*, recorded: bool) -> Tracer:
-    """A function that traces passes.
+    """Return a function that traces passes.
 
     Args:
         recorded: Whether it is traced by Dr.Jit once and then replayed, as films want it:
@@ -77,12 +78,12 @@ def tracer(*, recorded: bool) -> Tracer:
 
 
 def settle(sensor: Any) -> None:
-    """Leave nothing of a picture in a sensor; a recording holds only if it is always alike."""
+    """Clear what a sensor holds of a picture; recordings need it to be the same every time."""
     if "scalar" not in mi.variant():
         sensor.film().prepare([])
         sensor.sampler().seed(0, 1)
 
 
 def _trace(scene: Any, integrator: Any, sensor: Any, spp: int, seed: Any) -> Any:
-    """One pass; as a frozen function it replays the same kernels with new data."""
+    """Trace one pass; as a frozen function it replays the same kernels with new data."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

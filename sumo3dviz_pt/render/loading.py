@@ -23,7 +23,7 @@ _NONE = "no libLLVM can be used"
 
 
 def _loaded() -> libllvm.Library:
-    """Load both; the libLLVM that was named.
+    """Load both; return the libLLVM that they use.
 
     Raises:
         InstallationError: If one cannot be loaded.

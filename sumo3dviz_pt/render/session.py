@@ -216,7 +216,7 @@ class Session:
             return self.hazed(layers | {"radiance": radiance}, frame.view)
 
     def hazed(self, seen: Layers, view: View) -> Image:
-        """The radiance of a picture with the scene's haze, if quality and scene have any.
+        """Return the radiance of a picture with the scene's haze, if quality and scene have any.
 
         Args:
             seen: `radiance`; `depth` and `hit` where there is haze.
@@ -280,7 +280,7 @@ class Session:
         self.loaded.show(frame, {**sensors, **self._lights})
 
     def _guides(self, seed: int) -> Layers:
-        """Depth, share of hits and, if asked for, albedo and normals; nothing if unneeded."""
+        """Trace what guides denoiser, haze and cap; no layers where none of them is used."""
         quality = self.settings.quality
         if not guides.is_needed(quality, hazy=self.data.haze is not None):
             return Layers()
@@ -297,7 +297,7 @@ class Session:
         return found
 
     def _glow(self, integrator: Integrator, seed: int, passes: int) -> Image:
-        """Lamps that are seen directly, (h, w, 3)."""
+        """Trace lamps that are seen directly, (h, w, 3)."""
         scene, spp = self.loaded.scene, guides.LAMP_SPP
         images = [
             self._trace_lamps(scene, integrator, scene.sensors()[0], spp, pass_seed(seed, number))
@@ -324,7 +324,7 @@ class Session:
         return accumulator
 
     def _split(self, traced: Layers) -> tuple[Image, Image]:
-        """A pass as what stays and what the cap took; scalar variants cap whole passes."""
+        """Split a pass into what stays and what the cap took; scalar variants cap whole passes."""
         if "lost" in traced:
             return traced["capped"], traced["lost"]
         limit = np.inf if self.backend.jit else self.limit

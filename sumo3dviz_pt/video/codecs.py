@@ -98,7 +98,7 @@ def codec_named(name: str, *, path: Path) -> Codec:
 
 
 def frame_rate(fps: Ratio, *, codec: Codec | None = None) -> Fraction:
-    """The frame rate as written: 29.97 is 2997/100, so that frame n lies at n / fps.
+    """Return the frame rate as written: 29.97 is 2997/100, so that frame n lies at n / fps.
 
     Args:
         fps: A positive number, or a ratio such as `30000/1001`.

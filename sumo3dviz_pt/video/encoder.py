@@ -79,7 +79,7 @@ def encode(
 def _feed(
     arguments: list[str], frames: Iterable[Picture], *, kind: Codec, size: tuple[int, int]
 ) -> int:
-    """Run ffmpeg on frames, one at a time; how many there were."""
+    """Run ffmpeg on frames, one at a time; return how many there were."""
     count = 0
     with Ffmpeg(arguments) as ffmpeg:
         for count, frame in enumerate(frames, start=1):
@@ -125,7 +125,7 @@ def check_film(
 def _planes(
     frame: Picture, *, index: int, kind: Codec, size: tuple[int, int]
 ) -> tuple[NDArray[Any], ...]:
-    """One frame's planes."""
+    """Convert one frame to its planes."""
     if frame.shape != (size[1], size[0], 3):
         raise RenderError(f"frame {index} is {frame.shape}, not ({size[1]}, {size[0]}, 3)")
     is_bytes = frame.dtype == np.uint8
@@ -145,7 +145,7 @@ def _arguments(
     comment: Mapping[str, Any] | None,
     part: Path,
 ) -> list[str]:
-    """What ffmpeg is told."""
+    """Return the arguments for ffmpeg."""
     source = ["-f", "rawvideo", "-pix_fmt", kind.pixels, "-s", f"{size[0]}x{size[1]}"]
     source += ["-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
     target = ["-vf", f"setparams={_TAGS}", *kind.options, "-pix_fmt", kind.pixels]

@@ -13,7 +13,7 @@ from sumo3dviz_pt.errors import RenderError
 
 
 def ffmpeg_path() -> str:
-    """Where ffmpeg is.
+    """Return the path of ffmpeg.
 
     Raises:
         RenderError: If this platform's imageio-ffmpeg has none.
@@ -28,7 +28,7 @@ def ffmpeg_path() -> str:
 
 @cache
 def has_encoder(name: str) -> bool:
-    """Whether this ffmpeg can encode so; builds differ."""
+    """Return whether this ffmpeg has an encoder; builds differ."""
     command = [ffmpeg_path(), "-hide_banner", "-h", f"encoder={name}"]
     done = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
     return done.stdout.startswith(b"Encoder ")
@@ -89,7 +89,7 @@ class Ffmpeg:
                 raise RenderError(f"ffmpeg failed: {self._reason()}")
 
     def _reason(self) -> str:
-        """Last line of what ffmpeg said."""
+        """Return the last line that ffmpeg printed."""
         self._messages.seek(0)
         lines = self._messages.read().decode("utf-8", errors="replace").strip().splitlines()
         return lines[-1] if lines else "it gave no reason"

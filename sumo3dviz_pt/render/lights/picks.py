@@ -1,9 +1,9 @@
-"""How often paths aim at which lamp: by what it gives to the place that is lit.
+"""How often paths aim at which lamp: as often as it matters to the place that is lit.
 
-Tables by cell of a grid around what the eye sees, so that a renderer can read them at any
-place. Cells of vehicles' lamps are three metres wide: with cells of twelve, the road at a
-metre behind a brake lamp got its light from one sample in a hundred, and the firefly cap
-took a sixth of it.
+The chances are stored by the cells of a grid around what the eye sees, where the renderer
+looks them up. Cells of vehicles' lamps are three metres wide. With cells of twelve metres, the
+road one metre behind a brake lamp got its light from one sample in a hundred, and the firefly
+cap took a sixth of that light.
 """
 
 from __future__ import annotations
@@ -68,12 +68,12 @@ class Grid:
 
 
 def cells_for(units: int) -> int:
-    """Rows and columns of the grid for so many units."""
+    """Return how many rows, and columns, the grid has for so many units."""
     return int(np.clip(np.sqrt(_ROOM / units), 1, _MOST_CELLS))
 
 
 def share_of(lumens: float) -> float:
-    """How often paths aim at what gives a picture so much light [lm], against a night sky.
+    """Return how often paths aim at what gives a picture so much light [lm], against a night sky.
 
     Noise is least where an emitter's share of the picks follows the root of its second
     moment. Small lamps light little, but nearly alone, so it grows with the root of their
@@ -89,9 +89,9 @@ def grid_of(view: View, cells: int) -> Grid:
 
 
 def picked(glow: Glow, grid: Grid) -> tuple[Floats, Floats]:
-    """Find how points are picked, by cell and unit: density [1/m2] and summed chance, (c * c, m).
+    """Return by cell and unit how points are picked: density [1/m2] and summed chance, (c * c, m).
 
-    The grid has `cells_for` as many units rows and columns, c.
+    There are as many rows and columns, c, as `cells_for` has for the units, m.
     """
     cells, units = cells_for(len(glow.areas)), len(glow.areas)
     lit = np.flatnonzero(glow.power > 0.0)
@@ -110,7 +110,7 @@ def picked(glow: Glow, grid: Grid) -> tuple[Floats, Floats]:
 
 
 def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
-    """What units give to cells, (c * c, m): power over squared distance, less behind them.
+    """Return what units give to cells, (c * c, m): power over squared distance, less behind them.
 
     Args:
         glow: The lamps.
@@ -128,7 +128,7 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
 
 
 def nearness(places: Floats, view: View) -> Floats:
-    """How large the light of lamps at places, (n, 3) [m], is in a picture, (n,), in (0, 1]."""
+    """Return how much the light of lamps at places, (n, 3) [m], matters in a picture, (n,)."""
     seen = (places - view.position) @ view.world_from_camera.matrix[:3, :3]
     room = 1.15 * view.lens.half_width * np.maximum(seen[:, 0], 0.0) + _AROUND
     inside = (seen[:, 0] > -_AROUND) & (np.abs(seen[:, 1]) < room)

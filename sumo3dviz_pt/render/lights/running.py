@@ -44,7 +44,7 @@ _BEAM_FLUX = 640.0
 
 _BEAM_WEIGHT = 1.5
 _UNSEEN_BEAM = 0.02
-"""Share of a beam outside the picture that matters all the same."""
+"""How much a beam matters whose light is not in the picture, in [0, 1]."""
 
 _LIT = np.array(
     [
@@ -56,7 +56,7 @@ _LIT = np.array(
 """Where a beam's light is looked for, in its frame, (n, 3) [m]."""
 
 _BEAM_NEAR = 30.0
-"""From here on, light on the road matters less the smaller it is in the picture [m]."""
+"""Light on the road farther from the eye matters less, as it is smaller in the picture [m]."""
 
 _SIDES = 6
 _TURN = np.arange(_SIDES) * 2.0 * np.pi / _SIDES
@@ -124,11 +124,11 @@ class GlowingLenses:
                 self.count += places * len(chosen)
 
     def __bool__(self) -> bool:
-        """Whether any road user of the shot has a lamp."""
+        """Return whether any road user of the shot has a lamp."""
         return bool(self._discs)
 
     def make(self, bsdf: Any, *, jit: bool) -> Any:
-        """The mesh; all lamps are off."""
+        """Make the mesh; all lamps are off."""
         ring = np.arange(_SIDES)
         fan = np.column_stack([np.zeros(_SIDES, int), 1 + ring, 1 + (ring + 1) % _SIDES])
         faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + fan).reshape(-1, 3)
@@ -184,7 +184,7 @@ class GlowingLenses:
 
 
 def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float) -> _Discs:
-    """The lamps of a body; its head lamps have a share of a car's power."""
+    """Return the lamps of a body; its head lamps have a share of a car's power."""
     corners = np.array([_disc(lamp) for lamp in lamps]).reshape(-1, 1 + _SIDES, 3)
     # A regular polygon of n sides fills n/2 sin(2 pi/n) of its radius squared.
     filled = 0.5 * _SIDES * np.sin(2.0 * np.pi / _SIDES)
@@ -197,7 +197,7 @@ def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float)
 
 
 def _disc(lamp: VehicleLamp) -> Floats:
-    """Centre and rim of a lamp, anticlockwise as seen from where it shines, (1 + sides, 3)."""
+    """Return a lamp's centre and rim, anticlockwise as seen from ahead, (1 + sides, 3)."""
     left = np.array([-np.sin(lamp.yaw), np.cos(lamp.yaw), 0.0])
     across = 0.5 * lamp.size[0] * np.cos(_TURN)[:, None] * left
     up = 0.5 * lamp.size[1] * np.sin(_TURN)[:, None] * np.array([0.0, 0.0, 1.0])
@@ -222,7 +222,7 @@ class Beams:
         self.count = min(room, MOST_BEAMS)
 
     def entries(self) -> dict[str, Any]:
-        """Spots by name, dark; they share one pattern."""
+        """Make the spots, by name; they are dark and share one pattern."""
         # A spot's u runs to its left and its v upwards.
         pattern = np.ascontiguousarray(self._beam.pattern[::-1, ::-1, None], np.float32)
         image = {"type": "bitmap", "bitmap": mi.Bitmap(pattern), "raw": True, "wrap_mode": "clamp"}
@@ -252,7 +252,7 @@ class Beams:
                 parameters[f"{name}.to_world"] = convert.transform(matrix)
 
     def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
-        """Where lamps are and how strong they are, those that matter most first."""
+        """Return where lamps are and how strong they are, those that matter most first."""
         found = []
         for mover in (*frame.movers, *frame.deforming, *frame.far):
             if "head" in mover.lit and mover.prototype in self._heads:
@@ -271,7 +271,7 @@ class Beams:
 
 
 def beam_weight(place: Transform | None, view: View) -> float:
-    """How much of a beam's light is large in the picture, in [0, 1].
+    """Return how much of a beam's light is large in the picture, in [0, 1].
 
     It changes smoothly while a vehicle drives by: light that is suddenly aimed at much less
     would go out in the film, because what is left of it are rare bright samples, which the
@@ -289,7 +289,7 @@ def beam_weight(place: Transform | None, view: View) -> float:
 
 
 def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
-    """A frame at a point of a body, turned like it but not stretched."""
+    """Return a placement at a point of a body, turned like the body but not stretched."""
     matrix = body.matrix.copy()
     matrix[:3, 3] = matrix[:3, :3] @ np.array(at) + matrix[:3, 3]
     matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
@@ -297,7 +297,7 @@ def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
 
 
 def _between(lamps: Sequence[VehicleLamp]) -> tuple[float, float, float] | None:
-    """The place midway between a body's head lamps, just before them, or None [m]."""
+    """Return the place midway between a body's head lamps, just before them, or None [m]."""
     heads = np.array([lamp.at for lamp in lamps if lamp.role == "head"]).reshape(-1, 3)
     if not len(heads):
         return None
@@ -325,11 +325,11 @@ class RunningLamps:
             self._beams = Beams(scene, lights.beam, lights.heads)
 
     def __bool__(self) -> bool:
-        """Whether there is anything to light."""
+        """Return whether there is anything to light."""
         return bool(self._sets)
 
     def entries(self, bsdf: Any) -> dict[str, Any]:
-        """Shapes and emitters by name."""
+        """Make the shapes and emitters, by name."""
         shapes = {lenses.name: lenses.make(bsdf, jit=self._jit) for lenses in self._sets}
         return shapes if self._beams is None else {**shapes, **self._beams.entries()}
 

@@ -48,7 +48,7 @@ class MergedMesh:
 
 
 def is_plain(bsdf: Bsdf) -> bool:
-    """Whether a material can go into the compound."""
+    """Return whether a material can go into the compound."""
     if bsdf.get("type") != "principled" or not set(bsdf) <= _PLAIN_KEYS:
         return False
     numbers = all(isinstance(bsdf.get(key, 0.0), int | float) for key in ("roughness", "metallic"))
@@ -121,7 +121,7 @@ def face_attributes(
 
 
 def _face_colours(part: Part, bsdf: Bsdf) -> Floats:
-    """Reflectance of each face, (m, 3)."""
+    """Return the reflectance of each face, (m, 3)."""
     if part.tint is not None:
         return part.tint
     colour = bsdf.get("base_color", bsdf.get("reflectance", {}))
@@ -130,12 +130,12 @@ def _face_colours(part: Part, bsdf: Bsdf) -> Floats:
 
 
 def _by_mover(part: Part, materials: Mapping[str, Bsdf]) -> bool:
-    """Whether a part takes its mover's colour."""
+    """Return whether a part takes its mover's colour."""
     return part.tint is None and is_tinted(materials[part.material])
 
 
 def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
-    """1 for faces that take their mover's colour, else 0, (m,)."""
+    """Return 1 for faces that take their mover's colour, else 0, (m,)."""
     return np.concatenate(
         [np.full(len(part.mesh.faces), float(_by_mover(part, materials))) for part in parts]
         or [np.zeros(0)]

@@ -31,7 +31,7 @@ _PIXEL = 8e-4  # angle of a pixel that is assumed [rad]
 
 
 def patches(uv: Any, amount: float) -> Any:
-    """Factor of dry and lush patches, from half a tile to four tiles wide.
+    """Return the factor of dry and lush patches, from half a tile to four tiles wide.
 
     Args:
         uv: Texture coordinates [tiles].
@@ -50,7 +50,7 @@ def patches(uv: Any, amount: float) -> Any:
 
 
 def fields(uv: Any, tile: float, away: Any) -> Any:
-    """Factor of fields with strips of grass between them.
+    """Return the factor of fields with strips of grass between them.
 
     Args:
         uv: Texture coordinates [tiles].
@@ -79,5 +79,5 @@ def fields(uv: Any, tile: float, away: Any) -> Any:
 
 
 def _turned(uv: Any) -> Any:
-    """Coordinates turned by 27 degrees and enlarged by sqrt(5): whole periods stay whole."""
+    """Turn coordinates by 27 degrees and enlarge them by sqrt(5); whole periods stay whole."""
     return mi.Vector2f(2.0 * uv.x + uv.y, 2.0 * uv.y - uv.x)

@@ -60,14 +60,14 @@ class Untiled:
         return [float(value) for value in self.pyramid.mean]
 
     def _level(self, si: Any, dice: Any) -> Any:
-        """Level whose texels are one to two pixels large; in between by chance."""
+        """Return the level whose texels are one to two pixels large; chance decides in between."""
         slant = dr.rsqrt(dr.maximum(dr.abs(si.wi.z), 0.02))
         texels = si.t * slant * self.pixel * (self.pyramid.size / self.tile)
         level = dr.log2(dr.clip(texels, 1.0, 1e6)) + dice
         return mi.UInt32(dr.clip(level, 0.0, self.pyramid.levels - 1.0))
 
     def _pick(self, uv: Any, level: Any, shift: Any, active: Any) -> Any:
-        """One texel of a shifted copy."""
+        """Return one texel of a shifted copy."""
         size = mi.UInt32(self.pyramid.size) >> level
         scale = mi.Float(size)
         x = mi.Int32(dr.floor((uv.x + unit(shift << 16)) * scale))
@@ -78,7 +78,7 @@ class Untiled:
         return dr.gather(mi.Vector4f, self.texels, index, active)
 
     def _blended(self, si: Any, active: Any) -> tuple[Any, Any]:
-        """Deviation of the three copies' blend from the mean, and broad noise."""
+        """Return how the blend of three copies deviates from the mean, and broad noise."""
         bits = mixed(
             dr.reinterpret_array(mi.UInt32, si.uv.x)
             ^ mixed(dr.reinterpret_array(mi.UInt32, si.uv.y))
@@ -110,18 +110,18 @@ class Untiled:
         return deviation, self._noise(si.uv, near)
 
     def _noise(self, uv: Any, near: Any) -> Any:
-        """Broad noise in [-1, 1]; none on an even surface."""
+        """Return broad noise in [-1, 1]; 0 on an even surface."""
         if self.uneven == 0:
             return mi.Float(0.0)
         far = corners(uv, cells=_GRID / _BROAD, mask=_GRID * PERIOD // _BROAD - 1)
         return 0.5 * near.unevenness + 0.5 * far.unevenness
 
     def _relief(self, deviation: Any) -> Any:
-        """How much a stone stands out, about unit spread."""
+        """Return how much a stone stands out, about unit spread."""
         return (deviation.x + deviation.y + deviation.z) * (1.0 / (3.0 * self.pyramid.spread))
 
     def colour(self, si: Any, active: Any) -> Any:
-        """Reflectance, three channels."""
+        """Return the reflectance, three channels."""
         deviation, noise = self._blended(si, active)
         colour = (mi.Color3f(self.average) + deviation) * (1.0 + 2.0 * self.uneven * noise)
         if self.patches > 0:
@@ -136,7 +136,7 @@ class Untiled:
         return dr.clip(colour, 0.002, 0.85)
 
     def rough(self, si: Any, active: Any) -> Any:
-        """Roughness: broad differences, polish in tracks, smoother paint; no texels."""
+        """Return the roughness: it differs broadly, and is less in wheel tracks and on paint."""
         noise = mi.Float(0.0)
         if self.uneven > 0:
             near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
@@ -150,7 +150,7 @@ class Untiled:
         return dr.clip(value, 0.1, 1.0)
 
     def _wear_at(self, si: Any, active: Any) -> Any:
-        """The mesh's wear, in [0, 1] each.
+        """Return the mesh's wear, in [0, 1] each.
 
         Mitsuba solves for a vertex attribute's weights in single precision: in triangles
         1,000 times longer than wide they are 0/0. Only unworn asphalt has such triangles.
@@ -160,12 +160,12 @@ class Untiled:
         return dr.clip(dr.select(sound, wear, mi.Color3f(*UNWORN)), 0.0, 1.0)
 
     def _share(self, wear: Any, relief: Any, noise: Any) -> Any:
-        """Share of paint that is left; it goes first where stones stand out."""
+        """Return the share of paint that is left; it goes first where stones stand out."""
         kept = 1.25 * wear.y - 0.12 * relief + noise - 0.42
         return dr.select(wear.y > 0.0, dr.clip(kept * (1.0 / 0.4), 0.0, 1.0), 0.0)
 
     def _worn(self, si: Any, colour: Any, *, relief: Any, noise: Any, active: Any) -> Any:
-        """A colour with its wear and paint."""
+        """Return a colour with its wear and paint."""
         wear = self._wear_at(si, active)
         white, yellow = (mi.Color3f(paint) for paint in PAINTS)
         blots = corners(si.uv, cells=2 * _GRID, mask=2 * _GRID * PERIOD - 1)

@@ -143,7 +143,7 @@ class ScalarMovers:
         return shapes
 
     def _group(self, mover: Mover) -> Any:
-        """The body in its colour."""
+        """Return a road user's body in its colour."""
         key = (mover.prototype, tuple(mover.colour))
         if key not in self._groups:
             prototype = self._scene.prototypes[mover.prototype]
@@ -153,6 +153,6 @@ class ScalarMovers:
 
 
 def lowest(meshes: Sequence[Mesh]) -> float:
-    """Height where free slots wait: below everything [m]."""
+    """Return the height where free slots wait: below everything [m]."""
     heights = [float(mesh.vertices[:, 2].min()) for mesh in meshes if len(mesh.vertices)]
     return min(heights, default=0.0) - 10.0

@@ -39,14 +39,14 @@ class _Body:
     capacity: int
 
     def points(self, mover: Mover) -> tuple[Floats, Floats | None]:
-        """Vertices and normals in the pose of a road user, (v, 3) each."""
+        """Return vertices and normals in the pose of a road user, (v, 3) each."""
         if self.poses is None:
             return self.mesh.vertices, self.mesh.normals
         return _in_pose(self.poses.vertices, mover), _in_pose(self.poses.normals, mover)
 
 
 def _in_pose(poses: Floats, mover: Mover) -> Floats:
-    """Between the two nearest phases, and between rest and movement, (v, 3)."""
+    """Interpolate between the two nearest phases, and between rest and movement, (v, 3)."""
     count = len(poses) - 1
     place = (mover.phase % 1.0) * count
     first = int(place) % count
@@ -101,11 +101,11 @@ class Crowd:
         self._vertices, self._faces = vertex, face
 
     def __bool__(self) -> bool:
-        """Whether the shot ever shows one of them."""
+        """Return whether the shot ever shows one of them."""
         return self._faces > 0
 
     def make(self, materials: Materials) -> Any:
-        """The mesh object; all slots wait out of sight."""
+        """Make the mesh object; all slots wait out of sight."""
         bodies = self._bodies.values()
         faces = [
             body.mesh.faces + body.first_vertex + slot * len(body.mesh.vertices)
@@ -171,7 +171,7 @@ class Crowd:
 
 
 def _merged(parts: Sequence[Part], *, smooth: bool) -> Mesh:
-    """All parts as one mesh, flat or smooth."""
+    """Return all parts as one mesh, flat or smooth."""
     meshes = [part.mesh for part in parts]
     if not smooth or any(mesh.normals is None for mesh in meshes):
         return merge_meshes([Mesh(mesh.vertices, mesh.faces) for mesh in meshes])
@@ -179,6 +179,6 @@ def _merged(parts: Sequence[Part], *, smooth: bool) -> Mesh:
 
 
 def _turned(normals: Floats, matrix: Floats) -> Floats:
-    """Normals under a stretching turn: by the inverse transpose, and unit again."""
+    """Turn and stretch unit normals, by the inverse transpose; they stay unit."""
     turned = normals @ np.linalg.inv(matrix)
     return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))

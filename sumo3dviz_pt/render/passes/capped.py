@@ -1,13 +1,13 @@
 """A firefly cap on every sample, as a thin integrator around Mitsuba's path tracer.
 
-Mitsuba's `path` has no clamp, and a cap on a pass of n samples lets n times more through.
-What the cap takes comes out beside the picture, so that it can be given back where an
-emitter is seen directly, reported, and added again for an uncapped picture. It costs
-nothing that can be measured (2.69 against 2.67 CPU-s, 480x270, 16 spp).
+Mitsuba's `path` has no clamp, and a cap on the mean of n samples lets n times more through.
+What the cap takes is a layer beside the picture. So it can be given back where an emitter is
+seen directly, reported, and added again for an uncapped picture. The cap takes no measurable
+time (2.69 against 2.67 CPU-s, 480x270, 16 spp).
 
-By night, lamps that are seen directly are left out and traced by themselves, with many
-samples: most are smaller than a pixel, and with four samples they went on and off from
-frame to frame, and their glare with them.
+By night, lamps that are seen directly are left out and traced by themselves with many samples.
+Most are smaller than a pixel: with four samples they went on and off from frame to frame, and
+their glare with them.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def register_capped() -> None:
 
 
 def _emitted(scene: Any, ray: Any, active: Any) -> Any:
-    """What the first surface on a ray emits; nothing where a ray ends in the sky."""
+    """Return what the first surface on a ray emits; nothing where a ray ends in the sky."""
     hit = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
     lit = hit.is_valid() & hit.shape.is_emitter() & active
     # Few rays meet a lamp: only theirs are worth a full account of the surface.

@@ -1,4 +1,4 @@
-"""What a second, short pass sees: distance and hits for haze and cap, guides for the denoiser."""
+"""A second, short pass: distances and hits for haze and cap, guides for the denoiser."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE
 
 
 def is_guided(quality: Quality) -> bool:
-    """Whether a denoiser asks for albedo and normals."""
+    """Return whether a denoiser is guided by albedo and normals."""
     return quality.guides and quality.denoise != "none"
 
 
 def is_needed(quality: Quality, *, hazy: bool) -> bool:
-    """Whether a frame needs the pass at all."""
+    """Return whether a frame needs the pass at all."""
     return (hazy and quality.haze) or quality.denoise != "none" or quality.cap is not None
 
 
 def guide_spp(quality: Quality) -> int:
-    """Samples of the pass: a quarter of the picture's, between 4 and 16.
+    """Return the samples of the pass: a quarter of the picture's, between 4 and 16.
 
     With fewer, haze is noisy where far ground meets the sky.
     """
@@ -38,7 +38,7 @@ LAMP_SPP = 16
 
 
 def lamp_passes(quality: Quality) -> int:
-    """Passes over such lamps: up to eight times as many samples as the picture has.
+    """Return the passes over such lamps: up to eight times as many samples as the picture has.
 
     They cost little: paths end at the first surface.
     """
@@ -77,9 +77,10 @@ def guide_integrator(quality: Quality, *, jit: bool, lamps: bool = False) -> Int
 
     Args:
         quality: Says what is needed.
-        jit: Whether the variant compiles. Others only see distances: every `aov` sample waits
-            for Python's lock there, and the pass took five times as long as the picture.
-        lamps: Whether it also looks where lamps are seen directly.
+        jit: Whether the variant compiles. In others the pass only finds distances, because
+            every `aov` sample waits for Python's lock there: it took five times as long as
+            the picture.
+        lamps: Whether it also finds where lamps are seen directly.
     """
     if not jit or not (is_guided(quality) or lamps):
         return Integrator(load(_DEPTH), _DISTANCE)
@@ -97,7 +98,7 @@ def lamp_integrator() -> Integrator:
 
 
 def as_guides(traced: Layers) -> Layers:
-    """What the pass found, without the sun and with the places of lamps.
+    """Prepare what the pass found: the sun is no surface, and lamps are marked.
 
     Args:
         traced: `depth` and `hit`; `emitted`, `albedo` and `normal` if they were traced.
@@ -115,14 +116,14 @@ def as_guides(traced: Layers) -> Layers:
 
 
 def uncapped(seen: Layers) -> Bools | None:
-    """Where emitters are seen directly, as guides tell, (h, w); None if they do not."""
+    """Return where emitters are seen directly, (h, w); None where no guides were traced."""
     if "hit" not in seen:
         return None
     return np.asarray((seen["hit"] < 1.0) | (seen.get("lamp", np.zeros(1)) > 0.0))
 
 
 def excess(seen: Layers) -> Image:
-    """Of lamps that are seen directly: what they emit, or what the cap took, (h, w, 3)."""
+    """Return what lamps that are seen directly emit, or what the cap took of it, (h, w, 3)."""
     if "glow" in seen:
         return seen["glow"]
     lost, lamp = seen["lost"], seen.get("lamp")

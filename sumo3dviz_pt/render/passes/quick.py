@@ -1,10 +1,10 @@
 """Quick pictures of a scene that is held open: one sample a pixel.
 
-A film's session renders its own size with all that a preset asks for. A client who flies
-through a scene wants a small picture at once and a better one when he stands still: so a
-large picture is made of parts of the small one's size, each seen through a lens that is shifted
-aside. One recording serves both, and no step takes longer than a small picture. What the haze
-needs comes with the picture.
+A film's session renders one size with all that a preset needs. The viewer wants a small picture
+at once while the camera flies, and a better one when it stands still. So a large picture is
+made of parts of the small one's size, each seen through a lens that is shifted aside. One
+recording serves both, and no step takes longer than a small picture. Depth and hits, which the
+haze needs, are traced with the picture.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Size = tuple[int, int]
 
 _PLUGIN = "sumo3dviz_quick"
 _CHANNELS = Channels.in_order(radiance=3, depth=1, hit=1)
-"""What the integrator finds; after the radiance, by `aov_names`."""
+"""What the integrator finds: the radiance, then its `aov_names`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ WHOLE = Part()
 
 
 def parts_of(count: int) -> tuple[Part, ...]:
-    """All parts of a picture that is cut into `count` rows and columns, row by row."""
+    """Return all parts of a picture that is cut into `count` rows and columns, row by row."""
     return tuple(Part(row, column, count) for row in range(count) for column in range(count))
 
 
@@ -95,11 +95,11 @@ class Quick:
         return self._trace(self._session.loaded.scene, self._integrator, sensor, 1, seed)
 
     def hazed(self, seen: Layers, view: View) -> Image:
-        """The radiance of a picture with the scene's haze, if it has any, (h, w, 3)."""
+        """Return the radiance of a picture with the scene's haze, if it has any, (h, w, 3)."""
         return self._session.hazed(seen, view)
 
     def smooth(self, seen: Layers, view: View, *, seed: int) -> Layers:
-        """A picture without noise, by albedo and normals that are traced for it.
+        """Return a picture without noise, by albedo and normals that are traced for it.
 
         Args:
             seen: The mean of some samples.
@@ -113,14 +113,14 @@ class Quick:
         return seen | {"radiance": clean}
 
     def _guided(self, view: View, part: Part, seed: int) -> Layers:
-        """What guides the denoiser."""
+        """Trace what guides the denoiser."""
         sensor = self._aimed(self._guiding, view, part)
         spp = guides.guide_spp(self._session.settings.quality)
         own = seed + part.row * part.of + part.column
         return self._trace_guides(self._session.loaded.scene, self._guides, sensor, spp, own)
 
     def _aimed(self, sensor: Any, view: View, part: Part) -> Any:
-        """A sensor at the camera's place that sees a part of its picture."""
+        """Aim a sensor such that it sees a part of a camera's picture."""
         parameters = mi.traverse(sensor)
         origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
@@ -136,19 +136,19 @@ class Quick:
 
 
 def joined(parts: Sequence[Layers]) -> Layers:
-    """Parts from `parts_of` as one picture."""
+    """Join parts, as `parts_of` orders them, to one picture."""
     return merged(parts, _whole)
 
 
 def _whole(*parts: Image) -> Image:
-    """A layer's parts, row by row, as one array."""
+    """Join a layer's parts, row by row, to one array."""
     count = round(len(parts) ** 0.5)
     rows = [np.concatenate(parts[k : k + count], axis=1) for k in range(0, len(parts), count)]
     return np.concatenate(rows, axis=0)
 
 
 def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> bytes:
-    """8-bit sRGB pixels, (h, w, 3), as a JPEG file."""
+    """Encode 8-bit sRGB pixels, (h, w, 3), as a JPEG file."""
     stream = mi.MemoryStream()
     bitmap = mi.Bitmap(np.ascontiguousarray(pixels), mi.Bitmap.PixelFormat.RGB)
     bitmap.write(stream, mi.Bitmap.FileFormat.JPEG, quality)
@@ -156,7 +156,7 @@ def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> b
 
 
 def _sensor(size: Size, *, pixels: str) -> Any:
-    """A pinhole camera of its own."""
+    """Make a pinhole camera that the scene does not hold."""
     sensor = load(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
     settle(sensor)
     return sensor

@@ -57,7 +57,7 @@ class ClearDome:
     radiance: Floats
 
     def towards(self, elevation: Floats, azimuth: Floats) -> Floats:
-        """Radiance on a grid of elevations, (a,), and azimuths from the sun, (b,): (a, b, 3)."""
+        """Return the radiance at elevations, (a,), and azimuths from the sun, (b,): (a, b, 3)."""
         rows = _blend(self.elevation, elevation)
         folded = np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
         columns = _blend(self.azimuth, folded)
@@ -66,7 +66,7 @@ class ClearDome:
 
 
 def _blend(known: Floats, asked: Floats) -> Floats:
-    """Weights that interpolate linearly, (asked, known)."""
+    """Return weights that interpolate linearly, (asked, known)."""
     right = np.clip(np.searchsorted(known, asked), 1, len(known) - 1)
     share = np.clip((asked - known[right - 1]) / (known[right] - known[right - 1]), 0.0, 1.0)
     weights = np.zeros((len(asked), len(known)))
@@ -97,25 +97,25 @@ def _densities(height: Floats) -> _Air:
 
 
 def _aerosol(turbidity: float) -> Floats:
-    """Extinction of the aerosol on the ground at each wavelength, (10,) [1/m]."""
+    """Return the extinction of the aerosol on the ground at each wavelength, (10,) [1/m]."""
     molecules = 8e3 * 13.558e-6  # their optical depth at 550 nm
     return np.asarray((turbidity - 1.0) * molecules / _AEROSOL_HEIGHT * _AEROSOL)
 
 
 def _extinction(height: Floats, haze: Floats) -> Floats:
-    """Per metre, (..., 10); `haze` from `_aerosol`."""
+    """Return the extinction, (..., 10) [1/m]; `haze` comes from `_aerosol`."""
     molecules, aerosol, ozone = (part[..., None] for part in _densities(height))
     return np.asarray(molecules * _MOLECULES + aerosol * haze + ozone * _OZONE)
 
 
 def _to_top(radius: Floats, sine: Floats) -> Floats:
-    """Way to the top of the air along rays of a sine of elevation [m]."""
+    """Return the way to the top of the air along rays, by the sine of their elevation [m]."""
     inside = np.maximum(radius**2 * (sine**2 - 1.0) + _TOP**2, 0.0)
     return np.maximum(np.sqrt(inside) - radius * sine, 1.0)
 
 
 def sunlight(height: Floats, sine: Floats, turbidity: float = 3.0) -> Floats:
-    """Colour of the sunlight left, (..., 3); (1, 1, 1) outside the air.
+    """Return the colour of the sunlight that is left, (..., 3); (1, 1, 1) outside the air.
 
     Args:
         height: Above the ground [m].
@@ -126,7 +126,7 @@ def sunlight(height: Floats, sine: Floats, turbidity: float = 3.0) -> Floats:
 
 
 def _sunlight(height: Floats, sine: Floats, haze: Floats) -> Floats:
-    """Share of sunlight left at each wavelength, (..., 10)."""
+    """Return the share of sunlight left at each wavelength, (..., 10)."""
     radius, steps = _EARTH + height, 24
     way = _to_top(radius, sine)
     # Rays that go down have their densest air in the middle, others at their start.
@@ -145,7 +145,7 @@ def _sunlight(height: Floats, sine: Floats, haze: Floats) -> Floats:
 
 
 def _phases(cosine: Floats) -> tuple[Floats, Floats]:
-    """Phase functions of molecules and aerosol (Cornette and Shanks) [1/sr]."""
+    """Return the phase functions of molecules and aerosol (Cornette and Shanks) [1/sr]."""
     molecules = 3.0 / (16.0 * np.pi) * (1.0 + cosine**2)
     g = _FORWARD
     aerosol = 3.0 / (8.0 * np.pi) * (1.0 - g * g) / (2.0 + g * g) * (1.0 + cosine**2)
@@ -203,7 +203,7 @@ def _march(rays: _Rays, haze: Floats, steps: int) -> _March:
 
 
 def _first(march: _March, cosine: Floats, haze: Floats) -> tuple[Floats, Floats]:
-    """Light scattered once per metre, and scattering itself, both (rays, steps, 10)."""
+    """Return light scattered once per metre, and scattering itself, (rays, steps, 10) each."""
     air = _densities(march.height)
     molecules = air.molecules[..., None] * _MOLECULES
     aerosol = air.aerosol[..., None] * (_AEROSOL_SCATTERS * haze)
@@ -213,7 +213,7 @@ def _first(march: _March, cosine: Floats, haze: Floats) -> tuple[Floats, Floats]
 
 
 def _later(haze: Floats) -> Floats:
-    """What all later scatterings bring to a point, (heights, suns, 10) [1/sr]."""
+    """Return what all later scatterings bring to a point, (heights, suns, 10) [1/sr]."""
     sine = np.linspace(-0.9, 0.9, 7)
     around = (np.arange(4) + 0.5) / 4 * np.pi
     ray, turn = (part.ravel() for part in np.meshgrid(sine, around, indexing="ij"))
@@ -230,7 +230,7 @@ def _later(haze: Floats) -> Floats:
 
 
 def _look_up(table: Floats, height: Floats, sun: Floats) -> Floats:
-    """Linear values of `_later` at heights and sines of the sun's elevation, (..., 10)."""
+    """Interpolate `_later` at heights and sines of the sun's elevation, (..., 10)."""
     row = np.interp(height, _HEIGHTS, np.arange(len(_HEIGHTS)))
     place = np.interp(np.arcsin(np.clip(sun, -1.0, 1.0)), _SUNS, np.arange(len(_SUNS)))
     top = np.minimum(row.astype(np.intp), len(_HEIGHTS) - 2)
@@ -248,7 +248,7 @@ def _look_up(table: Floats, height: Floats, sun: Floats) -> Floats:
 def clear_dome(
     elevation: float, turbidity: float = 3.0, *, rows: int = 44, columns: int = 26
 ) -> ClearDome:
-    """Radiance of the clear sky for a low sun.
+    """Compute the radiance of the clear sky for a low sun.
 
     Args:
         elevation: Of the sun [rad]; below -16 degrees as at -16, above 14 as at 14.

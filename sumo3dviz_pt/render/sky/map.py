@@ -75,7 +75,7 @@ class SkyMap:
 
 
 def map_size(sky: Sky) -> tuple[int, int]:
-    """Rows and columns that show a sky: clouds, stars and pictures need more than clear air."""
+    """Return how many rows and columns a sky needs: clouds and stars need more than clear air."""
     fine = sky.clouds is not None or sky.stars is not None
     return _SHARP if fine else _SMOOTH
 
@@ -100,7 +100,7 @@ def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
 
 
 def _lux(dome: Image, sun: Sun | None) -> float:
-    """Horizontal illuminance [lx]."""
+    """Return the horizontal illuminance [lx]."""
     light = dome_irradiance(dome)
     if sun is not None:
         light = light + sun.irradiance * max(float(sun.direction[2]), 0.0)
@@ -108,7 +108,7 @@ def _lux(dome: Image, sun: Sun | None) -> float:
 
 
 def _below(horizon: Image, rows: int) -> Image:
-    """The lower half: as the horizon at its edge, so that no dark line shows, then darker."""
+    """Return the lower half: like the horizon at its edge, lest a dark line shows, then darker."""
     down = np.sin((np.arange(rows) + 0.5) / rows * np.pi / 2)
     share = np.clip(1.0 - 10.0 * down, 0.3, 1.0).astype(np.float32)
     return np.asarray(share[:, None, None] * horizon[None])
@@ -132,7 +132,7 @@ class _Light:
 
 
 def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
-    """The upper half of the sky and what shines in it."""
+    """Bake the upper half of the sky; return it and the sun or moon."""
     dome, moonlight = night_dome(sky, size)
     light = None
     if sky.moon_direction is not None:
@@ -177,19 +177,19 @@ def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]
 
 
 def _aslant(sine: float, baked: float) -> float:
-    """Light on a cloud against that it was baked for: tops see the sun's sine, sides do not."""
+    """Return the sun's light on a cloud against that which the cloud was baked for."""
     return min(1.0, (max(sine, 0.0) + _SIDES) / (baked + _SIDES))
 
 
 def _direct(light: _Light | None) -> float:
-    """Horizontal luminous irradiance from the disc without clouds, scene units."""
+    """Return the horizontal luminous irradiance from the disc without clouds, scene units."""
     if light is None:
         return 0.0
     return float(light.ground @ LUMINANCE) * max(float(light.towards[2]), 0.0)
 
 
 def _most(clear: float, cover: Image) -> float:
-    """Luminous irradiance that a cover leaves of a clear sky's at most.
+    """Return the most luminous irradiance that a cover leaves of a clear sky's.
 
     Kasten and Czeplak 1980, Solar Energy 24(2), doi:10.1016/0038-092X(80)90391-6: N of
     cloud leave 1 - 0.75 N^3.4 of the clear sky's light, on average.
@@ -199,13 +199,13 @@ def _most(clear: float, cover: Image) -> float:
 
 
 def _room(left: float, lit: Image) -> float:
-    """Factor that keeps clouds from adding more luminous irradiance than is left for them."""
+    """Return the factor that keeps clouds from adding more light than is left for them."""
     made = float(dome_irradiance(lit) @ LUMINANCE)
     return min(1.0, max(left, _LEAST * made) / max(made, 1e-30))
 
 
 def _horizon(dome: Image) -> Image:
-    """Radiance in the lowest degrees of sky, without the sun, smooth around, (w, 3)."""
+    """Return the radiance in the lowest degrees of sky, without the sun, smooth around, (w, 3)."""
     rows = len(dome)
     band = max(2, round(rows * float(_HAZY) / (np.pi / 2)))
     ring = np.median(dome[-band:], axis=0).astype(np.float64)
@@ -217,7 +217,7 @@ def _horizon(dome: Image) -> Image:
 
 
 def horizon_towards(horizon: Image, towards: Floats) -> Floats:
-    """Horizon radiance below or above each direction, (..., 3) -> (..., 3)."""
+    """Return the horizon's radiance below or above each direction, (..., 3) -> (..., 3)."""
     columns = len(horizon)
     place = np.arctan2(towards[..., 0], towards[..., 1]) / (2 * np.pi) * columns - 0.5
     left = np.floor(place).astype(int)

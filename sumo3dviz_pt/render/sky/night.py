@@ -32,7 +32,7 @@ _COOL = np.array([0.80, 1.0, 1.36])  # moonlight as a camera balanced for street
 
 
 def night_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Floats]:
-    """Upper half of the night sky without clouds, and the moon's irradiance.
+    """Return the upper half of the night sky without clouds, and the moon's irradiance.
 
     Args:
         sky: Its recipe.
@@ -56,7 +56,7 @@ def night_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Floats]:
 
 
 def glow(horizon: tuple[float, float, float], size: tuple[int, int]) -> Image:
-    """A city's light dome: brightest at the horizon and over two centres, (h, w, 3)."""
+    """Return a city's light dome: brightest at the horizon and over two centres, (h, w, 3)."""
     high, around = angles(size, share=0.5)
     degrees = np.degrees(high)
     fall = 0.70 * np.exp(-degrees / 7.0) + 0.24 * np.exp(-degrees / 24.0) + 0.06

@@ -16,7 +16,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 
 def angles(size: tuple[int, int], *, share: float = 1.0) -> tuple[Floats, Floats]:
-    """Elevations of the rows and azimuths of the columns [rad].
+    """Return the elevations of the rows and azimuths of the columns [rad].
 
     Args:
         size: Rows and columns.
@@ -28,7 +28,7 @@ def angles(size: tuple[int, int], *, share: float = 1.0) -> tuple[Floats, Floats
 
 
 def directions(size: tuple[int, int], *, share: float = 1.0) -> Floats:
-    """World direction of every texel's centre, (h, w, 3); arguments as in `angles`."""
+    """Return the world direction of every texel's centre, (h, w, 3); arguments as in `angles`."""
     high, around = angles(size, share=share)
     level = np.cos(high)[:, None]
     up = np.broadcast_to(np.sin(high)[:, None], size)
@@ -36,7 +36,7 @@ def directions(size: tuple[int, int], *, share: float = 1.0) -> Floats:
 
 
 def dome_irradiance(dome: Floats | Image) -> Floats:
-    """Light of a dome, (h, w, 3), on a horizontal plane, (3,) in the dome's unit."""
+    """Return the light of a dome, (h, w, 3), on a horizontal plane, (3,) in the dome's unit."""
     rows = len(dome)
     high, _ = angles((rows, 1), share=0.5)
     weights = np.sin(high) * np.cos(high) * (np.pi / 2 / rows) * 2 * np.pi
@@ -44,7 +44,7 @@ def dome_irradiance(dome: Floats | Image) -> Floats:
 
 
 def _neighbours(count: int, known: int) -> tuple[NDArray[np.intp], Floats]:
-    """Nearest known texel before each of `count`, and the share of the next one."""
+    """Return the nearest known texel before each of `count`, and the share of the next one."""
     place = (np.arange(count) + 0.5) / count * known - 0.5
     first = np.floor(place).astype(np.intp)
     return first, place - first
