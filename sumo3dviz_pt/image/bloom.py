@@ -1,8 +1,8 @@
-"""Glare of bright lights in a lens: what makes lamps look bright in a picture.
+"""Glare of bright lights in a lens, which makes lamps look bright in a picture.
 
-A share of all light is spread over three discs of growing size, which together fall off
-roughly with the cube of the distance, as light that lenses scatter does. Nothing is added
-or lost, beside what leaves the picture.
+A share of all light is spread over three discs of growing size. Together they fall off roughly
+with the cube of the distance, like light that a lens scatters. Light is neither added nor
+lost, except what leaves the picture.
 
 References:
     G. Spencer, P. Shirley, K. Zimmerman, D. Greenberg, Physically-based glare effects for
@@ -20,7 +20,7 @@ _DISCS = ((1.0 / 180.0, 0.55), (1.0 / 60.0, 0.3), (1.0 / 20.0, 0.15))
 """Standard deviation, in picture heights, and share of what is spread; chosen by eye."""
 
 _BRIGHTEST = 2000.0
-"""Brighter lights glare no more than this [x white]: they may be smaller than a pixel."""
+"""Limit of the light that glares [x white], because brighter lights are often tiny."""
 
 _COARSE = 8.0
 """Wider discs are computed at a lower resolution [px]."""

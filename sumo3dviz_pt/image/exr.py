@@ -125,7 +125,7 @@ def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
     if not path.is_file():
         raise InputError("no such file", file=path)
     try:
-        # The library says by itself, and more than once, what is wrong.
+        # The library prints errors on its own, more than once.
         with silenced(), OpenEXR.File(str(path), header_only=header_only) as file:
             yield file
     except (RuntimeError, ValueError, TypeError, IndexError) as error:

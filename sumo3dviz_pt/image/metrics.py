@@ -26,13 +26,13 @@ from sumo3dviz_pt.errors import MissingExtraError
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear sRGB primaries (IEC 61966-2-1); on encoded values it is the luma of BT.709."""
+"""Weights of linear sRGB primaries (IEC 61966-2-1); of encoded values they give BT.709's luma."""
 
 _SSIM_RADIUS = 5
-"""Of SSIM's 11 x 11 window [px]."""
+"""Radius of SSIM's 11 x 11 window [px]."""
 
 _BRIGHTEST = 1e6
-"""Radiance above this counts as this: single precision squares it in FLIP's tone curve."""
+"""Limit of radiance for HDR-FLIP, whose tone curve squares it in single precision."""
 
 _DARKEST = 1e-6
 """Luminance up to this counts as black for HDR-FLIP's exposures."""
@@ -42,7 +42,7 @@ _MOST_STOPS = 10.0
 
 
 def _same_shape(image: Image, reference: Image) -> None:
-    """Refuse to broadcast."""
+    """Refuse pictures of different shapes, which NumPy might broadcast."""
     if image.shape != reference.shape:
         raise ValueError(f"{image.shape} against a reference of {reference.shape}")
 

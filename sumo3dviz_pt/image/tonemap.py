@@ -27,7 +27,7 @@ from sumo3dviz_pt.image.bloom import bloom
 from sumo3dviz_pt.model.geometry import Image
 
 Curve = Callable[[Image], Image]
-"""Linear radiance, (..., 3), finite and >= 0, to display light in [0, 1]."""
+"""Turns linear radiance, (..., 3), finite and >= 0, into display light in [0, 1]."""
 
 _BRIGHTEST = np.float32(1e6)
 """Radiance is clipped here, so that squares stay finite in single precision."""

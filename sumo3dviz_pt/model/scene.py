@@ -29,7 +29,7 @@ ORIGIN_GRID = 250.0
 
 
 def is_tinted(bsdf: Bsdf) -> bool:
-    """Whether a material takes its colour from faces or movers."""
+    """Return whether a material takes its colour from faces or movers."""
     return any(
         isinstance(value, Mapping) and (value.get("type") == "tint" or is_tinted(value))
         for value in bsdf.values()
@@ -217,7 +217,7 @@ class Haze:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """Something that a scene does without, and why.
+    """Something that was left out of a scene, and why.
 
     Attributes:
         what: Such as `signals` or `120 trees`.

@@ -143,8 +143,8 @@ def _fill(shape: Any, mesh: Mesh) -> None:
     if mesh.normals is not None:
         parameters["vertex_normals"] = flat(mesh.normals)
     if mesh.uvs is not None:
-        # Whole periods are dropped, so that float32 keeps the texels of far places;
-        # where several meshes show one road, such that they agree.
+        # Whole periods are dropped, so that float32 still tells texels of far places apart.
+        # Meshes that show one road together drop multiples of a common period, to agree.
         period = 1.0 if mesh.wear is None else float(PERIOD)
         whole = np.floor(mesh.uvs.min(axis=0) / period) if len(mesh.uvs) else 0.0
         uvs = mesh.uvs - period * whole
@@ -189,7 +189,7 @@ def shift(parameters: Any, name: str, mesh: Mesh, origin: Floats) -> None:
     """
     overwrite(parameters, f"{name}.vertex_positions", mesh.vertices - origin)
     if mesh.normals is not None:
-        # Left alone, Mitsuba makes normals anew from the moved points.
+        # Otherwise Mitsuba computes other normals from the moved points.
         overwrite(parameters, f"{name}.vertex_normals", mesh.normals)
 
 

@@ -39,10 +39,10 @@ def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
 
 
 def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
-    """Return a flat copy that begins where a vector register may.
+    """Return a flat copy that is aligned to vector registers.
 
-    Dr.Jit reads NumPy's memory in place, and gathers numbers one by one, by other code,
-    from arrays that begin elsewhere, as NumPy's happen to.
+    Dr.Jit reads NumPy's memory in place. From arrays that are not aligned, as is the case for
+    some of NumPy's, it gathers numbers one by one, which is another kernel.
 
     Args:
         values: Of any shape.
@@ -68,7 +68,7 @@ def tracer(*, recorded: bool) -> Tracer:
 
     def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int) -> Layers:
         own = seed % 2**32
-        # A constant would be another one in each frame, and kernels with it.
+        # As a constant it would be part of the code, and each frame would compile a kernel.
         number = dr.opaque(mi.UInt32, own) if jit else own
         image = np.array(trace(scene, integrator.plugin, sensor, spp, number), dtype=np.float32)
         settle(sensor)

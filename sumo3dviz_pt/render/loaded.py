@@ -94,7 +94,7 @@ class LoadedScene:
             parts |= self._pool.entries
         if self._scalar is not None:
             parts |= self._scalar.entries(frame)
-        # What moves is in its place before there is a scene: its trees are built only once.
+        # Everything is moved to its place before there is a scene, whose trees are so built once.
         self._move(mi.traverse(_Parts(parts)), frame)
         self.scene = load({"type": "scene", **parts}, optimize=False)
         self._parameters = mi.traverse(self.scene)

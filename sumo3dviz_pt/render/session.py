@@ -252,7 +252,8 @@ class Session:
         self._guide_integrator = guides.guide_integrator(quality, jit=jit, lamps=lamps)
         self._lamp_guide = guides.lamp_integrator() if lamps and not jit else None
         self._lamp_integrator = lamps_seen() if apart else None
-        # One recording each: a shared one is recorded anew at every change of integrator.
+        # Each pass has its own recording: a shared one would be recorded anew whenever another
+        # integrator uses it.
         self._trace, self._trace_guides, self._trace_lamps = (
             tracer(recorded=self.settings.frozen) for _ in range(3)
         )

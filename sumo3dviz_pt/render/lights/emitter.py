@@ -1,4 +1,4 @@
-"""An emitter for lamps: each has a radiance, an axis and a chance to be aimed at of its own.
+"""An emitter for lamps, each with its own radiance, axis and chance that paths aim at it.
 
 Mitsuba's area emitter picks a point of a mesh by area alone, whether it is lit and near or not,
 and it shines alike to all sides. Ours picks by what a lamp gives to the lit point, by cells of
@@ -150,7 +150,7 @@ def register_lamps() -> None:
     class LampEmitter(mi.Emitter):  # type: ignore[misc]
         """Lamps on the faces of one mesh."""
 
-        # Mitsuba's classes take no second base.
+        # Mitsuba's classes cannot have a second base class.
         eval, eval_direction = _Lamps.eval, _Lamps.eval_direction
         pdf_direction, sample_direction = _Lamps.pdf_direction, _Lamps.sample_direction
         bbox, to_string = _Lamps.bbox, _Lamps.to_string

@@ -50,7 +50,7 @@ class Glow:
     def power(self) -> Floats:
         """What units give, mean of the channels, (m,)."""
         given = (self.radiance.mean(axis=1) * self.lobes[:, 2])[self.lamp_of_unit] * self.areas
-        # Broken radiances must be found, and be counted in the picture.
+        # Lamps whose radiance is NaN must be picked, too, so that the picture's account shows it.
         return np.asarray(np.nan_to_num(given, nan=1.0, posinf=1e3))
 
 
@@ -73,11 +73,11 @@ def cells_for(units: int) -> int:
 
 
 def share_of(lumens: float) -> float:
-    """Return how often paths aim at what gives a picture so much light [lm], against a night sky.
+    """Return how often paths aim at an emitter of so much light [lm], against a night sky.
 
-    Noise is least where an emitter's share of the picks follows the root of its second
-    moment. Small lamps light little, but nearly alone, so it grows with the root of their
-    light.
+    Noise is least where an emitter is picked in proportion to the root of its light's second
+    moment. A small lamp lights a small place, but almost alone, so the root of its light
+    counts.
     """
     return float(np.sqrt(min(max(lumens, 0.0), 1e9) / 1250.0))
 
@@ -103,7 +103,7 @@ def picked(glow: Glow, grid: Grid) -> tuple[Floats, Floats]:
     given /= given.sum(axis=1, keepdims=True)
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
     summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(given, axis=1)], axis=1)
-    # Units between lit ones add nothing.
+    # Units that are off have the summed chance of the lit unit before them.
     before = np.searchsorted(lit, np.arange(units), side="right")
     np.take(summed / summed[:, -1:], before, axis=1, out=chance)
     return density, chance
@@ -122,7 +122,7 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
     away = y[:, None] ** 2 + x[None] ** 2 + (0.5 * step + _LEAST) ** 2
     axes = glow.axes[glow.lamp_of_unit[units]]
     cosine = (y[:, None] * axes[:, 1] + x[None] * axes[:, 0]) / np.sqrt(away)
-    # Cells are wide, and what stands in them is high: nothing is sure to lie behind a lamp.
+    # Cells are wide and things in them are high: some of a cell may always be before the lamp.
     facing = _BEHIND + np.clip(0.5 + 2.0 * cosine, 0.0, 1.0)
     return np.asarray((glow.power[units] * facing / away).reshape(len(middles) ** 2, -1))
 

@@ -1,11 +1,11 @@
 """Lamps of vehicles: glowing lenses as two meshes, and beams of the nearest head lamps.
 
-Emitters cannot be instanced, so all lenses are merged into meshes, near and far, whose
-vertices and radiances are updated. Lamps that are off have no area. Beams are a fixed pool
-of spots.
+Emitters cannot be instanced. So all lenses are merged into two meshes, near and far, whose
+vertices and radiances are updated in every frame; lamps that are off have no area. Beams are a
+fixed number of spots.
 
-How often paths aim at each was chosen by measuring: noise is least where an emitter's share
-of the picks follows the root of its second moment, relative to the square of the picture.
+How often paths aim at each was measured: noise, relative to the picture, is least where an
+emitter is picked in proportion to the root of its light's second moment.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ _FADE = 0.25
 """Share of that distance over which they fade."""
 
 _WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
-"""How often paths aim at lenses by whether their road users are far away."""
+"""How often paths aim at the lenses of near (False) and far (True) road users."""
 
 _BEAM_FLUX = 640.0
-"""Of a car's low beams [lm]."""
+"""Light of a car's low beams [lm]."""
 
 _BEAM_WEIGHT = 1.5
 _UNSEEN_BEAM = 0.02
@@ -53,7 +53,7 @@ _LIT = np.array(
         for aside in (-0.3, -0.1, 0.1, 0.3)
     ]
 )
-"""Where a beam's light is looked for, in its frame, (n, 3) [m]."""
+"""Points of the road that stand for what a beam lights, in its frame, (n, 3) [m]."""
 
 _BEAM_NEAR = 30.0
 """Light on the road farther from the eye matters less, as it is smaller in the picture [m]."""
@@ -151,7 +151,7 @@ class GlowingLenses:
         placed = self._placed(movers, frame.origin)
         vertices = placed.vertices
         convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices.reshape(-1, 3))
-        # The triangles of a fan are alike, whatever ellipse it fills.
+        # All triangles of a fan have the same area, whatever ellipse it fills.
         across = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
         twice = np.linalg.norm(across, axis=1)
         axes = across / np.maximum(twice, 1e-30)[:, None]
@@ -244,7 +244,7 @@ class Beams:
             place, share = shining[k] if k < len(shining) else (None, 0.0)
             intensity = [share * channel for channel in self._beam.intensity]
             parameters[f"{name}.intensity.value"] = mi.Color3f(intensity)
-            # A spot that is off would still draw light samples.
+            # With a weight, a spot that is off would still take light samples.
             lumens = _BEAM_FLUX * share * beam_weight(place, frame.view)
             parameters[f"{name}.sampling_weight"] = _BEAM_WEIGHT * share_of(lumens)
             if place is not None:
@@ -262,7 +262,7 @@ class Beams:
                 away = float(np.linalg.norm(place.position - frame.view.position)) / power**0.25
                 found.append((away, mover.id, place, power))
         found.sort(key=lambda row: row[:2])
-        # Where there are more than spots, the last ones fade, so that none appears at once.
+        # With more vehicles than spots, the farthest beams fade, so that none appears suddenly.
         end = min([BEAM_END, *(row[0] for row in found[self.count : self.count + 1])])
         return [
             (place, power * float(np.clip((end - away) / (_FADE * end), 0.0, 1.0)))
@@ -273,9 +273,8 @@ class Beams:
 def beam_weight(place: Transform | None, view: View) -> float:
     """Return how much of a beam's light is large in the picture, in [0, 1].
 
-    It changes smoothly while a vehicle drives by: light that is suddenly aimed at much less
-    would go out in the film, because what is left of it are rare bright samples, which the
-    cap cuts.
+    It changes smoothly while a vehicle drives by. If paths suddenly aimed much less at a beam,
+    its light would go out in the film: few, bright samples would be left, which the cap cuts.
     """
     if place is None:
         return 0.0

@@ -1,9 +1,9 @@
 """Merges parts of many plain materials into few meshes.
 
-Dr.Jit records about a millisecond per mesh or BSDF and frame, so a vehicle of ten
-materials would cost as much as a street. All `principled` materials without textures
-become one BSDF whose colour, roughness and metallic come from the faces; what is left
-are textured, clear-coated and other materials.
+Dr.Jit spends about a millisecond per mesh or BSDF in every frame, so a vehicle of ten materials
+would cost as much as a street. All `principled` materials without textures become one BSDF
+that reads colour, roughness and metallic from the faces. Textured, clear-coated and other
+materials stay as they are.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ TABLE_SIZE = 1024
 _PLUGIN = "sumo3dviz_paint"
 
 _DUST = (0.125, 0.112, 0.094)
-"""Reflectance of the dirt that v of a mesh says how much of there is (`shapes.grime`)."""
+"""Reflectance of dirt; a mesh's v coordinate says how much of it there is, in [0, 1]."""
 
 
 def register_paint() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
@@ -70,7 +70,7 @@ def paint_texture() -> dict[str, Any]:
 
 
 def table_index(shape: Any) -> int:
-    """Return the place of an instance's colour in the table."""
+    """Return the row of an instance's colour in the table."""
     pointer = dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))
     return int(pointer[0]) & (TABLE_SIZE - 1)
 

@@ -13,7 +13,7 @@ import drjit as dr
 import mitsuba as mi
 
 BRIGHTEST = 0.85
-"""No wall reflects more."""
+"""Highest reflectance of a wall."""
 
 _PLUGIN = "sumo3dviz_stained"
 

@@ -33,7 +33,7 @@ UNTILED = "untiled"
 """The word for this texture in a material's dict."""
 
 WEAR_ATTRIBUTE = "vertex_wear"
-"""A mesh's `wear`."""
+"""Name of the attribute that holds a mesh's `wear`."""
 
 _PLUGIN = "sumo3dviz_untiled"
 _COLOUR_ATTRIBUTE = "vertex_colour"

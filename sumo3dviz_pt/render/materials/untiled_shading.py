@@ -90,14 +90,14 @@ class Untiled:
         uv = si.uv + jitter / mi.Float(mi.UInt32(self.pyramid.size) >> level)
         near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
         if self.regular > 0:
-            # Rows of copies slide along each other: joints run through between them.
+            # Whole rows of slabs slide along each other, so the joints between rows stay straight.
             row = mi.UInt32(mi.Int32(dr.floor(si.uv.y)))
             slide = hashed(row, mi.UInt32(0), PERIOD - 1) & 0xFFFF
             texel = self._pick(uv, level, slide, active)
             return mi.Color3f(texel.x, texel.y, texel.z) - mi.Color3f(self.average), (
                 self._noise(si.uv, near)
             )
-        # Cubed weights: narrow zones of blending keep stones crisp.
+        # Cubed weights make the zones of blending narrow, so that most stones stay sharp.
         sharp = [weight * weight * weight for weight in near.weights]
         total = sharp[0] + sharp[1] + sharp[2]
         length = dr.square(sharp[0]) + dr.square(sharp[1]) + dr.square(sharp[2])
@@ -105,7 +105,7 @@ class Untiled:
         for weight, shift in zip(sharp, near.hashes, strict=True):
             texel = self._pick(uv, level, shift, active)
             value += weight * mi.Color3f(texel.x, texel.y, texel.z)
-        # Sum(w x) / |w| has the bitmap's variance; its mean is put right.
+        # Sum(w x) / |w| has the bitmap's variance; subtracting the mean's part corrects the mean.
         deviation = (value - mi.Color3f(self.average) * total) * dr.rsqrt(length)
         return deviation, self._noise(si.uv, near)
 
@@ -170,7 +170,7 @@ class Untiled:
         white, yellow = (mi.Color3f(paint) for paint in PAINTS)
         blots = corners(si.uv, cells=2 * _GRID, mask=2 * _GRID * PERIOD - 1)
         flakes = corners(si.uv, cells=_FLAKES, mask=_FLAKES * PERIOD - 1)
-        # Cracks run along level lines, which are straight within a cell of the lattice.
+        # Cracks run where the noise is 0; in each cell of the lattice that is a straight line.
         line = dr.abs(blots.noise(9) + 0.02 * relief) * (1.0 / _CRACK)
         crack = dr.clip(1.3 - line, 0.0, 1.0) * dr.clip(3.0 * noise - 0.2, 0.0, 1.0)
         loss = 0.14 * noise + 0.22 * flakes.noise(3) + 0.16 * blots.noise(5)

@@ -28,7 +28,17 @@ _ATTRIBUTES = (convert.TINT_ATTRIBUTE, ROUGHNESS_ATTRIBUTE, METALLIC_ATTRIBUTE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Body:
-    """One prototype's places in the merged mesh."""
+    """One prototype's places in the merged mesh.
+
+    Attributes:
+        mesh: The body at rest.
+        poses: The shapes that it takes, or None of a rigid one.
+        attributes: Values per face, (m, channels), by attribute name.
+        mask: 1 for faces that take their mover's colour, else 0, (m,).
+        first_vertex: Of its first slot in the merged mesh.
+        first_face: Of its first slot in the merged mesh.
+        capacity: How many slots it has.
+    """
 
     mesh: Mesh
     poses: Poses | None

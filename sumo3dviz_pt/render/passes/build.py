@@ -150,7 +150,7 @@ def pass_seed(seed: int, number: int) -> int:
 
 
 def report(tally: Tally, time: float) -> None:
-    """Log what was counted; a cap that takes much makes the picture too dark."""
+    """Log what was counted, as a warning where the cap makes the picture too dark."""
     alarming = tally.dimmed_share > MOST_DIMMED or tally.nonfinite > 0
     log.log(
         logging.WARNING if alarming else logging.DEBUG,

@@ -45,7 +45,7 @@ def register_capped() -> None:
             radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
             sound = dr.all(dr.isfinite(radiance))
             if not self.direct:
-                # What rounding leaves may be negative.
+                # The difference may be slightly negative by rounding.
                 radiance = dr.maximum(radiance - _emitted(scene, ray, active), 0.0)
             peak = dr.maximum(dr.max(radiance), 1e-30)
             kept = radiance * dr.minimum(1.0, self.limit / peak)
@@ -74,7 +74,7 @@ def _emitted(scene: Any, ray: Any, active: Any) -> Any:
     """Return what the first surface on a ray emits; nothing where a ray ends in the sky."""
     hit = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
     lit = hit.is_valid() & hit.shape.is_emitter() & active
-    # Few rays meet a lamp: only theirs are worth a full account of the surface.
+    # Few rays meet a lamp, so the surface's details are computed for those alone.
     si = hit.compute_surface_interaction(ray, mi.RayFlags.All, lit)
     return dr.select(lit, si.emitter(scene, lit).eval(si, lit), 0.0)
 

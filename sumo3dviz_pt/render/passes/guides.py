@@ -107,7 +107,7 @@ def as_guides(traced: Layers) -> Layers:
         The same layers with `hit` in [0, 1]; and `lamp` where there is `emitted`.
     """
     depth, hit = traced["depth"], np.clip(traced["hit"], 0.0, 1.0)
-    # What sees the sun sees no surface; the sun is a disc only to the renderer.
+    # The sun's disc is an object only in the renderer: a ray that meets it has hit no surface.
     hit = np.where(depth > 0.1 * SUN_DISTANCE, 0.0, hit)
     if "emitted" not in traced:
         return traced | {"hit": hit}

@@ -180,7 +180,7 @@ def _register() -> None:
             radiance = dr.select(dr.all(dr.isfinite(radiance)), dr.maximum(radiance, 0.0), 0.0)
             peak = dr.maximum(dr.max(radiance), 1e-30)
             first = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
-            # The sun is a disc only to the renderer.
+            # A ray that meets the sun's disc has hit no surface.
             seen = first.is_valid() & (first.t < 0.1 * SUN_DISTANCE)
             depth = dr.select(seen, first.t, 0.0)
             capped = radiance * dr.minimum(1.0, self.limit / peak)

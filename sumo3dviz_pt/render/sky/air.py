@@ -30,8 +30,8 @@ _EARTH, _TOP = 6_360e3, 6_460e3
 _EYE = 200.0
 _MOLECULES = 13.558e-6 * (550.0 / WAVELENGTHS) ** 4
 _AEROSOL = (WAVELENGTHS / 550.0) ** -1.3
-_AEROSOL_SCATTERS = 0.95  # share of what aerosol takes out of a ray
-# Of the ozone, in 1e-21 cm^2; 300 Dobson units, in a tent around 25 km.
+_AEROSOL_SCATTERS = 0.95  # share that is scattered of what aerosol takes out of a ray
+# Cross-sections of ozone [1e-21 cm^2]; there are 300 Dobson units of it, around a height of 25 km.
 _CHAPPUIS = np.array([0.03, 0.14, 0.39, 1.25, 2.55, 4.25, 5.0, 3.9, 2.3, 1.25])
 _OZONE = _CHAPPUIS * 8.07e18 * 1e-21 / 15e3
 _FORWARD = 0.8  # asymmetry of the aerosol's phase function

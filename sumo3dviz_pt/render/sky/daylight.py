@@ -37,7 +37,7 @@ SUN_RADIUS = np.radians(0.2666)
 """Angular radius of the sun's disc [rad]."""
 
 LOWEST = np.radians(-24.0)
-"""Sun below which nothing of it is left [rad]."""
+"""Elevation of the sun below which nothing of its light is left [rad]."""
 
 _MODEL_ENDS = np.radians(2.0)
 _OWN_ENDS, _MODEL_ALONE = np.radians(7.0), np.radians(16.0)
@@ -45,7 +45,7 @@ _COARSE = (128, 256)
 _PALE = np.array([0.98, 0.996, 1.10])
 _CLOUD_HEIGHT = 6_000.0  # from where clouds see the sun for a while after it has set [m]
 
-# Sun elevation [deg] and what to multiply `sunsky`'s sky and sun with, at turbidity 3.
+# Sun's elevation [deg], factor on the sky and factor on the sun of `sunsky`, at turbidity 3.
 _AGREEMENT = np.array(
     [
         [2.0, 0.505, 0.24],
@@ -61,8 +61,7 @@ _AGREEMENT = np.array(
     ]
 )
 
-# Sun elevation [deg] and horizontal illuminance [lx] of sky and sun together; the last
-# of twilight, below -18 degrees, is extrapolated.
+# Sun's elevation [deg], horizontal illuminance of sky and sun [lx]; extrapolated below -18 deg.
 _TWILIGHT = np.array(
     [
         [-24.0, 1e-6],
@@ -135,7 +134,7 @@ def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Dayl
         coarse = share * coarse + (1.0 - share) * own
         direct = _own_sun(elevation, direct, turbidity, share)
     high = direct if share == 1.0 else _sun_aloft(elevation, direct, turbidity, share)
-    return Daylight(resampled(coarse, size), direct * _risen(elevation), high)
+    return Daylight(resampled(coarse, size), direct * risen_share(elevation), high)
 
 
 def _smooth(t: float) -> float:
@@ -144,8 +143,8 @@ def _smooth(t: float) -> float:
     return t * t * (3.0 - 2.0 * t)
 
 
-def _risen(elevation: float) -> float:
-    """Return the share of the sun's disc above the horizon."""
+def risen_share(elevation: float) -> float:
+    """Return the share of the sun's disc above the horizon, by its middle's elevation [rad]."""
     x = float(np.clip(elevation / SUN_RADIUS, -1.0, 1.0))
     return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
 
@@ -161,7 +160,7 @@ def _own_dome(elevation: float, direction: Floats, turbidity: float, light: floa
 
 
 def _own_sun(elevation: float, model: Floats, turbidity: float, share: float) -> Floats:
-    """Return the low sun in the colour of `air`, and dimmed as there where the model has ended."""
+    """Return the low sun's light in the colour of `air`, dimmed like it where it is lowest."""
     suns = np.sin([elevation, max(elevation, float(_MODEL_ENDS))])
     lit = sunlight(np.full(2, 200.0), suns, turbidity)
     tint = lit[0] / max(float(lit[0] @ LUMINANCE), 1e-12)
@@ -171,7 +170,7 @@ def _own_sun(elevation: float, model: Floats, turbidity: float, share: float) ->
 
 
 def _sun_aloft(elevation: float, direct: Floats, turbidity: float, share: float) -> Floats:
-    """Return the sun's light on clouds, from the ratio of `air` there to that on the ground."""
+    """Return the sun's light on clouds: that on the ground times the ratio which `air` gives."""
     outside = 4.0  # scene units: 128 klx
     lit = sunlight(np.array([_CLOUD_HEIGHT]), np.sin([elevation]), turbidity)[0] * outside
     return np.asarray(share * direct + (1.0 - share) * lit)
@@ -227,7 +226,7 @@ class _Model:
 
 
 def _lifted(direction: Floats) -> Floats:
-    """Return the same azimuth, but at least as high as the model reaches."""
+    """Return a direction of the same azimuth that is not below the model's lowest sun."""
     elevation = max(float(np.arcsin(np.clip(direction[2], -1.0, 1.0))), float(_MODEL_ENDS))
     level = np.hypot(direction[0], direction[1])
     azimuth = np.array([0.0, 1.0]) if level < 1e-9 else direction[:2] / level

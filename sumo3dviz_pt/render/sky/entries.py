@@ -13,13 +13,14 @@ from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
 from sumo3dviz_pt.render.sky.map import SkyMap, Sun
 
 SUN_DISTANCE = 1e6
-"""Of the sun's disc: its direction differs by 0.06 degrees over a kilometre [m]."""
+"""Distance of the sun's disc [m]; its direction changes by 0.06 degrees over a kilometre."""
 
 _NIGHT_LUX, _MOST_SKY = 0.6, 30.0
+"""Illuminance for which the sky's weight is 1 [lx], and its highest weight."""
 
 _ARC = 49  # corners of a sun cut by the horizon
 
-# East, north, half width, half height [radii] and depth of the moon's maria, by eye.
+# The moon's maria, by eye: east, north, half width, half height [radii of the disc], depth.
 _MARIA = (
     (-0.30, 0.50, 0.30, 0.24, 0.42),  # Imbrium
     (-0.62, 0.18, 0.22, 0.42, 0.36),  # Procellarum
@@ -65,8 +66,8 @@ def sky_weight(sky: SkyMap, *, lamps: bool) -> float:
 
     Args:
         sky: What shines.
-        lamps: Whether paths aim at lamps, too: then what the sky gives decides. At night
-            over a city 1 was measured to be best.
+        lamps: Whether paths aim at lamps, too. The weight then follows the sky's light; 1 was
+            measured to be best over a city at night.
     """
     return float(np.clip(sky.illuminance / _NIGHT_LUX, 1.0, _MOST_SKY)) if lamps else 1.0
 

@@ -1,8 +1,8 @@
 """Bakes a sky recipe into one radiance map and a sun or moon.
 
-Clouds are laid over the clear sky of `daylight` and `nightsky`. The sun is an emitter
-of its own: painted into the map it would draw nine of ten light samples, and what lies
-in the shade would be noisy.
+Clouds are laid over the clear sky of `daylight` and `night`. The sun is a separate emitter: if
+it were painted into the map, nine of ten light samples would go there, and what lies in the
+shade would be noisy.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
-from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight
+from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight, risen_share
 from sumo3dviz_pt.render.sky.night import glow, night_dome
 from sumo3dviz_pt.render.sky.panorama import LUMINANCE, at, dome_irradiance, resampled
 
 _SMOOTH, _SHARP = (1024, 2048), (2048, 4096)
-_HAZY = np.radians(0.7)  # height of the band that distant things fade into
+_HAZY = np.radians(0.7)  # height of the band of sky whose light distant things fade into
 _FAINT = 1e-6  # irradiance of a sun that is left out, scene units
 _SIDES = 0.2  # how much of a cloud's light does not depend on the sun's height
 _GREY = 0.45  # share of a cloud's ambient light that has no colour
 _FROM_BELOW = 2.0  # light of a city on clouds over it, against its glow in clear air
-_MOST = 1.1  # light that broken clouds add at most, against the mean
-_LEAST = 0.04  # share of a cloud's light that is left wherever the rest goes
+_MOST = 1.1  # most light under broken clouds, against its mean for their cover
+_LEAST = 0.04  # least share of their light that clouds keep when it is limited
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,8 +46,7 @@ class Sun:
     @property
     def risen(self) -> float:
         """Share of the disc above the horizon."""
-        x = float(np.clip(np.arcsin(self.direction[2]) / SUN_RADIUS, -1.0, 1.0))
-        return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
+        return risen_share(float(np.arcsin(self.direction[2])))
 
     @property
     def radiance(self) -> Floats:
@@ -154,13 +153,13 @@ def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
 
 
 def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]:
-    """Lay clouds over a dome; returns it and the clouds' cover, (h, w)."""
+    """Lay clouds over a dome; return the dome and the clouds' cover, (h, w)."""
     assert sky.clouds is not None
     size = (dome.shape[0], dome.shape[1])
     layer = np.stack([sky.clouds.cover, sky.clouds.sunlit, sky.clouds.skylit], axis=-1)
     layer = resampled(layer, size, sky.rotation)
     cover, air = layer[..., :1], dome_irradiance(dome)
-    # The ground lights clouds, too, and it is not blue.
+    # Light from the ground reaches clouds, too, and it is not blue.
     grey = _GREY * (air @ LUMINANCE) + (1.0 - _GREY) * air
     lit = layer[..., 2:] * (grey / np.pi).astype(np.float32)
     if light is not None:

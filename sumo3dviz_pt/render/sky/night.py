@@ -21,14 +21,15 @@ MOON_PER_SUN = 0.32 / 128_000.0
 """Light of the full moon against that of the sun, both outside the air."""
 
 STAR_GAIN = 10.0
-"""Stars are this much brighter than nature's and their range is compressed, or a picture
-exposed for street lamps would show a handful."""
+"""Stars are this much brighter than real ones, and their range is compressed: a picture exposed
+for street lamps would show only a handful."""
 
 _STARS, _FAINTEST, _STEEPNESS = 5000, 6.2, 1.25  # 10^0.5 times more stars per magnitude
 _BRIGHTEST, _RANGE = 0.0, 0.68
 _LUX_OF_ZERO = 2.54e-6
-_HALO = ((0.35, 0.006), (1.6, 0.0006), (7.0, 0.00006))  # [deg], radiance against the disc's
-_COOL = np.array([0.80, 1.0, 1.36])  # moonlight as a camera balanced for street lamps sees it
+# Glow around the moon: angle over which it falls [deg], radiance against the disc's.
+_HALO = ((0.35, 0.006), (1.6, 0.0006), (7.0, 0.00006))
+_COOL = np.array([0.80, 1.0, 1.36])  # colour of moonlight where white is a street lamp's light
 
 
 def night_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Floats]:
@@ -70,8 +71,8 @@ def glow(horizon: tuple[float, float, float], size: tuple[int, int]) -> Image:
 def _add_stars(dome: Image, *, seed: int) -> None:
     """Paint seeded stars: Pareto fluxes, colours from orange to blue, dimmed by thick air.
 
-    Each lies on one texel's centre, so that lookups show it one texel wide; near the
-    zenith, where texels are narrow, it is spread over as many as look round.
+    Each lies on one texel's centre, so that it is shown one texel wide. Near the zenith, where
+    texels are narrow, it is spread over several, so that it looks round.
     """
     rows, columns = dome.shape[:2]
     rng = np.random.default_rng(seed)

@@ -14,7 +14,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 
 WAVELENGTHS = np.arange(415.0, 700.0, 30.0)
-"""Where light is computed: middles of ten bands from 400 to 700 nm, (10,)."""
+"""Wavelengths at which light is computed: middles of ten bands of 400 to 700 nm, (10,)."""
 
 _XYZ_TO_SRGB = np.array(
     [
@@ -49,7 +49,7 @@ def _sunlight() -> Floats:
 
 
 def _matrix() -> Floats:
-    """Linear sRGB of sunlight in each band, (10, 3); all of it together is white."""
+    """Return linear sRGB of sunlight in each band, (10, 3); their sum is white."""
     bands = (_observer() * _sunlight()[:, None]) @ _XYZ_TO_SRGB.T
     return np.asarray(bands / bands.sum(axis=0))
 
@@ -58,7 +58,7 @@ _BANDS = _matrix()
 
 
 def to_rgb(share: Floats) -> Floats:
-    """Linear sRGB of sunlight of which a share is left at each wavelength.
+    """Return linear sRGB of sunlight of which a share is left at each wavelength.
 
     Args:
         share: Of the sun's light outside the air, (..., 10).
