@@ -297,7 +297,7 @@ def _exr() -> bytes:
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.exr"
-        write_exr(path, np.full((8, 16, 3), 0.5, dtype=np.float32))
+        write_exr(path, {"radiance": np.full((8, 16, 3), 0.5, dtype=np.float32)})
         return path.read_bytes()
 
 

@@ -1,13 +1,12 @@
-"""Glare of bright lights in a lens: what makes lamps look bright in a picture.
+"""Glare of bright lights in a lens, which makes lamps look bright in a picture.
 
-A share of all light is spread over three discs of growing size, which together fall off
-roughly with the cube of the distance, as light that lenses scatter does. Nothing is added
-or lost, beside what leaves the picture.
+A share of all light is spread over three discs of growing size. Together they fall off roughly
+with the cube of the distance, like light that a lens scatters. Light is neither added nor
+lost, except what leaves the picture.
 
 References:
     G. Spencer, P. Shirley, K. Zimmerman, D. Greenberg, Physically-based glare effects for
     digital images, SIGGRAPH 1995 (scattered light falls with the angle to the power of 2 to 3).
-    facts/look.md, section 2.6: sizes and shares that look right.
 """
 
 from __future__ import annotations
@@ -17,11 +16,11 @@ from scipy.ndimage import gaussian_filter1d, zoom
 
 from sumo3dviz_pt.model.geometry import Image
 
-_LAYERS = ((1.0 / 180.0, 0.55), (1.0 / 60.0, 0.3), (1.0 / 20.0, 0.15))
-"""Standard deviation, in picture heights, and share of what is spread."""
+_DISCS = ((1.0 / 180.0, 0.55), (1.0 / 60.0, 0.3), (1.0 / 20.0, 0.15))
+"""Standard deviation, in picture heights, and share of what is spread; chosen by eye."""
 
 _BRIGHTEST = 2000.0
-"""Brighter lights glare no more than this [x white]: they may be smaller than a pixel."""
+"""Limit of the light that glares [x white], because brighter lights are often tiny."""
 
 _COARSE = 8.0
 """Wider discs are computed at a lower resolution [px]."""
@@ -38,13 +37,13 @@ def bloom(exposed: Image, share: float) -> Image:
         return exposed
     bright = np.minimum(exposed, np.float32(_BRIGHTEST))
     spread = np.zeros_like(bright)
-    for size, part in _LAYERS:
+    for size, part in _DISCS:
         spread += np.float32(part) * _blurred(bright, size * exposed.shape[0])
     return np.asarray(exposed + np.float32(share) * (spread - bright), dtype=np.float32)
 
 
 def _blurred(image: Image, sigma: float) -> Image:
-    """A picture blurred by a Gaussian [px]; edges fade into what is just inside."""
+    """Return a picture blurred by a Gaussian [px]; edges fade into what is just inside."""
     step = max(int(sigma / _COARSE), 1)
     coarse = _shrunk(image, step) if step > 1 else image
     for axis in (0, 1):
@@ -57,7 +56,7 @@ def _blurred(image: Image, sigma: float) -> Image:
 
 
 def _shrunk(image: Image, step: int) -> Image:
-    """Means of blocks; the last ones repeat the edge."""
+    """Return the means of square blocks; the last blocks repeat the edge."""
     height, width = image.shape[:2]
     pad = ((0, -height % step), (0, -width % step), (0, 0))
     whole = np.pad(image, pad, mode="edge")

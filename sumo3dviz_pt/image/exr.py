@@ -28,28 +28,30 @@ HALF_MAX = 65504.0
 PROVENANCE = "sumo3dviz_pt"
 """Name of the string attribute that says how a frame was made."""
 
+_COLOURS = "RGB"
+"""What the library calls the channels R, G and B together."""
+
 _BT709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 
 
 def write_exr(
     path: Path,
-    radiance: Image,
+    layers: Mapping[str, Image],
     *,
     half: bool = True,
     lossy: float | None = None,
     attributes: Mapping[str, str] | None = None,
-    extra: Mapping[str, NDArray[Any]] | None = None,
 ) -> None:
     """Write a frame, ZIP-compressed; a half-written file never stays.
 
     Args:
         path: Where to.
-        radiance: Linear sRGB primaries, (h, w, 3), finite.
+        layers: `radiance`, (h, w, 3) in linear sRGB primaries, goes to the channels R, G and B;
+            others to channels of their names: (h, w) in single precision, (h, w, 3) like
+            colours. All are finite.
         half: Store colours in half precision, clipped to +-65504; else in single.
         lossy: Level of DWAB compression instead of ZIP; 45 is OpenEXR's own default.
         attributes: Strings to store by name; provenance goes under `PROVENANCE`.
-        extra: More layers by name, (h, w) in single precision, such as depth, or
-            (h, w, 3) like the colours.
 
     Raises:
         ValueError: If the radiance is not (h, w, 3).
@@ -57,6 +59,7 @@ def write_exr(
     """
     import OpenEXR
 
+    radiance = layers["radiance"]
     if radiance.ndim != 3 or radiance.shape[2] != 3:
         raise ValueError(f"radiance must be (h, w, 3), not {radiance.shape}")
     header = {
@@ -67,8 +70,10 @@ def write_exr(
     }
     if lossy is not None:
         header |= {"compression": OpenEXR.DWAB_COMPRESSION, "dwaCompressionLevel": float(lossy)}
-    layers = {"RGB": radiance, **(extra or {})}
-    channels = {name: _stored(values, half=half) for name, values in layers.items()}
+    channels = {
+        _COLOURS if name == "radiance" else name: _stored(layer, half=half)
+        for name, layer in layers.items()
+    }
     part = path.with_name(path.name + ".part")
     try:
         with OpenEXR.File(header, channels) as file:
@@ -81,7 +86,7 @@ def write_exr(
 
 
 def _stored(values: NDArray[Any], *, half: bool) -> NDArray[Any]:
-    """A layer in the precision that it is stored with."""
+    """Return a layer in the precision that it is stored with."""
     if half and values.ndim == 3:
         return np.ascontiguousarray(np.clip(values, -HALF_MAX, HALF_MAX), dtype=np.float16)
     return np.ascontiguousarray(values, dtype=np.float32)
@@ -95,7 +100,7 @@ def read_exr(path: Path) -> tuple[Image, dict[str, str]]:
     """
     with _opened(path) as file:
         strings, channels = _strings(file), file.channels()
-        layer = channels.get("RGB") or channels.get("RGBA")
+        layer = channels.get(_COLOURS) or channels.get("RGBA")
         pixels = None if layer is None else np.array(layer.pixels, dtype=np.float32)
     if pixels is None:
         raise InputError("holds no R, G and B channels", file=path)
@@ -114,13 +119,13 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 @contextmanager
 def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
-    """An OpenEXR file; what is wrong with it is said in one sentence."""
+    """Open an OpenEXR file; an error says in one sentence what is wrong with it."""
     import OpenEXR
 
     if not path.is_file():
         raise InputError("no such file", file=path)
     try:
-        # The library says by itself, and more than once, what is wrong.
+        # The library prints errors on its own, more than once.
         with silenced(), OpenEXR.File(str(path), header_only=header_only) as file:
             yield file
     except (RuntimeError, ValueError, TypeError, IndexError) as error:
@@ -128,5 +133,5 @@ def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
 
 
 def _strings(file: Any) -> dict[str, str]:
-    """The string attributes of an open file."""
+    """Return the string attributes of an open file."""
     return {key: value for key, value in file.header().items() if isinstance(value, str)}

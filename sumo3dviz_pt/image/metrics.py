@@ -27,10 +27,10 @@ from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 _SSIM_RADIUS = 5
-"""Of SSIM's 11 x 11 window [px]."""
+"""Radius of SSIM's 11 x 11 window [px]."""
 
 _BRIGHTEST = 1e6
-"""Radiance above this counts as this: single precision squares it in FLIP's tone curve."""
+"""Limit of radiance for HDR-FLIP, whose tone curve squares it in single precision."""
 
 _DARKEST = 1e-6
 """Luminance up to this counts as black for HDR-FLIP's exposures."""
@@ -40,13 +40,13 @@ _MOST_STOPS = 10.0
 
 
 def _same_shape(image: Image, reference: Image) -> None:
-    """Refuse to broadcast."""
+    """Refuse pictures of different shapes, which NumPy might broadcast."""
     if image.shape != reference.shape:
         raise ValueError(f"{image.shape} against a reference of {reference.shape}")
 
 
 def capped_rmse(image: Image, reference: Image, *, cap: float) -> float:
-    """Root mean square error of radiance, both images cut at `cap`.
+    """Return the root mean square error of radiance, both images cut at `cap`.
 
     Its logarithm falls by 1/2 per log(spp); use about 4 x white as cap.
 
@@ -63,7 +63,7 @@ def capped_rmse(image: Image, reference: Image, *, cap: float) -> float:
 def relative_mse(
     image: Image, reference: Image, *, epsilon: float = 1e-2, trim: float = 0.0
 ) -> float:
-    """Mean of squared error over squared reference.
+    """Return the mean of squared error over squared reference.
 
     Args:
         image: Radiance, (h, w, 3).
@@ -79,14 +79,14 @@ def relative_mse(
 
 
 def psnr(image: Image, reference: Image) -> float:
-    """Peak signal-to-noise ratio of pictures in [0, 1] [dB]; infinite if equal."""
+    """Return the peak signal-to-noise ratio of pictures in [0, 1] [dB]; infinite if equal."""
     _same_shape(image, reference)
     mse = float(np.mean((image.astype(np.float64) - reference) ** 2))
     return float("inf") if mse == 0 else float(-10.0 * np.log10(mse))
 
 
 def ssim(image: Image, reference: Image) -> float:
-    """Structural similarity of pictures, [-1, 1]; 1 if their luma is equal.
+    """Return the structural similarity of pictures, [-1, 1]; 1 if their luma is equal.
 
     Wang et al. 2004, doi:10.1109/TIP.2003.819861: Gaussian window of 11 x 11 px and
     sigma 1.5, K1 = 0.01, K2 = 0.03, the mean over windows that lie wholly inside. A
@@ -94,7 +94,7 @@ def ssim(image: Image, reference: Image) -> float:
 
     Args:
         image: sRGB-encoded picture, (h, w, 3) in [0, 1].
-        reference: Likewise.
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
     """
     _same_shape(image, reference)
     x, y = (picture.astype(np.float64) @ LUMINANCE for picture in (image, reference))
@@ -112,12 +112,12 @@ def ssim(image: Image, reference: Image) -> float:
 
 
 def _windowed(values: Floats) -> Floats:
-    """Mean of each pixel's SSIM window, (h, w)."""
+    """Return the mean of each pixel's SSIM window, (h, w)."""
     return np.asarray(gaussian_filter(values, 1.5, radius=_SSIM_RADIUS), dtype=np.float64)
 
 
 def mean_bias(image: Image, reference: Image, *, exempt: Bools | None = None) -> float:
-    """Relative difference of the mean radiance; 0 is none, NaN if no pixel is left.
+    """Return the relative difference of the mean radiance; 0 is none, NaN if no pixel is left.
 
     Args:
         image: Radiance, (h, w, 3).
@@ -136,11 +136,11 @@ def mean_bias(image: Image, reference: Image, *, exempt: Bools | None = None) ->
 
 
 def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> Image:
-    """FLIP error of each pixel, (h, w) in [0, 1]: the difference seen when flipping.
+    """Return the FLIP error of each pixel, (h, w) in [0, 1]: the difference seen when flipping.
 
     Args:
         image: sRGB-encoded picture, (h, w, 3) in [0, 1].
-        reference: Likewise.
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
         pixels_per_degree: Of visual angle; 67 is a 4K screen of 0.7 m at 0.7 m.
 
     Raises:
@@ -150,18 +150,30 @@ def flip_map(image: Image, reference: Image, *, pixels_per_degree: float = 67.0)
 
 
 def flip(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
-    """Mean FLIP error, [0, 1]; arguments and errors as in `flip_map`."""
+    """Return the mean FLIP error, [0, 1]; errors as in `flip_map`.
+
+    Args:
+        image: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        pixels_per_degree: Of visual angle.
+    """
     return float(flip_map(image, reference, pixels_per_degree=pixels_per_degree).mean())
 
 
 def flip_p99(image: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
-    """FLIP error that 1 % of the pixels exceed, [0, 1]; otherwise as `flip_map`."""
+    """Return the FLIP error that 1 % of the pixels exceed, [0, 1]; errors as in `flip_map`.
+
+    Args:
+        image: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        reference: sRGB-encoded picture, (h, w, 3) in [0, 1].
+        pixels_per_degree: Of visual angle.
+    """
     errors = flip_map(image, reference, pixels_per_degree=pixels_per_degree)
     return float(np.percentile(errors, 99))
 
 
 def hdr_flip(radiance: Image, reference: Image, *, pixels_per_degree: float = 67.0) -> float:
-    """Mean HDR-FLIP error, [0, 1]: each pixel's worst FLIP over a range of exposures.
+    """Return the mean HDR-FLIP error, [0, 1]: each pixel's worst FLIP over a range of exposures.
 
     The exposures are those of the paper: the brightest pixel of the reference down to
     0.85 of white, its median up to 0.85 of white (doi:10.2312/egs.20211015, ACES
@@ -191,7 +203,7 @@ def hdr_flip(radiance: Image, reference: Image, *, pixels_per_degree: float = 67
 
 
 def _flip_exposures(reference: Image) -> tuple[float, float]:
-    """First and last exposure of HDR-FLIP [EV]; 0 and 0 for a black reference.
+    """Return the first and last exposure of HDR-FLIP [EV]; 0 and 0 for a black reference.
 
     flip-evaluator ends the whole process when it meets a median of 0, so its own
     choice cannot be used.
@@ -210,7 +222,7 @@ def _flip_exposures(reference: Image) -> tuple[float, float]:
 def _evaluated(
     kind: str, image: Image, reference: Image, settings: Mapping[str, float | int]
 ) -> Image:
-    """FLIP's error map, (h, w), in mode `LDR` or `HDR`."""
+    """Compute FLIP's error map, (h, w), in mode `LDR` or `HDR`."""
     _same_shape(image, reference)
     try:
         import flip_evaluator

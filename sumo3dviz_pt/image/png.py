@@ -43,7 +43,7 @@ def write_png(
 
 
 def read_text(path: Path) -> dict[str, str]:
-    """The comments of a PNG that `write_png` wrote, by keyword.
+    """Return the comments of a PNG that `write_png` wrote, by keyword.
 
     Raises:
         InputError: If the file cannot be read, or is no PNG or a damaged one.
@@ -70,7 +70,16 @@ def read_text(path: Path) -> dict[str, str]:
 def encoded(
     pixels: NDArray[np.uint8], *, text: Mapping[str, str] | None = None, level: int = 9
 ) -> bytes:
-    """A PNG file's bytes; arguments and errors as in `write_png`."""
+    """Return a PNG file's bytes.
+
+    Args:
+        pixels: sRGB-encoded, (h, w, 3), or (h, w) for grey.
+        text: Comments by keyword (Latin-1, 1 to 79 characters).
+        level: Effort of the compression, 0 to 9.
+
+    Raises:
+        ValueError: If the pixels are not 8-bit grey or RGB.
+    """
     if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,)):
         raise ValueError(f"PNG needs (h, w) or (h, w, 3) uint8, not {pixels.shape} {pixels.dtype}")
     height, width = pixels.shape[:2]
@@ -90,17 +99,17 @@ def encoded(
 
 
 def _comment(keyword: str, value: str) -> bytes:
-    """Uncompressed international text, so that provenance may hold any character."""
+    """Return an uncompressed iTXt chunk's content; it may hold any character."""
     return keyword.encode("latin-1") + b"\x00\x00\x00\x00\x00" + value.encode("utf-8")
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
-    """Length, kind, data and checksum."""
+    """Return a chunk: length, kind, data and checksum."""
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
 def _prepared(pixels: NDArray[np.uint8]) -> bytes:
-    """Rows with or without filters, whichever a quick try packs smaller.
+    """Return rows with or without filters, whichever a quick try packs smaller.
 
     Filters help photographs and hurt pictures of few colours and pure grain.
     """
@@ -110,7 +119,7 @@ def _prepared(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _filtered(pixels: NDArray[np.uint8]) -> bytes:
-    """Rows with the filter that leaves the smallest differences: none, sub, up or average.
+    """Return rows with the filter that leaves the smallest differences: none, sub, up or average.
 
     This is the specification's minimum-sum heuristic (12.7), for all rows at once;
     Paeth is left out because it hardly beats average on photographs.

@@ -27,24 +27,24 @@ from sumo3dviz_pt.image.bloom import bloom
 from sumo3dviz_pt.model.geometry import Image
 
 Curve = Callable[[Image], Image]
-"""Linear radiance, (..., 3), finite and >= 0, to display light in [0, 1]."""
+"""Turns linear radiance, (..., 3), finite and >= 0, into display light in [0, 1]."""
 
 _BRIGHTEST = np.float32(1e6)
 """Radiance is clipped here, so that squares stay finite in single precision."""
 
 
 def _matrix(*rows: tuple[float, float, float]) -> NDArray[np.float32]:
-    """A matrix that is applied to row vectors from the right."""
+    """Return a matrix that is applied to row vectors from the right."""
     return np.array(rows, dtype=np.float32).T
 
 
 def srgb(linear: Image) -> Image:
-    """No curve at all: clips at white."""
+    """Apply no curve; clip at white."""
     return np.asarray(np.clip(linear, 0.0, 1.0))
 
 
 def neutral(linear: Image) -> Image:
-    """Khronos PBR Neutral: true colours up to 0.76, then a soft, desaturating shoulder."""
+    """Apply Khronos PBR Neutral: true colours up to 0.76, then a soft, desaturating shoulder."""
     start, desaturation = 0.8 - 0.04, 0.15
     darkest = linear.min(axis=-1, keepdims=True)
     offset = np.where(darkest < 0.08, darkest - 6.25 * darkest * darkest, 0.04)
@@ -80,7 +80,7 @@ _AGX_EV = (-12.47393, 4.026069)
 
 
 def agx(linear: Image) -> Image:
-    """AgX base look: 16.5 EV of range, bright colours fade to white.
+    """Apply AgX's base look: 16.5 EV of range, bright colours fade to white.
 
     The published polynomial is rescaled so that black is 0 and white is 1.
     """
@@ -104,7 +104,7 @@ _ACES_SCALE = 1.4607
 
 
 def filmic(linear: Image) -> Image:
-    """Hill's fit of ACES: strong contrast, crushed shadows, bright colours fade to white."""
+    """Apply Hill's fit of ACES: strong contrast, dark shadows, bright colours fade to white."""
     colour = (_ACES_SCALE * linear) @ _ACES_IN
     above = colour * (colour + 0.0245786) - 0.000090537
     below = colour * (0.983729 * colour + 0.4329510) + 0.238081
@@ -118,7 +118,7 @@ TONES: Mapping[str, Curve] = MappingProxyType(
 
 
 def tone_names() -> tuple[str, ...]:
-    """Names of all tone curves; the first is the default."""
+    """Return the names of all tone curves; the first is the default."""
     return tuple(TONES)
 
 
@@ -136,7 +136,7 @@ def tone_curve(name: str) -> Curve:
 
 
 def srgb_encoded(linear: NDArray[Any]) -> Image:
-    """Display light in [0, 1] to sRGB code values in [0, 1], any shape."""
+    """Encode display light in [0, 1], of any shape, as sRGB code values in [0, 1]."""
     linear = np.asarray(linear, dtype=np.float32)
     high = 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055
     return np.where(linear <= 0.0031308, 12.92 * linear, high).astype(np.float32, copy=False)

@@ -29,7 +29,7 @@ ORIGIN_GRID = 250.0
 
 
 def is_tinted(bsdf: Bsdf) -> bool:
-    """Whether a material takes its colour from faces or movers."""
+    """Return whether a material takes its colour from faces or movers."""
     return any(
         isinstance(value, Mapping) and (value.get("type") == "tint" or is_tinted(value))
         for value in bsdf.values()
@@ -82,7 +82,7 @@ class Poses:
 
     Attributes:
         vertices: Of all parts in their order, (poses, v, 3) [m].
-        normals: Unit, likewise, (poses, v, 3).
+        normals: Unit, of the same vertices, (poses, v, 3).
     """
 
     vertices: Floats
@@ -217,7 +217,7 @@ class Haze:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """Something that a scene does without, and why.
+    """Something that was left out of a scene, and why.
 
     Attributes:
         what: Such as `signals` or `120 trees`.
@@ -258,7 +258,7 @@ class SceneData:
         prototypes: What movers show, by name; only those in use.
         lamps: Lamp sets; empty when nothing shines.
         sky: The environment.
-        running: Lamps on vehicles, or None where nobody shows any.
+        running: Lamps on vehicles, or None where none shine.
         slots: Room for movers; fixed, so that nothing compiles during a film.
         haze: Aerial perspective, or None.
         left_out: What was left out, and why.
@@ -344,7 +344,7 @@ class FrameState:
     def origin(self) -> Floats:
         """Where the renderer puts its own origin: the eye on a 250 m grid, (3,) [m].
 
-        Rays start 9e-5 x (distance from that origin) off their surface, so contact
-        shadows survive only near it (architecture, law 2).
+        Mitsuba lets rays start 9e-5 x (distance from that origin) off their surface, so
+        shadows where things touch are right only near it.
         """
         return np.round(self.view.position / ORIGIN_GRID) * ORIGIN_GRID

@@ -15,7 +15,8 @@ import numpy as np
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
-from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -241,8 +242,8 @@ class Live:
 
     def glimpse(
         self, time: float, view: View, *, number: int, part: tuple[int, int] = (0, 1)
-    ) -> Image:
-        """Return one sample a pixel of what was last shown, the n-th of a picture, (h, w, 5).
+    ) -> Layers:
+        """Return one sample a pixel of what was last shown, the n-th of a picture.
 
         Args:
             time: That was shown [s].
@@ -259,12 +260,12 @@ class Live:
         return self._renderer.glimpse(view, seed=seed, part=parts_of(count)[index])
 
     def develop(
-        self, seen: Image, view: View, *, extra: float = 0.0, smooth: bool = False
+        self, seen: Layers, view: View, *, extra: float = 0.0, smooth: bool = False
     ) -> Pixels:
         """Return a picture as it is shown, 8-bit sRGB, (h, w, 3).
 
         Args:
-            seen: Mean of samples: radiance, depth, hits, (h, w, 5).
+            seen: Mean of samples.
             view: Of their camera.
             extra: Further exposure [EV].
             smooth: Whether noise is removed.
@@ -274,7 +275,7 @@ class Live:
         if smooth:
             seen = self._renderer.smooth(seen, view, seed=self.job.seed)
         output = self.job.output
-        radiance: Image = self._renderer.hazed(seen, view)
+        radiance = self._renderer.hazed(seen, view)
         exposure = self.exposure + extra
         return develop(radiance, exposure=exposure, tone=output.tone, glare=output.glare)
 
@@ -311,7 +312,7 @@ class Live:
         return develop(rendered.radiance, exposure=exposure, tone=output.tone, glare=output.glare)
 
     def pick(
-        self, time: float, view: View, point: tuple[float, float], seen: Image | None
+        self, time: float, view: View, point: tuple[float, float], seen: Layers | None
     ) -> str | None:
         """Return the road user that is seen at a point of the picture, or None.
 
@@ -345,7 +346,7 @@ class Live:
         return frame if dynamic else replace(frame, movers=(), far=(), deforming=())
 
 
-def joined(parts: Sequence[Image]) -> Image:
+def joined(parts: Sequence[Layers]) -> Layers:
     """Return all parts of a picture, row by row, as one."""
     from sumo3dviz_pt.render.passes.quick import joined as whole
 
@@ -366,9 +367,9 @@ def encoded_still(pixels: Pixels) -> bytes:
     return png(pixels, level=6)
 
 
-def _distance(seen: Image, point: tuple[float, float]) -> float:
-    """Return how far what a picture, (h, w, 5), shows at a point is [m]; infinite in the sky."""
-    height, width = seen.shape[:2]
+def _distance(seen: Layers, point: tuple[float, float]) -> float:
+    """Return how far what a picture shows at a point is [m]; infinite in the sky."""
+    width, height = seen.size
     column, row = min(int(point[0] * width), width - 1), min(int(point[1] * height), height - 1)
-    depth, hit = seen[row, column, 3:].tolist()
+    depth, hit = float(seen["depth"][row, column]), float(seen["hit"][row, column])
     return depth / hit if hit > 0.5 else float("inf")

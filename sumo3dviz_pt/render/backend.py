@@ -65,7 +65,7 @@ def choose_backend(name: str = "llvm") -> Backend:
 
 
 def _try_variant(variant: str) -> str | None:
-    """Activate a variant; the problem in words, or None if it works."""
+    """Activate a variant; return the problem in words, or None if it works."""
     if variant not in mi.variants():
         return "this build of Mitsuba does not have it"
     if variant.startswith("llvm") and dr.detail.llvm_version()[0] < libllvm.OLDEST:
@@ -80,14 +80,14 @@ def _try_variant(variant: str) -> str | None:
 
 
 def llvm_description() -> str:
-    """The version of the libLLVM that the active variant uses."""
+    """Return the version of the libLLVM that the active variant uses."""
     if not mi.variant().startswith("llvm"):
         return "not in use"
     return ".".join(map(str, dr.detail.llvm_version()))
 
 
 def try_out() -> Backend:
-    """The backend that works here, with a kernel compiled and run, which may end the process.
+    """Choose the backend that works here, and compile and run a kernel, which may end the process.
 
     Raises:
         RenderError: If no variant works.

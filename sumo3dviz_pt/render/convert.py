@@ -1,4 +1,4 @@
-"""Turns scene values into Mitsuba objects; nothing else knows both worlds."""
+"""Turns scene values into Mitsuba objects; only here both have their names."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _CAMERA_FROM_MITSUBA = np.array(
 
 
 def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
-    """A material dict with our own words replaced.
+    """Return a material dict with our own words replaced.
 
     Args:
         value: Of the dict, or the dict itself.
@@ -48,29 +48,35 @@ def plugin(value: Any, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
 
 
 def face_tint() -> dict[str, Any]:
-    """The colour of a face, from its mesh."""
+    """Return what reads a face's colour from its mesh, as a plugin dict."""
     return {"type": "mesh_attribute", "name": TINT_ATTRIBUTE}
 
 
 def constant_tint(colour: Colour | Floats) -> dict[str, Any]:
-    """One colour for all."""
+    """Return one colour for all faces, as a plugin dict."""
     return {"type": "rgb", "value": [float(channel) for channel in colour]}
 
 
 def instance_tint() -> dict[str, Any]:
-    """The colour of the instance that was hit."""
+    """Return what looks up the colour of the instance that was hit, as a plugin dict."""
     return paint_texture()
 
 
 def make_bsdf(bsdf: Bsdf, *, tint: Mapping[str, Any], worn: bool = False) -> Any:
-    """A material object; arguments as of `plugin`."""
+    """Make a material object.
+
+    Args:
+        bsdf: A material with our own words.
+        tint: Stands for the colour, as a plugin dict.
+        worn: Whether it is for a worn or painted mesh.
+    """
     return load(plugin(bsdf, tint=tint, worn=worn))
 
 
 def make_mesh(
     name: str, mesh: Mesh, *, bsdf: Any, attributes: Mapping[str, Floats] | None = None
 ) -> Any:
-    """A mesh object, its vertices already relative to the renderer's origin.
+    """Make a mesh object.
 
     Args:
         name: Its name in messages.
@@ -103,7 +109,7 @@ def make_lamps(
     emitter: Mapping[str, Any],
     tint: Floats | None = None,
 ) -> Any:
-    """A mesh that shines; dark at first.
+    """Make a mesh that can shine; at first it is dark.
 
     Args:
         name: Of the shape.
@@ -137,8 +143,8 @@ def _fill(shape: Any, mesh: Mesh) -> None:
     if mesh.normals is not None:
         parameters["vertex_normals"] = flat(mesh.normals)
     if mesh.uvs is not None:
-        # Whole periods are dropped, so that float32 keeps the texels of far places;
-        # where several meshes show one road, such that they agree.
+        # Whole periods are dropped, so that float32 still tells texels of far places apart.
+        # Meshes that show one road together drop multiples of a common period, to agree.
         period = 1.0 if mesh.wear is None else float(PERIOD)
         whole = np.floor(mesh.uvs.min(axis=0) / period) if len(mesh.uvs) else 0.0
         uvs = mesh.uvs - period * whole
@@ -148,7 +154,7 @@ def _fill(shape: Any, mesh: Mesh) -> None:
 
 
 def flat(values: Floats) -> NDArray[np.float32]:
-    """Any array as flat float32, as parameters of a scene take it."""
+    """Return any array as flat float32, as parameters of a scene take it."""
     return aligned(values, np.float32)
 
 
@@ -157,6 +163,11 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
 
     Frozen recordings keep the address of attributes and textures and would go on to show
     old or freed values (measured with Dr.Jit 1.5); a new array would never reach them.
+
+    Args:
+        parameters: Of Mitsuba's scene.
+        key: Name of the parameter.
+        values: As many as before, in any shape.
     """
     target = parameters[key]
     if "scalar" in mi.variant():
@@ -168,30 +179,37 @@ def overwrite(parameters: Any, key: str, values: Floats) -> None:
 
 
 def shift(parameters: Any, name: str, mesh: Mesh, origin: Floats) -> None:
-    """Move a mesh of a loaded scene to where it lies relative to an origin, (3,) [m]."""
+    """Move a mesh of a loaded scene to where it lies relative to an origin.
+
+    Args:
+        parameters: Of Mitsuba's scene.
+        name: Of the mesh.
+        mesh: Geometry in the network's coordinates.
+        origin: The renderer's new origin, (3,) [m].
+    """
     overwrite(parameters, f"{name}.vertex_positions", mesh.vertices - origin)
     if mesh.normals is not None:
-        # Left alone, Mitsuba makes normals anew from the moved points.
+        # Otherwise Mitsuba computes other normals from the moved points.
         overwrite(parameters, f"{name}.vertex_normals", mesh.normals)
 
 
 def scalar_transform(matrix: Floats) -> Any:
-    """A transform for scene dicts."""
+    """Return a transform for scene dicts."""
     return mi.ScalarTransform4f(np.ascontiguousarray(matrix, np.float64))
 
 
 def transform(matrix: Floats) -> Any:
-    """A transform for parameters of a loaded scene."""
+    """Return a transform for parameters of a loaded scene."""
     return mi.Transform4f(np.ascontiguousarray(matrix, np.float32))
 
 
 def relative(world_from_body: Transform, origin: Floats) -> Floats:
-    """A placement's matrix relative to the renderer's origin, (4, 4)."""
+    """Return a placement's matrix relative to the renderer's origin, (4, 4)."""
     matrix = world_from_body.matrix.copy()
     matrix[:3, 3] -= origin
     return matrix
 
 
 def sensor_matrix(view: View, origin: Floats) -> Floats:
-    """Mitsuba's `to_world` of a view, (4, 4)."""
+    """Return Mitsuba's `to_world` of a view, (4, 4)."""
     return np.asarray(relative(view.world_from_camera, origin) @ _CAMERA_FROM_MITSUBA)

@@ -1,8 +1,9 @@
 """Keeps kernels as they are, so that each is compiled once: in a film, and on a machine.
 
-Dr.Jit keeps compiled kernels on disk and finds them by their code. That hangs on more than
-the scene: on the numbers of objects, on where arrays begin in memory, on which numbers are
-constants, and on what the sensors hold from the picture before. All four are settled here.
+Dr.Jit keeps compiled kernels on disk and finds them by their code. That code depends on more
+than the scene: on the order in which objects were numbered, on where arrays begin in memory,
+on which numbers are constants, and on what the sensors hold from the picture before. This
+module makes all four the same every time.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.render.integrator import Integrator
 
 _REGISTER = 64  # bytes of the widest vector register
 
-Tracer = Callable[..., Image]
-"""Traces a pass: (scene, integrator, sensor, samples, seed) to an image, (h, w, channels)."""
+Tracer = Callable[[Any, Integrator, Any, int, int], Layers]
+"""Traces a pass: (scene, integrator, sensor, samples, seed) to the integrator's layers."""
 
 
 def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
@@ -37,10 +39,10 @@ def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
 
 
 def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
-    """A flat copy that begins where a vector register may.
+    """Return a flat copy that is aligned to vector registers.
 
-    Dr.Jit reads NumPy's memory in place, and gathers numbers one by one, by other code,
-    from arrays that begin elsewhere, as NumPy's happen to.
+    Dr.Jit reads NumPy's memory in place. From arrays that are not aligned, as is the case for
+    some of NumPy's, it gathers numbers one by one, which is another kernel.
 
     Args:
         values: Of any shape.
@@ -55,7 +57,7 @@ def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
 
 
 def tracer(*, recorded: bool) -> Tracer:
-    """A function that traces passes.
+    """Return a function that traces passes.
 
     Args:
         recorded: Whether it is traced by Dr.Jit once and then replayed, as films want it:
@@ -64,24 +66,24 @@ def tracer(*, recorded: bool) -> Tracer:
     jit = "scalar" not in mi.variant()
     trace = dr.freeze(_trace) if recorded and jit else _trace
 
-    def traced(scene: Any, integrator: Any, sensor: Any, spp: int, seed: int) -> Image:
+    def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int) -> Layers:
         own = seed % 2**32
-        # A constant would be another one in each frame, and kernels with it.
+        # As a constant it would be part of the code, and each frame would compile a kernel.
         number = dr.opaque(mi.UInt32, own) if jit else own
-        image = np.array(trace(scene, integrator, sensor, spp, number), dtype=np.float32)
+        image = np.array(trace(scene, integrator.plugin, sensor, spp, number), dtype=np.float32)
         settle(sensor)
-        return image
+        return integrator.channels.layers(image)
 
     return traced
 
 
 def settle(sensor: Any) -> None:
-    """Leave nothing of a picture in a sensor; a recording holds only if it is always alike."""
+    """Clear what a sensor holds of a picture; recordings need it to be the same every time."""
     if "scalar" not in mi.variant():
         sensor.film().prepare([])
         sensor.sampler().seed(0, 1)
 
 
 def _trace(scene: Any, integrator: Any, sensor: Any, spp: int, seed: Any) -> Any:
-    """One pass; as a frozen function it replays the same kernels with new data."""
+    """Trace one pass; as a frozen function it replays the same kernels with new data."""
     return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

@@ -94,7 +94,7 @@ class LoadedScene:
             parts |= self._pool.entries
         if self._scalar is not None:
             parts |= self._scalar.entries(frame)
-        # What moves is in its place before there is a scene: its trees are built only once.
+        # Everything is moved to its place before there is a scene, whose trees are so built once.
         self._move(mi.traverse(_Parts(parts)), frame)
         self.scene = load({"type": "scene", **parts}, optimize=False)
         self._parameters = mi.traverse(self.scene)
@@ -124,7 +124,7 @@ class LoadedScene:
         self.origin = origin
 
     def _place(self, merged: MergedMesh, number: int, origin: Floats) -> Any:
-        """A static mesh relative to an origin."""
+        """Return a static mesh relative to an origin."""
         mesh = replace(merged.mesh, vertices=merged.mesh.vertices - origin)
         bsdf = self._materials.get(merged.material, convert.face_tint(), worn=is_worn(mesh))
         wear = wear_attributes(self._materials.dicts.get(merged.material, {}), mesh)
@@ -132,7 +132,7 @@ class LoadedScene:
         return convert.make_mesh(f"static_{number}", mesh, bsdf=bsdf, attributes=attributes)
 
     def _lens(self) -> Any:
-        """What lamps are made of."""
+        """Return the material of the lamps' glass."""
         return self._materials.get("signal_lens", convert.face_tint())
 
 
@@ -148,4 +148,4 @@ class _Parts:
             callback.put(name, part, mi.ParamFlags.Differentiable)
 
     def parameters_changed(self, keys: list[str]) -> None:
-        """Nothing hangs on the parts yet."""
+        """Do nothing: there is no scene yet that would have to follow."""

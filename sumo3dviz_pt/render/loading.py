@@ -19,11 +19,11 @@ from sumo3dviz_pt.installation import libllvm
 from sumo3dviz_pt.installation.dependencies import explained
 
 _NONE = "no libLLVM can be used"
-"""Named where there is none, lest Dr.Jit searches."""
+"""The name that Dr.Jit is given where no libLLVM works, so that it does not search itself."""
 
 
 def _loaded() -> libllvm.Library:
-    """Load both; the libLLVM that was named.
+    """Load both; return the libLLVM that they use.
 
     Raises:
         InstallationError: If one cannot be loaded.
@@ -36,13 +36,13 @@ def _loaded() -> libllvm.Library:
                 import drjit  # noqa: F401
         import mitsuba  # noqa: F401
     except (ImportError, NameError) as error:
-        # Where a shared library is missing, Dr.Jit stumbles over its own message: a NameError.
+        # Where a shared library is missing, Dr.Jit's own error message fails with a NameError.
         raise InstallationError(explained("drjit", error)) from error
     return library
 
 
 def _atomics_of_conda() -> None:
-    """Load libatomic from Python's environment: there the system would not look for it."""
+    """Load libatomic from Python's environment, where the system does not look for it."""
     place = Path(sys.prefix, "lib", "libatomic.so.1")
     if sys.platform == "linux" and place.is_file():
         ctypes.CDLL(str(place))
@@ -50,7 +50,7 @@ def _atomics_of_conda() -> None:
 
 @contextmanager
 def _named(library: libllvm.Library) -> Iterator[None]:
-    """Name a libLLVM to Dr.Jit; programs that we start inherit the name of one that works."""
+    """Name a libLLVM to Dr.Jit; programs that we start inherit the name if it works."""
     before = os.environ.get(libllvm.VARIABLE)
     os.environ[libllvm.VARIABLE] = _NONE if library.problem else library.path
     try:

@@ -12,10 +12,12 @@ import numpy as np
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Image
-from sumo3dviz_pt.model.scene import FrameState, SceneData
+from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.scene import FrameState, SceneData, View
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
-from sumo3dviz_pt.render.kernels import load, tracer
+from sumo3dviz_pt.render.integrator import Integrator
+from sumo3dviz_pt.render.kernels import tracer
 from sumo3dviz_pt.render.lights.emitter import register_lamps
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.materials.paint import register_paint
@@ -53,6 +55,7 @@ class RenderSettings:
         white: Radiance that the film shows as white, scene units.
         frozen: Whether frames replay one recording (films); a still does not pay for it.
         pixel: Angle of a pixel, by which textures are filtered [rad].
+        layers: What `Session.render` returns; see `model/layers.py`.
     """
 
     size: tuple[int, int]
@@ -61,6 +64,7 @@ class RenderSettings:
     white: float = 1.0
     frozen: bool = False
     pixel: float = PIXEL
+    layers: tuple[str, ...] = ("radiance",)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,14 +72,19 @@ class Rendered:
     """One frame.
 
     Attributes:
-        radiance: Linear sRGB primaries, scene units, (h, w, 3).
+        layers: Those that the settings name.
         tally: NaNs, negatives and capped energy.
         cpu: CPU-seconds by phase: load, update, render, guides, denoise.
     """
 
-    radiance: Image
+    layers: Layers
     tally: Tally
     cpu: dict[str, float]
+
+    @property
+    def radiance(self) -> Image:
+        """The picture: linear sRGB primaries, scene units, (h, w, 3)."""
+        return self.layers["radiance"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,28 +92,30 @@ class Samples:
     """One frame before denoiser and haze.
 
     Attributes:
-        capped: Mean of the capped samples, (h, w, 3).
-        lost: What the cap took, and lamps by themselves: with `capped` the plain mean, (h, w, 3).
-        radiance: `capped`, but plain where an emitter is seen directly, (h, w, 3).
-        guides: As needed: `depth` x share of hits [m], `hit`, `albedo`, `normal`, `glow` of lamps.
+        layers: `capped`; `lost`, here with lamps that were traced by themselves; `radiance`, which
+            is `capped`, but the plain mean where an emitter is seen directly. As needed: `depth`,
+            `hit`, `albedo`, `normal`, `emitted`, `lamp`, `glow`.
         tally: As in `Rendered`.
     """
 
-    capped: Image
-    lost: Image
-    radiance: Image
-    guides: dict[str, Image]
+    layers: Layers
     tally: Tally
 
     @property
     def distance(self) -> Image:
         """Of what each pixel sees, along its ray, (h, w) [m]; inf where it is the sky."""
-        hit = self.guides["hit"]
-        return np.where(hit > 0.5, self.guides["depth"] / np.maximum(hit, 1e-6), np.inf)
+        depth, hit = self.layers["depth"], self.layers["hit"]
+        return np.where(hit > 0.5, depth / np.maximum(hit, 1e-6), np.inf)
 
 
 class Session:
-    """A scene in Mitsuba. Use it as a context manager: only one can live at a time."""
+    """A scene in Mitsuba. Use it as a context manager: only one can live at a time.
+
+    Args:
+        scene: What does not change from frame to frame.
+        backend: The variant of Mitsuba.
+        settings: How to render.
+    """
 
     def __init__(self, scene: SceneData, backend: Backend, settings: RenderSettings) -> None:
         self.data, self.backend, self.settings = scene, backend, settings
@@ -150,8 +161,9 @@ class Session:
             RenderError: If the frame cannot be rendered or holds too many NaNs.
         """
         samples = self.samples(frame, after_pass=after_pass)
-        radiance = self.finish(samples, frame)
-        return Rendered(radiance, samples.tally, dict(self.clock.seconds))
+        found = samples.layers | {"radiance": self.finish(samples, frame)}
+        layers = Layers({name: found[name] for name in self.settings.layers})
+        return Rendered(layers, samples.tally, dict(self.clock.seconds))
 
     def samples(
         self, frame: FrameState, *, after_pass: Callable[[int, int], None] | None = None
@@ -176,7 +188,8 @@ class Session:
         report(sum_of.tally, frame.time)
         kept, lost = sum_of.means()
         glow = found.get("glow", np.float32(0.0))
-        return Samples(kept, lost + glow, sum_of.mean() + glow, found, sum_of.tally)
+        means = {"capped": kept, "lost": lost + glow, "radiance": sum_of.mean() + glow}
+        return Samples(found | means, sum_of.tally)
 
     def finish(self, samples: Samples, frame: FrameState, *, denoiser: str | None = None) -> Image:
         """Denoise, then lay haze over the picture.
@@ -189,32 +202,31 @@ class Session:
         Returns:
             Radiance, (h, w, 3).
         """
-        denoiser, radiance = denoiser or self.settings.quality.denoise, samples.radiance
+        layers, denoiser = samples.layers, denoiser or self.settings.quality.denoise
+        radiance = layers["radiance"]
         with self.clock.phase("denoise"):
             if denoiser != "none":
-                albedo, normal = samples.guides.get("albedo"), samples.guides.get("normal")
                 # Lamps are so bright that the denoiser would smear them.
-                excess = guides.excess(samples.lost, samples.guides)
+                excess = guides.excess(layers)
                 radiance = radiance - excess
+                albedo, normal = layers.get("albedo"), layers.get("normal")
                 smooth = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
-                share, hit = self.settings.quality.raw_share, samples.guides["hit"]
-                radiance = mixed(smooth, radiance, hit=hit, share=share) + excess
-            return self.hazed(radiance, samples.guides, frame)
+                share = self.settings.quality.raw_share
+                radiance = mixed(smooth, radiance, hit=layers["hit"], share=share) + excess
+            return self.hazed(layers | {"radiance": radiance}, frame.view)
 
-    def hazed(self, radiance: Image, seen: dict[str, Image], frame: FrameState) -> Image:
-        """A picture with the scene's haze, if quality and scene have any.
+    def hazed(self, seen: Layers, view: View) -> Image:
+        """Return the radiance of a picture with the scene's haze, if quality and scene have any.
 
         Args:
-            radiance: (h, w, 3).
-            seen: `depth` and `hit`, as in `Samples.guides`.
-            frame: What the picture shows.
+            seen: `radiance`; `depth` and `hit` where there is haze.
+            view: Of the picture's camera.
         """
-        if self.data.haze is None or not self.settings.quality.haze:
+        haze, radiance = self.data.haze, seen["radiance"]
+        if haze is None or not self.settings.quality.haze:
             return radiance
-        behind = horizon_behind(self.sky.horizon, frame.view, self.settings.size)
-        return apply_haze(
-            radiance, self.data.haze, depth=seen["depth"], hit=seen["hit"], behind=behind
-        )
+        behind = horizon_behind(self.sky.horizon, view, seen.size)
+        return apply_haze(radiance, haze, depth=seen["depth"], hit=seen["hit"], behind=behind)
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew."""
@@ -237,10 +249,11 @@ class Session:
         )
         lamps = self.loaded.aimed and not apart
         jit = self.backend.jit
-        self._guide_integrator = load(guides.guide_plugin(quality, jit=jit, lamps=lamps))
-        self._lamp_guide = load(guides.LAMP_PLUGIN) if lamps and not jit else None
+        self._guide_integrator = guides.guide_integrator(quality, jit=jit, lamps=lamps)
+        self._lamp_guide = guides.lamp_integrator() if lamps and not jit else None
         self._lamp_integrator = lamps_seen() if apart else None
-        # One recording each: a shared one is recorded anew at every change of integrator.
+        # Each pass has its own recording: a shared one would be recorded anew whenever another
+        # integrator uses it.
         self._trace, self._trace_guides, self._trace_lamps = (
             tracer(recorded=self.settings.frozen) for _ in range(3)
         )
@@ -267,28 +280,31 @@ class Session:
         }
         self.loaded.show(frame, {**sensors, **self._lights})
 
-    def _guides(self, seed: int) -> dict[str, Image]:
-        """Depth, share of hits and, if asked for, albedo and normals; nothing if unneeded."""
+    def _guides(self, seed: int) -> Layers:
+        """Trace what guides denoiser, haze and cap; no layers where none of them is used."""
         quality = self.settings.quality
         if not guides.is_needed(quality, hazy=self.data.haze is not None):
-            return {}
+            return Layers()
         scene, spp = self.loaded.scene, guides.guide_spp(quality)
         sensor = scene.sensors()[1]
-        image = self._trace_guides(scene, self._guide_integrator, sensor, spp, seed ^ 0x5BD1E995)
-        found = guides.as_guides(image)
+        own = seed ^ 0x5BD1E995
+        found = self._trace_guides(scene, self._guide_integrator, sensor, spp, own)
         if self._lamp_guide is not None:
-            image = self._trace_guides(scene, self._lamp_guide, sensor, spp, seed ^ 0x5BD1E995)
-            found = guides.with_lamps(found, image)
+            found |= self._trace_guides(scene, self._lamp_guide, sensor, spp, own)
+        found = guides.as_guides(found)
         if self._lamp_integrator is not None:
-            found["glow"] = self._lamps_seen(seed ^ 0x3C6EF372, guides.lamp_passes(quality))
+            passes = guides.lamp_passes(quality)
+            found |= {"glow": self._glow(self._lamp_integrator, seed ^ 0x3C6EF372, passes)}
         return found
 
-    def _lamps_seen(self, seed: int, passes: int) -> Image:
-        """Lamps that are seen directly, (h, w, 3)."""
-        scene = self.loaded.scene
-        what = (scene, self._lamp_integrator, scene.sensors()[0], guides.LAMP_SPP)
-        images = [self._trace_lamps(*what, pass_seed(seed, number)) for number in range(passes)]
-        return np.asarray(np.mean(images, axis=0))
+    def _glow(self, integrator: Integrator, seed: int, passes: int) -> Image:
+        """Trace lamps that are seen directly, (h, w, 3)."""
+        scene, spp = self.loaded.scene, guides.LAMP_SPP
+        images = [
+            self._trace_lamps(scene, integrator, scene.sensors()[0], spp, pass_seed(seed, number))
+            for number in range(passes)
+        ]
+        return np.asarray(np.mean([image["emitted"] for image in images], axis=0))
 
     def _passes(
         self,
@@ -302,15 +318,15 @@ class Session:
         count = -(-self.settings.quality.spp // self._pass_spp)
         for number in range(count):
             own = pass_seed(seed, number)
-            image = self._trace(scene, self._integrator, scene.sensors()[0], self._pass_spp, own)
-            accumulator.add(*self._split(image))
+            traced = self._trace(scene, self._integrator, scene.sensors()[0], self._pass_spp, own)
+            accumulator.add(*self._split(traced))
             if after_pass is not None:
                 after_pass(number + 1, count)
         return accumulator
 
-    def _split(self, image: Image) -> tuple[Image, Image]:
-        """A pass as what stays and what the cap took; scalar variants cap whole passes."""
-        if image.shape[-1] == 6:
-            return image[..., :3], image[..., 3:]
+    def _split(self, traced: Layers) -> tuple[Image, Image]:
+        """Split a pass into what stays and what the cap took; scalar variants cap whole passes."""
+        if "lost" in traced:
+            return traced["capped"], traced["lost"]
         limit = np.inf if self.backend.jit else self.limit
-        return capped(image[..., :3], limit)
+        return capped(traced["radiance"], limit)

@@ -49,6 +49,9 @@ _CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
 
 _MOST_VIEWS = 120
 
+_MOMENTS = 1
+"""Moments of its exposure that a frame shows: one, its middle, as there is no motion blur."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
@@ -91,12 +94,13 @@ class Shot:
         return {tls: state for tls, state in states.items() if state is not None}
 
     def frame_at(self, time: float) -> FrameState:
-        """The state of the frame at a time [s].
+        """The state of the frame at a time [s], in the middle of its exposure.
 
         Raises:
             ConfigError: If the camera rides with someone who does not exist then.
         """
-        return self.frame_of(time, self.camera.view_at(time))
+        (moment,) = moments_of(self.camera, np.array([time])).tolist()
+        return self.frame_of(moment, self.camera.view_at(moment))
 
     def frame_of(self, time: float, view: View) -> FrameState:
         """The state of a frame that another camera takes.
@@ -188,8 +192,9 @@ def build_shot(
     fleet = with_seat(fleet, camera, left_hand=left_hand)
     built = build_camera(camera, fleet=fleet, left_hand=left_hand)
     aspect = job.output.size[1] / job.output.size[0]
-    camera_path = _camera_path(built, times, aspect)
-    crowd = partial(_crowd, fleet, built, times, aspect)
+    moments = moments_of(built, times)
+    camera_path = _camera_path(built, moments, aspect)
+    crowd = partial(_crowd, fleet, built, moments, aspect)
     return ShotBuilder(world, aspect).shot(fleet, built, camera_path, plan=crowd)
 
 
@@ -264,6 +269,12 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
     if not isinstance(camera, LagrangianCamera):
         return fleet
     return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
+
+
+def moments_of(camera: Camera, times: Floats) -> Floats:
+    """The moments that a camera's frames at some times, (n,) [s], show, (n * `_MOMENTS`,) [s]."""
+    exposures = (camera.shutter.at(time) for time in times.tolist())
+    return np.array([moment for exposure in exposures for moment in exposure.times(_MOMENTS)])
 
 
 def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:

@@ -23,7 +23,7 @@ class Codec:
         pixels: ffmpeg's name of that.
         options: Encoder options. Threads are pinned: their number changes the bytes.
         suffixes: Containers it may go into; the first is the usual one.
-        palette: Whether it has few colours, found by looking at the whole film.
+        palette: Whether it has few colours, which are chosen by looking at the whole film.
     """
 
     bits: int
@@ -56,14 +56,14 @@ CODECS: Mapping[str, Codec] = MappingProxyType(
         "gif": Codec(8, (1, 1), "rgb24", ("-c:v", "gif"), (".gif",), palette=True),
     }
 )
-"""By the name that users choose; `h264` plays everywhere."""
+"""Codecs by the name that users choose; `h264` plays everywhere."""
 
 AUTO = "auto"
-"""The codec that a file's ending suits."""
+"""Stands for the codec that suits a film's ending."""
 
 
 FILM_SUFFIXES = tuple(dict.fromkeys(ending for c in CODECS.values() for ending in c.suffixes))
-"""Endings of films."""
+"""All endings that films can have."""
 
 _GIF_RATE = 50
 """Frames a second above which browsers slow a GIF down."""
@@ -98,7 +98,7 @@ def codec_named(name: str, *, path: Path) -> Codec:
 
 
 def frame_rate(fps: Ratio, *, codec: Codec | None = None) -> Fraction:
-    """The frame rate as written: 29.97 is 2997/100, so that frame n lies at n / fps.
+    """Return the frame rate as written: 29.97 is 2997/100, so that frame n lies at n / fps.
 
     Args:
         fps: A positive number, or a ratio such as `30000/1001`.

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.model.ratios import Ratio
 from sumo3dviz_pt.video.codecs import AUTO, Codec, codec_named, frame_rate
-from sumo3dviz_pt.video.ffmpeg import Ffmpeg, has_encoder
+from sumo3dviz_pt.video.ffmpeg import Ffmpeg, has_encoder, raw_input
 from sumo3dviz_pt.video.gif import keeping, paint
 from sumo3dviz_pt.video.yuv import yuv709
 
@@ -60,7 +60,7 @@ def encode(
     part = path.with_name(f"{path.stem}.part{path.suffix}")
     raw = part.with_suffix(".nut")
     try:
-        # A palette needs to see the whole film first: it is kept without loss meanwhile.
+        # A palette is chosen from the whole film, so frames are first stored without loss.
         first = (
             keeping(size=size, rate=rate, part=raw)
             if kind.palette
@@ -79,7 +79,7 @@ def encode(
 def _feed(
     arguments: list[str], frames: Iterable[Picture], *, kind: Codec, size: tuple[int, int]
 ) -> int:
-    """Run ffmpeg on frames, one at a time; how many there were."""
+    """Run ffmpeg on frames, one at a time; return how many there were."""
     count = 0
     with Ffmpeg(arguments) as ffmpeg:
         for count, frame in enumerate(frames, start=1):
@@ -94,6 +94,12 @@ def check_film(
     path: Path, *, size: tuple[int, int], fps: Ratio, codec: str
 ) -> tuple[Codec, Fraction]:
     """Refuse what cannot become a film, before any frame is rendered.
+
+    Args:
+        path: The film.
+        size: Width and height [px].
+        fps: Frames per second; see `frame_rate`.
+        codec: A name in `CODECS`, or `auto`.
 
     Returns:
         The codec and the exact frame rate.
@@ -119,14 +125,14 @@ def check_film(
 def _planes(
     frame: Picture, *, index: int, kind: Codec, size: tuple[int, int]
 ) -> tuple[NDArray[Any], ...]:
-    """One frame's planes."""
+    """Convert one frame to its planes."""
     if frame.shape != (size[1], size[0], 3):
         raise RenderError(f"frame {index} is {frame.shape}, not ({size[1]}, {size[0]}, 3)")
     is_bytes = frame.dtype == np.uint8
     if kind.palette:
         return (frame if is_bytes else (np.clip(frame, 0.0, 1.0) * 255 + 0.5).astype(np.uint8),)
     rgb = frame / np.float32(255) if is_bytes else np.clip(frame, 0.0, 1.0)
-    # Bytes are rounded already; more noise would not bring their steps back.
+    # Bytes are rounded already: dither would not remove their steps.
     rng = np.random.default_rng(index) if kind.bits == 8 and not is_bytes else None
     return yuv709(rgb, bits=kind.bits, halved=kind.halved, rng=rng)
 
@@ -139,15 +145,14 @@ def _arguments(
     comment: Mapping[str, Any] | None,
     part: Path,
 ) -> list[str]:
-    """What ffmpeg is told."""
-    source = ["-f", "rawvideo", "-pix_fmt", kind.pixels, "-s", f"{size[0]}x{size[1]}"]
-    source += ["-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
+    """Return the arguments for ffmpeg."""
+    source = raw_input(kind.pixels, size=size, rate=rate)
     target = ["-vf", f"setparams={_TAGS}", *kind.options, "-pix_fmt", kind.pixels]
     if part.suffix.lower() in (".mp4", ".mov"):
         # The index goes to the front, so that browsers can start at once.
         target += ["-movflags", "+faststart"]
     else:
-        # Matroska would carry a random number.
+        # Without this, Matroska files would hold a random number.
         target += ["-fflags", "+bitexact"]
     if comment:
         target += ["-metadata", "comment=" + json.dumps(dict(comment), sort_keys=True)]

@@ -6,6 +6,7 @@ import contextlib
 import subprocess
 import tempfile
 from collections.abc import Sequence
+from fractions import Fraction
 from functools import cache
 from types import TracebackType
 
@@ -13,7 +14,7 @@ from sumo3dviz_pt.errors import RenderError
 
 
 def ffmpeg_path() -> str:
-    """Where ffmpeg is.
+    """Return the path of ffmpeg.
 
     Raises:
         RenderError: If this platform's imageio-ffmpeg has none.
@@ -28,10 +29,22 @@ def ffmpeg_path() -> str:
 
 @cache
 def has_encoder(name: str) -> bool:
-    """Whether this ffmpeg can encode so; builds differ."""
+    """Return whether this ffmpeg has an encoder; builds differ."""
     command = [ffmpeg_path(), "-hide_banner", "-h", f"encoder={name}"]
     done = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
     return done.stdout.startswith(b"Encoder ")
+
+
+def raw_input(pixels: str, *, size: tuple[int, int], rate: Fraction) -> list[str]:
+    """Return the arguments with which ffmpeg takes raw pictures that it is fed.
+
+    Args:
+        pixels: Their format, by ffmpeg's name.
+        size: Width and height [px].
+        rate: Frames per second.
+    """
+    form = ["-f", "rawvideo", "-pix_fmt", pixels, "-s", f"{size[0]}x{size[1]}"]
+    return [*form, "-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
 
 
 class Ffmpeg:
@@ -82,14 +95,14 @@ class Ffmpeg:
         with self._messages:
             if kind is not None:
                 self._process.kill()
-            # Closing the input of a dead process fails; its status tells all.
+            # Closing the input of a process that has ended fails; its status says why it ended.
             with contextlib.suppress(OSError):
                 self._process.stdin.close()
             if self._process.wait() and kind is None:
                 raise RenderError(f"ffmpeg failed: {self._reason()}")
 
     def _reason(self) -> str:
-        """Last line of what ffmpeg said."""
+        """Return the last line that ffmpeg printed."""
         self._messages.seek(0)
         lines = self._messages.read().decode("utf-8", errors="replace").strip().splitlines()
         return lines[-1] if lines else "it gave no reason"

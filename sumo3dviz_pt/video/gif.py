@@ -1,7 +1,7 @@
 """Films of 256 colours that any web page shows: GIF, with a palette made for the film.
 
-A palette has to be known before the first picture is written. Splitting ffmpeg's stream for
-that would hold all pictures in memory, so they are kept without loss on disk in between.
+The palette must be known before the first picture is written. If ffmpeg split its stream for
+that, it would hold all pictures in memory; so they are first stored on disk without loss.
 """
 
 from __future__ import annotations
@@ -9,13 +9,18 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 
-from sumo3dviz_pt.video.ffmpeg import Ffmpeg
+from sumo3dviz_pt.video.ffmpeg import Ffmpeg, raw_input
 
 
 def keeping(*, size: tuple[int, int], rate: Fraction, part: Path) -> list[str]:
-    """What ffmpeg is told to keep RGB pictures without loss."""
-    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}"]
-    source += ["-r", f"{rate.numerator}/{rate.denominator}", "-i", "pipe:0"]
+    """Return the arguments with which ffmpeg keeps RGB pictures without loss.
+
+    Args:
+        size: Width and height [px].
+        rate: Frames per second.
+        part: The file that keeps them.
+    """
+    source = raw_input("rgb24", size=size, rate=rate)
     return ["-y", *source, "-c:v", "ffv1", "-pix_fmt", "bgr0", "-f", "nut", str(part)]
 
 

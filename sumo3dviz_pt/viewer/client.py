@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sumo3dviz_pt.job.settings import KeyFrame
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages_in import Order, parsed
@@ -71,7 +71,7 @@ class Client:
         """
         self.state = state
         self.mean: Mean | None = None
-        self.parts: list[Image] = []
+        self.parts: list[Layers] = []
         self.began = 0.0
         self.pictured: Pictured | None = None
         self.ticked: float | None = None

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live
-
-_CHANNELS = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,37 +16,36 @@ class Mean:
     """Samples of one picture, added up in two halves.
 
     Attributes:
-        halves: Sums of radiance, depth and hits of even and odd samples, (2, h, w, 5).
+        halves: Sums of samples 0, 2, 4, ... and 1, 3, 5, ...; of a single sample only the first.
         count: Samples that were added.
     """
 
-    halves: Image
+    halves: tuple[Layers, ...]
     count: int
 
     @classmethod
-    def empty(cls, size: tuple[int, int]) -> Mean:
-        """Begin a picture of a width and height [px], without any sample."""
-        return cls(np.zeros((2, size[1], size[0], _CHANNELS), dtype=np.float32), 0)
-
-    @classmethod
-    def of(cls, sample: Image) -> Mean:
-        """Begin a picture with a sample, (h, w, 5)."""
-        return cls(np.stack([sample, np.zeros_like(sample)]), 1)
+    def of(cls, sample: Layers) -> Mean:
+        """Begin a picture with a sample."""
+        return cls((sample,), 1)
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height [px]."""
-        return self.halves.shape[2], self.halves.shape[1]
+        return self.halves[0].size
 
-    def with_sample(self, sample: Image) -> Mean:
-        """Add a sample, (h, w, 5); the sums are changed in place."""
-        self.halves[self.count % 2] += sample
-        return Mean(self.halves, self.count + 1)
+    def with_sample(self, sample: Layers) -> Mean:
+        """Add a sample to the sums."""
+        if self.count == 1:
+            return Mean((*self.halves, sample), 2)
+        even, odd = self.halves
+        halves = (even, added(odd, sample)) if self.count % 2 else (added(even, sample), odd)
+        return Mean(halves, self.count + 1)
 
     @property
-    def value(self) -> Image:
-        """The mean of all samples, (h, w, 5)."""
-        return np.asarray(self.halves.sum(axis=0) / max(self.count, 1))
+    def value(self) -> Layers:
+        """The mean of all samples."""
+        total = self.halves[0] if self.count == 1 else added(*self.halves)
+        return divided(total, self.count)
 
     def error(self, live: Live, view: View, *, extra: float) -> float | None:
         """Return the standard error of the shown picture [8-bit codes]; None if it is unknown yet.
@@ -63,9 +60,19 @@ class Mean:
         """
         if self.count < 2:
             return None
-        even, odd = (self.count + 1) // 2, self.count // 2
+        counts = (self.count + 1) // 2, self.count // 2
         shown = [
-            live.develop(half / count, view, extra=extra).astype(np.float32)
-            for half, count in zip(self.halves, (even, odd), strict=True)
+            live.develop(divided(half, count), view, extra=extra).astype(np.float32)
+            for half, count in zip(self.halves, counts, strict=True)
         ]
         return float(np.sqrt(np.mean(((shown[0] - shown[1]) / 2.0) ** 2)))
+
+
+def added(one: Layers, other: Layers) -> Layers:
+    """The sums of two pictures' layers."""
+    return merged((one, other), np.add)
+
+
+def divided(sums: Layers, count: int) -> Layers:
+    """The means that belong to sums of so many samples."""
+    return merged((sums,), lambda layer: layer / count)

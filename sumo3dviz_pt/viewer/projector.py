@@ -131,12 +131,13 @@ class Projector:
     def _add_part(self, client: Client, view: View) -> None:
         """Take one more part of a large picture's next sample; orders are read between parts."""
         mean, parts = client.mean, client.parts
-        if mean is None or mean.size != self.size:
-            mean = Mean.empty(self.size)
-        part = len(parts), self._cut
-        parts.append(self._live.glimpse(client.state.time, view, number=mean.count, part=part))
+        if mean is not None and mean.size != self.size:
+            mean = None
+        part, number = (len(parts), self._cut), 0 if mean is None else mean.count
+        parts.append(self._live.glimpse(client.state.time, view, number=number, part=part))
         if len(parts) == self._cut**2:
-            mean, client.parts = mean.with_sample(joined(parts)), []
+            sample, client.parts = joined(parts), []
+            mean = Mean.of(sample) if mean is None else mean.with_sample(sample)
         client.mean = mean
 
     def _moved(self, client: Client, view: View) -> bool:

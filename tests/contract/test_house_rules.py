@@ -126,6 +126,78 @@ def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
     assert readers <= MAY_KNOW_THE_OPENING
 
 
+def test_nobody_but_the_shutter_knows_when_it_opens_and_closes() -> None:
+    readers = {
+        name_of(path)
+        for path in MODULES
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Attribute) and node.attr in {"opens", "closes"}
+    }
+    assert readers == {"model/shutter.py"}
+
+
+def test_frame_states_are_made_where_shutters_are_asked() -> None:
+    makers = {
+        name_of(path)
+        for path in MODULES
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Call) and dotted(node.func).endswith("FrameState")
+    }
+    assert makers <= {"shot/build.py", "pipeline/sheets.py"}  # on sheets nothing moves
+
+
+MAY_COUNT_CHANNELS = {
+    "image/exr.py",  # refuses what is no picture, and leaves the alpha of a user's file out
+}
+NAMES_LAYERS = ("render/passes/", "render/session.py", "pipeline/", "image/", "viewer/")
+
+
+def counts_channels(node: ast.AST) -> bool:
+    """Whether code compares the last size of an array with a number, or cuts channels by number."""
+    if isinstance(node, ast.Compare):
+        sides = [node.left, *node.comparators]
+        numbers = [s for s in sides if isinstance(s, ast.Constant) and isinstance(s.value, int)]
+        return bool(numbers) and any(
+            isinstance(s, ast.Subscript)
+            and dotted(s.value).endswith(".shape")
+            and ast.unparse(s.slice) in {"-1", "2"}
+            for s in sides
+        )
+    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Tuple):
+        *front, last = node.slice.elts
+        cuts = (last.lower, last.upper) if isinstance(last, ast.Slice) else ()
+        whole = [ast.unparse(part) for part in front] in (["..."], [":", ":"])
+        return whole and any(isinstance(cut, ast.Constant | ast.UnaryOp) for cut in cuts)
+    return False
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("image.shape[-1] == 6", True),
+        ("4 < image.shape[2]", True),
+        ("image[..., 4:7]", True),
+        ("image[:, :, -3:]", True),
+        ("image[..., None]", False),
+        ("image.shape[-1] == other.shape[-1]", False),
+        ("rows[:, :3]", False),
+        ("places[:, None, :2]", False),
+    ],
+)
+def test_counted_channels_are_found(code: str, found: bool) -> None:
+    assert any(map(counts_channels, ast.walk(ast.parse(code)))) == found
+
+
+def test_layers_are_told_apart_by_name() -> None:
+    counting = {
+        name_of(path)
+        for path in MODULES
+        if name_of(path).startswith(NAMES_LAYERS)
+        and any(map(counts_channels, ast.walk(tree_of(path))))
+    }
+    assert counting <= MAY_COUNT_CHANNELS
+
+
 def test_stages_do_not_import_each_other() -> None:
     linter = Path(sys.executable).with_name("lint-imports")
     found = shutil.which("lint-imports", path=str(linter.parent))

@@ -8,6 +8,7 @@ from sumo3dviz_pt.job.settings import CinematicCamera, LagrangianCamera
 from sumo3dviz_pt.pipeline.live import Ground, Live, joined
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.viewer.client import Client
+from sumo3dviz_pt.viewer.mean import Mean
 from sumo3dviz_pt.viewer.messages_in import GoTo, KeyFrameOrder
 from sumo3dviz_pt.viewer.messages_out import Frame
 from sumo3dviz_pt.viewer.projector import Projector
@@ -37,7 +38,10 @@ def sample_of(live, time, view, size, number):
 
 
 def seen_by(live, time, view, size, count=SAMPLES):
-    return sum(sample_of(live, time, view, size, n) for n in range(count)) / count
+    mean = Mean.of(sample_of(live, time, view, size, 0))
+    for number in range(1, count):
+        mean = mean.with_sample(sample_of(live, time, view, size, number))
+    return mean.value
 
 
 def mean_of(live, time, view, size, count=SAMPLES):
@@ -65,16 +69,18 @@ def test_it_shows_what_a_still_shows(live):
 def test_all_sizes_show_the_same(live):
     time, view = live.ground.begin + 4.0, live.home
     large, small = (mean_of(live, time, view, size) for size in (SIZE, SMALL))
-    halves = large.reshape(SMALL[1], 2, SMALL[0], 2, 5).mean(axis=(1, 3))
-    ratios = halves.mean(axis=(0, 1)) / small.mean(axis=(0, 1))
+    ratios = {name: large[name].mean(axis=(0, 1)) / small[name].mean(axis=(0, 1)) for name in small}
     # A few distances near the horizon make up most of the mean of all.
-    assert np.abs(ratios[[0, 1, 2, 4]] - 1.0).max() < 0.01 and abs(ratios[3] - 1.0) < 0.15
+    most = {"radiance": 0.01, "hit": 0.01, "depth": 0.15}
+    assert {name: np.abs(ratios[name] - 1.0).max() < most[name] for name in most} == dict.fromkeys(
+        ratios, True
+    )
 
 
 def test_parts_join_without_a_seam(live):
     """Across the cuts, pixels differ no more than elsewhere, and each part is where it belongs."""
     time, view = live.ground.begin + 4.0, live.home
-    large, small = (mean_of(live, time, view, size)[..., :3] for size in (SIZE, SMALL))
+    large, small = (mean_of(live, time, view, size)["radiance"] for size in (SIZE, SMALL))
     halves = large.reshape(SMALL[1], 2, SMALL[0], 2, 3).mean(axis=(1, 3))
     apart = np.abs(halves - small).mean(axis=2)
     height, width = apart.shape
@@ -91,7 +97,8 @@ def test_a_moved_camera_sees_from_its_new_place(live):
     live.show(time, home)
     moved = seen_by(live, time, there, SIZE, count=16)
     fresh = mean_of(live, time, there, SIZE, count=16)
-    np.testing.assert_allclose(moved[..., 3:], fresh[..., 3:], rtol=1e-3, atol=2e-2)
+    for name in ("depth", "hit"):
+        np.testing.assert_allclose(moved[name], fresh[name], rtol=1e-3, atol=2e-2)
 
 
 def test_distances_are_those_of_the_scene(live):
@@ -100,16 +107,17 @@ def test_distances_are_those_of_the_scene(live):
     ground = live.ground_at(live.home.position)
     down = view_at((x, y, ground + 50.0), pitch=-90.0)
     seen = mean_of(live, live.ground.begin, down, SIZE, count=4)
-    depth = np.median(seen[..., 3] / np.maximum(seen[..., 4], 1e-6))
-    assert depth == pytest.approx(50.0, rel=0.12) and seen[..., 4].min() == 1.0
+    depth = np.median(seen["depth"] / np.maximum(seen["hit"], 1e-6))
+    assert depth == pytest.approx(50.0, rel=0.12) and seen["hit"].min() == 1.0
 
 
 def test_the_same_sample_is_the_same_picture(live):
     time, view = live.ground.begin + 1.0, live.home
     live.show(time, view)
-    one, other = (live.glimpse(time, view, number=3) for _ in range(2))
-    np.testing.assert_array_equal(one, other)
-    assert (one != live.glimpse(time, view, number=4)).any()
+    one, other, next_one = (live.glimpse(time, view, number=n) for n in (3, 3, 4))
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name])
+    assert (one["radiance"] != next_one["radiance"]).any()
 
 
 def test_a_clean_picture_keeps_its_light(live):
@@ -128,7 +136,7 @@ def test_nobody_is_there_without_traffic(live):
     with_all = mean_of(live, time, view, SIZE, count=8)
     live.show(time, view, dynamic=False)
     alone = seen_by(live, time, view, SIZE, count=8)
-    assert np.abs(with_all - alone).max() > 0.1
+    assert np.abs(with_all["radiance"] - alone["radiance"]).max() > 0.1
 
 
 @pytest.mark.parametrize("away", [(0.0, 0.0, 1e3), (4e3, 4e3, 50.0), (0.0, 0.0, -30.0)])
@@ -136,7 +144,7 @@ def test_far_and_odd_places_give_finite_pictures(live, away):
     view = view_at(tuple(live.home.position + np.array(away)), pitch=-10.0)
     live.show(live.ground.begin, view)
     seen = live.glimpse(live.ground.begin, view, number=0)
-    assert np.isfinite(seen).all() and (seen >= 0.0).all()
+    assert all(np.isfinite(layer).all() and (layer >= 0.0).all() for layer in seen.values())
     assert live.develop(seen, view).dtype == np.uint8
 
 

@@ -44,7 +44,7 @@ def test_developing_never_leaves_the_code_range(image, exposure, tone):
 @given(image=hnp.arrays(np.float32, (5, 3, 3), elements=st.floats(-1e4, 1e4, width=32)))
 def test_what_is_written_is_read(tmp_path_factory, image):
     path = tmp_path_factory.mktemp("exr") / "a.exr"
-    write_exr(path, image, half=False)
+    write_exr(path, {"radiance": image}, half=False)
     assert np.array_equal(read_exr(path)[0], image)
 
 

@@ -1,5 +1,6 @@
 """Small pictures of known scenes: directions, colours, shadows, lamps."""
 
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -21,6 +22,7 @@ from builders import (
 )
 
 from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.image.exr import write_exr
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.library.materials.named import MATERIALS, matt
 from sumo3dviz_pt.model.geometry import Mesh
@@ -320,9 +322,30 @@ def test_the_sky_is_not_denoised_and_textures_keep_their_share():
             samples = session.samples(frame)
             pictures[share] = session.finish(samples, frame)
         raw = session.finish(samples, frame, denoiser="none")
-    above = samples.guides["hit"] == 0
+    above = samples.layers["hit"] == 0
     assert 0.3 < above.mean() < 0.6
     for picture in pictures.values():
         np.testing.assert_allclose(picture[above], raw[above], rtol=1e-5)
     errors = {share: np.abs(pictures[share] - raw)[~above].mean() for share in pictures}
     assert 0.01 < errors[1.0] < errors[0.0]
+
+
+@pytest.mark.parametrize("frozen", [False, True])
+def test_layers_beside_the_picture_show_what_is_seen(tmp_path, frozen):
+    """Straight down on a grey, level ground, all of them are known; EXR files keep their names."""
+    import OpenEXR
+
+    scene = scene_of([static("g", plane(40), "grey")], {"grey": diffuse(0.5)})
+    quality = Quality(spp=16, pass_spp=16, max_depth=2, denoise="fast", guides=True, haze=False)
+    wanted = ("radiance", "depth", "hit", "albedo", "normal")
+    with session_of(scene, quality=quality, frozen=frozen) as session:
+        session.settings = replace(session.settings, layers=wanted)
+        layers = session.render(frame_of(view_at([0, 0, 10], pitch=-90, fov=2))).layers
+    assert tuple(layers) == wanted and layers.size == (64, 36)
+    np.testing.assert_allclose(layers["depth"], 10.0, rtol=1e-3)
+    np.testing.assert_array_equal(layers["hit"], 1.0)
+    np.testing.assert_allclose(layers["albedo"], 0.5, rtol=1e-3)
+    np.testing.assert_allclose(layers["normal"] - [0.0, 0.0, 1.0], 0.0, atol=1e-3)
+    write_exr(tmp_path / "a.exr", layers)
+    with OpenEXR.File(str(tmp_path / "a.exr")) as file:
+        assert set(file.channels()) == {"RGB", "depth", "hit", "albedo", "normal"}

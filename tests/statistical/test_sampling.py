@@ -239,27 +239,28 @@ def traced(street, cap, *, white=1.0, spp=16):
 
 def test_an_endless_cap_is_plain_path_tracing(street):
     plain, endless = traced(street, None), traced(street, 1e30)
-    np.testing.assert_allclose(endless.capped, plain.capped, rtol=1e-6)
-    assert endless.lost.max() == 0 and endless.tally.capped == 0
+    np.testing.assert_allclose(endless.layers["capped"], plain.layers["capped"], rtol=1e-6)
+    assert endless.layers["lost"].max() == 0 and endless.tally.capped == 0
 
 
 @pytest.mark.parametrize(("cap", "white"), [(40.0, 1.0), (4.0, 0.25), (0.5, 1.0)])
 def test_what_stays_and_what_is_lost_is_plain_path_tracing(street, cap, white):
-    plain, cut = traced(street, None), traced(street, cap, white=white)
-    assert (cut.lost >= 0).all() and (cut.lost > 0).any()
-    np.testing.assert_allclose(cut.capped + cut.lost, plain.capped, rtol=2e-5, atol=1e-6)
-    assert cut.capped.max() <= cap * white * (1 + 1e-5)
+    plain, cut = traced(street, None).layers, traced(street, cap, white=white)
+    kept, lost, shown = (cut.layers[name] for name in ("capped", "lost", "radiance"))
+    assert (lost >= 0).all() and (lost > 0).any()
+    np.testing.assert_allclose(kept + lost, plain["capped"], rtol=2e-5, atol=1e-6)
+    assert kept.max() <= cap * white * (1 + 1e-5)
     # Where the sky is seen, the cap does not count.
-    sky = cut.guides["hit"] < 1.0
-    np.testing.assert_allclose(cut.radiance[sky], plain.radiance[sky], rtol=2e-5, atol=1e-6)
-    np.testing.assert_array_equal(cut.radiance[~sky], cut.capped[~sky])
-    share = cut.lost[~sky].sum() / plain.capped.sum()
+    sky = cut.layers["hit"] < 1.0
+    np.testing.assert_allclose(shown[sky], plain["radiance"][sky], rtol=2e-5, atol=1e-6)
+    np.testing.assert_array_equal(shown[~sky], kept[~sky])
+    share = lost[~sky].sum() / plain["capped"].sum()
     assert cut.tally.capped_share == pytest.approx(share, rel=1e-3)
 
 
 def test_the_cap_keeps_hues(street):
     """With one sample per pixel all channels shrink alike, and none stays over the limit."""
-    plain, cut = traced(street, None, spp=1).capped, traced(street, 0.5, spp=1).capped
+    plain, cut = (traced(street, cap, spp=1).layers["capped"] for cap in (None, 0.5))
     over = plain.max(axis=-1) > 0.5
     assert over.sum() > 20
     np.testing.assert_allclose(cut[over].max(axis=-1), 0.5, rtol=1e-5)

@@ -10,9 +10,10 @@ from builders import RAW, ball, diffuse, frame_of, plane, scene_of, session_of, 
 
 from sumo3dviz_pt.image.tonemap import develop, develop_float, tone_names
 from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
-from sumo3dviz_pt.render.sky.map import CANDELAS_PER_UNIT, bake_sky
+from sumo3dviz_pt.render.sky.map import bake_sky
 from sumo3dviz_pt.world.sky.build import NIGHT, base_exposure
 
 pytestmark = pytest.mark.slow

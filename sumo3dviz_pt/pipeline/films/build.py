@@ -276,7 +276,7 @@ def _render_frames(
             }
             write_exr(
                 frame_file(folder, number),
-                rendered.radiance,
+                rendered.layers,
                 half=production.job.output.half,
                 attributes={PROVENANCE: json.dumps(account, sort_keys=True)},
             )

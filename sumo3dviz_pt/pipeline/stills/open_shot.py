@@ -149,14 +149,17 @@ class OpenShot:
         announce(Doing.RENDER)
         rendered = self._session.render(frame, after_pass=partial(announce, Doing.RENDER))
         output = made.job.output
+        # Layers are read-only, but a user may change this picture, and save it then.
+        radiance = rendered.radiance.copy()
+        layers = rendered.layers | {"radiance": radiance}
         return Still(
-            rendered.radiance,
+            radiance,
             made.exposure,
             output.tone,
             output.glare,
             output.half,
             account,
-            rendered,
+            replace(rendered, layers=layers),
         )
 
     def frames(self) -> Iterator[Still]:

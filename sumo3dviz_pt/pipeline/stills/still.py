@@ -72,7 +72,7 @@ class Still:
             from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 
             attributes = {PROVENANCE: self._account}
-            write_exr(path, self.radiance, half=self.half, attributes=attributes)
+            write_exr(path, self.rendered.layers, half=self.half, attributes=attributes)
         else:
             from sumo3dviz_pt.image.png import write_png
 

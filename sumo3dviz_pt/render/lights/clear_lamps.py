@@ -1,7 +1,7 @@
 """Moves lamps of vehicles out of the bodies that they would be hidden in.
 
-Lamps are placed on the detailed body; stand-ins for far away are blunter, stretched and
-simplified, and users' files know nothing of ours.
+Lamps are placed on our detailed body. Stand-ins for far away are blunter, stretched and
+simplified, and a user's own body has another form.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from sumo3dviz_pt.model.scene import Part
 
 _BEFORE = 0.004
 _DEEPEST = 0.125
-"""What is farther before a lamp than this stands in its way on purpose [m]."""
+"""A surface that lies farther than this before a lamp is meant to hide it [m]."""
 
 _HIDDEN = 0.1
 """Share of a lamp that may be hidden."""
@@ -28,7 +28,7 @@ _PROBES = np.concatenate([np.zeros((1, 2)), 0.5 * _RING[::2], 0.92 * _RING])
 
 
 def clear_lamps(lamps: Sequence[VehicleLamp], parts: Sequence[Part]) -> tuple[VehicleLamp, ...]:
-    """The lamps, moved along where they shine until the body hides them no more.
+    """Move lamps along the way they shine until the body no longer hides them.
 
     Args:
         lamps: In the body's frame.
@@ -42,20 +42,20 @@ def clear_lamps(lamps: Sequence[VehicleLamp], parts: Sequence[Part]) -> tuple[Ve
 
 
 def _bounds(corners: Floats) -> tuple[Floats, Floats]:
-    """Lowest and highest coordinates of triangles, (m, 3) each."""
+    """Return the lowest and highest coordinates of triangles, (m, 3) each."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
 def _near(lamp: VehicleLamp, low: Floats, high: Floats) -> Bools:
-    """Which triangles may stand before a lamp, by their bounds, (m,): few of many thousands."""
+    """Return which triangles may hide a lamp, (m,), by the bounds of all of them, (m, 3) each."""
     reach = float(np.linalg.norm([*lamp.size, _DEEPEST]))
     at = np.array(lamp.at)
     return np.asarray(((low < at + reach) & (high > at - reach)).all(axis=1))
 
 
 def _moved(lamp: VehicleLamp, corners: Floats) -> VehicleLamp:
-    """One lamp before the triangles of a body, (m, 3, 3) [m]."""
+    """Move one lamp out of the triangles of a body, (m, 3, 3) [m]."""
     ahead = _ahead(lamp, corners)
     if float((ahead > 0.0).mean()) <= _HIDDEN:
         return lamp
@@ -65,7 +65,7 @@ def _moved(lamp: VehicleLamp, corners: Floats) -> VehicleLamp:
 
 
 def _ahead(lamp: VehicleLamp, corners: Floats) -> Floats:
-    """How far the foremost surface lies before each probe, (probes,) [m]; else 0."""
+    """Return how far the foremost surface lies before each probe, (probes,) [m]; else 0."""
     forward = np.array([np.cos(lamp.yaw), np.sin(lamp.yaw), 0.0])
     # Across, up and forward, from the middle of the lamp and in units of its half axes.
     axes = np.stack([[-forward[1], forward[0], 0.0], [0.0, 0.0, 1.0], forward], axis=1)
@@ -79,7 +79,7 @@ def _ahead(lamp: VehicleLamp, corners: Floats) -> Floats:
 
 
 def _crossed(corners: Floats) -> tuple[Floats, Bools]:
-    """Where rays through the probes cross triangles, and whether, (triangles, probes) each."""
+    """Return how far ahead the probes' rays cross triangles, and whether, (triangles, probes)."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     u, v = b - a, c - a
     area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]

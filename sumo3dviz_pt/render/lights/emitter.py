@@ -1,12 +1,12 @@
-"""An emitter for lamps: each has a radiance, an axis and a chance to be aimed at of its own.
+"""An emitter for lamps, each with its own radiance, axis and chance that paths aim at it.
 
-Mitsuba's area emitter picks a point of a mesh by area alone, lit or not, near or far, and
-shines alike to all sides. Ours picks by what a lamp gives to the cell of a grid that the
-lit point lies in, so that a red lamp lights the road behind it without speckles, unlit
-lenses draw no light samples, and real lenses' narrow beams leave the pavement below a
-traffic light dark. What is picked is told apart by u and the lamp by v, which sampled
-points carry, too. Scalar variants, where Python plugins are slow, have area emitters and do
-not aim at them.
+Mitsuba's area emitter picks a point of a mesh by area alone, whether it is lit and near or not,
+and it shines alike to all sides. Ours picks by what a lamp gives to the lit point, by cells of
+a grid. So a red lamp lights the road behind it without speckles, lamps that are off draw no
+light samples, and the narrow beams of real lenses leave the pavement below a traffic light
+dark. The mesh's u coordinate holds the number of what is picked and v that of the lamp, as
+sampled points carry both. Scalar variants, where Python plugins are slow, have area emitters
+that paths never aim at.
 """
 
 from __future__ import annotations
@@ -29,11 +29,22 @@ _TABLES = ("radiance", "axes", "lobes", "density", "chance", "grid")
 
 
 class _Lamps:
-    """What the emitter does; apart from it, because Mitsuba's classes need a variant first.
+    """The emitter's methods. Mitsuba's class, made once a variant is set, takes them from here.
 
-    What is picked are units: `fan` neighbouring faces of the same area each. Tables:
-    `radiance` and `axes`, three by lamp; `lobes`: floor and sharpness; by cell and unit
-    `density` per area and `chance`, summed up; `grid`: corner and cells per metre.
+    Paths pick units: `fan` neighbouring faces of the same area each.
+
+    Attributes:
+        count: Lamps.
+        units: Units.
+        fan: Faces of a unit.
+        cells: Rows, and columns, of the grid.
+        radiance: Three numbers by lamp.
+        axes: Unit vectors by lamp.
+        lobes: Floor and sharpness by lamp.
+        density: Of picked points, by cell and unit [1/m2].
+        chance: Of each unit to be picked, summed up, by cell and unit.
+        grid: x and y of the corner [m], and cells per metre.
+        get_shape: Mitsuba's; returns the mesh.
     """
 
     count: int
@@ -49,25 +60,25 @@ class _Lamps:
     get_shape: Any
 
     def eval(self, si: Any, active: Any = True) -> Any:
-        """Radiance towards where a ray came from."""
+        """Return the radiance towards where a ray came from."""
         front = active & (si.wi.z > 0.0)
         return self._shining(self._lamp(si.uv), si.to_world(si.wi), front)
 
     def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-        """Radiance towards where light is looked for."""
+        """Return the radiance towards where light is looked for."""
         del it
         front = active & (dr.dot(ds.d, ds.n) < 0.0)
         return self._shining(self._lamp(ds.uv), -ds.d, front)
 
     def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-        """Density of directions to a point on a lamp [1/sr]."""
+        """Return the density of directions to a point on a lamp [1/sr]."""
         cosine = -dr.dot(ds.d, ds.n)
         unit = dr.minimum(mi.UInt32(ds.uv.x * self.units), self.units - 1)
         density = dr.gather(mi.Float, self.density, self._cell(it.p) + unit, active)
         return dr.select(active & (cosine > 0.0), density * dr.square(ds.dist) / cosine, 0.0)
 
     def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
-        """A direction to a point on a lamp, and its light over its density."""
+        """Return a direction to a point on a lamp, and its light over its density."""
         ds = self._point(it.p, sample, active)
         ds.time = it.time
         ds.d = ds.p - it.p
@@ -79,20 +90,20 @@ class _Lamps:
         return ds, dr.select(lit, light / ds.pdf, 0.0)
 
     def bbox(self) -> Any:
-        """Of all lamps."""
+        """Return the bounding box of all lamps."""
         return self.get_shape().bbox()
 
     def to_string(self) -> str:
-        """For Mitsuba's messages."""
+        """Return a name for Mitsuba's messages."""
         return f"LampEmitter[{self.count}]"
 
     def _lamp(self, uv: Any) -> Any:
-        """Number of the lamp at texture coordinates."""
+        """Return the number of the lamp at texture coordinates."""
         # Mitsuba's v runs up, ours down.
         return dr.minimum(mi.UInt32(-uv.y * self.count), self.count - 1)
 
     def _cell(self, place: Any) -> Any:
-        """Where the numbers of a place's cell begin in the tables by cell and unit."""
+        """Return where the numbers of a place's cell begin in the tables by cell and unit."""
         grid = dr.gather(mi.Vector3f, self.grid, mi.UInt32(0))
         last = self.cells - 1.0
         column = mi.UInt32(dr.clip((place.x - grid.x) * grid.z, 0.0, last))
@@ -100,7 +111,7 @@ class _Lamps:
         return (row * self.cells + column) * self.units
 
     def _shining(self, lamp: Any, out: Any, active: Any) -> Any:
-        """Radiance of a lamp into a direction."""
+        """Return the radiance of a lamp into a direction."""
         full = dr.gather(mi.Color3f, self.radiance, lamp, active)
         cosine = dr.dot(out, dr.gather(mi.Vector3f, self.axes, lamp, active))
         lobe = dr.gather(mi.Vector2f, self.lobes, lamp, active)
@@ -108,7 +119,7 @@ class _Lamps:
         return dr.select(active, full * share, 0.0)
 
     def _point(self, place: Any, sample: Any, active: Any) -> Any:
-        """A point on a lamp, picked by what lamps give to a place."""
+        """Return a point on a lamp, picked by what lamps give to a place."""
         face, left = self._face(self._cell(place), sample.x, active)
         part = mi.warp.square_to_uniform_triangle(mi.Point2f(left, sample.y))
         mesh = self.get_shape()
@@ -122,7 +133,7 @@ class _Lamps:
         return ds
 
     def _face(self, first: Any, number: Any, active: Any) -> tuple[Any, Any]:
-        """The face that a number in [0, 1) picks, and what is left of the number."""
+        """Return the face that a number in [0, 1) picks, and what is left of the number."""
 
         def chance(k: Any) -> Any:
             return dr.gather(mi.Float, self.chance, first + k, active)
@@ -140,7 +151,7 @@ def register_lamps() -> None:
     class LampEmitter(mi.Emitter):  # type: ignore[misc]
         """Lamps on the faces of one mesh."""
 
-        # Mitsuba's classes take no second base.
+        # Mitsuba's classes cannot have a second base class.
         eval, eval_direction = _Lamps.eval, _Lamps.eval_direction
         pdf_direction, sample_direction = _Lamps.pdf_direction, _Lamps.sample_direction
         bbox, to_string = _Lamps.bbox, _Lamps.to_string
@@ -168,7 +179,7 @@ def register_lamps() -> None:
 
 
 def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str, Any]:
-    """The emitter of a mesh of lamps as a plugin's dict, dark and not aimed at at first.
+    """Return the emitter of a mesh of lamps as a plugin's dict; it is dark at first.
 
     Args:
         count: Lamps.
@@ -198,9 +209,9 @@ def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: 
     convert.overwrite(parameters, f"{name}.emitter.lobes", glow.lobes[:, :2])
     if weight <= 0.0:
         return
-    corner, step = grid_of(frame.view, cells_for(len(glow.areas)))
-    density, chance = picked(glow, corner, step)
-    start = [*(corner - frame.origin[:2]), 1.0 / step]
+    grid = grid_of(frame.view, cells_for(len(glow.areas)))
+    density, chance = picked(glow, grid)
+    start = [*(grid.corner - frame.origin[:2]), 1.0 / grid.step]
     for table, values in (("density", density), ("chance", chance), ("grid", np.array(start))):
         convert.overwrite(parameters, f"{name}.emitter.{table}", values)
     lumens = CANDELAS_PER_UNIT * float(glow.power @ nearness(glow.places, frame.view))
@@ -208,12 +219,12 @@ def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: 
 
 
 def lobe_row(lobe: Lobe) -> tuple[float, float, float]:
-    """A row of `Glow.lobes`."""
+    """Return a row of `Glow.lobes`."""
     return lobe.floor, lobe.sharpness, lobe.flux
 
 
 def axes_of(normals: Floats, areas: Floats, lamp_of_face: Ints, count: int) -> Floats:
-    """Mean direction of each lamp's faces, unit, (count, 3).
+    """Return the mean direction of each lamp's faces, unit, (count, 3).
 
     Args:
         normals: Of the faces, unit, (m, 3).
@@ -227,7 +238,7 @@ def axes_of(normals: Floats, areas: Floats, lamp_of_face: Ints, count: int) -> F
 
 
 def faces_of(mesh_vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
-    """Unit normals, (m, 3), and areas, (m,) [m2], of triangles."""
+    """Return unit normals, (m, 3), and areas, (m,) [m2], of triangles."""
     across = area_vectors(mesh_vertices, faces)
     twice = np.linalg.norm(across, axis=1)
     return across / np.maximum(twice, 1e-30)[:, None], 0.5 * twice

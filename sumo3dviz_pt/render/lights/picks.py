@@ -1,9 +1,9 @@
-"""How often paths aim at which lamp: by what it gives to the place that is lit.
+"""How often paths aim at which lamp: as often as it matters to the place that is lit.
 
-Tables by cell of a grid around what the eye sees, so that a renderer can read them at any
-place. Cells of vehicles' lamps are three metres wide: with cells of twelve, the road at a
-metre behind a brake lamp got its light from one sample in a hundred, and the firefly cap
-took a sixth of it.
+The chances are stored by the cells of a grid around what the eye sees, where the renderer
+looks them up. Cells of vehicles' lamps are three metres wide. With cells of twelve metres, the
+road one metre behind a brake lamp got its light from one sample in a hundred, and the firefly
+cap took a sixth of that light.
 """
 
 from __future__ import annotations
@@ -50,56 +50,67 @@ class Glow:
     def power(self) -> Floats:
         """What units give, mean of the channels, (m,)."""
         given = (self.radiance.mean(axis=1) * self.lobes[:, 2])[self.lamp_of_unit] * self.areas
-        # Broken radiances must be found, and be counted in the picture.
+        # Lamps whose radiance is NaN must be picked, too, so that the picture's account shows it.
         return np.asarray(np.nan_to_num(given, nan=1.0, posinf=1e3))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Square cells on the ground, as many rows as columns.
+
+    Attributes:
+        corner: The lowest x and y, (2,) [m].
+        step: A cell's side [m].
+    """
+
+    corner: Floats
+    step: float
+
+
 def cells_for(units: int) -> int:
-    """Rows and columns of the grid for so many units."""
+    """Return how many rows, and columns, the grid has for so many units."""
     return int(np.clip(np.sqrt(_ROOM / units), 1, _MOST_CELLS))
 
 
 def share_of(lumens: float) -> float:
-    """How often paths aim at what gives a picture so much light [lm], against a night sky.
+    """Return how often paths aim at an emitter of so much light [lm], against a night sky.
 
-    Noise is least where an emitter's share of the picks follows the root of its second
-    moment. Small lamps light little, but nearly alone, so it grows with the root of their
-    light.
+    Noise is least where an emitter is picked in proportion to the root of its light's second
+    moment. A small lamp lights a small place, but almost alone, so the root of its light
+    counts.
     """
     return float(np.sqrt(min(max(lumens, 0.0), 1e9) / 1250.0))
 
 
-def grid_of(view: View, cells: int) -> tuple[Floats, float]:
-    """Lowest corner of the grid around what a view sees, (2,), and a cell's side [m]."""
+def grid_of(view: View, cells: int) -> Grid:
+    """Lay a grid of so many rows and columns around what a view sees."""
     forward = view.world_from_camera.matrix[:2, 0]
-    return view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells
+    return Grid(view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells)
 
 
-def picked(glow: Glow, corner: Floats, step: float) -> tuple[Floats, Floats]:
-    """How points are picked, by cell and unit: density [1/m2] and summed chance, (c * c, m).
+def picked(glow: Glow, grid: Grid) -> tuple[Floats, Floats]:
+    """Return by cell and unit how points are picked: density [1/m2] and summed chance, (c * c, m).
 
-    Args:
-        glow: The lamps.
-        corner: Lowest one of the grid, (2,) [m].
-        step: A cell's side [m].
+    There are as many rows and columns, c, as `cells_for` has for the units, m.
     """
     cells, units = cells_for(len(glow.areas)), len(glow.areas)
     lit = np.flatnonzero(glow.power > 0.0)
     density, chance = np.zeros((cells**2, units)), np.ones((cells**2, units))
     if not len(lit):
         return density, chance
-    given = _given(glow, lit, corner + (np.arange(cells) + 0.5)[:, None] * step, step)
+    middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
+    given = _given(glow, lit, middles, grid.step)
     given /= given.sum(axis=1, keepdims=True)
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
     summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(given, axis=1)], axis=1)
-    # Units between lit ones add nothing.
+    # Units that are off have the summed chance of the lit unit before them.
     before = np.searchsorted(lit, np.arange(units), side="right")
     np.take(summed / summed[:, -1:], before, axis=1, out=chance)
     return density, chance
 
 
 def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
-    """What units give to cells, (c * c, m): power over squared distance, less behind them.
+    """Return what units give to cells, (c * c, m): power over squared distance, less behind them.
 
     Args:
         glow: The lamps.
@@ -111,13 +122,13 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
     away = y[:, None] ** 2 + x[None] ** 2 + (0.5 * step + _LEAST) ** 2
     axes = glow.axes[glow.lamp_of_unit[units]]
     cosine = (y[:, None] * axes[:, 1] + x[None] * axes[:, 0]) / np.sqrt(away)
-    # Cells are wide, and what stands in them is high: nothing is sure to lie behind a lamp.
+    # Cells are wide and things in them are high: some of a cell may always be before the lamp.
     facing = _BEHIND + np.clip(0.5 + 2.0 * cosine, 0.0, 1.0)
     return np.asarray((glow.power[units] * facing / away).reshape(len(middles) ** 2, -1))
 
 
 def nearness(places: Floats, view: View) -> Floats:
-    """How large the light of lamps at places, (n, 3) [m], is in a picture, (n,), in (0, 1]."""
+    """Return how much the light of lamps at places, (n, 3) [m], matters in a picture, (n,)."""
     seen = (places - view.position) @ view.world_from_camera.matrix[:3, :3]
     room = 1.15 * view.lens.half_width * np.maximum(seen[:, 0], 0.0) + _AROUND
     inside = (seen[:, 0] > -_AROUND) & (np.abs(seen[:, 1]) < room)

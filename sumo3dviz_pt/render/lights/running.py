@@ -1,11 +1,11 @@
 """Lamps of vehicles: glowing lenses as two meshes, and beams of the nearest head lamps.
 
-Emitters cannot be instanced, so all lenses are merged into meshes, near and far, whose
-vertices and radiances are updated. Lamps that are off have no area. Beams are a fixed pool
-of spots.
+Emitters cannot be instanced. So all lenses are merged into two meshes, near and far, whose
+vertices and radiances are updated in every frame; lamps that are off have no area. Beams are a
+fixed number of spots.
 
-How often paths aim at each was chosen by measuring: noise is least where an emitter's share
-of the picks follows the root of its second moment, relative to the square of the picture.
+How often paths aim at each was measured: noise, relative to the picture, is least where an
+emitter is picked in proportion to the root of its light's second moment.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ _FADE = 0.25
 """Share of that distance over which they fade."""
 
 _WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
-"""How often paths aim at lenses by whether their road users are far away."""
+"""How often paths aim at the lenses of near (False) and far (True) road users."""
 
 _BEAM_FLUX = 640.0
-"""Of a car's low beams [lm]."""
+"""Light of a car's low beams [lm]."""
 
 _BEAM_WEIGHT = 1.5
 _UNSEEN_BEAM = 0.02
-"""Share of a beam outside the picture that matters all the same."""
+"""How much a beam matters whose light is not in the picture, in [0, 1]."""
 
 _LIT = np.array(
     [
@@ -53,10 +53,10 @@ _LIT = np.array(
         for aside in (-0.3, -0.1, 0.1, 0.3)
     ]
 )
-"""Where a beam's light is looked for, in its frame, (n, 3) [m]."""
+"""Points of the road that stand for what a beam lights, in its frame, (n, 3) [m]."""
 
 _BEAM_NEAR = 30.0
-"""From here on, light on the road matters less the smaller it is in the picture [m]."""
+"""Light on the road farther from the eye matters less, as it is smaller in the picture [m]."""
 
 _SIDES = 6
 _TURN = np.arange(_SIDES) * 2.0 * np.pi / _SIDES
@@ -84,8 +84,30 @@ class _Discs:
     lobes: Floats
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Placed:
+    """All lamps of a mesh in one frame; those that are off have no area.
+
+    Attributes:
+        vertices: Relative to the renderer's origin, (lamps, 1 + sides, 3) [m].
+        radiance: (lamps, 3).
+        lobes: As in `Glow`, (lamps, 3).
+    """
+
+    vertices: Floats
+    radiance: Floats
+    lobes: Floats
+
+
 class GlowingLenses:
-    """All lamps of one level as a mesh with a fixed number of places."""
+    """All lamps of one level of detail as a mesh with a fixed number of places.
+
+    Args:
+        scene: Holds the bodies and how many of each there can be.
+        lights: What shines on vehicles.
+        far: Whether the lamps are those of stand-ins, or of detailed bodies.
+        floor: Height where lamps that are off wait [m].
+    """
 
     def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
         self.name, self._far = f"running_{'far' if far else 'near'}", far
@@ -102,40 +124,48 @@ class GlowingLenses:
                 self.count += places * len(chosen)
 
     def __bool__(self) -> bool:
-        """Whether any road user of the shot has a lamp."""
+        """Return whether any road user of the shot has a lamp."""
         return bool(self._discs)
 
     def make(self, bsdf: Any, *, jit: bool) -> Any:
-        """The mesh; all lamps are off."""
+        """Make the mesh; all lamps are off."""
         ring = np.arange(_SIDES)
         fan = np.column_stack([np.zeros(_SIDES, int), 1 + ring, 1 + (ring + 1) % _SIDES])
         faces = (np.arange(self.count)[:, None, None] * (1 + _SIDES) + fan).reshape(-1, 3)
         u = np.repeat((np.arange(self.count) + 0.5) / self.count, 1 + _SIDES)
-        vertices = self._places((), np.zeros(3))[0].reshape(-1, 3)
+        vertices = self._placed((), np.zeros(3)).vertices.reshape(-1, 3)
         mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
         emitter = lamp_emitter(self.count, self.count, jit=jit, fan=_SIDES)
         tint = np.full((len(faces), 3), UNTINTED)
         return convert.make_lamps(self.name, mesh, bsdf=bsdf, emitter=emitter, tint=tint)
 
     def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
-        """Put the lamps of a frame to their places."""
+        """Put the lamps of a frame to their places.
+
+        Args:
+            parameters: Of Mitsuba's scene.
+            frame: Says where road users are and what is lit.
+            jit: Whether the variant compiles.
+        """
         movers = frame.far if self._far else (*frame.movers, *frame.deforming)
-        vertices, radiance, lobes = self._places(movers, frame.origin)
+        placed = self._placed(movers, frame.origin)
+        vertices = placed.vertices
         convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices.reshape(-1, 3))
-        # The triangles of a fan are alike, whatever ellipse it fills.
+        # All triangles of a fan have the same area, whatever ellipse it fills.
         across = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
         twice = np.linalg.norm(across, axis=1)
         axes = across / np.maximum(twice, 1e-30)[:, None]
         if not jit:
             key = f"{self.name}.{convert.RADIANCE_ATTRIBUTE}"
-            convert.overwrite(parameters, key, np.repeat(radiance, _SIDES, axis=0))
+            convert.overwrite(parameters, key, np.repeat(placed.radiance, _SIDES, axis=0))
             return
         areas, places = 0.5 * _SIDES * twice, vertices[:, 0] + frame.origin
-        glow = Glow(radiance, axes, lobes, areas, np.arange(self.count), places)
+        each = np.arange(self.count)
+        glow = Glow(placed.radiance, axes, placed.lobes, areas, each, places)
         light(parameters, self.name, glow, frame, weight=self._weight)
 
-    def _places(self, movers: Sequence[Mover], origin: Floats) -> tuple[Floats, Floats, Floats]:
-        """Corners relative to the origin, (lamps, 1 + sides, 3), radiances and lobes."""
+    def _placed(self, movers: Sequence[Mover], origin: Floats) -> _Placed:
+        """Find where the lamps of some road users are, and how they shine."""
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self.count, 1 + _SIDES, 1))
         radiance, lobes = np.zeros((self.count, 3)), np.tile(lobe_row(Lobe()), (self.count, 1))
         vertices[0, 1:, :2] += 1e-3 * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
@@ -150,11 +180,11 @@ class GlowingLenses:
             vertices[rows] = discs.corners[lit] @ matrix[:3, :3].T + matrix[:3, 3]
             radiance[rows], lobes[rows] = discs.radiance[lit], discs.lobes[lit]
             used += len(lit)
-        return vertices, radiance, lobes
+        return _Placed(vertices, radiance, lobes)
 
 
 def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float) -> _Discs:
-    """The lamps of a body; its head lamps have a share of a car's power."""
+    """Return the lamps of a body; its head lamps have a share of a car's power."""
     corners = np.array([_disc(lamp) for lamp in lamps]).reshape(-1, 1 + _SIDES, 3)
     # A regular polygon of n sides fills n/2 sin(2 pi/n) of its radius squared.
     filled = 0.5 * _SIDES * np.sin(2.0 * np.pi / _SIDES)
@@ -167,7 +197,7 @@ def _discs(lamps: Sequence[VehicleLamp], lights: RunningLights, *, share: float)
 
 
 def _disc(lamp: VehicleLamp) -> Floats:
-    """Centre and rim of a lamp, anticlockwise as seen from where it shines, (1 + sides, 3)."""
+    """Return a lamp's centre and rim, anticlockwise as seen from ahead, (1 + sides, 3)."""
     left = np.array([-np.sin(lamp.yaw), np.cos(lamp.yaw), 0.0])
     across = 0.5 * lamp.size[0] * np.cos(_TURN)[:, None] * left
     up = 0.5 * lamp.size[1] * np.sin(_TURN)[:, None] * np.array([0.0, 0.0, 1.0])
@@ -175,7 +205,13 @@ def _disc(lamp: VehicleLamp) -> Floats:
 
 
 class Beams:
-    """Spots in front of the nearest vehicles with head lamps on."""
+    """Spots in front of the nearest vehicles with head lamps on.
+
+    Args:
+        scene: Holds the bodies and how many of each there can be.
+        beam: What a car's head lamps throw onto the road.
+        heads: Power of head lamps against a car's, by prototype.
+    """
 
     def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
         self._beam, self._power = beam, heads
@@ -186,7 +222,7 @@ class Beams:
         self.count = min(room, MOST_BEAMS)
 
     def entries(self) -> dict[str, Any]:
-        """Spots by name, dark; they share one pattern."""
+        """Make the spots, by name; they are dark and share one pattern."""
         # A spot's u runs to its left and its v upwards.
         pattern = np.ascontiguousarray(self._beam.pattern[::-1, ::-1, None], np.float32)
         image = {"type": "bitmap", "bitmap": mi.Bitmap(pattern), "raw": True, "wrap_mode": "clamp"}
@@ -208,7 +244,7 @@ class Beams:
             place, share = shining[k] if k < len(shining) else (None, 0.0)
             intensity = [share * channel for channel in self._beam.intensity]
             parameters[f"{name}.intensity.value"] = mi.Color3f(intensity)
-            # A spot that is off would still draw light samples.
+            # With a weight, a spot that is off would still take light samples.
             lumens = _BEAM_FLUX * share * beam_weight(place, frame.view)
             parameters[f"{name}.sampling_weight"] = _BEAM_WEIGHT * share_of(lumens)
             if place is not None:
@@ -216,7 +252,7 @@ class Beams:
                 parameters[f"{name}.to_world"] = convert.transform(matrix)
 
     def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
-        """Where lamps are and how strong they are, those that matter most first."""
+        """Return where lamps are and how strong they are, those that matter most first."""
         found = []
         for mover in (*frame.movers, *frame.deforming, *frame.far):
             if "head" in mover.lit and mover.prototype in self._heads:
@@ -226,7 +262,7 @@ class Beams:
                 away = float(np.linalg.norm(place.position - frame.view.position)) / power**0.25
                 found.append((away, mover.id, place, power))
         found.sort(key=lambda row: row[:2])
-        # Where there are more than spots, the last ones fade, so that none appears at once.
+        # With more vehicles than spots, the farthest beams fade, so that none appears suddenly.
         end = min([BEAM_END, *(row[0] for row in found[self.count : self.count + 1])])
         return [
             (place, power * float(np.clip((end - away) / (_FADE * end), 0.0, 1.0)))
@@ -235,11 +271,10 @@ class Beams:
 
 
 def beam_weight(place: Transform | None, view: View) -> float:
-    """How much of a beam's light is large in the picture, in [0, 1].
+    """Return how much of a beam's light is large in the picture, in [0, 1].
 
-    It changes smoothly while a vehicle drives by: light that is suddenly aimed at much less
-    would go out in the film, because what is left of it are rare bright samples, which the
-    cap cuts.
+    It changes smoothly while a vehicle drives by. If paths suddenly aimed much less at a beam,
+    its light would go out in the film: few, bright samples would be left, which the cap cuts.
     """
     if place is None:
         return 0.0
@@ -253,7 +288,7 @@ def beam_weight(place: Transform | None, view: View) -> float:
 
 
 def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
-    """A frame at a point of a body, turned like it but not stretched."""
+    """Return a placement at a point of a body, turned like the body but not stretched."""
     matrix = body.matrix.copy()
     matrix[:3, 3] = matrix[:3, :3] @ np.array(at) + matrix[:3, 3]
     matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
@@ -261,7 +296,7 @@ def _unscaled(body: Transform, at: tuple[float, float, float]) -> Transform:
 
 
 def _between(lamps: Sequence[VehicleLamp]) -> tuple[float, float, float] | None:
-    """The place midway between a body's head lamps, just before them, or None [m]."""
+    """Return the place midway between a body's head lamps, just before them, or None [m]."""
     heads = np.array([lamp.at for lamp in lamps if lamp.role == "head"]).reshape(-1, 3)
     if not len(heads):
         return None
@@ -270,7 +305,13 @@ def _between(lamps: Sequence[VehicleLamp]) -> tuple[float, float, float] | None:
 
 
 class RunningLamps:
-    """Everything that vehicles of a scene light."""
+    """All lamps and beams of a scene's vehicles.
+
+    Args:
+        scene: Says what vehicles light.
+        floor: Height where lamps that are off wait [m].
+        jit: Whether the variant compiles.
+    """
 
     def __init__(self, scene: SceneData, *, floor: float, jit: bool) -> None:
         lights, self._jit = scene.running, jit
@@ -283,11 +324,11 @@ class RunningLamps:
             self._beams = Beams(scene, lights.beam, lights.heads)
 
     def __bool__(self) -> bool:
-        """Whether there is anything to light."""
+        """Return whether there is anything to light."""
         return bool(self._sets)
 
     def entries(self, bsdf: Any) -> dict[str, Any]:
-        """Shapes and emitters by name."""
+        """Make the shapes and emitters, by name."""
         shapes = {lenses.name: lenses.make(bsdf, jit=self._jit) for lenses in self._sets}
         return shapes if self._beams is None else {**shapes, **self._beams.entries()}
 

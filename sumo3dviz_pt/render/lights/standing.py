@@ -32,18 +32,24 @@ class _Standing:
         self._places = lamps.mesh.vertices[lamps.mesh.faces].mean(axis=1)
 
     def glow(self, frame: FrameState) -> Glow:
-        """How it shines in a frame."""
+        """Return how the lamp set shines in a frame."""
         index = self.lamps.lamp_of_face
         return Glow(self.radiance(frame), self._axes, self._lobes, self._areas, index, self._places)
 
     def radiance(self, frame: FrameState) -> Floats:
-        """Of each lamp, (lamps, 3)."""
+        """Return the radiance of each lamp, (lamps, 3)."""
         constant = self.lamps.radiance
         return np.asarray(frame.lamps[self.lamps.id] if constant is None else constant)
 
 
 class Lamps:
-    """A scene's lamp sets."""
+    """A scene's lamp sets.
+
+    Args:
+        sets: All of them.
+        bsdf: The material of their glass.
+        jit: Whether the variant compiles.
+    """
 
     def __init__(self, sets: Sequence[LampSet], *, bsdf: Any, jit: bool) -> None:
         self._bsdf, self._jit = bsdf, jit
@@ -71,7 +77,7 @@ class Lamps:
                 convert.overwrite(parameters, key, radiance)
 
     def _shape(self, each: _Standing, origin: Floats) -> Any:
-        """One set as a mesh that shines."""
+        """Make the mesh of one lamp set."""
         lamps, mesh = each.lamps, each.mesh
         emitter = lamp_emitter(len(lamps.lamps), len(mesh.faces), jit=self._jit)
         placed = Mesh(mesh.vertices - origin, mesh.faces, None, mesh.uvs)
@@ -82,7 +88,7 @@ class Lamps:
 
 
 def _apart(lamps: LampSet) -> Mesh:
-    """The mesh with corners of its own for every face: u tells the face, v the lamp."""
+    """Return the mesh with corners of its own for every face: u tells the face, v the lamp."""
     corners = lamps.mesh.vertices[lamps.mesh.faces].reshape(-1, 3)
     faces = np.arange(len(corners)).reshape(-1, 3)
     face = (np.arange(len(faces)) + 0.5) / max(len(faces), 1)

@@ -1,9 +1,9 @@
 """Merges parts of many plain materials into few meshes.
 
-Dr.Jit records about a millisecond per mesh or BSDF and frame, so a vehicle of ten
-materials would cost as much as a street. All `principled` materials without textures
-become one BSDF whose colour, roughness and metallic come from the faces; what is left
-are textured, clear-coated and other materials.
+Dr.Jit spends about a millisecond per mesh or BSDF in every frame, so a vehicle of ten materials
+would cost as much as a street. All `principled` materials without textures become one BSDF
+that reads colour, roughness and metallic from the faces. Textured, clear-coated and other
+materials stay as they are.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class MergedMesh:
 
 
 def is_plain(bsdf: Bsdf) -> bool:
-    """Whether a material can go into the compound."""
+    """Return whether a material can go into the compound."""
     if bsdf.get("type") != "principled" or not set(bsdf) <= _PLAIN_KEYS:
         return False
     numbers = all(isinstance(bsdf.get(key, 0.0), int | float) for key in ("roughness", "metallic"))
@@ -73,9 +73,8 @@ def merged_meshes(
     for part in parts:
         if not len(part.mesh.faces):
             continue
-        bsdf = materials[part.material]
-        by_mover = not own_tint and part.tint is None and is_tinted(bsdf)
-        name = "" if is_plain(bsdf) and not by_mover else part.material
+        by_mover = not own_tint and _by_mover(part, materials)
+        name = "" if is_plain(materials[part.material]) and not by_mover else part.material
         keep_uvs = bool(name) and part.mesh.uvs is not None
         keep_wear = bool(name) and part.mesh.wear is not None
         key = (name, part.mesh.normals is not None, keep_uvs, keep_wear)
@@ -96,7 +95,13 @@ def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> M
 def face_attributes(
     parts: Sequence[Part], materials: Mapping[str, Bsdf], *, compound: bool
 ) -> dict[str, Floats]:
-    """Values per face of the parts, in their order."""
+    """Return values per face, (m, channels), by attribute name.
+
+    Args:
+        parts: Their faces follow each other in this order.
+        materials: BSDFs by name.
+        compound: Whether the parts are made of the compound, which reads all from the faces.
+    """
     attributes: dict[str, list[Floats]] = {}
     for part in parts:
         bsdf = materials[part.material]
@@ -116,7 +121,7 @@ def face_attributes(
 
 
 def _face_colours(part: Part, bsdf: Bsdf) -> Floats:
-    """Reflectance of each face, (m, 3)."""
+    """Return the reflectance of each face, (m, 3)."""
     if part.tint is not None:
         return part.tint
     colour = bsdf.get("base_color", bsdf.get("reflectance", {}))
@@ -125,19 +130,13 @@ def _face_colours(part: Part, bsdf: Bsdf) -> Floats:
 
 
 def _by_mover(part: Part, materials: Mapping[str, Bsdf]) -> bool:
-    """Whether a part takes its mover's colour."""
+    """Return whether a part takes its mover's colour."""
     return part.tint is None and is_tinted(materials[part.material])
 
 
 def tint_mask(parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> Floats:
-    """1 for faces that take their mover's colour, else 0, (m,)."""
+    """Return 1 for faces that take their mover's colour, else 0, (m,)."""
     return np.concatenate(
-        [
-            np.full(
-                len(part.mesh.faces),
-                float(part.tint is None and is_tinted(materials[part.material])),
-            )
-            for part in parts
-        ]
+        [np.full(len(part.mesh.faces), float(_by_mover(part, materials))) for part in parts]
         or [np.zeros(0)]
     )

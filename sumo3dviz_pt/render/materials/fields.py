@@ -1,7 +1,7 @@
-"""Colours of land seen from some height: dry and lush patches, and the fields it is parted in.
+"""Colours of land as seen from a height: dry and lush patches, and fields of different crops.
 
-Factors on a ground's reflectance with a mean of about one, as functions of the place; they
-repeat with the lattice's period. JIT variants only.
+Both are factors on the ground's reflectance with a mean of about one. They depend on the place
+alone and repeat with the lattice's period. JIT variants only.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _PIXEL = 8e-4  # angle of a pixel that is assumed [rad]
 
 
 def patches(uv: Any, amount: float) -> Any:
-    """Factor of dry and lush patches, from half a tile to four tiles wide.
+    """Return the factor of dry and lush patches, from half a tile to four tiles wide.
 
     Args:
         uv: Texture coordinates [tiles].
@@ -43,14 +43,14 @@ def patches(uv: Any, amount: float) -> Any:
     small = corners(askew, cells=1.0, mask=PERIOD - 1)
     dry = 0.42 * broad.noise(5) + 0.42 * middle.noise(6) + 0.3 * small.noise(7)
     lush = 0.35 * broad.noise(8) + 0.45 * middle.noise(9) + 0.4 * small.noise(10)
-    # Dry spots have an edge, or they would look like clouds' shadows.
+    # Dry spots get an edge; without one they would look like the shadows of clouds.
     dry = 1.5 * dry / dr.sqrt(0.35 + dry * dry)
     change = mi.Color3f(*_DRY) * (0.3 * dry) + mi.Color3f(*_LUSH) * (0.9 * lush)
     return mi.Color3f(1.0) + amount * change
 
 
 def fields(uv: Any, tile: float, away: Any) -> Any:
-    """Factor of fields with strips of grass between them.
+    """Return the factor of fields with strips of grass between them.
 
     Args:
         uv: Texture coordinates [tiles].
@@ -66,7 +66,7 @@ def fields(uv: Any, tile: float, away: Any) -> Any:
     crop = mi.Color3f(1.0)
     for number, colour in enumerate(_CROPS):
         crop = dr.select(pick == number, mi.Color3f(*colour), crop)
-    # Swaths: machines turn at each end, so that each shows its other side.
+    # Swaths differ in turn, because machines cut every other one in the opposite direction.
     turns = (b - row) * (FIELD[1] * tile / 5.0**0.5 / _SWATH)
     fade = dr.clip(1.5 - away * (2.0 * _PIXEL / _SWATH), 0.0, 1.0)
     stripes = 0.09 * fade * dr.clip(3.0 * dr.sin(3.14159 * turns), -1.0, 1.0)
@@ -79,5 +79,5 @@ def fields(uv: Any, tile: float, away: Any) -> Any:
 
 
 def _turned(uv: Any) -> Any:
-    """Coordinates turned by 27 degrees and enlarged by sqrt(5): whole periods stay whole."""
+    """Turn coordinates by 27 degrees and enlarge them by sqrt(5); whole periods stay whole."""
     return mi.Vector2f(2.0 * uv.x + uv.y, 2.0 * uv.y - uv.x)

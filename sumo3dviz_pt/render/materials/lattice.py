@@ -27,7 +27,7 @@ def mixed(value: Any) -> Any:
 
 
 def unit(bits: Any) -> Any:
-    """Bits as a number in [0, 1)."""
+    """Return bits as a number in [0, 1)."""
     return mi.Float(bits >> 8) * (1.0 / (1 << 24))
 
 
@@ -44,18 +44,24 @@ class Corners:
         return self.noise(77)
 
     def noise(self, salt: int) -> Any:
-        """Smooth noise in [-1, 1], another one for each salt."""
+        """Return smooth noise in [-1, 1], another one for each salt."""
         rows = zip(self.hashes, self.weights, strict=True)
         return sum(weight * (2.0 * unit(mixed(bits + salt)) - 1.0) for bits, weight in rows)
 
 
 def hashed(a: Any, b: Any, mask: int) -> Any:
-    """Bits of a cell with integer coordinates, modulo a power of two."""
+    """Return random bits of a cell.
+
+    Args:
+        a: Its column, an integer.
+        b: Its row, an integer.
+        mask: Cells after which rows and columns repeat, a power of two, less one.
+    """
     return mixed((a & mask) * 0x9E3779B1 ^ mixed((b & mask) + 0x85EBCA6B))
 
 
 def corners(uv: Any, *, cells: float, mask: int) -> Corners:
-    """Corners of the triangle that a point lies in.
+    """Return the corners of the triangle that a point lies in.
 
     The lattice is sheared by whole half cells, so that it repeats with the tile. One
     period up is half a period of cells to the left: columns repeat after half of them.

@@ -20,7 +20,7 @@ TABLE_SIZE = 1024
 _PLUGIN = "sumo3dviz_paint"
 
 _DUST = (0.125, 0.112, 0.094)
-"""Reflectance of the dirt that v of a mesh says how much of there is (`shapes.grime`)."""
+"""Reflectance of dirt; a mesh's v coordinate says how much of it there is, in [0, 1]."""
 
 
 def register_paint() -> None:  # noqa: C901 - the plugin's class needs the variant to exist
@@ -65,18 +65,18 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
 
 
 def paint_texture() -> dict[str, Any]:
-    """The texture as a plugin dict."""
+    """Return the texture as a plugin dict."""
     return {"type": _PLUGIN}
 
 
 def table_index(shape: Any) -> int:
-    """Place of an instance's colour in the table."""
+    """Return the row of an instance's colour in the table."""
     pointer = dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))
     return int(pointer[0]) & (TABLE_SIZE - 1)
 
 
 def colour_table(colours: dict[int, Floats]) -> Floats:
-    """The table's content from linear reflectances by index."""
+    """Return the table's content from linear reflectances by index."""
     table = np.full((TABLE_SIZE, 3), 0.5)
     for index, colour in colours.items():
         table[index] = colour

@@ -1,4 +1,4 @@
-"""A bitmap at all its halved sizes, to pick from by the size of a pixel's footprint."""
+"""A bitmap at many sizes, each half of the one before, for pixels of all sizes on a surface."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.geometry import Floats
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pyramid:
-    """A bitmap at all its halved sizes.
+    """A bitmap at many sizes, each half of the one before.
 
     Attributes:
         texels: All levels one after the other, (k, 4); the last channel pads.

@@ -13,7 +13,7 @@ import drjit as dr
 import mitsuba as mi
 
 BRIGHTEST = 0.85
-"""No wall reflects more."""
+"""Highest reflectance of a wall."""
 
 _PLUGIN = "sumo3dviz_stained"
 
@@ -56,7 +56,7 @@ def register_stained() -> None:  # noqa: C901 - the plugin's class needs the var
 
 
 def stained_texture(value: Mapping[str, Any], *, tint: Mapping[str, Any], texture: Any) -> Any:
-    """The texture as a plugin dict.
+    """Return the texture as a plugin dict.
 
     Args:
         value: Our own word for it, with the texture's `mean` reflectance.

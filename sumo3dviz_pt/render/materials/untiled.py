@@ -33,7 +33,7 @@ UNTILED = "untiled"
 """The word for this texture in a material's dict."""
 
 WEAR_ATTRIBUTE = "vertex_wear"
-"""A mesh's `wear`."""
+"""Name of the attribute that holds a mesh's `wear`."""
 
 _PLUGIN = "sumo3dviz_untiled"
 _COLOUR_ATTRIBUTE = "vertex_colour"
@@ -52,7 +52,7 @@ PIXEL = 8e-4
 
 
 def untiled_texture(value: Mapping[str, Any], *, worn: bool = False) -> dict[str, Any]:
-    """Our word as a plugin dict: of this texture, or of a plain one in scalar variants.
+    """Return the dict of this plugin, or of a plain texture in scalar variants.
 
     Args:
         value: With `filename`, `tile` (metres along it), `mean` (reflectance), and maybe
@@ -74,12 +74,12 @@ def untiled_texture(value: Mapping[str, Any], *, worn: bool = False) -> dict[str
 
 
 def is_worn(mesh: Mesh) -> bool:
-    """Whether any vertex is worn or painted."""
+    """Return whether any vertex is worn or painted."""
     return mesh.wear is not None and bool((mesh.wear != UNWORN).any())
 
 
 def wear_attributes(bsdf: Bsdf, mesh: Mesh) -> dict[str, Floats]:
-    """What a mesh must tell a material about its wear, by attribute name, each (n, 3)."""
+    """Return what a mesh must tell a material about its wear, by attribute name, each (n, 3)."""
     word = _wearing(bsdf)
     if word is None:
         return {}
@@ -91,7 +91,7 @@ def wear_attributes(bsdf: Bsdf, mesh: Mesh) -> dict[str, Floats]:
 
 
 def worn_colours(wear: Floats, mean: Floats) -> Floats:
-    """Reflectance of worn and painted vertices where no texture is possible.
+    """Return the reflectance of worn and painted vertices where no texture is possible.
 
     Args:
         wear: As in `Mesh`, (n, 3).
@@ -106,7 +106,7 @@ def worn_colours(wear: Floats, mean: Floats) -> Floats:
 
 
 def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:
-    """The first word in a material that asks for wear."""
+    """Return the first texture of ours in a material that shows wear; None if there is none."""
     words = [item for item in bsdf.values() if isinstance(item, Mapping)]
     if bsdf.get("type") == UNTILED and bsdf.get("wear"):
         return bsdf
@@ -114,7 +114,7 @@ def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:
 
 
 def _read(filename: str) -> Floats:
-    """A picture's linear reflectance, (n, n, 3)."""
+    """Return a picture's linear reflectance, (n, n, 3)."""
     bitmap = mi.Bitmap(filename).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
     return np.array(bitmap, dtype=np.float64)
 
@@ -160,7 +160,7 @@ def register_untiled(pixel: float = PIXEL) -> None:  # noqa: C901 - needs the va
 
 
 def _untiled(props: Any, pixel: float) -> Untiled:
-    """What a plugin's properties ask for."""
+    """Make the texture that a plugin's properties describe."""
     pyramid = make_pyramid(_read(str(props["filename"])))
     attribute = {"type": "mesh_attribute", "name": WEAR_ATTRIBUTE}
     worn = bool(props.get("wear", False))

@@ -60,14 +60,14 @@ class Untiled:
         return [float(value) for value in self.pyramid.mean]
 
     def _level(self, si: Any, dice: Any) -> Any:
-        """Level whose texels are one to two pixels large; in between by chance."""
+        """Return the level whose texels are one to two pixels large; chance decides in between."""
         slant = dr.rsqrt(dr.maximum(dr.abs(si.wi.z), 0.02))
         texels = si.t * slant * self.pixel * (self.pyramid.size / self.tile)
         level = dr.log2(dr.clip(texels, 1.0, 1e6)) + dice
         return mi.UInt32(dr.clip(level, 0.0, self.pyramid.levels - 1.0))
 
     def _pick(self, uv: Any, level: Any, shift: Any, active: Any) -> Any:
-        """One texel of a shifted copy."""
+        """Return one texel of a shifted copy."""
         size = mi.UInt32(self.pyramid.size) >> level
         scale = mi.Float(size)
         x = mi.Int32(dr.floor((uv.x + unit(shift << 16)) * scale))
@@ -78,7 +78,7 @@ class Untiled:
         return dr.gather(mi.Vector4f, self.texels, index, active)
 
     def _blended(self, si: Any, active: Any) -> tuple[Any, Any]:
-        """Deviation of the three copies' blend from the mean, and broad noise."""
+        """Return how the blend of three copies deviates from the mean, and broad noise."""
         bits = mixed(
             dr.reinterpret_array(mi.UInt32, si.uv.x)
             ^ mixed(dr.reinterpret_array(mi.UInt32, si.uv.y))
@@ -90,14 +90,14 @@ class Untiled:
         uv = si.uv + jitter / mi.Float(mi.UInt32(self.pyramid.size) >> level)
         near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
         if self.regular > 0:
-            # Rows of copies slide along each other: joints run through between them.
+            # Whole rows of slabs slide along each other, so the joints between rows stay straight.
             row = mi.UInt32(mi.Int32(dr.floor(si.uv.y)))
             slide = hashed(row, mi.UInt32(0), PERIOD - 1) & 0xFFFF
             texel = self._pick(uv, level, slide, active)
             return mi.Color3f(texel.x, texel.y, texel.z) - mi.Color3f(self.average), (
                 self._noise(si.uv, near)
             )
-        # Cubed weights: narrow zones of blending keep stones crisp.
+        # Cubed weights make the zones of blending narrow, so that most stones stay sharp.
         sharp = [weight * weight * weight for weight in near.weights]
         total = sharp[0] + sharp[1] + sharp[2]
         length = dr.square(sharp[0]) + dr.square(sharp[1]) + dr.square(sharp[2])
@@ -105,23 +105,23 @@ class Untiled:
         for weight, shift in zip(sharp, near.hashes, strict=True):
             texel = self._pick(uv, level, shift, active)
             value += weight * mi.Color3f(texel.x, texel.y, texel.z)
-        # Sum(w x) / |w| has the bitmap's variance; its mean is put right.
+        # Sum(w x) / |w| has the bitmap's variance; subtracting the mean's part corrects the mean.
         deviation = (value - mi.Color3f(self.average) * total) * dr.rsqrt(length)
         return deviation, self._noise(si.uv, near)
 
     def _noise(self, uv: Any, near: Any) -> Any:
-        """Broad noise in [-1, 1]; none on an even surface."""
+        """Return broad noise in [-1, 1]; 0 on an even surface."""
         if self.uneven == 0:
             return mi.Float(0.0)
         far = corners(uv, cells=_GRID / _BROAD, mask=_GRID * PERIOD // _BROAD - 1)
         return 0.5 * near.unevenness + 0.5 * far.unevenness
 
     def _relief(self, deviation: Any) -> Any:
-        """How much a stone stands out, about unit spread."""
+        """Return how much a stone stands out, about unit spread."""
         return (deviation.x + deviation.y + deviation.z) * (1.0 / (3.0 * self.pyramid.spread))
 
     def colour(self, si: Any, active: Any) -> Any:
-        """Reflectance, three channels."""
+        """Return the reflectance, three channels."""
         deviation, noise = self._blended(si, active)
         colour = (mi.Color3f(self.average) + deviation) * (1.0 + 2.0 * self.uneven * noise)
         if self.patches > 0:
@@ -136,7 +136,7 @@ class Untiled:
         return dr.clip(colour, 0.002, 0.85)
 
     def rough(self, si: Any, active: Any) -> Any:
-        """Roughness: broad differences, polish in tracks, smoother paint; no texels."""
+        """Return the roughness: it differs broadly, and is less in wheel tracks and on paint."""
         noise = mi.Float(0.0)
         if self.uneven > 0:
             near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
@@ -150,7 +150,7 @@ class Untiled:
         return dr.clip(value, 0.1, 1.0)
 
     def _wear_at(self, si: Any, active: Any) -> Any:
-        """The mesh's wear, in [0, 1] each.
+        """Return the mesh's wear, in [0, 1] each.
 
         Mitsuba solves for a vertex attribute's weights in single precision: in triangles
         1,000 times longer than wide they are 0/0. Only unworn asphalt has such triangles.
@@ -160,17 +160,17 @@ class Untiled:
         return dr.clip(dr.select(sound, wear, mi.Color3f(*UNWORN)), 0.0, 1.0)
 
     def _share(self, wear: Any, relief: Any, noise: Any) -> Any:
-        """Share of paint that is left; it goes first where stones stand out."""
+        """Return the share of paint that is left; it goes first where stones stand out."""
         kept = 1.25 * wear.y - 0.12 * relief + noise - 0.42
         return dr.select(wear.y > 0.0, dr.clip(kept * (1.0 / 0.4), 0.0, 1.0), 0.0)
 
     def _worn(self, si: Any, colour: Any, *, relief: Any, noise: Any, active: Any) -> Any:
-        """A colour with its wear and paint."""
+        """Return a colour with its wear and paint."""
         wear = self._wear_at(si, active)
         white, yellow = (mi.Color3f(paint) for paint in PAINTS)
         blots = corners(si.uv, cells=2 * _GRID, mask=2 * _GRID * PERIOD - 1)
         flakes = corners(si.uv, cells=_FLAKES, mask=_FLAKES * PERIOD - 1)
-        # Cracks run along level lines, which are straight within a cell of the lattice.
+        # Cracks run where the noise is 0; in each cell of the lattice that is a straight line.
         line = dr.abs(blots.noise(9) + 0.02 * relief) * (1.0 / _CRACK)
         crack = dr.clip(1.3 - line, 0.0, 1.0) * dr.clip(3.0 * noise - 0.2, 0.0, 1.0)
         loss = 0.14 * noise + 0.22 * flakes.noise(3) + 0.16 * blots.noise(5)

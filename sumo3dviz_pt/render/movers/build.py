@@ -32,7 +32,13 @@ class Materials:
         self._made: dict[tuple[Any, ...], Any] = {}
 
     def get(self, name: str, tint: Mapping[str, Any], *, worn: bool = False) -> Any:
-        """The material of a name (empty: the compound) with a source of its tint and wear."""
+        """Return a material, made at its first use.
+
+        Args:
+            name: Of the scene's materials; empty is the compound of all plain ones.
+            tint: Where its colour comes from, as a plugin dict.
+            worn: Whether it is for a worn or painted mesh.
+        """
         bsdf = self.dicts[name] if name else COMPOUND
         worn = worn and "scalar" in mi.variant()
         key = (name, repr(sorted(tint.items())) if is_tinted(bsdf) else "", worn)
@@ -42,7 +48,13 @@ class Materials:
 
 
 def shape_group(prototype: Prototype, materials: Materials, tint: Mapping[str, Any]) -> Any:
-    """The detailed body of a prototype, ready to be instanced."""
+    """Make the detailed body of a prototype, ready to be instanced.
+
+    Args:
+        prototype: The body.
+        materials: Of the scene.
+        tint: Where its colour comes from, as a plugin dict.
+    """
     group: dict[str, Any] = {"type": "shapegroup"}
     for index, merged in enumerate(merged_meshes(prototype.parts, materials.dicts, own_tint=False)):
         attributes = {
@@ -59,7 +71,13 @@ def shape_group(prototype: Prototype, materials: Materials, tint: Mapping[str, A
 
 
 class InstancePool:
-    """Near road users as instances in fixed slots (JIT variants)."""
+    """Near road users as instances in fixed slots (JIT variants).
+
+    Args:
+        scene: Holds the bodies and how many of each there can be.
+        materials: Of the scene.
+        floor: Height where free slots wait [m].
+    """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
         self._floor = floor
@@ -125,7 +143,7 @@ class ScalarMovers:
         return shapes
 
     def _group(self, mover: Mover) -> Any:
-        """The body in its colour."""
+        """Return a road user's body in its colour."""
         key = (mover.prototype, tuple(mover.colour))
         if key not in self._groups:
             prototype = self._scene.prototypes[mover.prototype]
@@ -135,6 +153,6 @@ class ScalarMovers:
 
 
 def lowest(meshes: Sequence[Mesh]) -> float:
-    """Height where free slots wait: below everything [m]."""
+    """Return the height where free slots wait: below everything [m]."""
     heights = [float(mesh.vertices[:, 2].min()) for mesh in meshes if len(mesh.vertices)]
     return min(heights, default=0.0) - 10.0

@@ -28,7 +28,17 @@ _ATTRIBUTES = (convert.TINT_ATTRIBUTE, ROUGHNESS_ATTRIBUTE, METALLIC_ATTRIBUTE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Body:
-    """One prototype's places in the merged mesh."""
+    """One prototype's places in the merged mesh.
+
+    Attributes:
+        mesh: The body at rest.
+        poses: The shapes that it takes, or None of a rigid one.
+        attributes: Values per face, (m, channels), by attribute name.
+        mask: 1 for faces that take their mover's colour, else 0, (m,).
+        first_vertex: Of its first slot in the merged mesh.
+        first_face: Of its first slot in the merged mesh.
+        capacity: How many slots it has.
+    """
 
     mesh: Mesh
     poses: Poses | None
@@ -39,20 +49,35 @@ class _Body:
     capacity: int
 
     def points(self, mover: Mover) -> tuple[Floats, Floats | None]:
-        """Vertices and normals in the pose of a road user, (v, 3) each."""
+        """Return vertices and normals in the pose of a road user, (v, 3) each."""
         if self.poses is None:
             return self.mesh.vertices, self.mesh.normals
         return _in_pose(self.poses.vertices, mover), _in_pose(self.poses.normals, mover)
 
 
 def _in_pose(poses: Floats, mover: Mover) -> Floats:
-    """Between the two nearest phases, and between rest and movement, (v, 3)."""
+    """Interpolate between the two nearest phases, and between rest and movement, (v, 3)."""
     count = len(poses) - 1
     place = (mover.phase % 1.0) * count
     first = int(place) % count
     share = place - int(place)
     moving = (1.0 - share) * poses[1 + first] + share * poses[1 + (first + 1) % count]
     return np.asarray((1.0 - mover.effort) * poses[0] + mover.effort * moving)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CrowdArrays:
+    """What a crowd's mesh holds in one frame.
+
+    Attributes:
+        vertices: Relative to the renderer's origin, (n, 3) [m].
+        normals: Unit, of smooth bodies, (n, 3); None of flat ones.
+        tints: Reflectances of the faces, (m, 3).
+    """
+
+    vertices: Floats
+    normals: Floats | None
+    tints: Floats
 
 
 class Crowd:
@@ -86,11 +111,11 @@ class Crowd:
         self._vertices, self._faces = vertex, face
 
     def __bool__(self) -> bool:
-        """Whether the shot ever shows one of them."""
+        """Return whether the shot ever shows one of them."""
         return self._faces > 0
 
     def make(self, materials: Materials) -> Any:
-        """The mesh object; all slots wait out of sight."""
+        """Make the mesh object; all slots wait out of sight."""
         bodies = self._bodies.values()
         faces = [
             body.mesh.faces + body.first_vertex + slot * len(body.mesh.vertices)
@@ -109,21 +134,15 @@ class Crowd:
         bsdf = materials.get("", convert.face_tint())
         return convert.make_mesh(self.name, mesh, bsdf=bsdf, attributes=attributes)
 
-    def arrays(
-        self, movers: Sequence[Mover], origin: Floats
-    ) -> tuple[Floats, Floats | None, Floats]:
-        """What the mesh holds in a frame.
+    def arrays(self, movers: Sequence[Mover], origin: Floats) -> CrowdArrays:
+        """Find what the mesh holds in a frame.
 
         Args:
-            movers: That frame's.
-            origin: The renderer's, (3,) [m].
-
-        Returns:
-            Vertices, (n, 3), relative to the origin; normals, (n, 3), of smooth ones;
-            tints, (m, 3).
+            movers: The road users of that frame.
+            origin: The renderer's origin, (3,) [m].
 
         Raises:
-            RenderError: If somebody finds no slot.
+            RenderError: If there are more road users than slots.
         """
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self._vertices, 1))
         normals = np.tile([0.0, 0.0, 1.0], (self._vertices, 1)) if self._smooth else None
@@ -144,19 +163,25 @@ class Crowd:
             mask = body.mask[:, None]
             own = body.attributes[convert.TINT_ATTRIBUTE] * (1.0 - mask)
             tints[first : first + len(mask)] = own + np.asarray(mover.colour) * mask
-        return vertices, normals, tints
+        return CrowdArrays(vertices, normals, tints)
 
     def update(self, parameters: Any, movers: Sequence[Mover], origin: Floats) -> None:
-        """Move everyone to their places in a frame; arguments as in `arrays`."""
-        vertices, normals, tints = self.arrays(movers, origin)
-        convert.overwrite(parameters, f"{self.name}.vertex_positions", vertices)
-        if normals is not None:
-            convert.overwrite(parameters, f"{self.name}.vertex_normals", normals)
-        convert.overwrite(parameters, f"{self.name}.{convert.TINT_ATTRIBUTE}", tints)
+        """Move everyone to their places in a frame.
+
+        Args:
+            parameters: Of Mitsuba's scene.
+            movers: The road users of that frame.
+            origin: The renderer's origin, (3,) [m].
+        """
+        held = self.arrays(movers, origin)
+        convert.overwrite(parameters, f"{self.name}.vertex_positions", held.vertices)
+        if held.normals is not None:
+            convert.overwrite(parameters, f"{self.name}.vertex_normals", held.normals)
+        convert.overwrite(parameters, f"{self.name}.{convert.TINT_ATTRIBUTE}", held.tints)
 
 
 def _merged(parts: Sequence[Part], *, smooth: bool) -> Mesh:
-    """All parts as one mesh, flat or smooth."""
+    """Return all parts as one mesh, flat or smooth."""
     meshes = [part.mesh for part in parts]
     if not smooth or any(mesh.normals is None for mesh in meshes):
         return merge_meshes([Mesh(mesh.vertices, mesh.faces) for mesh in meshes])
@@ -164,6 +189,6 @@ def _merged(parts: Sequence[Part], *, smooth: bool) -> Mesh:
 
 
 def _turned(normals: Floats, matrix: Floats) -> Floats:
-    """Normals under a stretching turn: by the inverse transpose, and unit again."""
+    """Turn and stretch unit normals, by the inverse transpose; they stay unit."""
     turned = normals @ np.linalg.inv(matrix)
     return np.asarray(turned / np.linalg.norm(turned, axis=1, keepdims=True))

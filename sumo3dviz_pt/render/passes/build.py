@@ -1,9 +1,8 @@
 """Turns passes of samples into one picture: counted, capped, averaged.
 
-References:
-    facts/denoising.md, section 5: one NaN or Inf spoils a quarter of a denoised
-    picture, and a few sun-glint paths own its mean; a colour-preserving cap of 40 x
-    white on samples costs 0.2 % of the energy by day.
+Measured: one NaN or Inf spoils a quarter of a denoised picture, and a few paths that meet a
+glint of the sun make up most of a picture's mean. A cap of samples at 40 x white that keeps
+their hues costs 0.2 % of the energy by day.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ class Accumulator:
     Attributes:
         exempt: Pixels that see an emitter directly, (h, w), where the cap does not count.
         white: Radiance that is shown as white, scene units.
-        tally: What was found so far.
+        tally: What was found in the passes that were added.
     """
 
     exempt: Bools | None = None
@@ -116,7 +115,7 @@ class Accumulator:
         self.tally.dark = float(mean[dark].sum() * self.tally.passes) + self.tally.dimmed
 
     def means(self) -> tuple[Image, Image]:
-        """The capped picture so far and what the cap took everywhere, (h, w, 3) each.
+        """Return the mean of the capped passes and of what the cap took, (h, w, 3) each.
 
         Raises:
             RenderError: If there was no pass, or too many pixels were NaN or Inf.
@@ -133,25 +132,25 @@ class Accumulator:
         return kept.astype(np.float32), lost.astype(np.float32)
 
     def mean(self) -> Image:
-        """The picture so far, uncapped where exempt; errors as in `means`."""
+        """Return the mean of all passes, uncapped where exempt; errors as in `means`."""
         kept, lost = self.means()
         return kept if self.exempt is None else np.where(self.exempt[..., None], kept + lost, kept)
 
 
 def frame_seed(seed: int, time: float) -> int:
-    """A frame's own seed from the film's seed and its time [s], in [0, 2^32)."""
+    """Return a frame's own seed from the film's seed and its time [s], in [0, 2^32)."""
     microseconds = round(time * 1e6)
     words = [seed, microseconds % 2**32, abs(microseconds) // 2**32, int(microseconds < 0)]
     return int(np.random.SeedSequence(words).generate_state(1)[0])
 
 
 def pass_seed(seed: int, number: int) -> int:
-    """Seed of a frame's n-th pass; the golden ratio keeps those of any two frames apart."""
+    """Return the seed of a frame's n-th pass; the golden ratio keeps those of two frames apart."""
     return seed + 0x9E3779B9 * number
 
 
 def report(tally: Tally, time: float) -> None:
-    """Log what was counted; a cap that takes much makes the picture too dark."""
+    """Log what was counted, as a warning where the cap makes the picture too dark."""
     alarming = tally.dimmed_share > MOST_DIMMED or tally.nonfinite > 0
     log.log(
         logging.WARNING if alarming else logging.DEBUG,

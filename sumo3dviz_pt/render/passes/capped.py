@@ -1,13 +1,13 @@
 """A firefly cap on every sample, as a thin integrator around Mitsuba's path tracer.
 
-Mitsuba's `path` has no clamp, and a cap on a pass of n samples lets n times more through.
-What the cap takes comes out beside the picture, so that it can be given back where an
-emitter is seen directly, reported, and added again for an uncapped picture. It costs
-nothing that can be measured (2.69 against 2.67 CPU-s, 480x270, 16 spp).
+Mitsuba's `path` has no clamp, and a cap on the mean of n samples lets n times more through.
+What the cap takes is a layer beside the picture. So it can be given back where an emitter is
+seen directly, reported, and added again for an uncapped picture. The cap takes no measurable
+time (2.69 against 2.67 CPU-s, 480x270, 16 spp).
 
-By night, lamps that are seen directly are left out and traced by themselves, with many
-samples: most are smaller than a pixel, and with four samples they went on and off from
-frame to frame, and their glare with them.
+By night, lamps that are seen directly are left out and traced by themselves with many samples.
+Most are smaller than a pixel: with four samples they went on and off from frame to frame, and
+their glare with them.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.model.layers import Channels
+from sumo3dviz_pt.render.integrator import Integrator
 from sumo3dviz_pt.render.kernels import load
 
 _PLUGIN = "sumo3dviz_capped"
@@ -43,7 +45,7 @@ def register_capped() -> None:
             radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
             sound = dr.all(dr.isfinite(radiance))
             if not self.direct:
-                # What rounding leaves may be negative.
+                # The difference may be slightly negative by rounding.
                 radiance = dr.maximum(radiance - _emitted(scene, ray, active), 0.0)
             peak = dr.maximum(dr.max(radiance), 1e-30)
             kept = radiance * dr.minimum(1.0, self.limit / peak)
@@ -69,30 +71,37 @@ def register_capped() -> None:
 
 
 def _emitted(scene: Any, ray: Any, active: Any) -> Any:
-    """What the first surface on a ray emits; nothing where a ray ends in the sky."""
+    """Return what the first surface on a ray emits; nothing where a ray ends in the sky."""
     hit = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
     lit = hit.is_valid() & hit.shape.is_emitter() & active
-    # Few rays meet a lamp: only theirs are worth a full account of the surface.
+    # Few rays meet a lamp, so the surface's details are computed for those alone.
     si = hit.compute_surface_interaction(ray, mi.RayFlags.All, lit)
     return dr.select(lit, si.emitter(scene, lit).eval(si, lit), 0.0)
 
 
-def path_integrator(*, max_depth: int, rr_depth: int) -> Any:
-    """Mitsuba's path tracer."""
-    return load({"type": "path", "max_depth": max_depth, "rr_depth": rr_depth})
-
-
-def capped_integrator(path: Any, limit: float, *, direct: bool = True) -> Any:
-    """The path tracer with samples cut to a limit, in scene units.
+def path_integrator(*, max_depth: int, rr_depth: int) -> Integrator:
+    """Load Mitsuba's path tracer; it finds `radiance`.
 
     Args:
-        path: Mitsuba's.
-        limit: Highest channel value of a sample.
+        max_depth: Most segments of a path.
+        rr_depth: Segments after which paths may end by chance.
+    """
+    plugin = load({"type": "path", "max_depth": max_depth, "rr_depth": rr_depth})
+    return Integrator(plugin, Channels.in_order(radiance=3))
+
+
+def capped_integrator(path: Integrator, limit: float, *, direct: bool = True) -> Integrator:
+    """Load the path tracer with samples cut to a limit; it finds `capped` and `lost`.
+
+    Args:
+        path: Mitsuba's path tracer.
+        limit: Highest channel value of a sample, scene units.
         direct: Whether lamps that are seen directly are in the picture.
     """
-    return load({"type": _PLUGIN, "limit": float(limit), "path": path, "direct": direct})
+    plugin = {"type": _PLUGIN, "limit": float(limit), "path": path.plugin, "direct": direct}
+    return Integrator(load(plugin), Channels.in_order(capped=3, lost=3))
 
 
-def lamps_seen() -> Any:
-    """Traces the lamps that are seen directly, and nothing else."""
-    return load({"type": _LAMPS})
+def lamps_seen() -> Integrator:
+    """Load what traces lamps that are seen directly, and nothing else; it finds `emitted`."""
+    return Integrator(load({"type": _LAMPS}), Channels.in_order(emitted=3))

@@ -55,11 +55,11 @@ def denoise(
 
 
 def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
-    """Some of the raw picture back: the noise of one and the blur of the other partly cancel.
+    """Give some of the raw picture back: noise of one and blur of the other partly cancel.
 
-    Only textures get it, where blur is seen and noise is not. What is brighter than twice
-    its smooth surroundings would flash in a film and is held there. The sky has no noise,
-    so nothing of it need be blurred.
+    Only textures get it, because there blur is seen and noise is not. A raw pixel brighter than
+    twice the smooth one would flash in a film, so it is cut to that. The open sky has no noise
+    and stays raw.
 
     Args:
         smooth: The denoised picture, (h, w, 3).
@@ -78,20 +78,21 @@ def mixed(smooth: Image, raw: Image, *, hit: Image, share: float) -> Image:
 
 
 def open_sky(hit: Image) -> Bools:
-    """Pixels of which only sky is seen, in squares of three that see nothing else, (h, w).
+    """Return the pixels of squares of 3 x 3 in which nothing but the sky is seen, (h, w).
 
-    Gaps in a tree are no open sky: which of them a few samples pass unhindered is another
-    set in every frame, and raw pixels among smooth ones would sparkle.
+    Gaps in a tree do not count: which of them are found empty by a few samples differs from
+    frame to frame, and raw pixels among smooth ones would sparkle.
     """
     inner = maximum_filter(hit, 3, mode="nearest") <= 0
     return np.asarray(maximum_filter(inner, 3, mode="constant"))
 
 
 def texture(smooth: Image, raw: Image) -> Image:
-    """How much of what varies nearby is texture rather than noise, (h, w) in [0, 1].
+    """Return how much of what varies nearby is texture rather than noise, (h, w) in [0, 1].
 
-    Local variance of the denoised luminance over that and the power of what the denoiser
-    took, as in Wiener's filter (Lee 1980, doi:10.1109/TPAMI.1980.4766994).
+    This is the local variance of the denoised luminance over the sum of that variance and the
+    power of what the denoiser took, as in Wiener's filter (Lee 1980,
+    doi:10.1109/TPAMI.1980.4766994).
     """
     light, taken = smooth @ _LUMINANCE, (raw - smooth) @ _LUMINANCE
     mean = uniform_filter(light, _WINDOW)
@@ -102,7 +103,7 @@ def texture(smooth: Image, raw: Image) -> Image:
 
 @cache
 def _device() -> Any:
-    """The process's device; each one keeps its buffers, half a gigabyte at 1280x720, for ever."""
+    """Return the process's only device: each keeps half a gigabyte of buffers at 1280x720."""
     import mitsuba_oidn as oidn
 
     return oidn.Device(oidn.DeviceType.CPU)

@@ -1,28 +1,32 @@
-"""What a second, short pass sees: distance and hits for haze and cap, guides for the denoiser."""
+"""A second, short pass: distances and hits for haze and cap, guides for the denoiser."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Image
+from sumo3dviz_pt.model.layers import Channels, Layers
+from sumo3dviz_pt.render.integrator import Integrator
+from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE
 
 
 def is_guided(quality: Quality) -> bool:
-    """Whether a denoiser asks for albedo and normals."""
+    """Return whether a denoiser is guided by albedo and normals."""
     return quality.guides and quality.denoise != "none"
 
 
 def is_needed(quality: Quality, *, hazy: bool) -> bool:
-    """Whether a frame needs the pass at all."""
+    """Return whether a frame needs the pass at all."""
     return (hazy and quality.haze) or quality.denoise != "none" or quality.cap is not None
 
 
 def guide_spp(quality: Quality) -> int:
-    """Samples of the pass: a quarter of the picture's, between 4 and 16.
+    """Return the samples of the pass: a quarter of the picture's, between 4 and 16.
 
     With fewer, haze is noisy where far ground meets the sky.
     """
@@ -34,67 +38,93 @@ LAMP_SPP = 16
 
 
 def lamp_passes(quality: Quality) -> int:
-    """Passes over such lamps: up to eight times as many samples as the picture has.
+    """Return the passes over such lamps: up to eight times as many samples as the picture has.
 
     They cost little: paths end at the first surface.
     """
     return min(max(quality.spp // 4, 1), 4)
 
 
-def guide_plugin(quality: Quality, *, jit: bool, lamps: bool = False) -> dict[str, Any]:
-    """The integrator of the pass, as a plugin dict.
+class _Aov(NamedTuple):
+    """A layer of the first surface.
 
-    Args:
-        quality: Says what is needed.
-        jit: Whether the variant compiles. Others only see distances: every `aov` sample waits
-            for Python's lock there, and the pass took five times as long as the picture.
-        lamps: Whether it also looks where lamps are seen directly.
+    Attributes:
+        name: In Mitsuba's integrator `aov`.
+        channels: How many it has there.
     """
-    depth = {"type": "depth"}
-    if not jit or not (is_guided(quality) or lamps):
-        return depth
-    found = {"type": "aov", "aovs": "albedo:albedo,normal:sh_normal", "depth": depth}
-    return {**found, "lamps": LAMP_PLUGIN} if lamps else found
+
+    name: str
+    channels: int
 
 
-LAMP_PLUGIN = {"type": "path", "max_depth": 1}
+_SURFACE = {"albedo": _Aov("albedo", 3), "normal": _Aov("sh_normal", 3)}
+"""What the pass finds of the first surface, by the layer's name; one more needs only a row."""
+
+_DISTANCE = Channels({"depth": slice(0, 1), "hit": slice(3, 4)}, 4)
+"""Of the integrator `depth` on an `rgba` film: grey distances, and a share of hits as alpha."""
+
+_EMISSION = Channels({"emitted": slice(0, 3)}, 4)
+"""Of `_LAMPS` on an `rgba` film."""
+
+_DEPTH: Mapping[str, Any] = {"type": "depth"}
+
+_LAMPS: Mapping[str, Any] = {"type": "path", "max_depth": 1}
 """Sees what emits, and only that: paths end at the first surface."""
 
 
-def with_lamps(seen: dict[str, Image], image: Image) -> dict[str, Image]:
-    """Guides and where lamps are seen, by a pass over what emits, (h, w, 3)."""
-    lit = image[..., :3].max(axis=-1) > 0.0
-    return {**seen, "lamp": (lit & (seen["hit"] >= 1.0)).astype(np.float32)}
-
-
-def as_guides(image: Image) -> dict[str, Image]:
-    """The pass by name.
+def guide_integrator(quality: Quality, *, jit: bool, lamps: bool = False) -> Integrator:
+    """Load the integrator of the pass, for an `rgba` film.
 
     Args:
-        image: Channels of the integrator on an `rgba` film, (h, w, 4, 10 or 14).
+        quality: Says what is needed.
+        jit: Whether the variant compiles. In others the pass only finds distances, because
+            every `aov` sample waits for Python's lock there: it took five times as long as
+            the picture.
+        lamps: Whether it also finds where lamps are seen directly.
+    """
+    if not jit or not (is_guided(quality) or lamps):
+        return Integrator(load(_DEPTH), _DISTANCE)
+    nested, channels = {"depth": _DEPTH}, _DISTANCE
+    if lamps:
+        nested, channels = {**nested, "lamps": _LAMPS}, channels + _EMISSION
+    aovs = ",".join(f"{layer}:{aov.name}" for layer, aov in _SURFACE.items())
+    surface = Channels.in_order(**{layer: aov.channels for layer, aov in _SURFACE.items()})
+    return Integrator(load({"type": "aov", "aovs": aovs, **nested}), channels + surface)
+
+
+def lamp_integrator() -> Integrator:
+    """Load what finds `emitted` in a pass of its own, for an `rgba` film."""
+    return Integrator(load(_LAMPS), _EMISSION)
+
+
+def as_guides(traced: Layers) -> Layers:
+    """Prepare what the pass found: the sun is no surface, and lamps are marked.
+
+    Args:
+        traced: `depth` and `hit`; `emitted`, `albedo` and `normal` if they were traced.
 
     Returns:
-        `depth` x share of hits [m] and `hit` in [0, 1], (h, w) each; `albedo` and
-        `normal`, (h, w, 3) each, if they were asked for; `lamp`, 1 where one is seen, (h, w).
+        The same layers with `hit` in [0, 1]; and `lamp` where there is `emitted`.
     """
-    depth, hit = image[..., 0], np.clip(image[..., 3], 0.0, 1.0)
-    # What sees the sun sees no surface; the sun is a disc only to the renderer.
-    guides = {"depth": depth, "hit": np.where(depth > 0.1 * SUN_DISTANCE, 0.0, hit)}
-    if image.shape[-1] > 4:
-        guides |= {"albedo": image[..., -6:-3], "normal": image[..., -3:]}
-    return with_lamps(guides, image[..., 4:7]) if image.shape[-1] > 10 else guides
+    depth, hit = traced["depth"], np.clip(traced["hit"], 0.0, 1.0)
+    # The sun's disc is an object only in the renderer: a ray that meets it has hit no surface.
+    hit = np.where(depth > 0.1 * SUN_DISTANCE, 0.0, hit)
+    if "emitted" not in traced:
+        return traced | {"hit": hit}
+    lit = traced["emitted"].max(axis=-1) > 0.0
+    return traced | {"hit": hit, "lamp": (lit & (hit >= 1.0)).astype(np.float32)}
 
 
-def uncapped(seen: dict[str, Image]) -> Bools | None:
-    """Where emitters are seen directly, as guides tell, (h, w); None if they do not."""
+def uncapped(seen: Layers) -> Bools | None:
+    """Return where emitters are seen directly, (h, w); None where no guides were traced."""
     if "hit" not in seen:
         return None
     return np.asarray((seen["hit"] < 1.0) | (seen.get("lamp", np.zeros(1)) > 0.0))
 
 
-def excess(lost: Image, seen: dict[str, Image]) -> Image:
-    """Of lamps that are seen directly: what they emit, or what the cap took, (h, w, 3)."""
+def excess(seen: Layers) -> Image:
+    """Return what lamps that are seen directly emit, or what the cap took of it, (h, w, 3)."""
     if "glow" in seen:
         return seen["glow"]
-    lamp = seen.get("lamp")
+    lost, lamp = seen["lost"], seen.get("lamp")
     return np.zeros_like(lost) if lamp is None else lost * lamp[..., None]

@@ -29,13 +29,19 @@ def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind:
     """
     distance = depth / np.maximum(hit, 1e-6)
     fade = -np.expm1(-distance[..., None] * np.asarray(haze.extinction))
-    # Where a pixel sees both, the sky beside far things is the horizon's, and so are they:
-    # without this the skyline of hazy hills would be drawn with a dark pen.
+    # In a pixel that sees far things and sky, both have the horizon's light. Without this, hazy
+    # hills would have a dark outline.
     both = hit[..., None] + np.where(hit > 0, 1 - hit, 0)[..., None] * fade**3
     veil = both * fade
     return np.asarray(radiance * (1 - veil) + behind * veil, dtype=np.float32)
 
 
 def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Floats:
-    """Horizon radiance in each pixel's direction, (h, w, 3)."""
+    """Return the horizon's radiance in each pixel's direction, (h, w, 3).
+
+    Args:
+        horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
+        view: Of the camera.
+        size: Width, height [px].
+    """
     return horizon_towards(horizon, view.directions(size))

@@ -1,10 +1,10 @@
 """Quick pictures of a scene that is held open: one sample a pixel.
 
-A film's session renders its own size with all that a preset asks for. A client who flies
-through a scene wants a small picture at once and a better one when he stands still: so a
-large picture is made of parts of the small one's size, each seen through a lens that is shifted
-aside. One recording serves both, and no step takes longer than a small picture. What the haze
-needs comes with the picture.
+A film's session renders one size with all that a preset needs. The viewer wants a small picture
+at once while the camera flies, and a better one when it stands still. So a large picture is
+made of parts of the small one's size, each seen through a lens that is shifted aside. One
+recording serves both, and no step takes longer than a small picture. Depth and hits, which the
+haze needs, are traced with the picture.
 """
 
 from __future__ import annotations
@@ -18,24 +18,22 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Channels, Layers, merged
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.render import convert
+from sumo3dviz_pt.render.integrator import Integrator
 from sumo3dviz_pt.render.kernels import load, settle, tracer
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.capped import path_integrator
 from sumo3dviz_pt.render.passes.denoise import denoise
-from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
 from sumo3dviz_pt.render.session import Session
 from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE, sensor_entry
 
 Size = tuple[int, int]
 
 _PLUGIN = "sumo3dviz_quick"
-
-
-DEPTH, HIT = 3, 4
-"""Channels of a quick picture, after its radiance: distance of what is seen times the share
-that is seen [m], and that share."""
+_CHANNELS = Channels.in_order(radiance=3, depth=1, hit=1)
+"""What the integrator finds: the radiance, then its `aov_names`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +55,7 @@ WHOLE = Part()
 
 
 def parts_of(count: int) -> tuple[Part, ...]:
-    """All parts of a picture that is cut into `count` rows and columns, row by row."""
+    """Return all parts of a picture that is cut into `count` rows and columns, row by row."""
     return tuple(Part(row, column, count) for row in range(count) for column in range(count))
 
 
@@ -75,8 +73,9 @@ class Quick:
         _register()
         quality = session.settings.quality
         path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
-        self._integrator = load({"type": _PLUGIN, "limit": session.limit, "path": path})
-        self._guides = load(guides.guide_plugin(quality, jit=True))
+        plugin = load({"type": _PLUGIN, "limit": session.limit, "path": path.plugin})
+        self._integrator = Integrator(plugin, _CHANNELS)
+        self._guides = guides.guide_integrator(quality, jit=True)
         self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
         self._trace, self._trace_guides = tracer(recorded=True), tracer(recorded=True)
 
@@ -84,8 +83,8 @@ class Quick:
         """Bring everyone on the road to a frame's state."""
         self._session.show(frame)
 
-    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Image:
-        """Trace one sample a pixel: radiance, depth and hits, (h, w, 5).
+    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Layers:
+        """Trace one sample a pixel: `radiance`, `depth` and `hit`.
 
         Args:
             view: Of the camera; everything else is as it was last shown.
@@ -95,33 +94,33 @@ class Quick:
         sensor = self._aimed(self._sensor, view, part)
         return self._trace(self._session.loaded.scene, self._integrator, sensor, 1, seed)
 
-    def hazed(self, seen: Image, view: View) -> Image:
-        """The mean of some samples, (h, w, 5), with the scene's haze, if it has any, (h, w, 3)."""
-        session = self._session
-        if session.data.haze is None or not session.settings.quality.haze:
-            return seen[..., :3]
-        behind = horizon_behind(session.sky.horizon, view, (seen.shape[1], seen.shape[0]))
-        depth, hit = seen[..., DEPTH], seen[..., HIT]
-        return apply_haze(seen[..., :3], session.data.haze, depth=depth, hit=hit, behind=behind)
+    def hazed(self, seen: Layers, view: View) -> Image:
+        """Return the radiance of a picture with the scene's haze, if it has any, (h, w, 3)."""
+        return self._session.hazed(seen, view)
 
-    def smooth(self, seen: Image, view: View, *, seed: int) -> Image:
-        """The same without noise, by albedo and normals that are traced for it."""
-        parts = parts_of(seen.shape[1] // self._size[0])
-        found = guides.as_guides(joined([self._guided(view, part, seed) for part in parts]))
-        clean = denoise(
-            seen[..., :3], quality="high", albedo=found.get("albedo"), normal=found.get("normal")
-        )
-        return np.concatenate([clean, seen[..., 3:]], axis=-1)
+    def smooth(self, seen: Layers, view: View, *, seed: int) -> Layers:
+        """Return a picture without noise, by albedo and normals that are traced for it.
 
-    def _guided(self, view: View, part: Part, seed: int) -> Image:
-        """What guides the denoiser, (h, w, channels)."""
+        Args:
+            seen: The mean of some samples.
+            view: Of their camera.
+            seed: Of what is traced.
+        """
+        parts = parts_of(seen.size[0] // self._size[0])
+        found = joined([self._guided(view, part, seed) for part in parts])
+        albedo, normal = found.get("albedo"), found.get("normal")
+        clean = denoise(seen["radiance"], quality="high", albedo=albedo, normal=normal)
+        return seen | {"radiance": clean}
+
+    def _guided(self, view: View, part: Part, seed: int) -> Layers:
+        """Trace what guides the denoiser."""
         sensor = self._aimed(self._guiding, view, part)
         spp = guides.guide_spp(self._session.settings.quality)
         own = seed + part.row * part.of + part.column
         return self._trace_guides(self._session.loaded.scene, self._guides, sensor, spp, own)
 
     def _aimed(self, sensor: Any, view: View, part: Part) -> Any:
-        """A sensor at the camera's place that sees a part of its picture."""
+        """Aim a sensor such that it sees a part of a camera's picture."""
         parameters = mi.traverse(sensor)
         origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
@@ -136,15 +135,20 @@ class Quick:
         return sensor
 
 
-def joined(parts: Sequence[Image]) -> Image:
-    """Parts from `parts_of` as one picture, (h, w, channels)."""
+def joined(parts: Sequence[Layers]) -> Layers:
+    """Join parts, as `parts_of` orders them, to one picture."""
+    return merged(parts, _whole)
+
+
+def _whole(*parts: Image) -> Image:
+    """Join a layer's parts, row by row, to one array."""
     count = round(len(parts) ** 0.5)
     rows = [np.concatenate(parts[k : k + count], axis=1) for k in range(0, len(parts), count)]
     return np.concatenate(rows, axis=0)
 
 
 def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> bytes:
-    """8-bit sRGB pixels, (h, w, 3), as a JPEG file."""
+    """Encode 8-bit sRGB pixels, (h, w, 3), as a JPEG file."""
     stream = mi.MemoryStream()
     bitmap = mi.Bitmap(np.ascontiguousarray(pixels), mi.Bitmap.PixelFormat.RGB)
     bitmap.write(stream, mi.Bitmap.FileFormat.JPEG, quality)
@@ -152,7 +156,7 @@ def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> b
 
 
 def _sensor(size: Size, *, pixels: str) -> Any:
-    """A pinhole camera of its own."""
+    """Make a pinhole camera that the scene does not hold."""
     sensor = load(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
     settle(sensor)
     return sensor
@@ -176,7 +180,7 @@ def _register() -> None:
             radiance = dr.select(dr.all(dr.isfinite(radiance)), dr.maximum(radiance, 0.0), 0.0)
             peak = dr.maximum(dr.max(radiance), 1e-30)
             first = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
-            # The sun is a disc only to the renderer.
+            # A ray that meets the sun's disc has hit no surface.
             seen = first.is_valid() & (first.t < 0.1 * SUN_DISTANCE)
             depth = dr.select(seen, first.t, 0.0)
             capped = radiance * dr.minimum(1.0, self.limit / peak)

@@ -18,6 +18,7 @@ References:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,8 @@ _EARTH, _TOP = 6_360e3, 6_460e3
 _EYE = 200.0
 _MOLECULES = 13.558e-6 * (550.0 / WAVELENGTHS) ** 4
 _AEROSOL = (WAVELENGTHS / 550.0) ** -1.3
-_AEROSOL_SCATTERS = 0.95  # share of what aerosol takes out of a ray
-# Of the ozone, in 1e-21 cm^2; 300 Dobson units, in a tent around 25 km.
+_AEROSOL_SCATTERS = 0.95  # share that is scattered of what aerosol takes out of a ray
+# Cross-sections of ozone [1e-21 cm^2]; there are 300 Dobson units of it, around a height of 25 km.
 _CHAPPUIS = np.array([0.03, 0.14, 0.39, 1.25, 2.55, 4.25, 5.0, 3.9, 2.3, 1.25])
 _OZONE = _CHAPPUIS * 8.07e18 * 1e-21 / 15e3
 _FORWARD = 0.8  # asymmetry of the aerosol's phase function
@@ -56,7 +57,7 @@ class ClearDome:
     radiance: Floats
 
     def towards(self, elevation: Floats, azimuth: Floats) -> Floats:
-        """Radiance on a grid of elevations, (a,), and azimuths from the sun, (b,): (a, b, 3)."""
+        """Return the radiance at elevations, (a,), and azimuths from the sun, (b,): (a, b, 3)."""
         rows = _blend(self.elevation, elevation)
         folded = np.abs((azimuth + np.pi) % (2 * np.pi) - np.pi)
         columns = _blend(self.azimuth, folded)
@@ -65,7 +66,7 @@ class ClearDome:
 
 
 def _blend(known: Floats, asked: Floats) -> Floats:
-    """Weights that interpolate linearly, (asked, known)."""
+    """Return weights that interpolate linearly, (asked, known)."""
     right = np.clip(np.searchsorted(known, asked), 1, len(known) - 1)
     share = np.clip((asked - known[right - 1]) / (known[right] - known[right - 1]), 0.0, 1.0)
     weights = np.zeros((len(asked), len(known)))
@@ -74,33 +75,47 @@ def _blend(known: Floats, asked: Floats) -> Floats:
     return weights
 
 
-def _densities(height: Floats) -> tuple[Floats, Floats, Floats]:
-    """Molecules, aerosol and ozone against their coefficients, each of the heights' shape."""
+class _Air(NamedTuple):
+    """How much of each part of the air there is, against where its coefficient holds.
+
+    Attributes:
+        molecules: Against the ground.
+        aerosol: Against the ground.
+        ozone: Against a height of 25 km.
+    """
+
+    molecules: Floats
+    aerosol: Floats
+    ozone: Floats
+
+
+def _densities(height: Floats) -> _Air:
+    """Return the air at heights [m]; its parts have the heights' shape."""
     height = np.maximum(height, -500.0)
     ozone = np.maximum(0.0, 1.0 - np.abs(height - 25e3) / 15e3)
-    return np.exp(-height / 8e3), np.exp(-height / _AEROSOL_HEIGHT), ozone
+    return _Air(np.exp(-height / 8e3), np.exp(-height / _AEROSOL_HEIGHT), ozone)
 
 
 def _aerosol(turbidity: float) -> Floats:
-    """Extinction of the aerosol on the ground at each wavelength, (10,) [1/m]."""
+    """Return the extinction of the aerosol on the ground at each wavelength, (10,) [1/m]."""
     molecules = 8e3 * 13.558e-6  # their optical depth at 550 nm
     return np.asarray((turbidity - 1.0) * molecules / _AEROSOL_HEIGHT * _AEROSOL)
 
 
 def _extinction(height: Floats, haze: Floats) -> Floats:
-    """Per metre, (..., 10); `haze` from `_aerosol`."""
+    """Return the extinction, (..., 10) [1/m]; `haze` comes from `_aerosol`."""
     molecules, aerosol, ozone = (part[..., None] for part in _densities(height))
     return np.asarray(molecules * _MOLECULES + aerosol * haze + ozone * _OZONE)
 
 
 def _to_top(radius: Floats, sine: Floats) -> Floats:
-    """Way to the top of the air along rays of a sine of elevation [m]."""
+    """Return the way to the top of the air along rays, by the sine of their elevation [m]."""
     inside = np.maximum(radius**2 * (sine**2 - 1.0) + _TOP**2, 0.0)
     return np.maximum(np.sqrt(inside) - radius * sine, 1.0)
 
 
 def sunlight(height: Floats, sine: Floats, turbidity: float = 3.0) -> Floats:
-    """Colour of the sunlight left, (..., 3); (1, 1, 1) outside the air.
+    """Return the colour of the sunlight that is left, (..., 3); (1, 1, 1) outside the air.
 
     Args:
         height: Above the ground [m].
@@ -111,7 +126,7 @@ def sunlight(height: Floats, sine: Floats, turbidity: float = 3.0) -> Floats:
 
 
 def _sunlight(height: Floats, sine: Floats, haze: Floats) -> Floats:
-    """Share of sunlight left at each wavelength, (..., 10)."""
+    """Return the share of sunlight left at each wavelength, (..., 10)."""
     radius, steps = _EARTH + height, 24
     way = _to_top(radius, sine)
     # Rays that go down have their densest air in the middle, others at their start.
@@ -130,7 +145,7 @@ def _sunlight(height: Floats, sine: Floats, haze: Floats) -> Floats:
 
 
 def _phases(cosine: Floats) -> tuple[Floats, Floats]:
-    """Phase functions of molecules and aerosol (Cornette and Shanks) [1/sr]."""
+    """Return the phase functions of molecules and aerosol (Cornette and Shanks) [1/sr]."""
     molecules = 3.0 / (16.0 * np.pi) * (1.0 + cosine**2)
     g = _FORWARD
     aerosol = 3.0 / (8.0 * np.pi) * (1.0 - g * g) / (2.0 + g * g) * (1.0 + cosine**2)
@@ -188,17 +203,17 @@ def _march(rays: _Rays, haze: Floats, steps: int) -> _March:
 
 
 def _first(march: _March, cosine: Floats, haze: Floats) -> tuple[Floats, Floats]:
-    """Light scattered once per metre, and scattering itself, both (rays, steps, 10)."""
-    molecules, aerosol, _ = _densities(march.height)
-    molecules = molecules[..., None] * _MOLECULES
-    aerosol = aerosol[..., None] * (_AEROSOL_SCATTERS * haze)
+    """Return light scattered once per metre, and scattering itself, (rays, steps, 10) each."""
+    air = _densities(march.height)
+    molecules = air.molecules[..., None] * _MOLECULES
+    aerosol = air.aerosol[..., None] * (_AEROSOL_SCATTERS * haze)
     by_molecules, by_aerosol = (phase[:, None, None] for phase in _phases(cosine))
     light = _sunlight(march.height, march.sun, haze)
     return (molecules * by_molecules + aerosol * by_aerosol) * light, molecules + aerosol
 
 
 def _later(haze: Floats) -> Floats:
-    """What all later scatterings bring to a point, (heights, suns, 10) [1/sr]."""
+    """Return what all later scatterings bring to a point, (heights, suns, 10) [1/sr]."""
     sine = np.linspace(-0.9, 0.9, 7)
     around = (np.arange(4) + 0.5) / 4 * np.pi
     ray, turn = (part.ravel() for part in np.meshgrid(sine, around, indexing="ij"))
@@ -215,7 +230,7 @@ def _later(haze: Floats) -> Floats:
 
 
 def _look_up(table: Floats, height: Floats, sun: Floats) -> Floats:
-    """Linear values of `_later` at heights and sines of the sun's elevation, (..., 10)."""
+    """Interpolate `_later` at heights and sines of the sun's elevation, (..., 10)."""
     row = np.interp(height, _HEIGHTS, np.arange(len(_HEIGHTS)))
     place = np.interp(np.arcsin(np.clip(sun, -1.0, 1.0)), _SUNS, np.arange(len(_SUNS)))
     top = np.minimum(row.astype(np.intp), len(_HEIGHTS) - 2)
@@ -233,7 +248,7 @@ def _look_up(table: Floats, height: Floats, sun: Floats) -> Floats:
 def clear_dome(
     elevation: float, turbidity: float = 3.0, *, rows: int = 44, columns: int = 26
 ) -> ClearDome:
-    """Radiance of the clear sky for a low sun.
+    """Compute the radiance of the clear sky for a low sun.
 
     Args:
         elevation: Of the sun [rad]; below -16 degrees as at -16, above 14 as at 14.

@@ -1,10 +1,10 @@
 """The clear sky and the sun above it, from the zenith to deep twilight.
 
-Mitsuba's `sunsky` gives the sky of a sun above 16 degrees (its sun by date is mirrored,
-so we pass a direction), `air` the one below 7 degrees, where `sunsky` knows no glow around
-the sun and turns green, below 2 black; both share what lies between. Low suns are dimmed
-to the mean of two published curves, for `sunsky` is brighter than both by up to two
-thirds; twilight follows the almanac.
+Mitsuba's `sunsky` gives the sky where the sun stands above 16 degrees. We pass a direction,
+because its sun by date is mirrored. Below 7 degrees, where `sunsky` lacks the glow around the
+sun and turns green, and black below 2 degrees, the sky comes from `air`. In between both are
+blended. Low suns are dimmed to the mean of two published curves, because `sunsky` is up to two
+thirds brighter than both; twilight follows the almanac.
 
 References:
     Wilkie et al., A fitted radiance and attenuation model for realistic atmospheres,
@@ -38,7 +38,7 @@ SUN_RADIUS = np.radians(0.2666)
 """Angular radius of the sun's disc [rad]."""
 
 LOWEST = np.radians(-24.0)
-"""Sun below which nothing of it is left [rad]."""
+"""Elevation of the sun below which nothing of its light is left [rad]."""
 
 _MODEL_ENDS = np.radians(2.0)
 _OWN_ENDS, _MODEL_ALONE = np.radians(7.0), np.radians(16.0)
@@ -46,7 +46,7 @@ _COARSE = (128, 256)
 _PALE = np.array([0.98, 0.996, 1.10])
 _CLOUD_HEIGHT = 6_000.0  # from where clouds see the sun for a while after it has set [m]
 
-# Sun elevation [deg] and what to multiply `sunsky`'s sky and sun with, at turbidity 3.
+# Sun's elevation [deg], factor on the sky and factor on the sun of `sunsky`, at turbidity 3.
 _AGREEMENT = np.array(
     [
         [2.0, 0.505, 0.24],
@@ -62,8 +62,7 @@ _AGREEMENT = np.array(
     ]
 )
 
-# Sun elevation [deg] and horizontal illuminance [lx] of sky and sun together; the last
-# of twilight, below -18 degrees, is extrapolated.
+# Sun's elevation [deg], horizontal illuminance of sky and sun [lx]; extrapolated below -18 deg.
 _TWILIGHT = np.array(
     [
         [-24.0, 1e-6],
@@ -96,7 +95,7 @@ class Daylight:
 
 
 def twilight_factor(elevation: float) -> float:
-    """Light left of that at 2 degrees of elevation, for a sun at `elevation` [rad]."""
+    """Return a sun's light against that of one at 2 degrees, by its elevation [rad]."""
     from scipy.interpolate import PchipInterpolator
 
     degrees = np.clip(np.degrees(elevation), _TWILIGHT[0, 0], _TWILIGHT[-1, 0])
@@ -105,7 +104,7 @@ def twilight_factor(elevation: float) -> float:
 
 
 def agreement(elevation: float) -> tuple[float, float]:
-    """Factors that bring `sunsky`'s sky and sun to the published curves."""
+    """Return the factors that bring `sunsky`'s sky and sun to the published curves."""
     from scipy.interpolate import PchipInterpolator
 
     degrees = np.clip(np.degrees(elevation), _AGREEMENT[0, 0], 90.0)
@@ -114,7 +113,7 @@ def agreement(elevation: float) -> tuple[float, float]:
 
 
 def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Daylight:
-    """The clear sky for a sun anywhere.
+    """Compute the clear sky and the sun's light, wherever the sun stands.
 
     Args:
         direction: Unit vector to the sun, (3,).
@@ -136,23 +135,23 @@ def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Dayl
         coarse = share * coarse + (1.0 - share) * own
         direct = _own_sun(elevation, direct, turbidity, share)
     high = direct if share == 1.0 else _sun_aloft(elevation, direct, turbidity, share)
-    return Daylight(resampled(coarse, size), direct * _risen(elevation), high)
+    return Daylight(resampled(coarse, size), direct * risen_share(elevation), high)
 
 
 def _smooth(t: float) -> float:
-    """0 below 0, 1 above 1, a smooth S between."""
+    """Return 0 below 0, 1 above 1, and a smooth S between."""
     t = min(max(t, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
 
 
-def _risen(elevation: float) -> float:
-    """Share of the sun's disc above the horizon."""
+def risen_share(elevation: float) -> float:
+    """Return the share of the sun's disc above the horizon, by its middle's elevation [rad]."""
     x = float(np.clip(elevation / SUN_RADIUS, -1.0, 1.0))
     return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
 
 
 def _own_dome(elevation: float, direction: Floats, turbidity: float, light: float) -> Floats:
-    """The sky of `air`, coarse, brought to a luminous irradiance in scene units."""
+    """Return the sky of `air`, coarse, brought to a luminous irradiance in scene units."""
     rows, columns = _COARSE
     azimuth = (np.arange(columns) + 0.5) / columns * 2 * np.pi
     high = np.pi / 2 * (1.0 - (np.arange(rows) + 0.5) / rows)
@@ -162,7 +161,7 @@ def _own_dome(elevation: float, direction: Floats, turbidity: float, light: floa
 
 
 def _own_sun(elevation: float, model: Floats, turbidity: float, share: float) -> Floats:
-    """The low sun in the colour of `air`, and dimmed as there where the model has ended."""
+    """Return the low sun's light in the colour of `air`, dimmed like it where it is lowest."""
     suns = np.sin([elevation, max(elevation, float(_MODEL_ENDS))])
     lit = sunlight(np.full(2, 200.0), suns, turbidity)
     tint = lit[0] / max(float(lit[0] @ LUMINANCE), 1e-12)
@@ -172,7 +171,7 @@ def _own_sun(elevation: float, model: Floats, turbidity: float, share: float) ->
 
 
 def _sun_aloft(elevation: float, direct: Floats, turbidity: float, share: float) -> Floats:
-    """The sun's light on clouds, from the ratio of `air` there to that on the ground."""
+    """Return the sun's light on clouds: that on the ground times the ratio which `air` gives."""
     outside = 4.0  # scene units: 128 klx
     lit = sunlight(np.array([_CLOUD_HEIGHT]), np.sin([elevation]), turbidity)[0] * outside
     return np.asarray(share * direct + (1.0 - share) * lit)
@@ -185,7 +184,7 @@ class _Model:
         self._towards, self._turbidity = _lifted(direction), turbidity
 
     def sky(self) -> Floats:
-        """Coarse dome without the sun."""
+        """Return the coarse dome without the sun."""
         towards = directions(_COARSE, share=0.5)
         towards[..., 2] = np.maximum(towards[..., 2], 0.012)
         towards /= np.linalg.norm(towards, axis=-1, keepdims=True)
@@ -198,7 +197,7 @@ class _Model:
         return np.asarray(radiance * (1.0 - pale) + grey * pale)
 
     def sun(self) -> Floats:
-        """Irradiance of the whole disc on a plane that faces it, (3,)."""
+        """Return the irradiance of the whole disc on a plane that faces it, (3,)."""
         centre = self._towards
         side = np.cross(centre, [0.0, 0.0, 1.0] if centre[2] < 0.9 else [1.0, 0.0, 0.0])
         side /= np.linalg.norm(side)
@@ -214,7 +213,7 @@ class _Model:
         return np.asarray(radiance.mean(axis=(0, 1)) * square * UNITS_PER_SUNSKY)
 
     def _plugin(self, *, sun: float, air: float) -> mi.Emitter:
-        """Mitsuba's emitter with its sun and sky scaled."""
+        """Load Mitsuba's emitter with its sun and sky scaled."""
         return load(
             {
                 "type": "sunsky",
@@ -228,7 +227,7 @@ class _Model:
 
 
 def _lifted(direction: Floats) -> Floats:
-    """The same azimuth, but at least as high as the model reaches."""
+    """Return a direction of the same azimuth that is not below the model's lowest sun."""
     elevation = max(float(np.arcsin(np.clip(direction[2], -1.0, 1.0))), float(_MODEL_ENDS))
     level = np.hypot(direction[0], direction[1])
     azimuth = np.array([0.0, 1.0]) if level < 1e-9 else direction[:2] / level
@@ -236,7 +235,7 @@ def _lifted(direction: Floats) -> Floats:
 
 
 def _evaluate(plugin: mi.Emitter, towards: Floats) -> Floats:
-    """Radiance of an environment emitter in given directions, (..., 3)."""
+    """Return the radiance of an environment emitter in given directions, (..., 3)."""
     flat = np.ascontiguousarray(towards.reshape(-1, 3), dtype=np.float32)
     if "scalar" in mi.variant():
         result = np.empty(flat.shape)

@@ -13,13 +13,14 @@ from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS
 from sumo3dviz_pt.render.sky.map import SkyMap, Sun
 
 SUN_DISTANCE = 1e6
-"""Of the sun's disc: its direction differs by 0.06 degrees over a kilometre [m]."""
+"""Distance of the sun's disc [m]; its direction changes by 0.06 degrees over a kilometre."""
 
 _NIGHT_LUX, _MOST_SKY = 0.6, 30.0
+"""Illuminance for which the sky's weight is 1 [lx], and its highest weight."""
 
 _ARC = 49  # corners of a sun cut by the horizon
 
-# East, north, half width, half height [radii] and depth of the moon's maria, by eye.
+# The moon's maria, by eye: east, north, half width, half height [radii of the disc], depth.
 _MARIA = (
     (-0.30, 0.50, 0.30, 0.24, 0.42),  # Imbrium
     (-0.62, 0.18, 0.22, 0.42, 0.36),  # Procellarum
@@ -33,7 +34,7 @@ _MARIA = (
 
 
 def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) -> dict[str, Any]:
-    """A pinhole camera; place and opening angle come with each frame.
+    """Return a pinhole camera; place and opening angle come with each frame.
 
     Args:
         size: Width, height [px].
@@ -61,18 +62,18 @@ def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) 
 
 
 def sky_weight(sky: SkyMap, *, lamps: bool) -> float:
-    """How often light paths aim at the sky (and at the sun), against 1 for a lamp set.
+    """Return how often light paths aim at the sky (and at the sun), against 1 for a lamp set.
 
     Args:
         sky: What shines.
-        lamps: Whether paths aim at lamps, too: then what the sky gives decides. At night
-            over a city 1 was measured to be best.
+        lamps: Whether paths aim at lamps, too. The weight then follows the sky's light; 1 was
+            measured to be best over a city at night.
     """
     return float(np.clip(sky.illuminance / _NIGHT_LUX, 1.0, _MOST_SKY)) if lamps else 1.0
 
 
 def sky_entry(sky: SkyMap, weight: float = 1.0) -> Any:
-    """The baked sky as an environment map; its columns already run clockwise from north."""
+    """Return the baked sky as an environment map; its columns already run clockwise from north."""
     return load(
         {
             "type": "envmap",
@@ -85,7 +86,7 @@ def sky_entry(sky: SkyMap, weight: float = 1.0) -> Any:
 
 
 def sun_entry(sky: SkyMap, weight: float = 1.0) -> dict[str, Any]:
-    """Sun or moon as a disc so far away that its direction is the same everywhere.
+    """Make the sun or moon as a disc, so distant that its direction is the same everywhere.
 
     At the horizon only what stands above it is there: from a high eye the rest would
     shine between the end of the ground and the horizon.
@@ -97,7 +98,7 @@ def sun_entry(sky: SkyMap, weight: float = 1.0) -> dict[str, Any]:
 
 
 def _facing(direction: Floats) -> Any:
-    """Puts a disc of radius 1 that faces +z at the sun's place, turned to us, its +y up."""
+    """Return the transform of a unit disc that faces +z to the sun's place, facing us, +y up."""
     place = direction * SUN_DISTANCE
     up = [0.0, 0.0, 1.0] if abs(direction[2]) < 0.9 else [0.0, 1.0, 0.0]
     towards_us = mi.ScalarTransform4f().look_at(
@@ -107,7 +108,7 @@ def _facing(direction: Floats) -> Any:
 
 
 def _disc(sun: Sun, weight: float) -> Any:
-    """The whole disc; the moon's has maria."""
+    """Make the whole disc; the moon's shows its dark plains."""
     radiance: dict[str, Any] = {"type": "rgb", "value": sun.radiance.tolist()}
     if sun.moon:
         face = (_moon_face()[..., None] * sun.radiance).astype(np.float32)
@@ -117,7 +118,7 @@ def _disc(sun: Sun, weight: float) -> Any:
 
 
 def _moon_face(rings: int = 24, around: int = 96) -> Floats:
-    """Brightness of the full moon's disc in a disk's uv: radius, then angle; 1 on average.
+    """Return the full moon's brightness by radius and angle, a disk's uv; 1 on average.
 
     Maria are dark ovals where they lie for northern eyes; there is no darkening to the limb.
     """
@@ -133,7 +134,7 @@ def _moon_face(rings: int = 24, around: int = 96) -> Floats:
 
 
 def _segment(sun: Sun, weight: float) -> Any:
-    """The part of the disc above the horizon, as a mesh."""
+    """Make the part of the disc above the horizon, as a mesh."""
     height = float(np.arcsin(sun.direction[2]) / SUN_RADIUS)
     half = float(np.arccos(np.clip(height, -1.0, 1.0)))  # of the arc below the horizon
     turn = np.linspace(half, 2 * np.pi - half, _ARC) - np.pi / 2

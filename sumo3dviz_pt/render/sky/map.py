@@ -1,8 +1,8 @@
 """Bakes a sky recipe into one radiance map and a sun or moon.
 
-Clouds are laid over the clear sky of `daylight` and `nightsky`. The sun is an emitter
-of its own: painted into the map it would draw nine of ten light samples, and what lies
-in the shade would be noisy.
+Clouds are laid over the clear sky of `daylight` and `night`. The sun is a separate emitter: if
+it were painted into the map, nine of ten light samples would go there, and what lies in the
+shade would be noisy.
 """
 
 from __future__ import annotations
@@ -13,22 +13,20 @@ import numpy as np
 
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
-from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight
+from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight, risen_share
 from sumo3dviz_pt.render.sky.night import glow, night_dome
 from sumo3dviz_pt.render.sky.panorama import at, dome_irradiance, resampled
 
-CANDELAS_PER_UNIT = 32_000.0
-"""Luminance of one scene unit [cd/m^2]: a sunlit white wall is about 1."""
-
 _SMOOTH, _SHARP = (1024, 2048), (2048, 4096)
-_HAZY = np.radians(0.7)  # height of the band that distant things fade into
+_HAZY = np.radians(0.7)  # height of the band of sky whose light distant things fade into
 _FAINT = 1e-6  # irradiance of a sun that is left out, scene units
 _SIDES = 0.2  # how much of a cloud's light does not depend on the sun's height
 _GREY = 0.45  # share of a cloud's ambient light that has no colour
 _FROM_BELOW = 2.0  # light of a city on clouds over it, against its glow in clear air
-_MOST = 1.1  # light that broken clouds add at most, against the mean
-_LEAST = 0.04  # share of a cloud's light that is left wherever the rest goes
+_MOST = 1.1  # most light under broken clouds, against its mean for their cover
+_LEAST = 0.04  # least share of their light that clouds keep when it is limited
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,8 +47,7 @@ class Sun:
     @property
     def risen(self) -> float:
         """Share of the disc above the horizon."""
-        x = float(np.clip(np.arcsin(self.direction[2]) / SUN_RADIUS, -1.0, 1.0))
-        return float(0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi)
+        return risen_share(float(np.arcsin(self.direction[2])))
 
     @property
     def radiance(self) -> Floats:
@@ -78,7 +75,7 @@ class SkyMap:
 
 
 def map_size(sky: Sky) -> tuple[int, int]:
-    """Rows and columns that show a sky: clouds, stars and pictures need more than clear air."""
+    """Return how many rows and columns a sky needs: clouds and stars need more than clear air."""
     fine = sky.clouds is not None or sky.stars is not None
     return _SHARP if fine else _SMOOTH
 
@@ -103,7 +100,7 @@ def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
 
 
 def _lux(dome: Image, sun: Sun | None) -> float:
-    """Horizontal illuminance [lx]."""
+    """Return the horizontal illuminance [lx]."""
     light = dome_irradiance(dome)
     if sun is not None:
         light = light + sun.irradiance * max(float(sun.direction[2]), 0.0)
@@ -111,7 +108,7 @@ def _lux(dome: Image, sun: Sun | None) -> float:
 
 
 def _below(horizon: Image, rows: int) -> Image:
-    """The lower half: as the horizon at its edge, so that no dark line shows, then darker."""
+    """Return the lower half: like the horizon at its edge, lest a dark line shows, then darker."""
     down = np.sin((np.arange(rows) + 0.5) / rows * np.pi / 2)
     share = np.clip(1.0 - 10.0 * down, 0.3, 1.0).astype(np.float32)
     return np.asarray(share[:, None, None] * horizon[None])
@@ -135,7 +132,7 @@ class _Light:
 
 
 def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
-    """The upper half of the sky and what shines in it."""
+    """Bake the upper half of the sky; return it and the sun or moon."""
     dome, moonlight = night_dome(sky, size)
     light = None
     if sky.moon_direction is not None:
@@ -157,13 +154,13 @@ def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
 
 
 def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]:
-    """Lay clouds over a dome; returns it and the clouds' cover, (h, w)."""
+    """Lay clouds over a dome; return the dome and the clouds' cover, (h, w)."""
     assert sky.clouds is not None
     size = (dome.shape[0], dome.shape[1])
     layer = np.stack([sky.clouds.cover, sky.clouds.sunlit, sky.clouds.skylit], axis=-1)
     layer = resampled(layer, size, sky.rotation)
     cover, air = layer[..., :1], dome_irradiance(dome)
-    # The ground lights clouds, too, and it is not blue.
+    # Light from the ground reaches clouds, too, and it is not blue.
     grey = _GREY * (air @ LUMINANCE) + (1.0 - _GREY) * air
     lit = layer[..., 2:] * (grey / np.pi).astype(np.float32)
     if light is not None:
@@ -180,19 +177,19 @@ def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]
 
 
 def _aslant(sine: float, baked: float) -> float:
-    """Light on a cloud against that it was baked for: tops see the sun's sine, sides do not."""
+    """Return the sun's light on a cloud against that which the cloud was baked for."""
     return min(1.0, (max(sine, 0.0) + _SIDES) / (baked + _SIDES))
 
 
 def _direct(light: _Light | None) -> float:
-    """Horizontal luminous irradiance from the disc without clouds, scene units."""
+    """Return the horizontal luminous irradiance from the disc without clouds, scene units."""
     if light is None:
         return 0.0
     return float(light.ground @ LUMINANCE) * max(float(light.towards[2]), 0.0)
 
 
 def _most(clear: float, cover: Image) -> float:
-    """Luminous irradiance that a cover leaves of a clear sky's at most.
+    """Return the most luminous irradiance that a cover leaves of a clear sky's.
 
     Kasten and Czeplak 1980, Solar Energy 24(2), doi:10.1016/0038-092X(80)90391-6: N of
     cloud leave 1 - 0.75 N^3.4 of the clear sky's light, on average.
@@ -202,13 +199,13 @@ def _most(clear: float, cover: Image) -> float:
 
 
 def _room(left: float, lit: Image) -> float:
-    """Factor that keeps clouds from adding more luminous irradiance than is left for them."""
+    """Return the factor that keeps clouds from adding more light than is left for them."""
     made = float(dome_irradiance(lit) @ LUMINANCE)
     return min(1.0, max(left, _LEAST * made) / max(made, 1e-30))
 
 
 def _horizon(dome: Image) -> Image:
-    """Radiance in the lowest degrees of sky, without the sun, smooth around, (w, 3)."""
+    """Return the radiance in the lowest degrees of sky, without the sun, smooth around, (w, 3)."""
     rows = len(dome)
     band = max(2, round(rows * float(_HAZY) / (np.pi / 2)))
     ring = np.median(dome[-band:], axis=0).astype(np.float64)
@@ -220,7 +217,7 @@ def _horizon(dome: Image) -> Image:
 
 
 def horizon_towards(horizon: Image, towards: Floats) -> Floats:
-    """Horizon radiance below or above each direction, (..., 3) -> (..., 3)."""
+    """Return the horizon's radiance below or above each direction, (..., 3) -> (..., 3)."""
     columns = len(horizon)
     place = np.arctan2(towards[..., 0], towards[..., 1]) / (2 * np.pi) * columns - 0.5
     left = np.floor(place).astype(int)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import SUN_RADIUS, daylight
 from sumo3dviz_pt.render.sky.panorama import angles, directions
@@ -21,18 +22,19 @@ MOON_PER_SUN = 0.32 / 128_000.0
 """Light of the full moon against that of the sun, both outside the air."""
 
 STAR_GAIN = 10.0
-"""Stars are this much brighter than nature's and their range is compressed, or a picture
-exposed for street lamps would show a handful."""
+"""Stars are this much brighter than real ones, and their range is compressed: a picture exposed
+for street lamps would show only a handful."""
 
 _STARS, _FAINTEST, _STEEPNESS = 5000, 6.2, 1.25  # 10^0.5 times more stars per magnitude
 _BRIGHTEST, _RANGE = 0.0, 0.68
-_LUX_OF_ZERO, _LUX_PER_UNIT = 2.54e-6, 32_000.0
-_HALO = ((0.35, 0.006), (1.6, 0.0006), (7.0, 0.00006))  # [deg], radiance against the disc's
-_COOL = np.array([0.80, 1.0, 1.36])  # moonlight as a camera balanced for street lamps sees it
+_LUX_OF_ZERO = 2.54e-6
+# Glow around the moon: angle over which it falls [deg], radiance against the disc's.
+_HALO = ((0.35, 0.006), (1.6, 0.0006), (7.0, 0.00006))
+_COOL = np.array([0.80, 1.0, 1.36])  # colour of moonlight where white is a street lamp's light
 
 
 def night_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Floats]:
-    """Upper half of the night sky without clouds, and the moon's irradiance.
+    """Return the upper half of the night sky without clouds, and the moon's irradiance.
 
     Args:
         sky: Its recipe.
@@ -56,7 +58,7 @@ def night_dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Floats]:
 
 
 def glow(horizon: tuple[float, float, float], size: tuple[int, int]) -> Image:
-    """A city's light dome: brightest at the horizon and over two centres, (h, w, 3)."""
+    """Return a city's light dome: brightest at the horizon and over two centres, (h, w, 3)."""
     high, around = angles(size, share=0.5)
     degrees = np.degrees(high)
     fall = 0.70 * np.exp(-degrees / 7.0) + 0.24 * np.exp(-degrees / 24.0) + 0.06
@@ -70,8 +72,8 @@ def glow(horizon: tuple[float, float, float], size: tuple[int, int]) -> Image:
 def _add_stars(dome: Image, *, seed: int) -> None:
     """Paint seeded stars: Pareto fluxes, colours from orange to blue, dimmed by thick air.
 
-    Each lies on one texel's centre, so that lookups show it one texel wide; near the
-    zenith, where texels are narrow, it is spread over as many as look round.
+    Each lies on one texel's centre, so that it is shown one texel wide. Near the zenith, where
+    texels are narrow, it is spread over several, so that it looks round.
     """
     rows, columns = dome.shape[:2]
     rng = np.random.default_rng(seed)
@@ -85,7 +87,7 @@ def _add_stars(dome: Image, *, seed: int) -> None:
     level = np.sqrt(1.0 - sine**2)
     width = np.clip(np.round(1.0 / np.maximum(level, 1e-3)), 1, 16).astype(np.intp)
     texel = (np.pi / 2 / rows) * (2 * np.pi / columns) * np.maximum(level, 1e-3) * width
-    radiance = (lux / texel / _LUX_PER_UNIT)[:, None] * colour / (colour @ LUMINANCE)[:, None]
+    radiance = (lux / texel / CANDELAS_PER_UNIT)[:, None] * colour / (colour @ LUMINANCE)[:, None]
     star: NDArray[np.intp] = np.repeat(np.arange(_STARS), width)
     step = np.arange(len(star)) - np.repeat(np.cumsum(width) - width, width)
     place = ((azimuth * columns).astype(np.intp)[star] + step) % columns

@@ -13,7 +13,7 @@ from sumo3dviz_pt.model.geometry import Floats, Image
 
 
 def angles(size: tuple[int, int], *, share: float = 1.0) -> tuple[Floats, Floats]:
-    """Elevations of the rows and azimuths of the columns [rad].
+    """Return the elevations of the rows and azimuths of the columns [rad].
 
     Args:
         size: Rows and columns.
@@ -25,7 +25,7 @@ def angles(size: tuple[int, int], *, share: float = 1.0) -> tuple[Floats, Floats
 
 
 def directions(size: tuple[int, int], *, share: float = 1.0) -> Floats:
-    """World direction of every texel's centre, (h, w, 3); arguments as in `angles`."""
+    """Return the world direction of every texel's centre, (h, w, 3); arguments as in `angles`."""
     high, around = angles(size, share=share)
     level = np.cos(high)[:, None]
     up = np.broadcast_to(np.sin(high)[:, None], size)
@@ -33,7 +33,7 @@ def directions(size: tuple[int, int], *, share: float = 1.0) -> Floats:
 
 
 def dome_irradiance(dome: Floats | Image) -> Floats:
-    """Light of a dome, (h, w, 3), on a horizontal plane, (3,) in the dome's unit."""
+    """Return the light of a dome, (h, w, 3), on a horizontal plane, (3,) in the dome's unit."""
     rows = len(dome)
     high, _ = angles((rows, 1), share=0.5)
     weights = np.sin(high) * np.cos(high) * (np.pi / 2 / rows) * 2 * np.pi
@@ -41,7 +41,7 @@ def dome_irradiance(dome: Floats | Image) -> Floats:
 
 
 def _neighbours(count: int, known: int) -> tuple[NDArray[np.intp], Floats]:
-    """Nearest known texel before each of `count`, and the share of the next one."""
+    """Return the nearest known texel before each of `count`, and the share of the next one."""
     place = (np.arange(count) + 0.5) / count * known - 0.5
     first = np.floor(place).astype(np.intp)
     return first, place - first
@@ -75,7 +75,13 @@ def resampled(image: Floats | Image, size: tuple[int, int], rotation: float = 0.
 
 
 def at(values: Floats | Image, direction: Floats, *, share: float = 1.0) -> Floats:
-    """Value of a map, (h, w, ...), in one direction; `share` as in `angles`."""
+    """Return a map's value in one direction.
+
+    Args:
+        values: The map, (h, w, ...).
+        direction: Unit vector, (3,).
+        share: Of the way from zenith to nadir that the rows cover.
+    """
     rows, columns = values.shape[:2]
     row = np.arccos(np.clip(direction[2], -1, 1)) / (np.pi * share) * rows
     column = (np.arctan2(direction[0], direction[1]) / (2 * np.pi)) % 1.0 * columns

@@ -14,7 +14,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 
 WAVELENGTHS = np.arange(415.0, 700.0, 30.0)
-"""Where light is computed: middles of ten bands from 400 to 700 nm, (10,)."""
+"""Wavelengths at which light is computed: middles of ten bands of 400 to 700 nm, (10,)."""
 
 _XYZ_TO_SRGB = np.array(
     [
@@ -28,13 +28,13 @@ _LEAST = 0.02  # of the strongest primary: sRGB cannot show purer colours
 
 
 def _lobe(peak: float, below: float, above: float) -> Floats:
-    """A Gaussian with two widths [nm], (10,)."""
+    """Return a Gaussian with two widths [nm], (10,)."""
     width = np.where(peak > WAVELENGTHS, below, above)
     return np.asarray(np.exp(-0.5 * ((WAVELENGTHS - peak) / width) ** 2))
 
 
 def _observer() -> Floats:
-    """The CIE 1931 observer's x, y, z at the wavelengths, (10, 3)."""
+    """Return the CIE 1931 observer's x, y, z at the wavelengths, (10, 3)."""
     x = 1.056 * _lobe(599.8, 37.9, 31.0) + 0.362 * _lobe(442.0, 16.0, 26.7)
     x = x - 0.065 * _lobe(501.1, 20.4, 26.2)
     y = 0.821 * _lobe(568.8, 46.9, 40.5) + 0.286 * _lobe(530.9, 16.3, 31.1)
@@ -43,13 +43,13 @@ def _observer() -> Floats:
 
 
 def _sunlight() -> Floats:
-    """The sun's spectrum by Planck's law, relative, (10,)."""
+    """Return the sun's spectrum by Planck's law, relative, (10,)."""
     metres = WAVELENGTHS * 1e-9
     return np.asarray(metres**-5.0 / np.expm1(1.4387769e-2 / (metres * _SOLAR_KELVIN)))
 
 
 def _matrix() -> Floats:
-    """Linear sRGB of sunlight in each band, (10, 3); all of it together is white."""
+    """Return linear sRGB of sunlight in each band, (10, 3); their sum is white."""
     bands = (_observer() * _sunlight()[:, None]) @ _XYZ_TO_SRGB.T
     return np.asarray(bands / bands.sum(axis=0))
 
@@ -58,7 +58,7 @@ _BANDS = _matrix()
 
 
 def to_rgb(share: Floats) -> Floats:
-    """Linear sRGB of sunlight of which a share is left at each wavelength.
+    """Return linear sRGB of sunlight of which a share is left at each wavelength.
 
     Args:
         share: Of the sun's light outside the air, (..., 10).

@@ -218,7 +218,7 @@ def _noise(session: Session, subject: Subject, top: int) -> float:
     pair = []
     for seed in (901, 902):
         session.retune(quality, seed=seed)
-        pair.append(session.samples(subject.state).capped)
+        pair.append(session.samples(subject.state).layers["capped"])
     return float(capped_rmse(pair[0], pair[1], cap=np.inf) / np.sqrt(2.0))
 
 
@@ -306,4 +306,4 @@ def _keep_picture(folder: Path, name: str, radiance: Image) -> None:
     """Store a picture for crops and maps."""
     place = folder / PICTURES
     place.mkdir(exist_ok=True)
-    write_exr(place / f"{name}.exr", radiance, half=True)
+    write_exr(place / f"{name}.exr", {"radiance": radiance}, half=True)

@@ -107,7 +107,7 @@ def _finished(
     session: Session, subject: Subject, group: Group, samples: Samples, costs: dict[str, float]
 ) -> Iterator[Shown]:
     """Yield one picture for each denoiser."""
-    tally = samples.tally
+    tally, layers = samples.tally, samples.layers
     counts: dict[str, float | int] = {
         "passes": tally.passes,
         "capped_energy_frac": tally.capped_share,
@@ -117,8 +117,8 @@ def _finished(
     for denoiser in group.denoisers:
         started = time.process_time()
         if group.plain:
-            plain = samples.capped + samples.lost
-            radiance = session.hazed(plain, samples.guides, subject.state)
+            plain = layers | {"radiance": layers["capped"] + layers["lost"]}
+            radiance = session.hazed(plain, subject.state.view)
         else:
             radiance = session.finish(samples, subject.state, denoiser=denoiser)
         spent = 0.0 if denoiser == "none" else time.process_time() - started
@@ -126,7 +126,7 @@ def _finished(
             session.settings.seed,
             denoiser,
             radiance,
-            samples.capped if group.plain else None,
+            layers["capped"] if group.plain else None,
             {**costs, "t_denoise_cpu": spent},
             counts,
         )

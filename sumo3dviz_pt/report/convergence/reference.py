@@ -19,6 +19,7 @@ from sumo3dviz_pt.files.whole import whole
 from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scene import FrameState
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ CHUNK = 64
 FIRST_SEED = 1_000_001
 """Of the reference's chunks; pictures that it judges have small seeds."""
 
-LAYERS = ("kept", "lost", "hit", "depth")
+LAYERS = ("capped", "lost", "hit", "depth")
+"""What is added up and stored; see `model/layers.py`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,10 +76,8 @@ class Halves:
     def add(self, samples: Samples) -> None:
         """Add a chunk to the half whose turn it is."""
         half = self.chunks % 2
-        layers = {"kept": samples.capped, "lost": samples.lost}
-        layers |= {"hit": samples.guides["hit"], "depth": samples.guides["depth"]}
-        for name, layer in layers.items():
-            total = self.sums[half].get(name)
+        for name in LAYERS:
+            layer, total = samples.layers[name], self.sums[half].get(name)
             self.sums[half][name] = layer.astype(np.float64) + (0.0 if total is None else total)
         self.count[half] += 1
 
@@ -91,7 +91,7 @@ class Halves:
         if min(self.count) == 0:
             return float("inf")
         # The pictures hold capped samples already.
-        return capped_rmse(self.mean("kept", (0,)), self.mean("kept", (1,)), cap=np.inf)
+        return capped_rmse(self.mean("capped", (0,)), self.mean("capped", (1,)), cap=np.inf)
 
     def save(self, path: Path) -> None:
         """Store both halves; an interruption leaves the old state."""
@@ -166,13 +166,13 @@ def finished(session: Session, frame: FrameState, halves: Halves) -> Reference:
     """
 
     def picture(*chosen: int) -> Image:
-        guides = {name: halves.mean(name, chosen) for name in ("hit", "depth")}
-        plain = halves.mean("kept", chosen) + halves.mean("lost", chosen)
-        return session.hazed(plain, guides, frame)
+        means = {name: halves.mean(name, chosen) for name in LAYERS}
+        plain = means["capped"] + means["lost"]
+        return session.hazed(Layers({**means, "radiance": plain}), frame.view)
 
     return Reference(
         radiance=picture(0, 1),
-        capped=halves.mean("kept"),
+        capped=halves.mean("capped"),
         sky=halves.mean("hit") < 1.0,
         spp=CHUNK * halves.chunks,
         halves_rmse=halves.difference(),

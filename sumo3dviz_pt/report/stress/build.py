@@ -281,5 +281,5 @@ def _stored(radiance: Image, production: Production) -> Image:
 
     with TemporaryDirectory() as folder:
         path = Path(folder) / "frame.exr"
-        write_exr(path, radiance, half=production.job.output.half)
+        write_exr(path, {"radiance": radiance}, half=production.job.output.half)
         return read_exr(path)[0]

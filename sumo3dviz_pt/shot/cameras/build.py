@@ -16,13 +16,18 @@ from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, LagrangianCamera, Settings
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import aim_of
 from sumo3dviz_pt.shot.cameras.flying import build_flight
 from sumo3dviz_pt.shot.cameras.riding import build_ride
 
 
 class Camera(Protocol):
-    """Anything that can be asked for a view."""
+    """Anything that has a view at any time."""
+
+    @property
+    def shutter(self) -> Shutter:
+        """When it lets light in."""
 
     def view_at(self, time: float) -> View:
         """The view at a time [s].
@@ -38,9 +43,11 @@ class StandingCamera:
 
     Attributes:
         view: Where it stands and what it sees.
+        shutter: When it lets light in.
     """
 
     view: View
+    shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
         """The view, whatever the time."""

@@ -24,6 +24,7 @@ from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at, aim_of
 
 _NEAR = 0.01
@@ -72,11 +73,13 @@ class FlyingCamera:
         angles: Unwrapped yaw, pitch and roll, and the opening angle, k = 4 [rad].
         subjects: Points looked at, k = 3 [m], with the times from the first to the last
             of neighbouring key frames that look at points.
+        shutter: When it lets light in.
     """
 
     path: Curve
     angles: Curve
     subjects: tuple[Curve, ...]
+    shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
         """The view at a time [s]; before the first and after the last key frame, theirs."""

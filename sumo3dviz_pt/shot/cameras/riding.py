@@ -22,6 +22,7 @@ from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.model.trajectory import Piece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
 
@@ -69,6 +70,7 @@ class RidingCamera:
         body: Whose first unit it sits in; None is a rigid one.
         springs: Whether the body's springs move the eye and nod the view. They never roll it:
             people keep their heads upright, and a rolling horizon makes sick.
+        shutter: When it lets light in.
     """
 
     trajectory: Trajectory
@@ -80,6 +82,7 @@ class RidingCamera:
     turns_about: Floats
     body: Body | None = None
     springs: bool = False
+    shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
         """The view at a time [s].

@@ -13,12 +13,12 @@ def radiance():
 
 
 def test_float_round_trip_is_exact(tmp_path, radiance):
-    write_exr(tmp_path / "a.exr", radiance, half=False)
+    write_exr(tmp_path / "a.exr", {"radiance": radiance}, half=False)
     assert np.array_equal(read_exr(tmp_path / "a.exr")[0], radiance)
 
 
 def test_half_round_trip_rounds_to_11_bits(tmp_path, radiance):
-    write_exr(tmp_path / "a.exr", radiance)
+    write_exr(tmp_path / "a.exr", {"radiance": radiance})
     again, _ = read_exr(tmp_path / "a.exr")
     assert np.allclose(again, radiance, rtol=2**-11, atol=1e-7)
     assert not np.array_equal(again, radiance)
@@ -26,20 +26,20 @@ def test_half_round_trip_rounds_to_11_bits(tmp_path, radiance):
 
 def test_half_clips_the_sun(tmp_path):
     bright = np.array([[[1e9, -1e9, 1.0]]], np.float32)
-    write_exr(tmp_path / "a.exr", bright)
+    write_exr(tmp_path / "a.exr", {"radiance": bright})
     assert read_exr(tmp_path / "a.exr")[0].tolist() == [[[HALF_MAX, -HALF_MAX, 1.0]]]
 
 
 def test_attributes_survive(tmp_path, radiance):
     made = json.dumps({"seed": 7, "place": "Zürich"}, ensure_ascii=False)
-    write_exr(tmp_path / "a.exr", radiance, attributes={PROVENANCE: made})
+    write_exr(tmp_path / "a.exr", {"radiance": radiance}, attributes={PROVENANCE: made})
     strings = read_exr(tmp_path / "a.exr")[1]
     assert strings[PROVENANCE] == made
 
 
 def test_same_pixels_same_bytes_and_no_leftovers(tmp_path, radiance):
     for name in ("a.exr", "b.exr"):
-        write_exr(tmp_path / name, radiance, attributes={PROVENANCE: "x"})
+        write_exr(tmp_path / name, {"radiance": radiance}, attributes={PROVENANCE: "x"})
     assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.exr", "b.exr"]
 
@@ -48,7 +48,7 @@ def test_extra_layers_are_stored_beside_the_colours(tmp_path, radiance):
     import OpenEXR
 
     depth = np.full((13, 21), 1e6, np.float32)
-    write_exr(tmp_path / "a.exr", radiance, extra={"depth": depth, "albedo": radiance})
+    write_exr(tmp_path / "a.exr", {"radiance": radiance, "depth": depth, "albedo": radiance})
     with OpenEXR.File(str(tmp_path / "a.exr")) as file:
         channels = file.channels()
         assert np.array_equal(channels["depth"].pixels, depth)
@@ -76,9 +76,9 @@ def test_file_without_colours_is_refused(tmp_path):
 
 def test_wrong_shape_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"\(h, w, 3\)"):
-        write_exr(tmp_path / "a.exr", np.zeros((4, 4), np.float32))
+        write_exr(tmp_path / "a.exr", {"radiance": np.zeros((4, 4), np.float32)})
 
 
 def test_unwritable_folder_leaves_an_os_error(tmp_path, radiance):
     with pytest.raises(OSError, match="cannot write"):
-        write_exr(tmp_path / "nowhere" / "a.exr", radiance)
+        write_exr(tmp_path / "nowhere" / "a.exr", {"radiance": radiance})

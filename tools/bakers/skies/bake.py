@@ -50,5 +50,6 @@ def bake_clouds(folder: Path, *, lossy: float | None = CLOUD_LOSS) -> tuple[Path
     """
     meta = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
     path = folder / str(meta["map"])
-    write_exr(path, cloud_image(make_clouds(cloud_recipe(meta))), lossy=lossy)
+    radiance = cloud_image(make_clouds(cloud_recipe(meta)))
+    write_exr(path, {"radiance": radiance}, lossy=lossy)
     return (path,)

@@ -117,7 +117,7 @@ def test_images_that_would_make_light_are_refused(tmp_path, brightest, fine):
     values = np.full((4, 8, 3), 0.3, dtype=np.float32)
     values[1, 2, 0] = brightest
     path = tmp_path / "ground.exr"
-    write_exr(path, values, half=False)
+    write_exr(path, {"radiance": values}, half=False)
     if fine:
         assert surface_material(str(path), textured=True)["type"] == "diffuse"
     else:

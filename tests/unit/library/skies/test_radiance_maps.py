@@ -63,7 +63,7 @@ def test_hdr_files_are_read(tmp_path, image, kind):
 
 def test_exr_maps_are_read_and_cleaned(tmp_path, image, caplog):
     image[0, 0], image[1, 1] = np.inf, -1.0
-    write_exr(tmp_path / "a.exr", image, half=False)
+    write_exr(tmp_path / "a.exr", {"radiance": image}, half=False)
     with caplog.at_level(logging.WARNING):
         again = read_radiance_map(tmp_path / "a.exr")
     assert "6 values" in caplog.text

@@ -1,5 +1,6 @@
 """Frame times are exact, and everyone in the log at that time is there."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from sumo3dviz_pt.cast.fleet import build_fleet
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.production import Request, frame_times, life_of, prepare, read
@@ -110,6 +112,23 @@ def test_a_part_of_a_film_has_the_same_slots_and_frames(tmp_path):
             np.testing.assert_allclose(
                 mine.world_from_body.matrix, other.world_from_body.matrix, atol=1e-9
             )
+
+
+def test_a_frame_shows_the_middle_of_its_exposure(tmp_path):
+    """Cameras are instant; a shutter that stays open shows all of them in one moment, too."""
+    scene = write_scenario(tmp_path, vehicles=4)
+    shot = prepare(load_job(scene), Request(camera="driver"), frame_times(4, 5, 10)).shot
+    assert shot.camera.shutter == INSTANT and shot.frame_at(4.1).time == 4.1
+    camera = replace(shot.camera, shutter=Shutter(0.1, 0.3))
+    frame, instant = replace(shot, camera=camera).frame_at(4.1), shot.frame_at(4.1 + 0.2)
+    assert frame.time == pytest.approx(4.3)
+    np.testing.assert_allclose(
+        frame.view.world_from_camera.matrix, instant.view.world_from_camera.matrix, atol=1e-9
+    )
+    for mine, other in zip(frame.everyone, instant.everyone, strict=True):
+        np.testing.assert_allclose(
+            mine.world_from_body.matrix, other.world_from_body.matrix, atol=1e-9
+        )
 
 
 # Orders -------------------------------------------------------------------------------------

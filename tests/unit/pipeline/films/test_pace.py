@@ -175,7 +175,11 @@ def test_frames_develop_to_numbered_pictures(tmp_path):
     folder.mkdir()
     for number in (3, 4):
         radiance = np.full((9, 15, 3), 0.1 * number, np.float32)
-        write_exr(folder / f"{number:06d}.exr", radiance, attributes={PROVENANCE: '{"time": 7}'})
+        write_exr(
+            folder / f"{number:06d}.exr",
+            {"radiance": radiance},
+            attributes={PROVENANCE: '{"time": 7}'},
+        )
     develop_frames(folder, DevelopOrder(tmp_path / "p_{frame}.png"))
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["p_000003.png", "p_000004.png"]
     with Image.open(tmp_path / "p_000004.png") as picture:

@@ -44,7 +44,11 @@ def write_frame(folder, number, account, *, level=0.2):
     folder.mkdir(exist_ok=True)
     known = {**account, "frame": number, "time": 4.0 + number / 12.5}
     radiance = np.full((SIZE[1], SIZE[0], 3), level, np.float32)
-    write_exr(frame_file(folder, number), radiance, attributes={PROVENANCE: json.dumps(known)})
+    write_exr(
+        frame_file(folder, number),
+        {"radiance": radiance},
+        attributes={PROVENANCE: json.dumps(known)},
+    )
 
 
 def write_film(folder, numbers, account, *, note=True):

@@ -41,7 +41,8 @@ def deforming(phase, effort, *, place=None, colour=(0.2, 0.3, 0.4)):
 
 
 def shown(phase, effort, seed=7):
-    vertices, normals, _ = crowd_of(walker(seed)).arrays([deforming(phase, effort)], ORIGIN)
+    held = crowd_of(walker(seed)).arrays([deforming(phase, effort)], ORIGIN)
+    vertices, normals = held.vertices, held.normals
     return vertices, normals
 
 
@@ -98,7 +99,8 @@ def test_places_are_relative_to_the_origin_and_normals_square_to_stretched_faces
         np.diag([2.0, 1.0, 0.5, 1.0])
     )
     origin = np.array([250.0, 0.0, 0.0])
-    vertices, normals, _ = crowd_of(tilted).arrays([deforming(0.0, 0.0, place=place)], origin)
+    held = crowd_of(tilted).arrays([deforming(0.0, 0.0, place=place)], origin)
+    vertices, normals = held.vertices, held.normals
     np.testing.assert_allclose(vertices, place.points(np.eye(3)) - origin)
     edges = vertices[1:] - vertices[0]
     np.testing.assert_allclose(normals @ edges.T, 0.0, atol=1e-12)
@@ -109,7 +111,8 @@ def test_free_slots_wait_under_the_ground_and_colours_are_their_owners():
     crowd = crowd_of(walker(), 3)
     first, second = (0.8, 0.1, 0.1), (0.1, 0.1, 0.8)
     movers = [deforming(0.0, 0.0, colour=first), deforming(0.5, 1.0, colour=second)]
-    vertices, _, tints = crowd.arrays(movers, ORIGIN)
+    held = crowd.arrays(movers, ORIGIN)
+    vertices, tints = held.vertices, held.tints
     assert (vertices[120:] == (0.0, 0.0, FLOOR)).all()
     assert not (vertices[:120, 2] == FLOOR).any()
     np.testing.assert_allclose(tints[:20], np.tile(first, (20, 1)))
@@ -121,7 +124,7 @@ def test_own_colours_of_faces_stay():
     body = cube()
     own = np.full((12, 3), 0.11)
     body = Prototype("cube", (*body.parts, Part(body.parts[0].mesh, "matt_tint", own)), ())
-    _, _, tints = crowd_of(body).arrays([mover("a", (0, 0, 0), (0.5, 0.6, 0.7))], ORIGIN)
+    tints = crowd_of(body).arrays([mover("a", (0, 0, 0), (0.5, 0.6, 0.7))], ORIGIN).tints
     np.testing.assert_allclose(tints[:12], np.tile((0.5, 0.6, 0.7), (12, 1)))
     np.testing.assert_allclose(tints[12:], own)
 

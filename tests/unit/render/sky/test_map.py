@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import CloudLayer, Sky
 from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.sky.daylight import UNITS_PER_SUNSKY, agreement, twilight_factor
-from sumo3dviz_pt.render.sky.map import CANDELAS_PER_UNIT, bake_sky, horizon_towards
+from sumo3dviz_pt.render.sky.map import bake_sky, horizon_towards
 from sumo3dviz_pt.render.sky.panorama import directions
 
 SMALL = (256, 512)

@@ -15,17 +15,18 @@ SHAPE = (6, 8)
 class Chunk:
     """What a chunk of samples offers."""
 
-    capped: np.ndarray
-    lost: np.ndarray
-    guides: dict
+    layers: dict
 
 
 def chunk(rng, sigma=0.1):
     colour = (*SHAPE, 3)
     return Chunk(
-        (0.5 + sigma * rng.standard_normal(colour)).astype(np.float32),
-        rng.random(colour, np.float32),
-        {"hit": rng.random(SHAPE, np.float32), "depth": rng.random(SHAPE, np.float32)},
+        {
+            "capped": (0.5 + sigma * rng.standard_normal(colour)).astype(np.float32),
+            "lost": rng.random(colour, np.float32),
+            "hit": rng.random(SHAPE, np.float32),
+            "depth": rng.random(SHAPE, np.float32),
+        }
     )
 
 
@@ -43,11 +44,13 @@ def test_means_are_those_of_the_chunks(count):
     assert halves.chunks == count and abs(halves.count[0] - halves.count[1]) <= 1
     if count > 1:
         np.testing.assert_allclose(
-            halves.mean("kept"), np.mean([part.capped for part in chunks], axis=0), rtol=1e-6
+            halves.mean("capped"),
+            np.mean([part.layers["capped"] for part in chunks], axis=0),
+            rtol=1e-6,
         )
         np.testing.assert_allclose(
             halves.mean("hit", (1,)),
-            np.mean([part.guides["hit"] for part in chunks[1::2]], axis=0),
+            np.mean([part.layers["hit"] for part in chunks[1::2]], axis=0),
             rtol=1e-6,
         )
 
@@ -61,7 +64,7 @@ def test_difference_is_twice_the_error_of_the_mean():
     """Of white noise sigma, n chunks: halves differ by 2 sigma / sqrt(n)."""
     found = [grown(16, seed)[0] for seed in range(40)]
     differences = np.mean([halves.difference() for halves in found])
-    errors = np.mean([np.sqrt(np.mean((h.mean("kept") - 0.5) ** 2)) for h in found])
+    errors = np.mean([np.sqrt(np.mean((h.mean("capped") - 0.5) ** 2)) for h in found])
     assert differences == pytest.approx(2 * 0.1 / 4, rel=0.03)
     assert differences == pytest.approx(2 * errors, rel=0.05)
 
@@ -74,7 +77,7 @@ def test_storing_and_going_on_is_the_same_as_not_stopping(tmp_path):
     for part in chunks[4:]:
         halves.add(part)
     assert halves.count == whole.count
-    np.testing.assert_array_equal(halves.mean("kept"), whole.mean("kept"))
+    np.testing.assert_array_equal(halves.mean("capped"), whole.mean("capped"))
     assert [path.name for path in tmp_path.iterdir()] == ["reference.npz"]
 
 

@@ -24,7 +24,12 @@ def write_film(folder, *, times=(10.0, 10.04, 10.08), change=lambda image, _: im
         }  # fmt: skip
         text = json.dumps({key: value for key, value in known.items() if value is not None})
         path = folder / f"{number:06d}.exr"
-        write_exr(path, radiance.astype(np.float32), half=False, attributes={PROVENANCE: text})
+        write_exr(
+            path,
+            {"radiance": radiance.astype(np.float32)},
+            half=False,
+            attributes={PROVENANCE: text},
+        )
     return folder
 
 

@@ -138,7 +138,7 @@ def test_clouds_turn_with_the_sun():
 def test_map_from_a_file(tmp_path):
     image = np.full((16, 32, 3), 3.1 / np.pi, np.float32)
     for name, factor in (("a.exr", 1.0), ("b.exr", 4.0)):
-        write_exr(tmp_path / name, factor * image, half=False)
+        write_exr(tmp_path / name, {"radiance": factor * image}, half=False)
     sky, brighter = (build_sky(SkySettings(file=tmp_path / f"{x}.exr", rotation=90)) for x in "ab")
     assert sky.sun_direction is None and sky.image.shape == (16, 32, 3)
     assert sky.rotation == pytest.approx(np.pi / 2)
