@@ -35,7 +35,7 @@ from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
-from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.fronts import SOURCE, Given, Rows, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -141,10 +141,12 @@ def build_place(world: World, camera_path: CameraPath) -> Place:
         ConfigError: If a name in the scene file is unknown.
     """
     scenario, job, dark = world.scenario, world.job, world.dark
+    # Roads and ground, and what grows on it.
     region = _region(world, camera_path)
     land = _land(world, camera_path, region)
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
+    # What stands along the roads.
     signals = build_signals(
         replace(scenario.network, connections=_connections_in(scenario.network, region)),
         scenario.signals,
@@ -155,6 +157,7 @@ def build_place(world: World, camera_path: CameraPath) -> Place:
     site = site_of(scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
     street = build_street(scenario, job.street, site=site, dark=dark)
     rails = _rails(scenario, job, land)
+    # Objects, in as many triangles as the rest leaves.
     made = (grown.meadow, grown.planting, grown.fronts, signals, street)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
     fixed += grown.pits
@@ -166,6 +169,7 @@ def build_place(world: World, camera_path: CameraPath) -> Place:
         textured=job.textured,
         budget=min(BUDGET, max(STATIC_BUDGET - _triangles(fixed), _LEAST_SCENERY)),
     )
+    # All of it together.
     parts = (*fixed, *scenery.static)
     said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
     return Place(
@@ -289,7 +293,7 @@ def _materials(land: _Land, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:
 
 
 def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
-    """Lamps that change, with light paths that aim at them only when it is dark."""
+    """Return lamps that change, with light paths that aim at them only when it is dark."""
     return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
 
 
@@ -306,7 +310,7 @@ def _fronts(
         return Rows(), Fronts(left_out=(LeftOut(FAMILY, why),))
     paved, network = list(roads.layout.outline), scenario.network
     given = (*scenario.polygons, *stop_areas(network, scenario.stops))
-    rows = grow_rows(network, paved, (scenario.pois, given), around=around)
+    rows = grow_rows(network, paved, Given(scenario.pois, given), around=around)
     near = scenario.network.location.boundary[:2]
     return rows, build_fronts(in_view(rows, around), roads.layout, around=around, near=near)
 

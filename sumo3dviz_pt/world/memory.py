@@ -5,56 +5,98 @@ from __future__ import annotations
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import fields, is_dataclass
+from copy import copy
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 
 MOST_BYTES = 600_000_000
-"""What is kept, about; what was asked for longest ago goes first."""
+"""What is kept, about; what was used longest ago goes first."""
 
 _T = TypeVar("_T")
+
+
+Name = tuple[Hashable, ...]
+"""What a kept thing is called."""
 
 
 class Memory:
     """What was built of one world, by names.
 
-    A name says all that a thing hangs on beside the world itself: a junction's number, a
-    house's level of detail. So whoever asks first gets the same thing as whoever asks again.
+    A name holds everything that a thing depends on beside the world itself: a junction's
+    number, a house's level of detail. So the first and every later request for a name get the
+    same thing.
     """
 
     def __init__(self, most: int = MOST_BYTES) -> None:
-        self._most = most
-        self._made: OrderedDict[tuple[Hashable, ...], tuple[Any, int]] = OrderedDict()
-        self._bytes = 0
-        self._lock = threading.Lock()
+        """Begin empty.
 
-    def of(self, name: tuple[Hashable, ...], make: Callable[[], _T]) -> _T:
-        """The thing of a name, made if it is not there.
+        Args:
+            most: Bytes that are kept, about.
+        """
+        self._store = _Store(most)
+        self._prefix: Name = ()
+
+    def within(self, *prefix: Hashable) -> Memory:
+        """Return a view of this memory that puts a prefix before all names.
+
+        The view shares this memory's room: what is kept through it counts here.
+        """
+        view = copy(self)
+        view._prefix = (*self._prefix, *prefix)
+        return view
+
+    def of(self, name: Name, make: Callable[[], _T]) -> _T:
+        """Return the thing of a name; make it if it is not there.
 
         Args:
             name: Begins with what kind of thing it is.
-            make: Makes it; nobody changes it afterwards.
+            make: Makes the thing, which must not be changed afterwards.
         """
-        with self._lock:
-            if name in self._made:
-                self._made.move_to_end(name)
-                kept: _T = self._made[name][0]
-                return kept
-        # Not under the lock: what is made is often made of other things.
+        name = (*self._prefix, *name)
+        kept = self._store.find(name)
+        if kept is not None:
+            found: _T = kept.thing
+            return found
+        # Not under the store's lock: what is made is often made of other things.
         made = make()
-        self._keep(name, made)
+        self._store.keep(name, _Kept(made, _size_of(made)))
         return made
 
-    def _keep(self, name: tuple[Hashable, ...], made: Any) -> None:
-        """Keep a thing, and as many others as there is room for."""
-        size = _size_of(made)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Kept:
+    """A thing and its size in bytes, about."""
+
+    thing: Any
+    size: int
+
+
+class _Store:
+    """Things by name, up to a number of bytes; several threads may use it at once."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._kept: OrderedDict[Name, _Kept] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+
+    def find(self, name: Name) -> _Kept | None:
+        """Return what is kept under a name, now the one used last; None if nothing is."""
         with self._lock:
-            _, before = self._made.pop(name, (None, 0))
-            self._made[name] = (made, size)
-            self._bytes += size - before
-            while self._bytes > self._most and len(self._made) > 1:
-                self._bytes -= self._made.popitem(last=False)[1][1]
+            if name in self._kept:
+                self._kept.move_to_end(name)
+            return self._kept.get(name)
+
+    def keep(self, name: Name, new: _Kept) -> None:
+        """Keep a thing, and of the others those used last, as many as there is room for."""
+        with self._lock:
+            before = self._kept.pop(name, None)
+            self._kept[name] = new
+            self._bytes += new.size - (0 if before is None else before.size)
+            while self._bytes > self._most and len(self._kept) > 1:
+                self._bytes -= self._kept.popitem(last=False)[1].size
 
 
 def _size_of(value: Any) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,42 +79,57 @@ def build_ground(
     horizon = settings.horizon if textured else "flat"
     corners = built_points(roads.outline, network.location.boundary)
     land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
-    mesh, height_at, static = _relief(roads, network, land)
+    shape = _shape(roads, network, land)
+    # Show a texture near what is built and plain colours beyond.
     name = f"ground:{settings.texture}"
-    near, far = (mesh, None) if land.plain else split_far(mesh, land)
+    near, far = (shape.mesh, None) if land.plain else split_far(shape.mesh, land)
     tile = metres_per_tile(settings.texture) * settings.scale
     near = replace(
         near, uvs=planar_uvs(near.vertices, tile=tile, near=network.location.boundary[:2])
     )
-    static.insert(0, StaticPart("ground", "ground", Part(near, name)))
+    static = [StaticPart("ground", "ground", Part(near, name)), *shape.walls]
     if far is not None:
         tint = far_tints(far, land, mean_reflectance(settings.texture))
         static.append(StaticPart("ground/far", "ground", Part(far, FAR_GROUND, tint)))
+    # Grow woods on it.
     free = room or Room(np.zeros((0, 2)))
-    for number, part in enumerate(woods(land, height_at=height_at, room=free)):
+    for number, part in enumerate(woods(land, height_at=shape.height_at, room=free)):
         static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
     for other in {part.part.material for part in static} - {name}:
         materials[other] = MATERIALS[other]
-    return GroundParts(tuple(static), materials, height_at)
+    return GroundParts(tuple(static), materials, shape.height_at)
 
 
-def _relief(
-    roads: RoadLayout, network: Network, land: Land
-) -> tuple[Mesh, Callable[[Floats], Floats], list[StaticPart]]:
-    """The ground's mesh, its height, and walls between it and higher roads."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shape:
+    """The shape of the ground.
+
+    Attributes:
+        mesh: Of all of it.
+        height_at: Its height at places, (n, 2) -> (n,) [m].
+        walls: Between it and higher roads.
+    """
+
+    mesh: Mesh
+    height_at: Callable[[Floats], Floats]
+    walls: Sequence[StaticPart] = ()
+
+
+def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
+    """The shape of the ground around roads: level without slopes, else a terrain."""
     if roads.cells.is_flat:
         level = road_level(roads, network) - DROP
-        return land_mesh(land, level), lambda places: level + land.heights(places), []
+        return _Shape(land_mesh(land, level), lambda places: level + land.heights(places))
     mesh, height_at = terrain(roads, network, land=land)
     walls = retaining_walls(roads, height_at)
     if not len(walls.faces):
-        return mesh, height_at, []
-    return mesh, height_at, [StaticPart("ground/walls", "ground", Part(walls, KERB))]
+        return _Shape(mesh, height_at)
+    return _Shape(mesh, height_at, [StaticPart("ground/walls", "ground", Part(walls, KERB))])
 
 
 def mean_reflectance(texture: str) -> Floats:
-    """Mean linear reflectance of a ground, (3,); grey for a user's image."""
+    """Return the mean linear reflectance of a ground, (3,); grey for a user's image."""
     if texture.startswith("#"):
         return np.array(colour_of(texture))
     if texture not in catalog.names("surfaces"):
@@ -123,7 +138,7 @@ def mean_reflectance(texture: str) -> Floats:
 
 
 def road_level(roads: RoadLayout, network: Network) -> float:
-    """Height of level roads [m]: of those that are built, or else of all."""
+    """Return the height of level roads [m]: of those that are built, or else of all."""
     quads = roads.cells.quads[..., 2]
     known: Floats = quads[np.isfinite(quads)]
     if not len(known):
@@ -132,7 +147,7 @@ def road_level(roads: RoadLayout, network: Network) -> float:
 
 
 def with_fields(materials: Mapping[str, Bsdf]) -> dict[str, Bsdf]:
-    """The materials with grounds of grass parted into fields.
+    """Return the materials with grounds of grass parted into fields.
 
     Args:
         materials: `GroundParts.materials`.

@@ -31,7 +31,7 @@ _GROVE = 2.6  # width of a grove by that of a tree
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Room:
-    """What woods must leave free, and who looks at them.
+    """What woods must leave free, and the cameras that look at them.
 
     Attributes:
         taken: Objects and cameras, (n, 2) [m].
@@ -43,7 +43,7 @@ class Room:
 
 
 def woods(land: Land, *, height_at: Callable[[Floats], Floats], room: Room) -> tuple[Part, ...]:
-    """A tree line at the fields' edge and groves on the hills behind.
+    """Build a tree line at the fields' edge and groves on the hills behind.
 
     Args:
         land: What grows where.
@@ -67,7 +67,7 @@ def woods(land: Land, *, height_at: Callable[[Floats], Floats], room: Room) -> t
 
 
 def occupied(pois: Sequence[Poi], polygons: Sequence[Polygon], eyes: Floats) -> Floats:
-    """Where woods must not stand: objects and cameras, (n, 2) [m].
+    """Return where woods must not stand: objects and cameras, (n, 2) [m].
 
     Args:
         pois: All points of interest.
@@ -128,7 +128,14 @@ def _chosen(trees: FarTrees, room: Room, most: int) -> FarTrees:
 
 
 def grown(places: Floats, ground: Floats, scale: float, rng: np.random.Generator) -> FarTrees:
-    """Sizes and colours of trees (scale 1) or groves at places."""
+    """Return trees or groves with sizes and colours drawn by chance.
+
+    Args:
+        places: (n, 2) [m].
+        ground: Its height there, (n,) [m].
+        scale: Width by that of a tree.
+        rng: Source of chance.
+    """
     count = len(places)
     cones = (rng.random(count) < 0.22).astype(np.float64)
     heights = rng.uniform(8.0, 15.0, count) * (1.0 + 0.25 * cones) * min(scale, 1.25)

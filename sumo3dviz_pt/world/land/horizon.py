@@ -50,18 +50,18 @@ class Land:
         return self.relief is None and not self.wooded
 
     def away(self, points: Floats) -> Floats:
-        """Distance of points, (n, 2) [m], from the hull, (n,) [m]; 0 inside."""
+        """Return the distance of points, (n, 2) [m], from the hull, (n,) [m]; 0 inside."""
         return np.asarray(shapely.distance(self.hull, shapely.points(points[:, :2])))
 
     def heights(self, points: Floats) -> Floats:
-        """Height of hills at points, (n, 2) [m], as (n,) [m]."""
+        """Return the height of hills at points, (n, 2) [m], as (n,) [m]."""
         if self.relief is None:
             return np.zeros(len(points))
         return self.relief.heights(points[:, :2], self.away(points))
 
 
 def land_around(outlines: Floats, *, horizon: str, surface: str, seed: int) -> Land:
-    """The land around what is built.
+    """Return the land around what is built.
 
     Args:
         outlines: Points that the hull must hold, (n, 2) [m], n >= 1.
@@ -78,7 +78,7 @@ def land_around(outlines: Floats, *, horizon: str, surface: str, seed: int) -> L
 
 
 def built_points(outlines: Floats, boundary: tuple[float, float, float, float]) -> Floats:
-    """Points that the hull of what is built must hold, (n, 2) [m]."""
+    """Return points that the hull of what is built must hold, (n, 2) [m]."""
     if len(outlines):
         return np.asarray(shapely.get_coordinates(union(outlines).convex_hull))
     x0, y0, x1, y1 = boundary
@@ -86,7 +86,7 @@ def built_points(outlines: Floats, boundary: tuple[float, float, float, float]) 
 
 
 def land_mesh(land: Land, level: float) -> Mesh:
-    """Rings around the hull's middle, level within it, up to the end of the world.
+    """Build rings around the hull's middle, level within it, up to the end of the world.
 
     Args:
         land: Gives hull and hills.
@@ -106,7 +106,7 @@ def land_mesh(land: Land, level: float) -> Mesh:
 
 
 def split_far(mesh: Mesh, land: Land) -> tuple[Mesh, Mesh]:
-    """The mesh's faces near what is built, and those beyond, with smooth normals."""
+    """Return the mesh's faces near what is built, and those beyond, with smooth normals."""
     away = land.away(mesh.vertices)
     far = np.asarray((away[mesh.faces] > TEXTURED - 1.0).all(axis=1))
     smooth = mesh if mesh.normals is not None else replace(mesh, normals=_normals(mesh))
@@ -114,7 +114,13 @@ def split_far(mesh: Mesh, land: Land) -> tuple[Mesh, Mesh]:
 
 
 def far_tints(mesh: Mesh, land: Land, mean: Floats) -> Floats:
-    """Reflectance of each far face, (m, 3): like the near ground first, then fields."""
+    """Return the reflectance of each far face, (m, 3): like the near ground first, then fields.
+
+    Args:
+        mesh: The ground far from what is built.
+        land: What grows where.
+        mean: Reflectance of the near ground, (3,).
+    """
     middles = mesh.vertices[mesh.faces].mean(axis=1)
     if not land.wooded:
         return np.tile(mean, (len(middles), 1))

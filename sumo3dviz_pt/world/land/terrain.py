@@ -51,7 +51,7 @@ HeightAt = Callable[[Floats], Floats]
 def terrain(
     roads: RoadLayout, network: Network, *, land: Land | None = None
 ) -> tuple[Mesh, HeightAt]:
-    """The terrain's mesh, and a function that gives its height at points (n, 2) [m].
+    """Build the terrain's mesh, and a function that gives its height at points (n, 2) [m].
 
     Args:
         roads: What is built; the grid is fine around it.
@@ -85,7 +85,12 @@ def _hills(land: Land, x: Floats, y: Floats) -> Floats:
 
 
 def road_samples(roads: RoadLayout, *, spacing: float = 2.5) -> Floats:
-    """Points on the road surface, (n, 3) [m]: along all outlines, no further apart than asked."""
+    """Return points along the outlines of the road surface, (n, 3) [m].
+
+    Args:
+        roads: The roads.
+        spacing: Largest distance between neighbours [m].
+    """
     parts = [(p, i) for i, shape in enumerate(roads.cells.polygons) for p in polygon_parts(shape)]
     rings = shapely.segmentize([part.exterior for part, _ in parts], spacing)
     flat, ring = shapely.get_coordinates(rings, return_index=True)
@@ -94,7 +99,7 @@ def road_samples(roads: RoadLayout, *, spacing: float = 2.5) -> Floats:
 
 
 def retaining_walls(roads: RoadLayout, height_at: HeightAt) -> Mesh:
-    """Walls from the outer edges of the roads down into the terrain."""
+    """Build walls from the outer edges of the roads down into the terrain."""
     rings = area_rings(roads.outline, roads.cells)
     bottoms = []
     for ring in rings:

@@ -11,7 +11,7 @@ import shapely
 
 from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.model.geometry import Floats, Ints, Transform, merge_meshes, settled
+from sumo3dviz_pt.model.geometry import Floats, Transform, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
@@ -36,6 +36,7 @@ from sumo3dviz_pt.world.objects.kinds import (
     body_of,
     check_settings,
 )
+from sumo3dviz_pt.world.objects.levels import Staging, levels_of
 from sumo3dviz_pt.world.objects.outlined import line_parts
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
@@ -59,7 +60,15 @@ _UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
 _LEVELS = {"they stand on a carriageway": logging.WARNING}
 
 Item = Poi | Polygon
-Group = tuple[Kind, ObjectSettings, list[Item]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """The objects of a kind that are drawn, and what a user says of that kind."""
+
+    kind: Kind
+    settings: ObjectSettings
+    items: list[Item]
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +111,9 @@ def build_scenery(
         ConfigError: If a model or colour of the settings does not exist.
         InputError: If a line or outline is longer than anything that is built.
     """
+    # Choose what there is of each kind.
     left_out: list[LeftOut] = []
-    groups: list[Group] = []
+    groups: list[_Group] = []
     taken = _building_areas(polygons, settings)
     for kind in KINDS:
         own: ObjectSettings | None = getattr(settings, kind.name)
@@ -114,34 +124,36 @@ def build_scenery(
             continue
         check_settings(kind, own)
         check_extents(kind, items)
-        kept, gone = _sorted_out(kind, items, (around, taken))
+        kept, gone = _sorted_out(kind, items, around=around, taken=taken)
         left_out += gone
-        groups.append((kind, own, kept))
-    shrink = _shrunk_levels(groups, around, budget)
+        groups.append(_Group(kind, own, kept))
+    # Build the parts of each kind; what shines by night is kept apart.
+    staging = Staging(around, _shrunk_levels(groups, around, budget))
     static: list[StaticPart] = []
     shining: list[Part] = []
-    for kind, own, kept in groups:
+    for group in groups:
+        kind = group.kind
         build = _BUILDERS.get(kind.name) or _BUILDERS[kind.form]
-        parts = build(kind, own, kept, (around, shrink))
+        parts = build(kind, group.settings, group.items, staging)
         shining += [part for part in parts if part.material.startswith("lamp:")]
         plain = [part for part in parts if not part.material.startswith("lamp:")]
         static += merged(kind.name, plain)
     names = sorted({part.part.material for part in static})
     materials = {name: material_of(name, textured=textured) for name in names}
-    if not around.dark and any(kind.name in {*STYLES, "buildings"} for kind, _, _ in groups):
+    if not around.dark and any(group.kind.name in {*STYLES, "buildings"} for group in groups):
         left_out.append(LeftOut("lit windows", "it is day"))
     return Scenery(tuple(static), materials, tuple(left_out), lamp_sets(shining))
 
 
 def material_of(name: str, *, textured: bool) -> Bsdf:
-    """A named material, or one that shows a surface."""
+    """Return a named material, or one that shows a surface."""
     if name.startswith("cladding:"):
         return cladding_material(name, textured=textured)
     return MATERIALS[name]
 
 
 def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
-    """One static part per material of a family."""
+    """Build one static part per material of a family."""
     by_material: dict[str, list[Part]] = {}
     for part in parts:
         by_material.setdefault(part.material, []).append(part)
@@ -152,11 +164,6 @@ def merged(family: str, parts: Sequence[Part]) -> list[StaticPart]:
         tint = np.concatenate(tints) if tints else None
         found.append(StaticPart(f"{family}/{material}", family, Part(mesh, material, tint)))
     return found
-
-
-def levels_of(kind: Kind, distances: Floats, shrink: float) -> Ints:
-    """Level of detail at distances [m]; `shrink` scales the limits."""
-    return np.searchsorted(np.array(kind.levels) * shrink, distances, side="right")
 
 
 def _level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) -> Floats:
@@ -201,12 +208,19 @@ def _building_areas(polygons: Sequence[Polygon], settings: ObjectsSettings) -> s
 
 
 def _sorted_out(
-    kind: Kind, items: Sequence[Item], how: tuple[Surroundings, shapely.STRtree]
+    kind: Kind, items: Sequence[Item], *, around: Surroundings, taken: shapely.STRtree
 ) -> tuple[list[Item], list[LeftOut]]:
-    """Objects without those that stand on a road, in a camera's way or out of sight."""
+    """Objects without those that stand on a road, in a camera's way or out of sight.
+
+    Args:
+        kind: Theirs.
+        items: The objects.
+        around: Roads and cameras.
+        taken: Footprints of building polygons, in which nothing else stands.
+    """
     if kind.form == "line":
         return list(items), []
-    around, taken = how
+    # Find what speaks against each object.
     places = _places(items)
     inside = np.zeros(len(items), dtype=np.bool_)
     if kind.form == "point":
@@ -224,6 +238,7 @@ def _sorted_out(
             np.array([_blocks_camera(kind, place, around) for place in places]),
         ),
     )
+    # The first reason counts.
     keep = np.ones(len(items), dtype=np.bool_)
     left_out: list[LeftOut] = []
     for why, gone in reasons:
@@ -238,21 +253,21 @@ def _sorted_out(
 
 def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     """Whether a camera would be inside an object's crown or walls."""
-    radius, low, high = kind.body
-    eyes = around.clearance.places
-    if radius <= 0.0 or not len(eyes):
+    space, eyes = kind.space, around.clearance.places
+    if space is None or not len(eyes):
         return False
-    near = np.hypot(*(eyes[:, :2] - place).T) < radius + KEEP_CLEAR
+    near = np.hypot(*(eyes[:, :2] - place).T) < space.radius + KEEP_CLEAR
     if not near.any():
         return False
     above = eyes[near, 2] - around.height_at(place[None])
-    return bool(((above > low) & (above < high + KEEP_CLEAR)).any())
+    return bool(((above > space.bottom) & (above < space.top + KEEP_CLEAR)).any())
 
 
-def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -> float:
+def _shrunk_levels(groups: Sequence[_Group], around: Surroundings, budget: int) -> float:
     """By how much level limits move: out where the triangle budget leaves room, else in."""
     measured = []
-    for kind, _, items in groups:
+    for group in groups:
+        kind, items = group.kind, group.items
         pieces = np.ones(len(items))
         if kind.form != "point":  # walls and fences by their length
             steps = [np.diff(i.shape[:, :2], axis=0) for i in items if isinstance(i, Polygon)]
@@ -261,7 +276,7 @@ def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -
     shrink = _MOST_STRETCH
     while shrink > 0.05:
         total = sum(
-            float((np.array(kind.cost)[levels_of(kind, distances, shrink)] * pieces).sum())
+            float((np.array(kind.cost)[levels_of(kind, distances, shrink=shrink)] * pieces).sum())
             for kind, distances, pieces in measured
         )
         if total <= budget:
@@ -271,18 +286,16 @@ def _shrunk_levels(groups: Sequence[Group], around: Surroundings, budget: int) -
 
 
 def _point_parts(
-    kind: Kind,
-    settings: ObjectSettings,
-    items: Sequence[Poi],
-    how: tuple[Surroundings, float],
+    kind: Kind, settings: ObjectSettings, items: Sequence[Poi], staging: Staging
 ) -> list[Part]:
     """Objects at points, placed in the world."""
-    around, shrink = how
+    around = staging.around
     if not items:
         return []
+    # Decide where each stands, which way it looks, how large and how detailed it is.
     places = _places(items)
     names = [f"{kind.name}:{item.id}" for item in items]
-    levels = levels_of(kind, _level_distances(kind, items, around), shrink)
+    levels = staging.levels(kind, _level_distances(kind, items, around))
     heights = around.height_at(places)
     yaws = _yaws(kind, items, places, around)
     sizes = _sizes(names, settings, around.seed)
@@ -291,6 +304,7 @@ def _point_parts(
     if kind.name in STYLES:
         plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
         sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
+    # Build and place them.
     parts: list[Part] = []
     for i, name in enumerate(names):
         place = Transform.from_pose(
@@ -333,7 +347,7 @@ def _yaws(kind: Kind, items: Sequence[Poi], places: Floats, around: Surroundings
 
 
 def facing_roads(places: Floats, index: LaneIndex) -> Floats:
-    """Yaws at a right angle to the nearest lane and towards it, (n,) [rad]."""
+    """Return yaws at a right angle to the nearest lane and towards it, (n,) [rad]."""
     if index.tree is None:
         return np.zeros(len(places))
     nearest, _ = index.nearest(places)

@@ -16,7 +16,7 @@ def chosen(
     pois: Sequence[Poi],
     polygons: Sequence[Polygon],
 ) -> list[Poi] | list[Polygon]:
-    """The objects of a kind, each id of a file once.
+    """Return the objects of a kind, each id of a file once.
 
     Args:
         kind: Which kind.

@@ -18,7 +18,7 @@ LONGEST_TOGETHER = 500_000.0
 
 
 def check_extents(kind: Kind, items: Sequence[Poi | Polygon]) -> None:
-    """Refuse lines and outlines that nobody built.
+    """Refuse lines and outlines that are too long to be real.
 
     Raises:
         InputError: Names the polygon and its file.

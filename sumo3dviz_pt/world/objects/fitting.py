@@ -46,7 +46,13 @@ def fitted(
 
 
 def rectangles(places: Floats, yaws: Floats, plans: Floats) -> Sequence[shapely.Polygon]:
-    """Plans in the world, (n,) polygons; arguments as for `fitted`."""
+    """Return plans in the world, (n,) polygons.
+
+    Args:
+        places: Middle of each, (n, 2) [m].
+        yaws: Where fronts look, (n,) [rad].
+        plans: Lowest and highest corner of each in its own frame, (n, 2, 2) [m].
+    """
     (x0, y0), (x1, y1) = plans[:, 0].T, plans[:, 1].T
     corners = np.stack([np.stack([x, y], -1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
     cos, sin = np.cos(yaws), np.sin(yaws)

@@ -54,7 +54,7 @@ def guard_rails(
     *,
     around: Surroundings,
 ) -> Rails:
-    """Rails along the fast roads around a shot's cameras, as lines.
+    """Build rails along the fast roads around a shot's cameras, as lines.
 
     Args:
         network: Its fast edges get rails.

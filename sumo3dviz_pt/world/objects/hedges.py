@@ -14,38 +14,38 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import Kind, colour_in
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.objects.levels import Staging
 
 _STEP = 2.0  # distance between the points of a hedge's line, at most [m]
 _PIECE = 4  # steps that share a level of detail
 
 
 def hedge_parts(
-    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
+    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], staging: Staging
 ) -> list[Part]:
-    """Hedges along polylines and around areas.
+    """Build hedges along polylines and around areas.
 
     Args:
         kind: Gives the distances of the levels of detail.
         settings: Size factor, its spread, and colour.
         items: Lines and areas.
-        how: Roads, ground, cameras and seed; and the scale of those distances.
+        staging: Roads, ground, cameras and seed, and the factor of those distances.
     """
-    around, shrink = how
-    colour = colour_in(settings)
-    limits = np.array(kind.levels) * shrink
+    around, colour = staging.around, colour_in(settings)
     parts: list[Part] = []
     for item in items:
         shape = item.shape[:, :2]
         if np.ptp(shape, axis=0).max() < 1.0:
             continue
         flat = _resampled(np.vstack([shape, shape[:1]]) if item.fill else shape)
+        # Choose its size.
         share = share_of(around.seed, kind.name, item.id, "size")
         size = settings.scale * (1.0 + settings.variation * (2.0 * share - 1.0))
         section = HedgeSize(0.8 * size, 1.35 * size)
         margin = 0.5 * section.width + 0.3
+        # Build it piece by piece, each at its level of detail.
         for first, piece in _pieces(flat, around.index.covers(flat, margin=margin)):
-            level = int(np.searchsorted(limits, around.distances(piece).min(), side="right"))
+            level = staging.level(kind, float(around.distances(piece).min()))
             chance = share_of(around.seed, kind.name, item.id, str(first))
             line = np.column_stack([piece, around.height_at(piece)])
             rng = np.random.default_rng(int(chance * 2**48))

@@ -25,6 +25,7 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import Kind, colour_in, drawn_model
+from sumo3dviz_pt.world.objects.levels import Staging
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
@@ -55,14 +56,14 @@ class Chance:
     dark: bool = False
 
     def share(self, word: str) -> float:
-        """A number in [0, 1) for a use."""
+        """Return a number in [0, 1) for a use."""
         return share_of(self.seed, self.name, word)
 
 
 def house_parts(
     kind: Kind, settings: ObjectSettings, chance: Chance, *, level: int
 ) -> tuple[Part, ...]:
-    """The parts of a building at a point in its own frame, front at +x.
+    """Build the parts of a building at a point in its own frame, front at +x.
 
     Args:
         kind: One of `STYLES`.
@@ -76,7 +77,14 @@ def house_parts(
 
 
 def plan_of(kind: Kind, settings: ObjectSettings, *, seed: int, name: str) -> Floats:
-    """Lowest and highest corner of a building's walls in its own frame, (2, 2) [m]."""
+    """Return the lowest and highest corner of a building's walls in its own frame, (2, 2) [m].
+
+    Args:
+        kind: One of `STYLES`.
+        settings: Say which models there are.
+        seed: Of all chance.
+        name: Of the building; chooses its model and variant.
+    """
     style = STYLES[kind.name][drawn_model(kind, settings, seed, name)]
     variant = int(share_of(seed, name, "variant") * style.variants)
     walls = _shell(style, variant, FAR)["wall"][..., :2].reshape(-1, 2)
@@ -84,10 +92,17 @@ def plan_of(kind: Kind, settings: ObjectSettings, *, seed: int, name: str) -> Fl
 
 
 def area_parts(
-    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
+    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], staging: Staging
 ) -> list[Part]:
-    """Buildings over polygons, with their own or plausible heights."""
-    around, shrink = how
+    """Build buildings over polygons, with their own or plausible heights.
+
+    Args:
+        kind: Gives the distances of the levels of detail.
+        settings: Colour, and a factor of the heights.
+        items: Their outlines.
+        staging: Roads, ground, cameras and seed, and the factor of those distances.
+    """
+    around = staging.around
     parts: list[Part] = []
     for item in items:
         chance = Chance(around.seed, f"{kind.name}:{item.id}", around.dark)
@@ -95,8 +110,7 @@ def area_parts(
         plan = cleaned(item.shape[:, :2] - centre)
         if plan is None or _holds_camera(plan + centre, around):
             continue
-        distance = float(around.distances(plan + centre).min())
-        level = int(np.searchsorted(np.array(kind.levels) * shrink, distance, side="right"))
+        level = staging.level(kind, float(around.distances(plan + centre).min()))
         height = settings.scale * height_of(item, float(shapely.Polygon(plan).area), around.seed)
         style = style_for(plan, height, share=chance.share("style"))
         shell = extruded(
@@ -116,7 +130,7 @@ def area_parts(
 
 
 def street_walls(plan: Floats, around: Surroundings) -> tuple[int, ...]:
-    """Numbers of the walls of a plan, (n, 2) [m], that look at a street; maybe none."""
+    """Return numbers of the walls of a plan, (n, 2) [m], that look at a street; maybe none."""
     if around.index.tree is None:
         return ()
     after = np.roll(plan, -1, axis=0)
@@ -131,7 +145,13 @@ def street_walls(plan: Floats, around: Surroundings) -> tuple[int, ...]:
 
 
 def height_of(item: Polygon, area: float, seed: int) -> float:
-    """Height of a building's walls [m]: from its params, else seeded by its area [m2]."""
+    """Return the height of a building's walls [m]: as its params say, else one that is usual.
+
+    Args:
+        item: The building.
+        area: Of its plan [m2].
+        seed: Of heights that no param says.
+    """
     for key, unit in _NUMBERS:
         try:
             given = float(item.params.get(key, "").strip().removesuffix("m")) * unit
@@ -146,7 +166,7 @@ def height_of(item: Polygon, area: float, seed: int) -> float:
 
 
 def cladding_material(name: str, *, textured: bool) -> Bsdf:
-    """The material that shows a surface in the colour of each face.
+    """Return the material that shows a surface in the colour of each face.
 
     Args:
         name: As `cladding` gives it.
@@ -168,7 +188,7 @@ def cladding_material(name: str, *, textured: bool) -> Bsdf:
 
 
 def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
-    """Lit windows and signs as lamps, from parts whose tints are luminances [cd/m2]."""
+    """Build lit windows and signs as lamps, from parts whose tints are luminances [cd/m2]."""
     sets = []
     for material, weight in _WEIGHTS.items():
         some = [part for part in parts if part.material == material]
@@ -195,7 +215,7 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
 def painted(
     shell: Shell, style: BuildingStyle, settings: ObjectSettings, chance: Chance, *, level: int
 ) -> tuple[Part, ...]:
-    """A shell in the colours of one building; textures and lights to aim at only nearby.
+    """Build a shell in the colours of one building; textures and lights to aim at only nearby.
 
     Args:
         shell: Quads by role.

@@ -30,6 +30,21 @@ FENCES = ("guard_rail", *BARRIERS)
 
 
 @dataclass(frozen=True, slots=True)
+class Space:
+    """An upright cylinder around an object's middle.
+
+    Attributes:
+        radius: [m].
+        bottom: Height above the ground [m].
+        top: Height above the ground [m].
+    """
+
+    radius: float
+    bottom: float
+    top: float
+
+
+@dataclass(frozen=True, slots=True)
 class Kind:
     """A kind of static object.
 
@@ -40,7 +55,7 @@ class Kind:
         models: What users can choose from.
         levels: Distances at which the next coarser level of detail begins [m].
         cost: Usual triangles of each level (of 40 m of a line or of walls).
-        body: Radius and lowest and highest height that a camera must not be in [m].
+        space: Where a camera must not be; None if it may be anywhere.
     """
 
     name: str
@@ -49,7 +64,7 @@ class Kind:
     models: tuple[str, ...]
     levels: tuple[float, ...]
     cost: tuple[int, ...]
-    body: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    space: Space | None = None
 
 
 KINDS: tuple[Kind, ...] = (
@@ -58,69 +73,69 @@ KINDS: tuple[Kind, ...] = (
         frozenset({"tree", "trees"}),
         "point",
         tuple(SPECIES),
-        (13.0, 38.0, 70.0, 120.0, 240.0),
-        (51_000, 11_200, 4700, 2150, 790, 280),
-        (3.2, 1.5, 9.0),
+        levels=(13.0, 38.0, 70.0, 120.0, 240.0),
+        cost=(51_000, 11_200, 4700, 2150, 790, 280),
+        space=Space(radius=3.2, bottom=1.5, top=9.0),
     ),
     Kind(
         "shrubs",
         frozenset({"shrub", "shrubs", "bush", "bushes"}),
         "point",
         tuple(SHRUBS),
-        (8.0, 18.0, 35.0, 60.0, 110.0),
-        (26_000, 6500, 2200, 1150, 370, 135),
-        (1.6, 0.0, 2.5),
+        levels=(8.0, 18.0, 35.0, 60.0, 110.0),
+        cost=(26_000, 6500, 2200, 1150, 370, 135),
+        space=Space(radius=1.6, bottom=0.0, top=2.5),
     ),
     Kind(
         "hedges",
         frozenset({"hedge", "hedges"}),
         "line",
         (),
-        (14.0, 40.0, 120.0),
-        (40_000, 11_000, 2900, 700),
+        levels=(14.0, 40.0, 120.0),
+        cost=(40_000, 11_000, 2900, 700),
     ),
     Kind(
         "fences",
         frozenset({"fence", "fences", "guardrail", *FENCES}),
         "line",
         FENCES,
-        (70.0, 300.0),
-        (470, 180, 24),
+        levels=(70.0, 300.0),
+        cost=(470, 180, 24),
     ),
     Kind(
         "homes",
         frozenset({"home", "homes", "house", "houses"}),
         "point",
         tuple(HOMES),
-        (110.0, 350.0),
-        (1000, 220, 80),
-        (7.5, 0.0, 10.0),
+        levels=(110.0, 350.0),
+        cost=(1000, 220, 80),
+        space=Space(radius=7.5, bottom=0.0, top=10.0),
     ),
     Kind(
         "shops",
         frozenset({"shop", "shops", "store"}),
         "point",
         tuple(SHOPS),
-        (110.0, 350.0),
-        (620, 190, 65),
-        (9.5, 0.0, 7.5),
+        levels=(110.0, 350.0),
+        cost=(620, 190, 65),
+        space=Space(radius=9.5, bottom=0.0, top=7.5),
     ),
     Kind(
         "blocks",
         frozenset({"block", "blocks", "apartments"}),
         "point",
         tuple(BLOCKS),
-        (110.0, 350.0),
-        (6200, 1300, 380),
-        (12.0, 0.0, 32.0),
+        levels=(110.0, 350.0),
+        cost=(6200, 1300, 380),
+        space=Space(radius=12.0, bottom=0.0, top=32.0),
     ),
     Kind(
         "buildings",
         frozenset({"building", "buildings"}),
         "area",
         (),
-        (90.0, 300.0),
-        (2800, 560, 150),
+        levels=(90.0, 300.0),
+        cost=(2800, 560, 150),
     ),
 )
 """Every kind of static object."""
@@ -130,7 +145,7 @@ PLANTS = frozenset({"trees", "shrubs"})
 
 
 def kind_of(type_: str, source: str) -> str | None:
-    """The kind that a POI or polygon means: by its type, else by its file's name.
+    """Return the kind that a POI or polygon means: by its type, else by its file's name.
 
     Args:
         type_: SUMO's `type`; `building.house` counts as `building`.
@@ -152,7 +167,7 @@ def kind_of(type_: str, source: str) -> str | None:
 def body_of(
     kind: Kind, settings: ObjectSettings, *, seed: int, name: str, level: int
 ) -> tuple[Part, ...]:
-    """The parts of one plant in its own frame, chosen by its name.
+    """Return the parts of one plant in its own frame, chosen by its name.
 
     Args:
         kind: One of `PLANTS`.
@@ -182,12 +197,19 @@ def check_settings(kind: Kind, settings: ObjectSettings) -> None:
 
 
 def colour_in(settings: ObjectSettings) -> Colour | None:
-    """The settings' colour as linear reflectance, or None."""
+    """Return the settings' colour as linear reflectance, or None."""
     return None if settings.colour is None else colour_of(settings.colour)
 
 
 def drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> str:
-    """The model that an object's name falls on."""
+    """Return the model that falls to an object by chance.
+
+    Args:
+        kind: Has the models.
+        settings: May leave only some of them.
+        seed: Of all chance.
+        name: Of the object.
+    """
     share = share_of(seed, name, "model")
     if settings.model:
         return settings.model[int(share * len(settings.model))]

@@ -13,19 +13,25 @@ from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import FENCES, Kind, colour_in
+from sumo3dviz_pt.world.objects.levels import Staging
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
-from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
 _PIECE = 20  # steps of a fence that share a level of detail
 _FACES = 15.0  # how far a fence looks for the lanes it guards [m]
 
 
 def line_parts(
-    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], how: tuple[Surroundings, float]
+    kind: Kind, settings: ObjectSettings, items: Sequence[Polygon], staging: Staging
 ) -> list[Part]:
-    """Rails and barriers along polylines, always of their real size; a colour paints them."""
-    around, shrink = how
-    colour = colour_in(settings)
+    """Build rails and barriers along polylines, always of their real size.
+
+    Args:
+        kind: Gives the distances of the levels of detail.
+        settings: The model of lines whose type names none, and a colour that paints them all.
+        items: The lines.
+        staging: Roads, ground and cameras, and the factor of those distances.
+    """
+    around, colour = staging.around, colour_in(settings)
     parts: list[Part] = []
     for item in items:
         shape = item.shape[:, :2]
@@ -37,8 +43,7 @@ def line_parts(
         model = fence_model(item, settings)
         for first in range(0, len(line) - 1, _PIECE):
             piece = slice(first, first + _PIECE + 1)
-            nearest = around.distances(flat[piece]).min()
-            level = int(np.searchsorted(np.array(kind.levels) * shrink, nearest, side="right"))
+            level = staging.level(kind, float(around.distances(flat[piece]).min()))
             if model == "guard_rail":
                 mesh = fence.fence(line[piece], drop[piece], sides=sides, level=level)
                 made = [Part(mesh, "steel")]
@@ -50,7 +55,7 @@ def line_parts(
 
 
 def fence_model(item: Polygon, settings: ObjectSettings) -> str:
-    """What a line is: as its type says, else the settings' first model, else a guard rail."""
+    """Return what a line is: as its type says, else the settings' model, else a guard rail."""
     word = item.type.lower().split(".")[0].strip()
     if word in FENCES:
         return word
@@ -63,7 +68,7 @@ def _painted(part: Part, colour: Colour) -> Part:
 
 
 def guarded_sides(line: Floats, index: LaneIndex) -> tuple[int, ...]:
-    """On which sides of a fence, (n, 2) [m], lanes run: 1 left, -1 right."""
+    """Return on which sides of a fence, (n, 2) [m], lanes run: 1 left, -1 right."""
     nearest, distance = index.nearest(line)
     if index.tree is None or not (distance < _FACES).any():
         return (1,)

@@ -1,10 +1,10 @@
-"""What nothing may grow into or before: the cameras of a scene file.
+"""Cameras that must keep a clear view: nothing grows into them or in front of them.
 
-Trees, houses and street furniture that a scenario did not ask for keep clear of cameras.
+Trees, houses and street furniture that a scenario does not contain keep clear of cameras.
 All cameras of a scene file count in each of its shots, so that every shot, and the viewer,
-shows the same world. Cameras that ride do not count: where vehicles drive nothing stands. For
-a camera that was found by walking through the scene nothing is cleared: it shows what was
-seen then.
+shows the same world. Cameras that ride do not count: nothing stands where vehicles drive.
+Nothing is cleared for a camera that was found by walking through the scene: it shows what
+was seen then.
 """
 
 from __future__ import annotations
@@ -49,7 +49,10 @@ class Clearance:
         return np.array([shapely.LineString(line) for line in lines], dtype=object)
 
     def distances(self, places: Floats) -> Floats:
-        """Horizontal distance of places, (k, 2) [m], to the nearest camera; infinite without."""
+        """Return the distance in plan of places, (k, 2) [m], to the nearest camera, (k,) [m].
+
+        It is infinite without cameras.
+        """
         if not self.ways:
             return np.full(len(places), np.inf)
         away, _ = cKDTree(self.places[:, :2]).query(places)

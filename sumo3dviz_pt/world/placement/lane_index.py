@@ -1,4 +1,4 @@
-"""Finds lanes near points: what stands on a carriageway, which road a house faces."""
+"""Finds lanes near points, such as the road that a house faces."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class LaneIndex:
     tree: Nearest | None
 
     def covers(self, places: Floats, *, margin: float = 0.0) -> Bools:
-        """Whether places, (m, 2) [m], lie on a carriageway or closer to one than a margin [m]."""
+        """Return whether places, (m, 2) [m], lie on a carriageway or within a margin [m] of one."""
         covered = np.zeros(len(places), dtype=np.bool_)
         if len(places) and len(self.areas.geometries):
             shapes = shapely.points(places)
@@ -43,7 +43,7 @@ class LaneIndex:
         return covered
 
     def meets(self, area: shapely.Geometry) -> bool:
-        """Whether an area and a carriageway have a point in common."""
+        """Return whether an area and a carriageway have a point in common."""
         return bool(len(self.areas.query(area, predicate="intersects")))
 
     def nearest(self, places: Floats) -> tuple[Ints, Floats]:
@@ -54,7 +54,7 @@ class LaneIndex:
         return index, distance
 
     def heights(self, places: Floats) -> Floats:
-        """Height of the road nearest to places, (m,) [m]; 0 without roads."""
+        """Return the height of the road nearest to places, (m,) [m]; 0 without roads."""
         if self.tree is None:
             return np.zeros(len(places))
         height: Floats = self.points[self.nearest(places)[0], 2]

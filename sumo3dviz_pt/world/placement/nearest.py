@@ -8,15 +8,15 @@ from scipy.spatial import cKDTree
 from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 
 _ASKED = 4
-"""Places in a plane seldom have more nearest points than these."""
+"""Points that are looked at; places in a plane seldom have more nearest ones."""
 
 
 class Nearest:
-    """Points that can be asked, the same everywhere.
+    """An index of points that gives the same nearest points on every machine.
 
-    A tree of points gives any of those that are equally near, and a last bit chooses. Lanes
-    that begin where others end have points in common, and many a house stands in the middle
-    between two streets.
+    SciPy's tree gives any of several points that are equally near, which rounding decides.
+    That happens: lanes that begin where others end have points in common, and many a house
+    stands in the middle between two streets.
     """
 
     def __init__(self, points: Floats) -> None:
@@ -25,7 +25,7 @@ class Nearest:
         self._tree = cKDTree(places)
 
     def query(self, places: Floats) -> tuple[Floats, Ints]:
-        """Distances of places, (m, 2) [m], from their nearest points, and which these are, (m,)."""
+        """Return distances of places, (m, 2) [m], to the nearest points, and their indices."""
         count = min(_ASKED, len(self._first))
         away, found = self._tree.query(settled(places), k=range(1, count + 1))
         away, first = settled(away), self._first[found]

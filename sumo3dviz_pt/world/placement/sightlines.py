@@ -11,11 +11,11 @@ from sumo3dviz_pt.world.placement.surroundings import Surroundings
 
 _FARTHEST = 110.0  # up to this distance roads must stay in sight [m]
 _MOST = 0.12  # which share of them may be hidden by one thing
-_ROOM = 2.0  # what is flat in plan may bulge so far [m]
+_ROOM = 2.0  # walls may stand out this far from their plan, for example balconies [m]
 
 
 def hides(area: shapely.Polygon, around: Surroundings) -> bool:
-    """Whether something stands in a camera, or before much of what a resting one looks at.
+    """Return whether something stands in a camera, or before much of what a resting one looks at.
 
     Args:
         area: Its outline [m]; it is taken to be higher than every camera.

@@ -47,21 +47,24 @@ class Surroundings:
     memory: Memory = field(default_factory=Memory)
 
     def distances(self, places: Floats) -> Floats:
-        """Horizontal distance of places, (n, 2) [m], to the nearest camera; 100 m without any."""
+        """Return the distance in plan of places, (n, 2) [m], to the nearest camera, (n,) [m].
+
+        It is 100 m without cameras.
+        """
         if not len(self.viewpoints):
             return np.full(len(places), _USUAL)
         away, _ = cKDTree(self.viewpoints[:, :2]).query(places[:, :2])
         return settled(away)
 
     def seen(self, places: Floats, *, radius: float) -> Bools:
-        """Which balls around places, (n, 2) [m], some camera may see, shadows included."""
+        """Return which balls around places, (n, 2) [m], some camera may see, shadows included."""
         if self.camera_path is None or not len(places):
             return np.ones(len(places), dtype=np.bool_)
         centres = np.column_stack([places, self.height_at(places)])
         return np.asarray(in_view(self.camera_path, centres, radius=radius).any(axis=1))
 
     def pictured(self, places: Floats, *, radius: float, by: CameraPath | None = None) -> Bools:
-        """Which balls around places, (n, 2) [m], lie in a camera's picture, not behind it.
+        """Return which balls around places, (n, 2) [m], lie in a camera's picture, not behind it.
 
         Args:
             places: On the ground.

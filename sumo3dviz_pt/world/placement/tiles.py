@@ -1,4 +1,4 @@
-"""Squares of the world, each filled by what lies in and around it, whoever asks first.
+"""Squares of the world, each filled by what lies in and around it.
 
 What a tile holds is a pure function of its place: no camera that looks at it decides what
 stands there. So shots of one scene show the same world, and tiles that were built for one
@@ -48,23 +48,23 @@ class Tile:
         return _ORIGIN + self.size * (np.array([self.column, self.row]) + 0.5)
 
     def box(self, margin: float = 0.0) -> shapely.Polygon:
-        """The square, and a margin [m] around it."""
+        """Return the square, and a margin [m] around it."""
         x0, y0, x1, y1 = self.bounds
         return shapely.box(x0 - margin, y0 - margin, x1 + margin, y1 + margin)
 
     def depth(self, places: Floats) -> Floats:
-        """Distance of places, (n, 2) [m], from the nearest side, (n,) [m]; negative outside."""
+        """Return how deep inside places, (n, 2) [m], lie, (n,) [m]; negative outside."""
         away = np.abs(places[:, :2] - self.middle).max(axis=1, initial=0.0)
         return np.asarray(self.size / 2.0 - away)
 
     def holds(self, places: Floats) -> Bools:
-        """Which places, (n, 2) [m], lie in it; each place lies in one tile of a size."""
+        """Return which places, (n, 2) [m], lie in it; each place lies in one tile of a size."""
         own = _cells(places, self.size)
         return np.asarray((own == [self.column, self.row]).all(axis=1))
 
 
 def tiles_seen(around: Surroundings, *, size: float, reach: float, beyond: float) -> list[Tile]:
-    """The tiles of which a camera sees something, in a fixed order.
+    """Return the tiles of which a camera sees something, in a fixed order.
 
     Args:
         around: The cameras.
@@ -92,11 +92,11 @@ def tiles_seen(around: Surroundings, *, size: float, reach: float, beyond: float
 
 
 def edges_in(network: Network, box: shapely.Polygon, memory: Memory) -> list[Edge]:
-    """Edges of which a lane may run through a box [m], by edge id.
+    """Return edges of which a lane may run through a box, by edge id.
 
     Args:
         network: The network.
-        box: Upright.
+        box: Parallel to the axes [m].
         memory: Of the network's world.
     """
     edges, tree = memory.of(("edges by place",), partial(_edges_by_place, network))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -73,7 +74,7 @@ class Plot:
     objects: Floats = field(default_factory=lambda: np.zeros((0, 2)))
 
     def free(self, places: Floats, *, margin: float) -> Bools:
-        """Which places, (n, 2) [m], are at least a margin [m] away from everything."""
+        """Return which places, (n, 2) [m], are at least a margin [m] away from everything."""
         spots = shapely.points(places)
         clear = np.ones(len(places), dtype=np.bool_)
         for areas, gap in ((self.paved, margin), (self.areas, MARGIN)):
@@ -110,18 +111,32 @@ class Planting:
     open: bool = False
 
 
+class _Candidate(NamedTuple):
+    """A plant that stands somewhere if there is room.
+
+    Attributes:
+        name: Unique among plants.
+        place: (2,) [m].
+        species: A key of `SPECIES` or `SHRUBS`.
+    """
+
+    name: str
+    place: Floats
+    species: str
+
+
 @dataclass(slots=True, eq=False)
 class _Nursery:
     """Candidates while they are collected."""
 
-    trees: list[tuple[str, Floats, str]] = field(default_factory=list)
-    shrubs: list[tuple[str, Floats, str]] = field(default_factory=list)
+    trees: list[_Candidate] = field(default_factory=list)
+    shrubs: list[_Candidate] = field(default_factory=list)
 
 
 def plot_of(
     paved: Sequence[shapely.Polygon], pois: Sequence[Poi], polygons: Sequence[Polygon]
 ) -> Plot:
-    """What plants must keep off.
+    """Return what plants must keep off.
 
     Args:
         paved: Outlines of roads, rails and footways.
@@ -138,19 +153,19 @@ def plot_of(
 
 
 def is_fast(border: Border) -> bool:
-    """Whether a border belongs to a motorway or a carriageway like one: wide, without walks."""
+    """Return whether a border is that of a motorway or of a wide road without sidewalks."""
     lanes = border.edge.lanes
     wide = len(lanes) >= _WIDE and border.walk == 0.0
     return wide or max(lane.speed for lane in lanes) > _FAST
 
 
 def why_nowhere(surface: str) -> str | None:
-    """Why nothing grows on a ground of a name, or None."""
+    """Return why nothing grows on a ground of a name, or None."""
     return None if any(word in surface for word in GREEN) else f"nothing grows on {surface}"
 
 
 def why_bare(pois: Sequence[Poi], polygons: Sequence[Polygon], around: Surroundings) -> str | None:
-    """Why nothing is planted away from fast roads, or None.
+    """Return why nothing is planted away from fast roads, or None.
 
     Args:
         pois: All points of interest.
@@ -198,14 +213,17 @@ def _along(border: Border, seed: int, nursery: _Nursery) -> None:
     rng = _dice(seed, "border", edge)
     if is_fast(border):
         return  # those have belts (`wayside`)
+    # A row of trees.
     out = border.walk + rng.uniform(13.0, 15.0)
     species, chance = _drawn(_ALLEY, rng), rng.random()
     gap = rng.uniform(9.0, 14.0)
     if length > 50.0 and chance < 0.5:
         along = np.arange(rng.uniform(0, gap), length, gap)
         along = along[rng.random(len(along)) < 0.9]
-        places, _, _ = border.at(along, out + rng.normal(0, 0.4, len(along)))
-        nursery.trees += [(f"row:{edge}:{k}", place, species) for k, place in enumerate(places)]
+        places = border.at(along, out + rng.normal(0, 0.4, len(along))).places
+        nursery.trees += [
+            _Candidate(f"row:{edge}:{k}", place, species) for k, place in enumerate(places)
+        ]
     if length < 25.0:
         return
     # Shrubs come in clumps of one kind.
@@ -213,9 +231,10 @@ def _along(border: Border, seed: int, nursery: _Nursery) -> None:
         if rng.random() < 0.45:
             count, model = int(rng.integers(2, 7)), ("hazel", "privet", "broom")[rng.integers(3)]
             along = np.clip(rng.uniform(0, length) + rng.normal(0, 3.5, count), 0.0, length)
-            places, _, _ = border.at(along, border.walk + rng.uniform(4.5, 10.0, count))
+            places = border.at(along, border.walk + rng.uniform(4.5, 10.0, count)).places
             nursery.shrubs += [
-                (f"verge:{edge}:{clump}:{k}", place, model) for k, place in enumerate(places)
+                _Candidate(f"verge:{edge}:{clump}:{k}", place, model)
+                for k, place in enumerate(places)
             ]
 
 
@@ -224,6 +243,7 @@ def _grove(lot: tuple[int, int], seed: int, nursery: _Nursery) -> None:
     rng = _dice(seed, "grove", str(lot[0]), str(lot[1]))
     if rng.random() > 0.34:
         return
+    # Choose its shape and species.
     name = f"grove:{lot[0]}:{lot[1]}"
     middle = (np.array(lot) + rng.uniform(0.1, 0.9, 2)) * _LOTS
     count = int(3 + 26 * rng.random() ** 1.6)
@@ -231,15 +251,16 @@ def _grove(lot: tuple[int, int], seed: int, nursery: _Nursery) -> None:
     turn = rng.uniform(0, np.pi)
     long, wide = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
     species, other = _drawn(_KINDS_OF_TREE, rng), _drawn(_KINDS_OF_TREE, rng)
+    # Plant trees in an oval, and shrubs around it.
     spots = _apart(rng.uniform(-1, 1, (4 * count, 2)) * [1.5 * size, 0.75 * size], 5.0)[:count]
     for k, (a, b) in enumerate(spots):
         which = species if rng.random() < 0.75 else other
-        nursery.trees.append((f"{name}:{k}", middle + a * long + b * wide, which))
+        nursery.trees.append(_Candidate(f"{name}:{k}", middle + a * long + b * wide, which))
     rim = rng.uniform(0, 2 * np.pi, count)
     for k, angle in enumerate(rim):
         reach = rng.uniform(0.9, 1.35)
         spot = np.cos(angle) * 1.5 * size * reach * long + np.sin(angle) * size * reach * wide
-        nursery.shrubs.append((f"{name}:rim:{k}", middle + spot, "hazel"))
+        nursery.shrubs.append(_Candidate(f"{name}:rim:{k}", middle + spot, "hazel"))
 
 
 def _hedgerows(around: Surroundings, origin: Floats, nursery: _Nursery) -> None:
@@ -259,18 +280,19 @@ def _hedgerows(around: Surroundings, origin: Floats, nursery: _Nursery) -> None:
                 place = begin + share * way + rng.normal(0, 0.9, 2)
                 name = f"hedgerow:{i}:{j}:{side}:{k}"
                 if rng.random() < 0.2 + 0.24 * full:
-                    nursery.trees.append((name, place, species))
+                    nursery.trees.append(_Candidate(name, place, species))
                 elif rng.random() < 0.3 + 0.3 * full:
-                    nursery.shrubs.append((name, place, "hazel" if k % 3 else "broom"))
+                    shrub = "hazel" if k % 3 else "broom"
+                    nursery.shrubs.append(_Candidate(name, place, shrub))
 
 
 def _kept(
-    found: Sequence[tuple[str, Floats, str]], plot: Plot, around: Surroundings, *, tall: bool
+    found: Sequence[_Candidate], plot: Plot, around: Surroundings, *, tall: bool
 ) -> list[Poi]:
     """Candidates that stand free, can be seen and hide nothing, the nearest to a camera."""
     if not found:
         return []
-    places = settled([place for _, place, _ in found])
+    places = settled([candidate.place for candidate in found])
     away = around.distances(places)
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
@@ -295,7 +317,7 @@ def _in_sight(places: Floats, around: Surroundings) -> Bools:
 
 
 def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:
-    """A plant as a point of interest.
+    """Return a plant as a point of interest.
 
     Args:
         name: Unique among plants.

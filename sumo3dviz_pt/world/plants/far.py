@@ -32,7 +32,7 @@ _LINE, _WOOD, _VILLAGE = 0.46, 0.22, 0.035  # share of the places that bear each
 
 
 def plant_far(plot: Plot, *, around: Surroundings) -> tuple[StaticPart, ...]:
-    """Hedgerows, woods and villages around the cameras of a shot, far away.
+    """Build hedgerows, woods and villages around the cameras of a shot, far away.
 
     Args:
         plot: What they keep off.

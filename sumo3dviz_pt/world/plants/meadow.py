@@ -51,7 +51,7 @@ _WHOLE = 6.0  # up to this distance patches are whole [m]
 _BENT = 5.0  # up to this distance blades are bent [m]
 _GAIN = 1.75  # dense blades shade each other, so each is brighter than the lawn as a whole
 _FADE = 0.6  # share of the reach within which they thin out
-_EDGE = 0.4  # within this distance of edges and stems nobody mows [m]
+_EDGE = 0.4  # within this distance of edges and stems grass is not mown [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +92,7 @@ def lawn_of(
     polygons: Sequence[Polygon],
     eyes: Floats,
 ) -> Lawn:
-    """Where blades may grow near the cameras of a shot.
+    """Return where blades may grow near the cameras of a shot.
 
     Args:
         surface: The ground's name.
@@ -126,6 +126,7 @@ def build_meadow(lawn: Lawn, *, around: Surroundings, budget: int = BUDGET) -> M
     """
     if not any(word in lawn.surface for word in GRASSY):
         return Meadow((), (LeftOut("grass blades", f"{lawn.surface} is no meadow"),))
+    # Choose patches, and how many blades each has.
     eyes = _low_eyes(around)
     cells = _cells(eyes, around)
     if not len(cells):
@@ -135,6 +136,7 @@ def build_meadow(lawn: Lawn, *, around: Surroundings, budget: int = BUDGET) -> M
     counts, coarse = _thinned(away, budget)
     blades = _joined(_planted(cells, counts, coarse, away, around.seed))
     blades = _mown(_free(blades, lawn), lawn, eyes)
+    # Put them on the ground; only near ones are bent.
     static = []
     near = np.asarray(cKDTree(eyes[:, :2]).query(blades.feet[:, :2])[0], dtype=np.float64)
     for name, some, fine in (("near", near < _BENT, True), ("far", ~(near < _BENT), False)):
@@ -173,7 +175,7 @@ def _cells(eyes: Floats, around: Surroundings) -> Floats:
 def _thinned(away: Floats, budget: int) -> tuple[Ints, Floats]:
     """Blades of each cell, (n,), and how much wider they are, (n,): fewer far away."""
     coarse = np.maximum(away / _WHOLE, 1.0)
-    # Towards the end they thin out, so that nobody sees where they end.
+    # Towards the end they thin out, so that no edge shows.
     fade = np.clip((REACH - away) / (_FADE * REACH), 0.0, 1.0)
     wanted = PATCH_BLADES * coarse**-1.5 * fade
     triangles = (wanted * np.where(away < _BENT, 3, 1)).sum()

@@ -24,7 +24,7 @@ _MOST_VIEWS = 40  # that tell what lies in the picture
 
 
 def near_leaves(parts: Sequence[Part], *, around: Surroundings, budget: int = FINE) -> list[Part]:
-    """Plants with real leaves where a camera is near.
+    """Build plants with real leaves where a camera is near.
 
     Args:
         parts: Of plants, in the world; foliage is what is made of `leaf`.
@@ -40,10 +40,12 @@ def near_leaves(parts: Sequence[Part], *, around: Surroundings, budget: int = FI
     found = list(parts)
     if not near:
         return found
+    # Find out how many leaves each card becomes, and up to which distance they keep the budget.
     cards = [cards_of(parts[k].mesh, _tint(parts[k])) for k in near]
     away = [np.asarray(eyes.query(card.centres)[0]) for card in cards]
     counts = [wanted(c, d) * _shown(c.centres, d, around) for c, d in zip(cards, away, strict=True)]
     reach = _reach(np.concatenate(away), np.concatenate(counts), budget)
+    # Exchange those cards.
     rng = np.random.default_rng(around.seed + 79)
     for k, count, distance in zip(near, counts, away, strict=True):
         some = np.where(distance < reach, count, 0)

@@ -32,7 +32,7 @@ def tree_pits(
     standing: HeightAt,
     around: Surroundings,
 ) -> tuple[StaticPart, ...]:
-    """Pits around the trees that stand in pavements.
+    """Build pits around the trees that stand in pavements.
 
     Args:
         pois: All points of interest.
@@ -40,6 +40,7 @@ def tree_pits(
         standing: Height of pavements at places, (n, 2) -> (n,) [m].
         around: Lanes, cameras and the seed.
     """
+    # Choose the trees.
     trees = [poi for poi in pois if kind_of(poi.type, poi.source) == "trees"]
     places = np.array([poi.position for poi in trees], dtype=np.float64).reshape(-1, 2)
     inside = np.zeros(len(places), dtype=np.bool_)
@@ -49,6 +50,7 @@ def tree_pits(
     inside &= (around.distances(places) < REACH) & around.pictured(places, radius=2.0)
     if not inside.any():
         return ()
+    # Build a pit at each, square to the road beside it.
     places = places[inside]
     names = [tree.id for tree, kept in zip(trees, inside, strict=True) if kept]
     along = np.tile([1.0, 0.0], (len(places), 1))
@@ -73,13 +75,14 @@ def _pit(place: Floats, way: Floats, rng: np.random.Generator) -> tuple[Mesh, Me
     up = np.array([0.0, 0.0, 1.0])
     line = np.linspace(-0.5, 0.5, _CELLS + 1) * _WIDE
     a, b = (grid.ravel() for grid in np.meshgrid(line, line))
-    # Soil is heaped a little towards the stem.
+    # Soil: a grid that is heaped a little towards the stem.
     rise = 0.008 + 0.05 * np.clip(1.0 - np.hypot(a, b) / (0.5 * _WIDE), 0.0, 1.0)
     rise = rise + rng.uniform(0.0, 0.012, len(a)) * (np.maximum(abs(a), abs(b)) < 0.49 * _WIDE)
     points = place + a[:, None] * x + b[:, None] * y + rise[:, None] * up
     n = _CELLS + 1
     i = (np.arange(_CELLS) + n * np.arange(_CELLS)[:, None]).ravel()
     faces = np.concatenate([np.stack([i, i + 1, i + n + 1], 1), np.stack([i, i + n + 1, i + n], 1)])
+    # The frame: four rings, joined by walls and a top.
     half, outer = 0.5 * _WIDE, 0.5 * _WIDE + _STONE
     rings = []
     for size, level in ((half, 0.0), (half, _RISE), (outer, _RISE), (outer, -0.02)):

@@ -1,4 +1,4 @@
-"""What grows along fast roads where nobody plants: gravel, mown grass, then tall weeds.
+"""What lies and grows along fast roads by itself: gravel, mown grass, then tall weeds.
 
 Colours are tints of faces, so that no material is added.
 """
@@ -51,7 +51,7 @@ _STONES = np.array(
 
 
 def verges(network: Network, plot: Plot, *, around: Surroundings) -> tuple[StaticPart, ...]:
-    """Gravel and weeds beside the fast roads near a shot's cameras.
+    """Build gravel and weeds beside the fast roads near a shot's cameras.
 
     Args:
         network: Its fast edges have verges.
@@ -74,7 +74,7 @@ def _weeds(borders: Sequence[Border], plot: Plot, around: Surroundings) -> Stati
     places = places[plot.free(places, margin=_CLEAR)]
     away = around.distances(places)
     rng = np.random.default_rng(around.seed + 71)
-    # Towards the end they thin out, so that nobody sees where they end.
+    # Towards the end they thin out, so that no edge shows.
     fade = np.clip((REACH - away) / (0.5 * REACH), 0.0, 1.0)
     counts = np.clip(_BLADES * (_WHOLE / np.maximum(away, _WHOLE)) ** 1.15, 3.0, _BLADES)
     share = min(1.0, MOST_WEEDS / max(float((counts * fade).sum()), 1.0))
@@ -92,7 +92,7 @@ def _clumps(border: Border, seed: int) -> Floats:
     # The mower's edge is no straight line.
     edge = _MOWN + 0.35 * np.sin(along / 3.1) + 0.3 * np.sin(along / 7.7 + 1.0)
     out = edge + (_DEEP - edge) * rng.random(count) ** 1.4
-    places = border.at(along, border.walk + out)[0]
+    places = border.at(along, border.walk + out).places
     x, y = places.T
     drift = np.sin(x / 5.3 + y / 9.1) + np.sin(y / 4.1 - x / 11.0) + 0.8 * np.sin((x + y) / 2.3)
     chance = np.clip(0.42 + 0.3 * drift, 0.05, 1.0)
@@ -129,7 +129,7 @@ def _gravel(borders: Sequence[Border], around: Surroundings) -> StaticPart:
     for border in borders:
         for k in range(max(int(border.length / _PIECE), 1)):
             ends = np.minimum(np.array([k, k + 1]) * _PIECE, border.length)
-            middle = border.at(np.array([ends.mean()]), 0.3)[0]
+            middle = border.at(np.array([ends.mean()]), 0.3).places
             away = float(around.distances(middle)[0])
             if away > REACH or not around.pictured(middle, radius=_PIECE).all():
                 continue

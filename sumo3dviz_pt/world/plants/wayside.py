@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -37,8 +38,6 @@ FAR_REACH = 1800.0
 MOST_TREES, MOST_SHRUBS, MOST_FAR = 420, 360, 60_000
 """Trees and shrubs in detail, and triangles of far ones, at most."""
 
-_ROWS = ((12.2, 5.6), (15.8, 6.2), (20.0, 6.6), (25.0, 7.0), (31.0, 7.4))
-_SHRUB_ROWS = ((8.2, 2.2), (10.0, 2.4), (13.4, 2.8))
 _TUFTS = 46
 _WOODED, _SCRUB = -0.75, -1.15  # cover above which there are trees, and shrubs
 _SIGHT = 170.0  # roads are kept in sight up to this distance from a camera that stays [m]
@@ -46,6 +45,22 @@ _ROOM = {"blocks": 21.0, "homes": 13.0, "shops": 16.0, "trees": 4.0, "shrubs": 1
 _SPECIES = ("maple", "lime", "oak", "birch", "poplar", "pine", "spruce")
 _OFTEN = np.array([4.0, 3.0, 4.0, 2.5, 0.8, 1.0, 1.2])
 _SHRUBS = ("hazel", "hazel", "privet", "broom")
+
+
+class _Row(NamedTuple):
+    """A row of plants beside a road.
+
+    Attributes:
+        out: Distance from the carriageway or the sidewalk beside it [m].
+        gap: Distance of its plants, about [m].
+    """
+
+    out: float
+    gap: float
+
+
+_ROWS = (_Row(12.2, 5.6), _Row(15.8, 6.2), _Row(20.0, 6.6), _Row(25.0, 7.0), _Row(31.0, 7.4))
+_SHRUB_ROWS = (_Row(8.2, 2.2), _Row(10.0, 2.4), _Row(13.4, 2.8))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,6 +101,7 @@ def wayside(
     borders = [b for b in borders_near(network, around, reach=FAR_REACH) if is_fast(b)]
     if not borders:
         return (), ()
+    # Choose free places, for trees outside the clear zone and out of lines of sight.
     lines = [shapely.LineString(border.line[:, :2]) for border in borders]
     trees = _free(_belt(borders, _ROWS, around, "tree"), plot, pois, margin=TREE_OFF)
     trees = trees.some(_beyond(trees.places, borders, CLEAR_ZONE))
@@ -93,6 +109,7 @@ def wayside(
     shrubs = _belt(borders, _SHRUB_ROWS, around, "shrub")
     shrubs = shrubs.some(around.distances(shrubs.places) < 0.7 * NEAR_REACH)
     shrubs = _free(shrubs, plot, pois, margin=SHRUB_OFF)
+    # The nearest are built in detail, up to a number.
     away = around.distances(trees.places)
     order = np.argsort(away, kind="stable")
     count = min(int((away < NEAR_REACH).sum()), MOST_TREES)
@@ -102,7 +119,7 @@ def wayside(
 
 
 def _belt(
-    borders: Sequence[Border], rows: Sequence[tuple[float, float]], around: Surroundings, what: str
+    borders: Sequence[Border], rows: Sequence[_Row], around: Surroundings, what: str
 ) -> _Spots:
     """Candidates in rows beside borders where the cover is dense, in the picture."""
     places, numbers, names = [np.zeros((0, 2))], [np.zeros(0, np.int64)], []
@@ -112,7 +129,7 @@ def _belt(
             at = np.arange(rng.uniform(0.0, gap), border.length, gap)
             at = at + rng.uniform(-0.4, 0.4, len(at)) * gap
             side = border.walk + out + rng.normal(0.0, 0.16 * gap, len(at))
-            spot = border.at(np.clip(at, 0.0, border.length), side)[0]
+            spot = border.at(np.clip(at, 0.0, border.length), side).places
             limit = _SCRUB if what == "shrub" else _WOODED + 0.22 * row
             keep = _cover(spot, around.seed) + rng.normal(0, 0.22, len(at)) > limit
             places.append(spot[keep])

@@ -19,10 +19,10 @@ from sumo3dviz_pt.world.plants.build import planted
 from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, Yard
 
 _GAP = 5.5  # between trees [m]
-_EDGE = 2.6  # trunks stand so far inside [m]
+_EDGE = 2.6  # distance of trunks from the border of the lot [m]
 _CROWN = 3.0  # radius of a tree that may hide something [m]
 _DENSE = 0.9  # share of places that bear one
-_OVERLAP = 0.15  # neighbours may overlap so far [m]
+_OVERLAP = 0.15  # by how much neighbours may overlap [m]
 _HEDGE = 0.7  # how far the hedge's middle lies behind the building line [m]
 _SPECIES = ("maple", "lime", "birch", "lime")
 
@@ -41,7 +41,7 @@ def gardens(rows: Rows) -> tuple[Yard, ...]:
 
 
 def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:
-    """Trees on open lots, as points of interest.
+    """Place trees on open lots, as points of interest.
 
     Args:
         yards: The lots.
@@ -56,7 +56,7 @@ def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:
 
 
 def yard_hedges(yards: Sequence[Yard]) -> tuple[Polygon, ...]:
-    """Hedges along the streets that open lots lie at, as lines."""
+    """Place hedges along the streets that open lots lie at, as lines."""
     found = []
     for yard in yards:
         front = shapely.LineString(yard.plan[: yard.fronts + 1])

@@ -40,7 +40,13 @@ class JunctionInside:
 def junction_insides(
     network: Network, settings: RoadSettings, *, region: BoundsXY | None
 ) -> dict[str, JunctionInside]:
-    """Contents of all junctions that touch a region, by junction id."""
+    """Find what lies inside all junctions that touch a region, by junction id.
+
+    Args:
+        network: The network.
+        settings: Surfaces and widths of lanes.
+        region: A box [m]; None is everywhere.
+    """
     ways: dict[str, list[Strip]] = {}
     walks: dict[str, list[Edge]] = {}
     for edge in network.edges.values():
@@ -65,7 +71,7 @@ def junction_insides(
 
 
 def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
-    """Raised paving of walking areas, where no vehicle passes, grown to meet footways."""
+    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways."""
     polygons, knots, owners = [], [], []
     tree = shapely.STRtree(footways.polygons)
     for inside in insides.values():
@@ -92,7 +98,14 @@ def junction_cells(
     insides: Mapping[str, JunctionInside],
     lanes: Cells,
 ) -> Cells:
-    """Junction surfaces: outline and internal lanes, grown to meet the lanes around."""
+    """Build junction surfaces: outline and internal lanes, grown to meet the lanes around.
+
+    Args:
+        network: The network.
+        settings: Surfaces of roads.
+        insides: Contents of junctions, by junction id.
+        lanes: Surfaces around them.
+    """
     polygons, knots, surfaces, owners = [], [], [], []
     tree = shapely.STRtree(lanes.polygons)
     for key, inside in insides.items():
@@ -111,7 +124,13 @@ def junction_cells(
 def sliver_cells(
     network: Network, settings: RoadSettings, strips: Mapping[str, tuple[Strip, ...]]
 ) -> Cells:
-    """Fillings of narrow gaps between the two directions of a road."""
+    """Build fill narrow gaps between the two directions of roads.
+
+    Args:
+        network: The network.
+        settings: Surfaces of roads.
+        strips: Lanes of edges from right to left, by edge id.
+    """
     polygons, knots, surfaces, owners = [], [], [], []
     for edge_id, other_id in opposite_edges(network, strips):
         sides = [s for key in (edge_id, other_id) for s in strips[key] if not s.look.raised]
@@ -131,7 +150,7 @@ def sliver_cells(
 
 
 def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str, str]]:
-    """Pairs of edges that join the same junctions in opposite directions."""
+    """Return pairs of edges that join the same junctions in opposite directions."""
     by_ends: dict[tuple[str, str], list[str]] = {}
     for key in edge_ids:
         edge = network.edges[key]

@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.drops import Drops, find_drops, rise_at
 from sumo3dviz_pt.world.roads.kerbs import kerb_parts
-from sumo3dviz_pt.world.roads.layers import make_base, road_layers, unworn
+from sumo3dviz_pt.world.roads.layers import Layer, make_base, road_layers, unworn
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 from sumo3dviz_pt.world.roads.mesh import kerb_faces, surface_meshes, verges
 from sumo3dviz_pt.world.roads.strips import BoundsXY
@@ -67,8 +67,11 @@ def build_roads(
     Raises:
         ConfigError: If a surface is unknown.
     """
-    lay = partial(layout_roads, network, settings, region=region)
-    layout = (memory or Memory()).of(("roads", region), lay)
+    # Lay out the surface once per region.
+    memory, name = memory or Memory(), ("roads", region)
+    lay = partial(layout_roads, network, settings, region=region, memory=memory.within(*name))
+    layout = memory.of(name, lay)
+    # Surfaces, kerbs and the slopes around them.
     near = network.location.boundary[:2]
     drops = find_drops(network, layout.cells, focus)
     surfaces = surface_meshes(
@@ -76,20 +79,21 @@ def build_roads(
     )
     base = make_base(layout, surfaces, textured=textured, near=near, focus=focus)
     verge = settings.colour or settings.surface
-    found = [("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
-    found.append(("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
+    found = [Layer("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
+    found.append(Layer("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
     sides = verges(layout.cells, layout.outline, surface=verge, near=near)
     sides = unworn(sides) if verge in base.worn else sides
-    found.append(("road/verge", _material(verge), sides))
+    found.append(Layer("road/verge", _material(verge), sides))
+    # What lies on top; then all that is not empty becomes parts.
     found += road_layers(network, settings, base, region=region)
     static: tuple[StaticPart, ...] = tuple(
         StaticPart(
-            f"{group}/{name.removeprefix('surface:')}",
-            "markings" if group == "markings" else "roads",
-            Part(mesh, name),
+            f"{layer.family}/{layer.material.removeprefix('surface:')}",
+            "markings" if layer.family == "markings" else "roads",
+            Part(layer.mesh, layer.material),
         )
-        for group, name, mesh in found
-        if len(mesh.faces)
+        for layer in found
+        if len(layer.mesh.faces)
     )
     if base.worn:
         static = (*static, *kerb_parts(base, drops))
@@ -111,7 +115,7 @@ def _bsdf(name: str, *, textured: bool) -> Bsdf:
 
 
 def walking_height(layout: RoadLayout, drops: Drops) -> Callable[[Floats], Floats]:
-    """A function that gives the extra height of the walkable surface at points.
+    """Build a function that gives the extra height of the walkable surface at points.
 
     It climbs smoothly across the kerb, so that walkers do not jump.
     """

@@ -63,13 +63,13 @@ class Cells:
         return not len(values) or float(np.ptp(values)) < 1e-3
 
     def heights(self, index: Ints, points: Floats) -> Floats:
-        """Height of cells at points that lie on them or near them.
+        """Return the height of cells at points that lie on them or near them.
 
         A quad is ruled between its two ends; an area takes the inverse-distance mean
         (power 2) of its known points.
 
         Args:
-            index: Which cell each point asks, (m,).
+            index: Which cell each point belongs to, (m,).
             points: (m, 2) [m].
 
         Returns:
@@ -89,7 +89,7 @@ class Cells:
 
 
 def lane_cells(strips: Sequence[Strip], owners: Sequence[str]) -> Cells:
-    """Quads of strips, in their order."""
+    """Return quads of strips, in their order."""
     quads = [strip.quads for strip in strips]
     counts = [len(quad) for quad in quads]
     corners = np.concatenate(quads) if quads else np.zeros((0, 4, 3))
@@ -113,7 +113,15 @@ def area_cells(
     raised: bool,
     owners: Sequence[str],
 ) -> Cells:
-    """Whole polygons with points of known height."""
+    """Return cells of whole polygons with points of known height.
+
+    Args:
+        polygons: Outlines from above, n of them [m].
+        knots: Points of known height of each polygon, (k, 3) [m].
+        surfaces: Surface key of each.
+        raised: Whether they lie on the height of a kerb.
+        owners: Edge or junction id of each.
+    """
     count = len(polygons)
     return Cells(
         _geometries(polygons),
@@ -127,7 +135,7 @@ def area_cells(
 
 
 def join_cells(groups: Sequence[Cells]) -> Cells:
-    """One after the other; earlier ones take precedence."""
+    """Join groups one after the other; earlier ones take precedence."""
     starts = np.cumsum([0, *(len(g.polygons) for g in groups)])
     knots = {
         int(start) + key: value
@@ -161,7 +169,12 @@ def without_overlaps(cells: Cells) -> Cells:
 
 
 def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Ints]:
-    """Pairs (winner, loser) of cells that share more than an area [m2] on one level, each (m,)."""
+    """Return pairs of cells that overlap on one level: winners and losers, (m,) each.
+
+    Args:
+        cells: In order of precedence.
+        above: Overlaps of less than this area do not count [m2].
+    """
     tree = shapely.STRtree(cells.polygons)
     one, other = tree.query(cells.polygons, predicate="intersects")
     ordered = one < other
@@ -177,7 +190,7 @@ def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Int
 
 
 def quad_polygons(corners: Floats) -> Polygons:
-    """Valid polygons of quads; folded ones (inside sharp bends) become their hull."""
+    """Return valid polygons of quads; folded ones (inside sharp bends) become their hull."""
     if not len(corners):
         return np.zeros(0, dtype=object)
     polygons = np.asarray(shapely.polygons(corners[..., :2]))

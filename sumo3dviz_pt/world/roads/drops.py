@@ -56,19 +56,27 @@ class Drops:
     ramps: shapely.STRtree
 
     def local(self, k: int, points: Floats) -> Floats:
-        """Points, (n, 2), as places off the carriageway and to the left of end k, (n, 2) [m]."""
+        """Return points, (n, 2) [m], in the frame of an end.
+
+        Args:
+            k: Number of the end.
+            points: (n, 2) [m].
+
+        Returns:
+            Distances from the end, off the carriageway and to the left, (n, 2) [m].
+        """
         away = points - self.ends[k]
         ahead = self.ahead[k]
         return np.stack([away @ ahead, away @ np.array([-ahead[1], ahead[0]])], axis=1)
 
     def frame(self, k: int, places: Floats) -> Floats:
-        """The inverse of `local`."""
+        """Return places in the frame of end k as points: the inverse of `local`."""
         ahead = self.ahead[k]
         left = np.array([-ahead[1], ahead[0]])
         return np.asarray(self.ends[k] + places[..., :1] * ahead + places[..., 1:] * left)
 
     def squares(self, k: int) -> list[shapely.Geometry]:
-        """The ramp's area in small pieces."""
+        """Return the ramp's area in small pieces."""
         wide = self.halves[k] + _BESIDE
         along = np.linspace(-_BEFORE, _AFTER, round((_BEFORE + _AFTER) / _GRID) + 1)
         count = int(np.ceil(2 * wide / _GRID))
@@ -79,19 +87,19 @@ class Drops:
         return list(shapely.polygons(quads.reshape(-1, 4, 2)))
 
     def at(self, shape: shapely.Geometry) -> tuple[str, ...]:
-        """Names of the ends whose ramps meet a shape."""
+        """Return names of the ends whose ramps meet a shape."""
         met = self.ramps.query(shape, predicate="intersects")
         return tuple(self.names[k] for k in sorted(met.tolist()))
 
     def area(self, k: int) -> shapely.Geometry:
-        """The ramp's whole area."""
+        """Return the ramp's whole area."""
         wide = self.halves[k] + _BESIDE
         corners = [[-_BEFORE, -wide], [_AFTER, -wide], [_AFTER, wide], [-_BEFORE, wide]]
         return shapely.Polygon(self.frame(k, np.array(corners)))
 
 
 def find_drops(network: Network, cells: Cells, focus: BoundsXY | None) -> Drops:
-    """Ends of all crossings near the camera; none without a focus.
+    """Find ends of all crossings near the camera; none without a focus.
 
     Args:
         network: The network.
@@ -110,6 +118,7 @@ def find_drops(network: Network, cells: Cells, focus: BoundsXY | None) -> Drops:
             ends.append(end)
             ahead.append((end - before) / np.hypot(*(end - before)))
             halves.append(0.5 * edge.lanes[0].width)
+    # Ramps lie around their ends.
     drops = Drops(
         np.array(ends).reshape(-1, 2),
         np.array(ahead).reshape(-1, 2),
@@ -123,7 +132,7 @@ def find_drops(network: Network, cells: Cells, focus: BoundsXY | None) -> Drops:
 
 
 def rise_at(drops: Drops, points: Floats) -> Floats:
-    """How far footways lie above the carriageway.
+    """Return how far footways lie above the carriageway.
 
     Args:
         drops: Where they are lowered.
@@ -155,7 +164,7 @@ def rise_at(drops: Drops, points: Floats) -> Floats:
 
 
 def cut_for_ramps(shape: shapely.Geometry, drops: Drops) -> list[shapely.Geometry]:
-    """Pieces of a footway that are small where it ramps down."""
+    """Return pieces of a footway that are small where it ramps down."""
     pieces = polygon_parts(shape)
     for k in sorted(drops.ramps.query(shape, predicate="intersects").tolist()):
         area = drops.ramps.geometries[k]
@@ -171,7 +180,7 @@ def cut_for_ramps(shape: shapely.Geometry, drops: Drops) -> list[shapely.Geometr
 
 
 def cut_on_grid(piece: shapely.Geometry, squares: Polygons) -> list[shapely.Geometry]:
-    """What of each of some squares, (n,), lies on a polygon."""
+    """Return what of each of some squares, (n,), lies on a polygon."""
     shapely.prepare(piece)
     near = squares[shapely.intersects(piece, squares)]
     whole = shapely.contains_properly(piece, near)

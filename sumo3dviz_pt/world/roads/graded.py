@@ -47,7 +47,7 @@ NOTHING = Graded(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros((0, 3)))
 
 
 def joined(pieces: Sequence[Graded]) -> Graded:
-    """Several pieces as one."""
+    """Return several pieces as one."""
     pieces = [piece for piece in pieces if len(piece.faces)]
     if not pieces:
         return NOTHING
@@ -60,7 +60,7 @@ def joined(pieces: Sequence[Graded]) -> Graded:
 
 
 def columns(quads: Floats, shares: Floats) -> Floats:
-    """Points across quads, at their starts and ends.
+    """Return points across quads, at their starts and ends.
 
     Args:
         quads: Corners, counter-clockwise from the right border's start, (n, 4, 3) [m].
@@ -76,7 +76,7 @@ def columns(quads: Floats, shares: Floats) -> Floats:
 
 
 def graded_quads(quads: Floats, shares: Floats, wear: Floats) -> Graded:
-    """Whole quads, cut lengthwise into columns.
+    """Return whole quads, cut lengthwise into columns.
 
     Args:
         quads: As in `columns`.
@@ -94,7 +94,7 @@ def graded_quads(quads: Floats, shares: Floats, wear: Floats) -> Graded:
 
 
 def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
-    """What of some triangles lies on a polygon, seen from above."""
+    """Return what of some triangles lies on a polygon, seen from above."""
     corners = piece.vertices[piece.faces]
     triangles = shapely.polygons(corners[..., :2])
     shared = shapely.intersection(triangles, polygon, grid_size=GRID)
@@ -110,7 +110,7 @@ def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
 
 
 def graded_on(quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons) -> Graded:
-    """Quads where they are whole, and what is left of those that were cut.
+    """Return quads where they are whole, and what is left of those that were cut.
 
     Args:
         quads: As in `columns`.
@@ -122,28 +122,30 @@ def graded_on(quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons
         return NOTHING
     left = shapely.area(polygons)
     intact = whole_quads(quads, polygons)
-    pieces = [graded_quads(*_shortened(quads[intact], shares[intact], wear[intact]))]
+    pieces = [_shortened(quads[intact], shares[intact], wear[intact])]
     for k in np.flatnonzero(~intact & (left > _SAME_AREA)):
         one = slice(k, k + 1)
-        piece = graded_quads(*_shortened(quads[one], shares[one], wear[one]))
+        piece = _shortened(quads[one], shares[one], wear[one])
         pieces.append(clipped(piece, polygons[k]))
     return joined(pieces)
 
 
 def whole_quads(quads: Floats, polygons: Polygons) -> Bools:
-    """Which quads, (n, 4, 3) [m], are whole in what is left of them, (n,)."""
+    """Return which quads, (n, 4, 3) [m], are whole in what is left of them, (n,)."""
     x, y = quads[..., 0], quads[..., 1]
     whole = 0.5 * np.abs((x * np.roll(y, -1, axis=1) - np.roll(x, -1, axis=1) * y).sum(axis=1))
     left = shapely.area(polygons)
     return np.asarray((whole - left < _SAME_AREA) & (left > _SAME_AREA))
 
 
-def _shortened(quads: Floats, shares: Floats, wear: Floats) -> tuple[Floats, Floats, Floats]:
-    """Quads, places and wear as in `graded_quads`, cut across until none is too slim."""
+def _shortened(quads: Floats, shares: Floats, wear: Floats) -> Graded:
+    """As `graded_quads`, but of quads that are cut across until none is too slim."""
+    # Into how many rows each quad must be cut.
     sides = np.linalg.norm((quads[:, [1, 2]] - quads[:, [0, 3]])[..., :2], axis=-1).max(axis=1)
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
     column = width * np.diff(shares, axis=1).min(axis=1)
     rows = np.maximum(np.ceil(sides / np.maximum(_SLIMMEST * column, 0.05)), 1).astype(np.int64)
+    # Cut quads and wear into these rows.
     index = np.repeat(np.arange(len(quads)), rows)
     step = np.arange(len(index)) - np.repeat(np.cumsum(rows) - rows, rows)
     low = (step / rows[index])[:, None, None]
@@ -153,7 +155,7 @@ def _shortened(quads: Floats, shares: Floats, wear: Floats) -> tuple[Floats, Flo
     cut = np.stack([near[:, 0], far[:, 0], far[:, 1], near[:, 1]], axis=1)
     first, last = wear[index][:, 0], wear[index][:, 1]
     between = np.stack([first + low * (last - first), first + high * (last - first)], axis=1)
-    return cut, shares[index], between
+    return graded_quads(cut, shares[index], between)
 
 
 def _with_area(vertices: Floats, faces: Ints) -> Ints:

@@ -12,7 +12,7 @@ from sumo3dviz_pt.world.roads.cells import STOREY, Cells, quad_polygons
 
 
 def surface_heights(cells: Cells, index: Ints, points: Floats) -> Floats:
-    """As `Cells.heights`, but areas meet the lanes beside them without a step.
+    """Return heights as `Cells.heights` does, but areas meet the lanes beside them without a step.
 
     Args:
         cells: The surface.
@@ -42,7 +42,7 @@ def _any_height(cells: Cells) -> float:
 
 
 def heights_near(cells: Cells, points: Floats) -> Floats:
-    """Height of the cells nearest to points.
+    """Return the height of the cells nearest to points.
 
     Args:
         cells: The surface; at least one cell.
@@ -61,7 +61,7 @@ def heights_near(cells: Cells, points: Floats) -> Floats:
 
 
 def draped(points: Floats, meshes: Sequence[Mesh]) -> Floats:
-    """Points moved up or down onto the nearest triangle above or below them.
+    """Return points moved up or down onto the nearest triangle above or below them.
 
     Args:
         points: (n, 3) [m]; their height tells which level they belong to.

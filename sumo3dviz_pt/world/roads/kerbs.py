@@ -67,7 +67,7 @@ class _Tinted:
 
 
 def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
-    """Stones, joints, gutters, drains and tactile slabs; none without a focus.
+    """Build stones, joints, gutters, drains and tactile slabs; none without a focus.
 
     Args:
         base: The roads.
@@ -75,6 +75,7 @@ def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
     """
     if base.focus is None:
         return []
+    # Build stones, joints and gutters along each ring near the camera.
     layout, keep = base.layout, base.layout.memory
     roads = shapely.STRtree(layout.cells.polygons[~layout.cells.raised])
     stones, joints, gutters = [_NONE], [np.zeros((0, 4, 3))], [_NONE]
@@ -95,12 +96,13 @@ def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
             name = ("gutter", number, lowered, 0, run.first)
             gutters.append(keep.of(name, partial(_gutter, run, ring, roads)))
         setts.append(_setts(ring, base))
+    # Join them into a few parts.
     paving = [mesh for key, mesh in base.surfaces.items() if key == PAVING]
     whole = _joined(stones)
     static = [
         _part("stones", STONE, _mesh(whole.quads), whole.colours),
-        _laid("setts", _joined(setts), layout, (paving, _SETT_LIFT)),
-        _laid("gutter", _joined(gutters), layout, (base.below, _GUTTER_LIFT)),
+        _laid("setts", _joined(setts), layout, surface=paving, lift=_SETT_LIFT),
+        _laid("gutter", _joined(gutters), layout, surface=base.below, lift=_GUTTER_LIFT),
         _part("tactile", STONE, *tactile_slabs(base, drops)),
         StaticPart(f"road/joints/{JOINT}", "roads", Part(_mesh(np.concatenate(joints)), JOINT)),
     ]
@@ -108,10 +110,10 @@ def kerb_parts(base: Base, drops: Drops) -> list[StaticPart]:
 
 
 def _laid(
-    name: str, stones: _Tinted, layout: RoadLayout, below: tuple[Sequence[Mesh], float]
+    name: str, stones: _Tinted, layout: RoadLayout, *, surface: Sequence[Mesh], lift: float
 ) -> StaticPart:
-    """Stones that lie on meshes, so high above them [m]."""
-    flat, (surface, lift) = _mesh(stones.quads), below
+    """Stones at a height [m] above the meshes that they lie on."""
+    flat = _mesh(stones.quads)
     mesh = lifted(flat.vertices, flat.faces, layout=layout, surface=surface, lift=lift)
     return _part(name, STONE, mesh, stones.colours)
 
@@ -229,7 +231,7 @@ def _gutter(run: _Run, ring: _Ring, roads: shapely.STRtree) -> _Tinted:
         beside = np.unique(roads.query(spots, predicate="within")[0])
         if len(beside) < max(len(quads), 1):
             continue
-        # One stone in every so many metres, wherever one begins to count.
+        # One drain in every `_DRAINS` metres.
         if (shift + k * _CHANNEL) % _DRAINS < _CHANNEL and len(quads) == 1:
             found.append(_drain(quads[0]))
         else:

@@ -32,8 +32,21 @@ from sumo3dviz_pt.world.roads.wear.junctions import junction_wear
 from sumo3dviz_pt.world.roads.wear.lanes import lane_wear
 from sumo3dviz_pt.world.roads.wear.stains import STAINED, stained_mesh
 
-Named = tuple[str, str, Mesh]
-"""Family, material's name and mesh."""
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """A mesh of the road.
+
+    Attributes:
+        family: What it is, such as `road/wear`; the beginning of its part's id.
+        material: Its material's name.
+        mesh: In world coordinates.
+    """
+
+    family: str
+    material: str
+    mesh: Mesh
+
 
 _WEAR, _DETAILS, _PAINT, _RAILS = 0.002, 0.0035, 0.005, 0.01
 """Heights of the layers above the surface [m]."""
@@ -62,8 +75,14 @@ class Base:
         """Meshes of carriageways."""
         return [mesh for key, mesh in self.surfaces.items() if key not in {KERB, PAVING}]
 
-    def laid(self, piece: Graded, surface: str, lift: float) -> Mesh:
-        """A graded piece in a surface's material, above the road."""
+    def laid(self, piece: Graded, surface: str, *, lift: float) -> Mesh:
+        """Return a graded piece as a mesh above the road.
+
+        Args:
+            piece: On the road.
+            surface: Key of the surface whose texture it shows.
+            lift: Height above the road [m].
+        """
         bare = lifted(
             piece.vertices, piece.faces, layout=self.layout, surface=self.below, lift=lift
         )
@@ -79,7 +98,15 @@ def make_base(
     near: tuple[float, float],
     focus: BoundsXY | None,
 ) -> Base:
-    """The surface for layers; those of its meshes that show wear get theirs: none yet."""
+    """Return what layers lie on; surfaces that show wear get a wear of their own: none yet.
+
+    Args:
+        layout: The roads.
+        surfaces: Their meshes by surface key.
+        textured: False shows no wear.
+        near: A point of the network [m] near which texture coordinates are small.
+        focus: Box around the camera's path [m], within which footways show stains; or None.
+    """
     worn = frozenset(key for key in surfaces if textured and shows_wear(key))
     own = {key: unworn(mesh) if key in worn else mesh for key, mesh in surfaces.items()}
     own |= {key: stained_mesh(own[key], focus) for key in worn & STAINED}
@@ -87,16 +114,24 @@ def make_base(
 
 
 def unworn(mesh: Mesh) -> Mesh:
-    """A mesh that says that nothing is worn."""
+    """Return a mesh that says that nothing is worn."""
     wear = np.tile(UNWORN, (len(mesh.vertices), 1))
     return Mesh(mesh.vertices, mesh.faces, mesh.normals, mesh.uvs, wear)
 
 
 def road_layers(
     network: Network, settings: RoadSettings, base: Base, *, region: BoundsXY | None
-) -> list[Named]:
-    """All layers, from the lowest up."""
+) -> list[Layer]:
+    """Build all layers, from the lowest up.
+
+    Args:
+        network: Says how fast edges are and where vehicles stop.
+        settings: Surface, colour and markings of roads.
+        base: What the layers lie on.
+        region: Only crossings that touch this box get a zebra [m].
+    """
     layout = base.layout
+    # Wear and repairs.
     fast = frozenset(key for key in layout.strips if is_fast(network.edges[key]))
     stops = frozenset(c.from_lane for c in network.connections if c.tls or c.state in {"s", "w"})
     graded = [
@@ -110,29 +145,33 @@ def road_layers(
         ("road/repairs", junction_details(layout, surfaces=base.worn, focus=base.focus), _DETAILS),
     ]
     layers = [
-        (family, material_name(key), base.laid(piece, key, lift))
+        Layer(family, material_name(key), base.laid(piece, key, lift=lift))
         for family, pieces, lift in graded
         for key, piece in pieces.items()
         if len(piece.faces)
     ]
+    # Paint, worn where the surface shows wear and of constant colours elsewhere.
     paint = partial(road_paint, network, settings, layout, region=region)
     if settings.surface in base.worn and not settings.colour:
         piece = graded_paint("roads", paint, layout, focus=base.focus)
         key = settings.surface
-        layers.append(("markings", material_name(key), base.laid(piece, key, _PAINT)))
+        mesh = base.laid(piece, key, lift=_PAINT)
+        layers.append(Layer("markings", material_name(key), mesh))
     else:
         layers += _plain("markings", paint(), base, _PAINT)
     cycles = partial(cycle_paint, layout.strips)
     if BICYCLE in base.worn:
         piece = graded_paint("cycles", cycles, layout, focus=base.focus)
-        layers.append(("markings", material_name(BICYCLE), base.laid(piece, BICYCLE, _PAINT)))
+        mesh = base.laid(piece, BICYCLE, lift=_PAINT)
+        layers.append(Layer("markings", material_name(BICYCLE), mesh))
     else:
         layers += _plain("markings/cycles", cycles(), base, _PAINT)
+    # Rails.
     layers += _plain("rails/sleepers", sleeper_paint(layout), base, _PAINT)
     return layers + _plain("rails", rail_paint(layout), base, _RAILS)
 
 
-def _plain(family: str, paint: Sequence[Paint], base: Base, lift: float) -> list[Named]:
+def _plain(family: str, paint: Sequence[Paint], base: Base, lift: float) -> list[Layer]:
     """A layer of constant colours."""
     meshes = decal_meshes(paint, base.layout, surface=base.below, lift=lift)
-    return [(family, name, mesh) for name, mesh in meshes.items()]
+    return [Layer(family, name, mesh) for name, mesh in meshes.items()]

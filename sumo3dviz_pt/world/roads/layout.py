@@ -36,7 +36,7 @@ class RoadLayout:
         insides: Contents of junctions, by junction id.
         raised: Connected footways from above, (n,) polygons.
         outline: Connected pieces of everything that is paved, (n,) polygons.
-        memory: What was built on it, by cells and strips.
+        memory: What was built on it, by cells and strips; a part of the world's memory.
     """
 
     cells: Cells
@@ -48,7 +48,11 @@ class RoadLayout:
 
 
 def layout_roads(
-    network: Network, settings: RoadSettings, *, region: BoundsXY | None = None
+    network: Network,
+    settings: RoadSettings,
+    *,
+    region: BoundsXY | None = None,
+    memory: Memory | None = None,
 ) -> RoadLayout:
     """Lay out the road surface without overlaps or gaps.
 
@@ -56,6 +60,7 @@ def layout_roads(
         network: The network.
         settings: Surfaces, widths and overrides.
         region: Only lanes and junctions that touch this box are built [m].
+        memory: Keeps what is built on this layout; no other layout may use it.
     """
     strips = network_strips(network, settings, region=region)
     insides = junction_insides(network, settings, region=region)
@@ -66,7 +71,9 @@ def layout_roads(
     slivers = sliver_cells(network, settings, strips)
     junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
     cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
-    return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells))
+    return RoadLayout(
+        cells, strips, insides, raised_area(cells), outer_area(cells), memory or Memory()
+    )
 
 
 def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:

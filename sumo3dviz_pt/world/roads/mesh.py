@@ -49,7 +49,7 @@ def surface_meshes(
     drops: Drops,
     memory: Memory | None = None,
 ) -> dict[str, Mesh]:
-    """Triangles of all cells, by surface key.
+    """Build triangles of all cells, by surface key.
 
     Args:
         cells: Without overlaps.
@@ -70,7 +70,7 @@ def surface_meshes(
 
 
 def raised_area(cells: Cells) -> Polygons:
-    """Connected footways from above, (n,) polygons with holes; levels kept apart."""
+    """Return connected footways from above, (n,) polygons with holes; levels kept apart."""
     shape = union(cells.polygons[cells.raised])
     # Closing by a centimetre joins neighbours that rounding has parted.
     closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
@@ -78,7 +78,7 @@ def raised_area(cells: Cells) -> Polygons:
 
 
 def outer_area(cells: Cells) -> Polygons:
-    """Everything that is paved, as connected polygons with holes, (n,)."""
+    """Return everything that is paved, as connected polygons with holes, (n,)."""
     return np.array(polygon_parts(union(cells.polygons)), dtype=object)
 
 
@@ -86,6 +86,7 @@ def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
     """Split raised cells into kerb stones along their outer edge and paving inside."""
     if not len(areas):
         return cells
+    # Paving is what lies inside the rim of its area.
     inner = shapely.buffer(areas, -KERB_WIDTH, join_style="mitre", mitre_limit=2.0)
     index = np.flatnonzero(cells.raised)
     polygons = cells.polygons[index]
@@ -97,6 +98,7 @@ def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
         cores = inner[part[cell == k]]
         core = cores[0] if len(cores) == 1 else union(cores)
         paving[index[k]] = common(polygons[k], core)
+    # Kerb stones are the rest.
     pairs = zip(polygons, paving[index], strict=True)
     stones = np.array([subtract(cell, [inside]) for cell, inside in pairs], dtype=object)
     return Cells(
@@ -118,13 +120,25 @@ def with_kerb_tops(cells: Cells, areas: Polygons) -> Cells:
 
 
 def kerb_faces(cells: Cells, raised: Polygons, drops: Drops) -> Mesh:
-    """Vertical faces around all raised areas, facing outwards."""
+    """Build vertical faces around all raised areas, facing outwards.
+
+    Args:
+        cells: The surface.
+        raised: What `raised_area` gave.
+        drops: Where kerbs are lowered.
+    """
     rings = kerb_rings(cells, raised, drops)
     return walls([top for _, top in rings], [foot - [0.0, 0.0, _KERB_FOOT] for foot, _ in rings])
 
 
 def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Floats, Floats]]:
-    """Outlines of raised areas on the carriageway and on top of the kerb, each (n, 3) [m]."""
+    """Return outlines of raised areas on the carriageway and on top of the kerb, (n, 3) [m] each.
+
+    Args:
+        cells: The surface.
+        raised: What `raised_area` gave.
+        drops: Where kerbs are lowered.
+    """
     rings = []
     for foot in area_rings(raised, cells):
         foot = _with_points(foot, drops.ramps)
@@ -148,7 +162,14 @@ def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
 
 
 def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, float]) -> Mesh:
-    """Short slopes around the whole surface, so that roads do not look like floating cards."""
+    """Build short slopes around the whole surface, so that roads do not look like floating cards.
+
+    Args:
+        cells: The surface.
+        outline: What `outer_area` gave.
+        surface: Key of the surface that the slopes show.
+        near: A point of the network [m] near which texture coordinates are small.
+    """
     pieces = []
     for ring in area_rings(outline, cells):
         foot = ring - [0.0, 0.0, _VERGE_DROP]
@@ -160,7 +181,7 @@ def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, 
 
 
 def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Floats]:
-    """Outlines of areas at the height of the surface near them.
+    """Return outlines of areas at the height of the surface near them.
 
     Args:
         areas: Polygons.
@@ -208,7 +229,7 @@ def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
 
 
 def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
-    """Area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
+    """Return area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
     areas = area_vectors(vertices, faces)
     _, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
     place = place.reshape(-1)
@@ -258,6 +279,7 @@ def _mesh_of(cutting: _Cutting, index: Ints, *, near: tuple[float, float]) -> Me
     """Triangles of some cells of one surface."""
     cells, drops = cutting.cells, cutting.drops
     found = [(flat, faces, i) for i in index for flat, faces in cutting.triangles(int(i))]
+    # Join all triangles.
     starts = np.cumsum([0, *(len(flat) for flat, _, _ in found)])
     moved = [some + start for (_, some, _), start in zip(found, starts[:-1], strict=True)]
     faces = np.concatenate([np.zeros((0, 3), np.int64), *moved])
@@ -265,6 +287,7 @@ def _mesh_of(cutting: _Cutting, index: Ints, *, near: tuple[float, float]) -> Me
         return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64))
     flat = np.concatenate([some for some, _, _ in found])
     cell = np.repeat([i for _, _, i in found], [len(some) for some, _, _ in found])
+    # Lift them to the surface, and footways above it.
     heights = surface_heights(cells, cell, flat)
     raised = cells.raised[cell]
     heights[raised] += rise_at(drops, flat[raised])

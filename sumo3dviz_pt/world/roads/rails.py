@@ -28,14 +28,14 @@ _SLEEPER_LENGTH = 2.6
 
 
 def rail_strips(layout: RoadLayout) -> list[Strip]:
-    """All lanes with rails, inside junctions too."""
+    """Return all lanes with rails, inside junctions too."""
     strips = [strip for group in layout.strips.values() for strip in group]
     strips += [strip for inside in layout.insides.values() for strip in inside.ways]
     return [strip for strip in strips if strip.look.rails]
 
 
 def rail_paint(layout: RoadLayout) -> list[Paint]:
-    """Two flush rails per lane."""
+    """Paint two flush rails per lane."""
     inner, outer = 0.5 * GAUGE, 0.5 * GAUGE + _HEAD
     paint = []
     for strip in rail_strips(layout):
@@ -47,7 +47,7 @@ def rail_paint(layout: RoadLayout) -> list[Paint]:
 
 
 def sleeper_paint(layout: RoadLayout) -> list[Paint]:
-    """Sleepers under rails on ballast."""
+    """Paint sleepers under rails on ballast."""
     width, gap = _SLEEPER
     half = 0.5 * _SLEEPER_LENGTH
     return [

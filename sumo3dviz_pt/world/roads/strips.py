@@ -50,7 +50,13 @@ class Strip:
 
 
 def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -> bool:
-    """Whether the box around points, (n, 2 or 3) [m], touches a region."""
+    """Return whether the box around points touches a region.
+
+    Args:
+        points: (n, 2 or 3) [m].
+        region: A box [m]; None is everywhere.
+        margin: By which the points' box is widened [m].
+    """
     if region is None or not len(points):
         return region is None
     low, high = points[:, :2].min(axis=0) - margin, points[:, :2].max(axis=0) + margin
@@ -58,7 +64,7 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
 
 
 def distance_to(box: BoundsXY | None, points: Floats) -> Floats:
-    """Distance from points, (n, 2 or 3), to a box [m], (n,); 0 without a box."""
+    """Return the distance from points, (n, 2 or 3), to a box [m], (n,); 0 without a box."""
     if box is None:
         return np.zeros(len(points))
     low, high = np.array(box[:2]), np.array(box[2:])
@@ -67,16 +73,19 @@ def distance_to(box: BoundsXY | None, points: Floats) -> Floats:
 
 
 def lane_line(lane: Lane) -> Floats:
-    """A lane's centre line with sharp bends split, (n, 3) [m]."""
+    """Return a lane's centre line with sharp bends split, (n, 3) [m]."""
     return with_split_bends(without_repeats(lane.shape))
 
 
 def edge_strips(
     edge: Edge, settings: RoadSettings, *, left_hand: bool = False
 ) -> tuple[Strip, ...]:
-    """Strips of an edge's lanes from right to left; neighbours share their border exactly.
+    """Return strips of an edge's lanes from right to left; neighbours share their border exactly.
 
-    Left-hand networks count lanes from the left.
+    Args:
+        edge: The edge.
+        settings: Surfaces and widths of lanes.
+        left_hand: Whether lanes are counted from the left, as left-hand networks do.
     """
     style = style_of(edge.id, settings)
     strips: list[Strip] = []
@@ -115,7 +124,13 @@ def _shared_border(before: Strip, line: Floats, lane: Lane) -> Floats | None:
 def network_strips(
     network: Network, settings: RoadSettings, *, region: BoundsXY | None
 ) -> dict[str, tuple[Strip, ...]]:
-    """Strips of all normal edges that touch a region, by edge id."""
+    """Return strips of all normal edges that touch a region, by edge id.
+
+    Args:
+        network: The network.
+        settings: Surfaces and widths of lanes.
+        region: A box [m]; None is everywhere.
+    """
     edges = (edge for edge in network.edges.values() if edge.function in {"normal", "connector"})
     return {
         edge.id: strips
@@ -126,7 +141,7 @@ def network_strips(
 
 
 def junction_of(internal_edge_id: str) -> str:
-    """The junction that an internal edge, crossing or walking area belongs to.
+    """Return the junction that an internal edge, crossing or walking area belongs to.
 
     SUMO writes `:<junction>_<number>`, `:<junction>_c<number>`, `:<junction>_w<number>`.
     """

@@ -37,7 +37,7 @@ class LaneLook:
 
 
 def style_of(edge_id: str, settings: RoadSettings) -> EdgeStyle:
-    """The first override whose pattern fits an edge, with the road's own values otherwise."""
+    """Return how an edge is drawn: by the first override whose pattern fits, else as all roads."""
     patterns: Mapping[str, EdgeStyle] = settings.per_edge
     own = next((s for p, s in patterns.items() if fnmatchcase(edge_id, p)), EdgeStyle())
     width = None if settings.lane_width == "from_network" else settings.lane_width
@@ -51,17 +51,17 @@ def style_of(edge_id: str, settings: RoadSettings) -> EdgeStyle:
 
 
 def is_skipped(lane: Lane) -> bool:
-    """Whether nothing is drawn: waterways."""
+    """Return whether a lane is not drawn: waterways are not."""
     return bool(lane.allowed) and lane.allowed <= {"ship"}
 
 
 def is_footway(lane: Lane) -> bool:
-    """Whether only pedestrians may use it."""
+    """Return whether only pedestrians may use a lane."""
     return bool(lane.allowed) and lane.allowed <= {"pedestrian", "wheelchair"}
 
 
 def has_rails(lane: Lane) -> bool:
-    """Whether it is for rail vehicles alone, or opened to trams on purpose.
+    """Return whether a lane is for rail vehicles alone, or opened to trams on purpose.
 
     A lane without restrictions allows every class, so a tram counts only where
     other railways are kept out.
@@ -72,7 +72,7 @@ def has_rails(lane: Lane) -> bool:
 
 
 def look_of(lane: Lane, style: EdgeStyle) -> LaneLook:
-    """How a lane of a normal edge is drawn."""
+    """Return how a lane of a normal edge is drawn."""
     if is_footway(lane):
         return LaneLook(PAVING, raised=True, lines=False, rails=False, width=lane.width)
     rails = has_rails(lane)
@@ -92,7 +92,13 @@ def look_of(lane: Lane, style: EdgeStyle) -> LaneLook:
 
 
 def junction_surface(network: Network, junction_id: str, settings: RoadSettings) -> str:
-    """The surface of most carriageway lanes that lead into a junction."""
+    """Return the surface key of most carriageway lanes that lead into a junction.
+
+    Args:
+        network: The network.
+        junction_id: Of the junction.
+        settings: Surfaces of roads.
+    """
     junction = network.junctions[junction_id]
     lanes = [network.lanes[key] for key in junction.incoming_lanes if key in network.lanes]
     votes: dict[str, float] = {}
@@ -106,5 +112,5 @@ def junction_surface(network: Network, junction_id: str, settings: RoadSettings)
 
 
 def is_quiet(edge: Edge) -> bool:
-    """Whether an edge is a 30 km/h street, which bears no lines in Europe."""
+    """Return whether an edge is a 30 km/h street, which bears no lines in Europe."""
     return max((lane.speed for lane in edge.lanes if not is_footway(lane)), default=0.0) < 8.5

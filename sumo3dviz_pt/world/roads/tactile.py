@@ -30,7 +30,7 @@ _GROOVE: Colour = (0.30, 0.295, 0.28)
 
 
 def tactile_slabs(base: Base, drops: Drops) -> tuple[Mesh, Floats]:
-    """Slabs behind dropped kerbs, and the reflectance of their faces, (n, 3).
+    """Build slabs behind dropped kerbs, and the reflectance of their faces, (n, 3).
 
     Args:
         base: The roads.

@@ -80,12 +80,13 @@ def build_fronts(
     """
     if not rows.houses:
         return Fronts(left_out=(LeftOut(FAMILY, "no city street near the camera has room"),))
-    parts: list[Part] = []
-    # All heights at once: each question to a sloped road surface is dear.
+    # Ask for all heights at once: each request for heights of a sloped road is expensive.
     spots = [house.plan[: house.fronts + 1] for house in rows.houses]
     ends = np.cumsum([len(some) for some in spots])[:-1]
     heights = np.split(heights_near(layout.cells, np.concatenate(spots)) + SIDEWALK_HEIGHT, ends)
+    # Build the houses.
     levels = _levels(rows.houses, around)
+    parts: list[Part] = []
     for house, own, level in zip(rows.houses, heights, levels, strict=True):
         make = partial(house_of_row, house, own, around=around, level=level)
         parts += around.memory.of((FAMILY, *house.name, own.tobytes(), level), make)
@@ -95,6 +96,7 @@ def build_fronts(
     materials = {
         name: material_of(name, textured=True) for name in {p.part.material for p in static}
     }
+    # Pave the forecourts.
     court = material_name(PAVING)
     materials[court] = surface_material(PAVING, textured=True)
     for number, mesh in enumerate(_courts(rows.forecourts, layout, near)):
@@ -106,7 +108,7 @@ def build_fronts(
 def house_of_row(
     house: House, heights: Floats, *, around: Surroundings, level: int
 ) -> tuple[Part, ...]:
-    """The parts of one house in the world.
+    """Build the parts of one house in the world.
 
     Args:
         house: Its plan and neighbours.
@@ -178,7 +180,7 @@ def _levels(houses: Sequence[House], around: Surroundings) -> list[int]:
 
 
 def court_height(layout: RoadLayout) -> HeightAt:
-    """Height of forecourts at places: that of the footways beside them."""
+    """Return the height of forecourts at places: that of the footways beside them."""
 
     def height_at(places: Floats) -> Floats:
         """Height at places, (n, 2) -> (n,) [m]."""
@@ -193,12 +195,14 @@ def _courts(
     areas: Sequence[shapely.Polygon], layout: RoadLayout, near: tuple[float, float]
 ) -> list[Mesh]:
     """Paving at the height of the footways beside it, with sides all around."""
+    # Cut the areas into triangles.
     step = 1e6 if layout.cells.is_flat else 4.0
     cut = [triangulate(shapely.orient_polygons(area.segmentize(step))) for area in areas]
     ends = np.cumsum([len(points) for points, _ in cut])[:-1]
-    # All heights at once: each question to a sloped road surface is dear.
+    # Ask for all heights at once: each request for heights of a sloped road is expensive.
     flat = np.concatenate([np.zeros((0, 2)), *(points for points, _ in cut)])
     level = np.split(court_height(layout)(flat), ends)
+    # Raise them, and close their sides.
     tile = metres_per_tile(PAVING)
     meshes = []
     for area, (points, faces), heights in zip(areas, cut, level, strict=True):

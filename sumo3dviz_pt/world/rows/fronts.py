@@ -39,7 +39,7 @@ SOURCE = "street_fronts"
 """The `source` of areas that rows take."""
 
 FASTEST = 61.0 / 3.6
-"""On faster roads nobody lives at the kerb [m/s]."""
+"""Along faster roads no houses stand at the kerb [m/s]."""
 
 DEPTHS = (12.5, 9.5, 7.0)
 """Depths of houses, the first that fits [m]."""
@@ -80,7 +80,7 @@ class House:
 
     @property
     def name(self) -> tuple[str | bytes | int | tuple[int, ...], ...]:
-        """All that it hangs on, as a name."""
+        """Everything that its mesh depends on, as a name in a memory."""
         return self.id, self.plan.tobytes(), self.fronts, self.blind, self.corner, self.main
 
 
@@ -114,7 +114,7 @@ class Rows:
     yards: tuple[Yard, ...] = ()
 
     def polygons(self) -> tuple[Polygon, ...]:
-        """Houses and forecourts as areas on which nothing else may stand."""
+        """Return houses and forecourts as areas on which nothing else may stand."""
         found = [
             Polygon(f"row:{house.id}", "building", house.plan, True, None, SOURCE)
             for house in self.houses
@@ -145,8 +145,16 @@ class _Streets:
         return np.asarray(good)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Given:
+    """What a scenario has put somewhere; it keeps its place."""
+
+    pois: Sequence[Poi] = ()
+    polygons: Sequence[Polygon] = ()
+
+
 def why_none(polygons: Sequence[Polygon]) -> str | None:
-    """Why no rows of houses are grown beside a scenario's polygons, or None."""
+    """Return why no rows of houses are grown beside a scenario's polygons, or None."""
     if any(kind_of(item.type, item.source) == "buildings" for item in polygons):
         return "the scenario has building polygons of its own"
     return None
@@ -155,7 +163,7 @@ def why_none(polygons: Sequence[Polygon]) -> str | None:
 def grow_rows(
     network: Network,
     paved: Sequence[shapely.Polygon],
-    given: tuple[Sequence[Poi], Sequence[Polygon]],
+    given: Given,
     *,
     around: Surroundings,
 ) -> Rows:
@@ -164,7 +172,7 @@ def grow_rows(
     Args:
         network: Says which streets are a city's.
         paved: Outlines of roads and footways.
-        given: Points of interest and polygons, which keep their places.
+        given: What keeps its place.
         around: Cameras, the seed, and the memory of the network's world.
 
     Returns:
@@ -183,7 +191,7 @@ def grow_rows(
 
 
 def in_view(rows: Rows, around: Surroundings) -> Rows:
-    """The houses that a camera sees, or whose shadows it sees, and all else.
+    """Return the houses that a camera sees or whose shadows it sees, and all else.
 
     Args:
         rows: From `grow_rows`.
@@ -201,41 +209,45 @@ def _in_tile(
     tile: Tile,
     network: Network,
     paved: Sequence[shapely.Polygon],
-    given: tuple[Sequence[Poi], Sequence[Polygon]],
+    given: Given,
     around: Surroundings,
 ) -> Rows:
-    """Rows of houses in one tile; cameras that look at it have no say."""
+    """Rows of houses in one tile; they do not depend on the cameras that look at it."""
     streets = _streets(network, tile.box(_MARGIN + 2.0 * _AROUND), around.memory)
     if streets is None or not streets.city.any():
         return Rows()
+    # Find the land between what is paved, a setback away from it.
     box = tile.box(_MARGIN)
     near = shapely.STRtree(list(paved)).query(box, predicate="intersects")
     ground = union(polygon_parts(shapely.intersection(union([paved[k] for k in near]), box)))
-    setback = _setback(ground, _trees(given[0]), streets)
+    setback = _setback(ground, _trees(given.pois), streets)
     grown = ground.buffer(setback + _SLIT, join_style="mitre", mitre_limit=2.0)
     grown = grown.buffer(-_SLIT, join_style="mitre", mitre_limit=2.0)
     blocks = [_Block(land, tile) for land in polygon_parts(shapely.difference(box, grown))]
     blocks = [block for block in blocks if block.land.area > _SMALLEST and not block.room.is_empty]
-    taken = around.memory.of((SOURCE, "taken"), partial(_taken, *given))
+    # Divide its borders into lots and build on them.
+    taken = around.memory.of((SOURCE, "taken"), partial(_taken, given))
     found = _Found(union([block.room for block in blocks]), taken, around)
-    lots: list[tuple[Lot, float]] = []
+    lots: list[Lot] = []
     for block in blocks:
         for lot in block.lots(partial(streets.fit, reach=setback + 14.0), around.seed):
             found.build(lot, streets)
-            lots.append((lot, setback))
+            lots.append(lot)
+    # Pave what lies between houses and pavements.
     houses = _neighbours(found.houses)
     rim = _RIM if streets.walks.mean() > 0.5 else 0.0
-    courts = _forecourts(lots, ground.buffer(-rim, join_style="mitre"), houses)
+    inner = ground.buffer(-rim, join_style="mitre")
+    courts = _forecourts(lots, setback, ground=inner, houses=houses)
     return Rows(tuple(houses), courts, tuple(found.yards))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Block:
-    """Land between streets, as it is seen from a tile.
+    """Land between streets, as far as one tile knows it.
 
     Attributes:
         land: Its outline, cut off at a margin around the tile.
-        tile: Whose houses are wanted.
+        tile: The tile whose houses are wanted.
     """
 
     land: shapely.Polygon
@@ -267,7 +279,7 @@ class _Block:
         """
 
         def share(place: Floats, word: str) -> float:
-            """Chance of a place, whatever else is built."""
+            """Return a random number of a place, whatever else is built."""
             return share_of(seed, "row", f"{place[0]:.0f}", f"{place[1]:.0f}", word)
 
         area = shapely.orient_polygons(self.land)
@@ -418,7 +430,7 @@ def _beyond(network: Network, edge: Edge, end: int) -> shapely.Geometry:
 
 
 def _is_fast(edge: Edge) -> bool:
-    """Whether nobody lives at a road."""
+    """Whether a road is too fast for houses."""
     named = any(word in edge.type for word in ("motorway", "trunk"))
     return named or max(lane.speed for lane in edge.lanes) > FASTEST
 
@@ -434,13 +446,13 @@ def _setback(ground: shapely.Geometry, trees: Floats, streets: _Streets) -> floa
     return max(usual, float(np.percentile(row, 80)) + _TRUNK + 0.2) if len(row) > 12 else usual
 
 
-def _taken(pois: Sequence[Poi], polygons: Sequence[Polygon]) -> shapely.STRtree:
+def _taken(given: Given) -> shapely.STRtree:
     """What the scenario has put somewhere."""
     found: list[shapely.Geometry] = []
-    for poi in pois:
+    for poi in given.pois:
         radius = _HOUSE.get(kind_of(poi.type, poi.source) or "", 1.0)
         found.append(shapely.Point(poi.position).buffer(radius, quad_segs=3))
-    for item in polygons:
+    for item in given.polygons:
         if item.type.startswith(_LAND) or len(item.shape) < 2:
             continue
         if item.fill and len(item.shape) > 2:
@@ -451,12 +463,19 @@ def _taken(pois: Sequence[Poi], polygons: Sequence[Polygon]) -> shapely.STRtree:
 
 
 def _forecourts(
-    lots: Sequence[tuple[Lot, float]], ground: shapely.Geometry, houses: Sequence[House]
+    lots: Sequence[Lot], setback: float, *, ground: shapely.Geometry, houses: Sequence[House]
 ) -> tuple[shapely.Polygon, ...]:
-    """What is paved between pavements and the lots whose houses stand, a little under them."""
+    """What is paved between pavements and the lots whose houses stand.
+
+    Args:
+        lots: With a house or without.
+        setback: How far they lie behind pavements [m].
+        ground: Everything that is paved, without a rim that forecourts cover.
+        houses: Those that stand.
+    """
     shown = shapely.STRtree([shapely.Polygon(house.plan) for house in houses])
     strips = []
-    for lot, setback in lots:
+    for lot in lots:
         line = shapely.LineString(lot.line)
         if len(shown.query(line, predicate="dwithin", distance=25.0)):
             strips.append(line.buffer(-(setback + 1.2), single_sided=True, join_style="mitre"))

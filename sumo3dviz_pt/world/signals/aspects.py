@@ -49,19 +49,19 @@ class Course:
     letters: tuple[str, ...]
 
     def letter_at(self, time: float) -> str:
-        """The letter at a time [s]; `O` before the log begins."""
+        """Return the letter at a time [s]; `O` before the log begins."""
         index = bisect_right(self.times, time + 1e-9) - 1
         return self.letters[index] if index >= 0 else "O"
 
     def seconds_left(self, time: float) -> int | None:
-        """Whole seconds, rounded up, until another letter; None if the log knows no later one."""
+        """Return the seconds until another letter, rounded up; None if the log has no later one."""
         index = bisect_right(self.times, time + 1e-9)
         if index >= len(self.times):
             return None
         return ceil(self.times[index] - time - 1e-6)
 
     def lit_at(self, time: float, *, lamps: int = 3) -> frozenset[str]:
-        """Which lamps of a head of two or three are lit at a time [s]."""
+        """Return which lamps of a head of two or three are lit at a time [s]."""
         letter = self.letter_at(time)
         if letter == "o" and (time + 1e-9) % 1.0 >= 0.5:
             return frozenset()
@@ -69,7 +69,7 @@ class Course:
 
 
 def course_of(phases: SignalPhases, link: int) -> Course:
-    """The course of one link of a traffic light.
+    """Return the course of one link of a traffic light.
 
     Args:
         phases: The light's log; entries too short for the link count as off.
@@ -87,7 +87,7 @@ def course_of(phases: SignalPhases, link: int) -> Course:
 
 
 def with_yellow(course: Course, duration: float) -> Course:
-    """The course with interpolated yellow, if it knows none of its own.
+    """Return the course with interpolated yellow, if it knows none of its own.
 
     Args:
         course: As logged.

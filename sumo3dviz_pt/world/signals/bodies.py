@@ -41,16 +41,21 @@ _ARM = ARM_BOTTOM + 1.0
 
 
 def static_parts(
-    heads: Sequence[Head], supports: Sequence[Support], *, distances: tuple[Floats, Floats]
+    heads: Sequence[Head],
+    supports: Sequence[Support],
+    *,
+    head_distances: Floats,
+    support_distances: Floats,
 ) -> tuple[StaticPart, ...]:
-    """Housings and poles, merged by material.
+    """Build housings and poles, merged by material.
 
     Args:
         heads: All of them.
         supports: All of them.
-        distances: Of each head and of each support from the nearest camera [m].
+        head_distances: Of each head from the nearest camera, (heads,) [m].
+        support_distances: Of each support from the nearest camera, (supports,) [m].
     """
-    levels = [(away > FAR).astype(np.int64) for away in distances]
+    levels = [(away > FAR).astype(np.int64) for away in (head_distances, support_distances)]
     found: dict[str, list[Mesh]] = {}
     for head, level in zip(heads, levels[0], strict=True):
         for material, mesh in _head(head, int(level)).items():
@@ -65,7 +70,7 @@ def static_parts(
 
 
 def lamp_set(heads: Sequence[Head]) -> LampSet:
-    """All that shines as one mesh: the lamps of every head, then the bars of every counter."""
+    """Build all that shines as one mesh: lamps of every head, then bars of every counter."""
     meshes: list[Mesh] = []
     names: list[str] = []
     glass: list[Colour] = []
@@ -87,10 +92,8 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
     return LampSet(LAMP_SET, "signals", mesh, index, tuple(names), weight=1.5, tint=tint, lobe=LOBE)
 
 
-def counter_rows(
-    number: int | None, colour: tuple[float, float, float]
-) -> list[tuple[float, float, float]]:
-    """Radiance of the fourteen bars of a counter that shows a number, or nothing."""
+def counter_rows(number: int | None, colour: Colour) -> list[Colour]:
+    """Return the radiance of the fourteen bars of a counter that shows a number, or nothing."""
     lit = figures.bars_of(number)
     return [
         colour if (place, bar) in lit else (0.0, 0.0, 0.0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.job.settings import SignalSettings
-from sumo3dviz_pt.model.geometry import Floats, frozen
+from sumo3dviz_pt.model.geometry import Colour, Floats, frozen
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scene import LeftOut, StaticPart
@@ -22,7 +22,7 @@ from sumo3dviz_pt.world.signals.sites import Head, Support, sites
 
 _LOG = logging.getLogger(__name__)
 
-RADIANCE: Mapping[str, tuple[float, float, float]] = {
+RADIANCE: Mapping[str, Colour] = {
     RED: (1.5, 0.013, 0.008),
     YELLOW: (0.78, 0.31, 0.006),
     GREEN: (0.006, 0.52, 0.18),
@@ -63,7 +63,7 @@ class Signals:
         return np.array([head.foot[:2] for head in self.heads]).reshape(-1, 2)
 
     def radiance_at(self, time: float) -> dict[str, Floats]:
-        """Radiance of every lamp at a time [s], (lamps, 3), by lamp set id."""
+        """Return the radiance of every lamp at a time [s], (lamps, 3), by lamp set id."""
         if not self.lamps:
             return {}
         known: dict[tuple[int, int], frozenset[str]] = {}
@@ -81,13 +81,19 @@ class Signals:
         return {LAMP_SET: frozen(self.power * np.array(rows + counters))}
 
     def heads_of(self, tls: str, link: int) -> tuple[int, ...]:
-        """Indices of the heads that show a link's state."""
+        """Return indices of the heads that show a link's state."""
         return tuple(
             i for i, head in enumerate(self.heads) if head.tls == tls and link in head.links
         )
 
     def aspect_at(self, tls: str, link: int, time: float) -> frozenset[str]:
-        """Which lamps are lit for a link at a time [s]; empty for an unknown link."""
+        """Return which lamps are lit for a link; none for an unknown link.
+
+        Args:
+            tls: Id of the traffic light.
+            link: Number of the link.
+            time: [s].
+        """
         found = self.heads_of(tls, link)
         if not found:
             return frozenset()
@@ -109,7 +115,7 @@ def build_signals(
         network: The road network; its connections say where lights stand.
         phases: The signal log by tls id.
         settings: Design, and what to do about missing yellow.
-        around: Lanes and cameras, if somebody indexed them already; without, all is near.
+        around: Lanes and cameras, if they are indexed already; without, all is near.
         raised: How much higher than the carriageway people walk at places.
 
     Returns:
@@ -118,6 +124,7 @@ def build_signals(
     links, left_out = _signalled(network, phases, settings)
     if not links:
         return Signals(left_out=left_out)
+    # Decide what a head shows; links that show the same share one course.
     lamps = 2 if settings.design == "two_heads" else 3
     courses: dict[tuple[str, int, bool], Course] = {}
     unique: dict[Course, Course] = {}
@@ -132,6 +139,7 @@ def build_signals(
             courses[key] = unique.setdefault(course, course)
         return courses[key]
 
+    # Place heads and poles, on footways as high as people walk.
     index = build_lane_index(network) if around is None else around.index
     heads, supports = sites(network, links, index=index, course_of=shown, lamps=lamps)
     if not heads:
@@ -146,8 +154,12 @@ def build_signals(
         replace(support, position=support.position + up)
         for support, up in zip(supports, _lift(supports, raised), strict=True)
     ]
+    # Build what they are made of.
     static = static_parts(
-        heads, supports, distances=(_distances(heads, around), _distances(supports, around))
+        heads,
+        supports,
+        head_distances=_distances(heads, around),
+        support_distances=_distances(supports, around),
     )
     power = NIGHT_POWER if around is not None and around.dark else 1.0
     return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)

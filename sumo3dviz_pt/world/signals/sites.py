@@ -1,8 +1,8 @@
 """Where signal heads stand: at every signalled stop line and crossing.
 
 Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traffic),
-sidewalk and bicycle lane included, 3.5 m behind the stop line, so that who waits at the
-line sees it, or nearer where a carriageway is in the way; it carries one head per
+sidewalk and bicycle lane included, 3.5 m behind the stop line, so that drivers who wait at
+the line see it, or nearer where a carriageway is in the way; it carries one head per
 different course of the edge, in lane order. Edges with three or more signalled lanes
 also get an arm with heads over each lane. Pedestrians: a pole at either end of a crossing.
 
@@ -93,8 +93,79 @@ class Support:
 CourseOf = Callable[[Connection, int], Course]
 """The course of a connection's link as a head with 2 or 3 lamps shows it."""
 
-Group = tuple[str, Course, tuple[int, ...]]
-"""Traffic light, what it shows, and the links that share it."""
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Links of a traffic light that always show the same.
+
+    Attributes:
+        tls: Id of the traffic light.
+        course: What it shows them.
+        links: Their numbers.
+    """
+
+    tls: str
+    course: Course
+    links: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Design:
+    """How heads are made, whatever they stand at.
+
+    Attributes:
+        index: Keeps poles off carriageways.
+        course_of: Says what a head for a link shows.
+        lamps: Of a head for vehicles, 2 or 3.
+    """
+
+    index: LaneIndex
+    course_of: CourseOf
+    lamps: int
+
+    def groups(self, links: Sequence[Connection], *, lamps: int) -> list[_Group]:
+        """Links that always show the same on heads of 2 or 3 lamps, in the order given."""
+        found: dict[tuple[str, Course], list[int]] = {}
+        for link in links:
+            key = (link.tls, self.course_of(link, lamps))
+            if link.link_index not in found.setdefault(key, []):
+                found[key].append(link.link_index)
+        return [_Group(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stand:
+    """Where some heads hang side by side.
+
+    Attributes:
+        foot: Of their pole, (3,) [m].
+        bottom: Of the middle of their row, (3,) [m].
+        inward: Direction of the row, from the outer lanes' heads on, (3,).
+        along: Driving or walking direction of those who see them, (3,).
+        yaw: The same as an angle [rad].
+    """
+
+    foot: Floats
+    bottom: Floats
+    inward: Floats
+    along: Floats
+    yaw: float
+
+    def row(self, groups: Sequence[_Group], *, lamps: int) -> list[Head]:
+        """One head of so many lamps for each group."""
+        offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
+        return [
+            Head(
+                group.tls,
+                group.links,
+                group.course,
+                lamps,
+                self.bottom + offset * self.inward - 0.19 * self.along,
+                self.yaw,
+                self.foot,
+            )
+            for group, offset in zip(groups, offsets, strict=True)
+        ]
 
 
 def sites(
@@ -105,7 +176,7 @@ def sites(
     course_of: CourseOf,
     lamps: int,
 ) -> tuple[list[Head], list[Support]]:
-    """Place heads and what carries them.
+    """Place signal heads and what carries them.
 
     Args:
         network: The road network.
@@ -116,12 +187,12 @@ def sites(
     """
     heads: list[Head] = []
     supports: list[Support] = []
+    design = _Design(index, course_of, lamps)
     for edge, own in _by_edge(network, links).items():
         if network.edges[edge].function in _WALKS:
-            groups = _groups(own, course_of, 2)
-            made = _crossing(network.edges[edge], groups, index)
+            made = _crossing(network.edges[edge], design.groups(own, lamps=2), index)
         else:
-            made = _approach(network, network.edges[edge], own, (index, course_of, lamps))
+            made = _approach(network, network.edges[edge], own, design)
         heads += made[0]
         supports += made[1]
     return heads, supports
@@ -142,66 +213,41 @@ def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list
     return found
 
 
-def _groups(links: Sequence[Connection], course_of: CourseOf, lamps: int) -> list[Group]:
-    """Links that always show the same, in the order given."""
-    found: dict[tuple[str, Course], list[int]] = {}
-    for link in links:
-        key = (link.tls, course_of(link, lamps))
-        if link.link_index not in found.setdefault(key, []):
-            found[key].append(link.link_index)
-    return [(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()]
-
-
 def _approach(
-    network: Network,
-    edge: Edge,
-    links: list[Connection],
-    how: tuple[LaneIndex, CourseOf, int],
+    network: Network, edge: Edge, links: list[Connection], design: _Design
 ) -> tuple[list[Head], list[Support]]:
     """Heads at the end of an edge."""
-    index, course_of, lamps = how
+    # Choose what the heads on the pole show.
+    lamps = design.lamps
     number = {lane.id: lane.index for lane in edge.lanes}
     links = sorted(links, key=lambda link: (number[link.from_lane], link.link_index))
-    groups = _groups(links, course_of, lamps)
+    groups = design.groups(links, lamps=lamps)
+    # Find a place for the pole.
     along, yaw = _direction(edge.lanes[0].shape)
     outward = _left(along) if network.left_hand else -_left(along)
     bar = (len(groups) - 1) * _SPACING
     # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
     probes = (0.0 * along, -2.0 * along, -4.5 * along, -bar / 2 * outward)
-    foot = _freest(_feet(edge, along, outward, bar), probes, index)
-    heads = _row(groups, (foot, foot + POLE_BOTTOM * _UP), (-outward, along, yaw), lamps)
+    foot = _freest(_feet(edge, along, outward, bar), probes, design.index)
+    stand = _Stand(foot, foot + POLE_BOTTOM * _UP, -outward, along, yaw)
+    heads = stand.row(groups, lamps=lamps)
+    # Where the road is wide, an arm carries heads over each lane.
     lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
     if len(lanes) < _WIDE:
         height = POLE_BOTTOM + 0.3 * lamps + 0.12
         return heads, [Support(foot, yaw, height, bar=bar)]
     for lane in lanes:
-        own = _groups([k for k in links if k.from_lane == lane.id], course_of, lamps)
+        own = design.groups([k for k in links if k.from_lane == lane.id], lamps=lamps)
         across = float((lane.shape[-1] - foot) @ -outward)
         bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * _UP
-        heads += _row(own, (foot, bottom), (-outward, along, yaw), lamps)
+        heads += replace(stand, bottom=bottom).row(own, lamps=lamps)
     reach = max((float((lane.shape[-1] - foot) @ _left(along)) for lane in lanes), key=abs)
     reach += 0.5 * float(np.sign(reach))
     return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar)]
 
 
-def _row(
-    groups: Sequence[Group],
-    place: tuple[Floats, Floats],
-    frame: tuple[Floats, Floats, float],
-    lamps: int,
-) -> list[Head]:
-    """Heads beside each other, from the outer lanes' inwards; `place` is foot and bottom."""
-    foot, bottom = place
-    inward, along, yaw = frame
-    offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
-    return [
-        Head(tls, links, course, lamps, bottom + offset * inward - 0.19 * along, yaw, foot)
-        for (tls, course, links), offset in zip(groups, offsets, strict=True)
-    ]
-
-
 def _crossing(
-    edge: Edge, groups: Sequence[Group], index: LaneIndex
+    edge: Edge, groups: Sequence[_Group], index: LaneIndex
 ) -> tuple[list[Head], list[Support]]:
     """Heads at both ends of a crossing, each looking over the road."""
     lane = edge.lanes[0]
@@ -216,8 +262,8 @@ def _crossing(
             for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
         ]
         foot = _freest(np.array(places), (0.0 * along,), index)
-        row = _row(groups, (foot, foot + WALK_BOTTOM * _UP), (_left(along), along, yaw), 2)
-        heads += [replace(head, walks=True) for head in row]
+        stand = _Stand(foot, foot + WALK_BOTTOM * _UP, _left(along), along, yaw)
+        heads += [replace(head, walks=True) for head in stand.row(groups, lamps=2)]
         bar = (len(groups) - 1) * _SPACING
         supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
     return heads, supports

@@ -47,6 +47,7 @@ STARS = 17
 # asphalt and sky at their true place beside a white wall looks dim.
 _EXPOSURE = np.array(
     [
+        # elevation [deg], exposure [EV]
         (-14.0, 12.0),
         (-10.0, 11.8),
         (-6.0, 10.9),
@@ -96,7 +97,7 @@ class SkyPreset:
 
 
 def base_exposure(elevation: float) -> float:
-    """Exposure at which a clear sky and its ground look right.
+    """Return the exposure at which a clear sky and its ground look right.
 
     Depends on nothing but the sun, so that all frames and all variants of a study
     share it.
@@ -115,7 +116,7 @@ def base_exposure(elevation: float) -> float:
 
 
 def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
-    """Where the sun stands in the network's north, by angles or by clock and place.
+    """Return where the sun stands in the network's north, by angles or by clock and place.
 
     Args:
         settings: The scene file's.
@@ -135,7 +136,7 @@ def sun_of(settings: SunSettings, *, location: Location | None) -> SunPosition:
 
 
 def moment_of(settings: SunSettings, location: Location | None) -> dt.datetime:
-    """The moment that date and time mean, with its zone.
+    """Return the moment that date and time mean, with its zone.
 
     Raises:
         ConfigError: If place or zone are needed and unknown.
@@ -152,7 +153,7 @@ def moment_of(settings: SunSettings, location: Location | None) -> dt.datetime:
 
 
 def place_of(settings: SunSettings, location: Location | None) -> tuple[float, float]:
-    """Latitude and longitude from which the sun is seen [deg].
+    """Return the latitude and longitude from which the sun is seen [deg].
 
     Raises:
         ConfigError: If the scene gives none and the network has none.
@@ -179,7 +180,7 @@ def _angles(angles: Mapping[str, float]) -> SunPosition:
 
 
 def read_clouds(name: str) -> tuple[CloudLayer, SunPosition]:
-    """A baked cloud layer and the sun that lights it.
+    """Read a baked cloud layer and the sun that lights it.
 
     Raises:
         ConfigError: If there is no such sky asset.
@@ -191,7 +192,7 @@ def read_clouds(name: str) -> tuple[CloudLayer, SunPosition]:
 
 
 def preset_sky(settings: SkySettings, location: Location | None) -> Sky:
-    """A preset, perhaps with the sun moved.
+    """Build a preset, perhaps with the sun moved.
 
     Clouds turn with the sun or moon, so that they stay lit from its side.
 
@@ -241,7 +242,7 @@ def _colour(values: Sequence[float]) -> Colour:
 
 
 def sun_sky(settings: SkySettings, location: Location | None) -> Sky:
-    """A clear sky by the sun alone.
+    """Build a clear sky by the sun alone.
 
     Raises:
         ConfigError: If the place is needed and unknown.
@@ -258,7 +259,7 @@ def sun_sky(settings: SkySettings, location: Location | None) -> Sky:
 
 
 def file_sky(settings: SkySettings, location: Location | None) -> Sky:
-    """A user's radiance map, whatever its unit.
+    """Build a user's radiance map, whatever its unit.
 
     Its exposure brings the map's own light on the ground to that of noon, so
     `scale` makes the picture brighter.

@@ -12,7 +12,7 @@ LIGHTING_UP = float(np.radians(-1.0))
 
 
 def is_dark(sky: Sky, lights: Lights = "auto") -> bool:
-    """Whether lamps are lit and light something.
+    """Return whether lamps are lit and light something.
 
     Args:
         sky: The environment; one from a file has no sun and counts as day.

@@ -42,7 +42,7 @@ class SunPosition:
 
 
 def direction_of(azimuth: float, elevation: float) -> Floats:
-    """Unit vector (east, north, up) of an azimuth clockwise from north [rad]."""
+    """Return the unit vector (east, north, up) of an azimuth clockwise from north [rad]."""
     level = math.cos(elevation)
     east, north = level * math.sin(azimuth), level * math.cos(azimuth)
     return np.array([east, north, math.sin(elevation)])
@@ -51,7 +51,7 @@ def direction_of(azimuth: float, elevation: float) -> Floats:
 def sun_position(
     when: dt.datetime, *, latitude: float, longitude: float, refraction: bool = True
 ) -> SunPosition:
-    """Where the sun stands.
+    """Return where the sun stands.
 
     Args:
         when: With time zone.
@@ -71,7 +71,7 @@ def sun_position(
 
 
 def convergence(projection: str, *, latitude: float, longitude: float) -> float:
-    """How far a network's y axis points clockwise from true north [rad].
+    """Return how far a network's y axis points clockwise from true north [rad].
 
     On the sphere, which is within 0.01 degrees of the ellipsoid in a UTM zone.
 
@@ -98,7 +98,7 @@ def convergence(projection: str, *, latitude: float, longitude: float) -> float:
 def local_time(
     date: dt.date, time: dt.time, *, zone: str | None, latitude: float, longitude: float
 ) -> dt.datetime:
-    """A clock's reading as a moment.
+    """Return a clock's reading as a moment.
 
     Args:
         date: Calendar date.
@@ -108,7 +108,7 @@ def local_time(
         longitude: East positive [deg].
 
     Raises:
-        ConfigError: If nobody knows the place's zone.
+        ConfigError: If the place's zone is not known.
     """
     where = {"latitude": latitude, "longitude": longitude}
     name = zone_at(**where) if zone is None else zone
@@ -119,10 +119,10 @@ def local_time(
 
 
 def zone_at(*, latitude: float, longitude: float) -> str:
-    """The time zone in which a place lies [deg], by the borders of OpenStreetMap.
+    """Return the time zone in which a place lies [deg], by the borders of OpenStreetMap.
 
     Raises:
-        ConfigError: If nobody knows.
+        ConfigError: If it is not known.
     """
     try:
         import tzfpy

@@ -207,7 +207,7 @@ def site_of(
     ground: GroundParts,
     supports: Floats,
 ) -> Site:
-    """The ground that street furniture stands on.
+    """Return the ground that street furniture stands on.
 
     What our own code adds (houses, plants) stands too far from streets to matter here.
 
@@ -254,7 +254,7 @@ def _given(scenario: Scenario) -> _Given:
 
 
 def standing_height(roads: RoadParts, ground: GroundParts) -> HeightAt:
-    """Height of whatever lies on top: sidewalk, road or ground."""
+    """Return the height of whatever lies on top: sidewalk, road or ground."""
     tree = shapely.STRtree(roads.layout.outline)
 
     def height_at(places: Floats) -> Floats:

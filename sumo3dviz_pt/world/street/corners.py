@@ -1,47 +1,48 @@
-"""Furniture on the corners of streets: at their outer border, out of everybody's way."""
+"""Furniture on the corners of streets: at their outer border, out of people's way."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.planar import areal
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.world.street.furniture import Piece, off_lanes
 from sumo3dviz_pt.world.street.places import Site
 
-RADII: Mapping[str, float] = {
-    "cabinet": 0.6,
-    "post_box": 0.35,
-    "advertising_column": 0.75,
-    "bicycle_stand": 0.6,
-    "bin": 0.25,
-    "bench": 0.95,
-}
-"""How much room a piece needs around its middle [m]."""
 
-_CHANCE: Mapping[str, float] = {
-    "cabinet": 0.75,
-    "advertising_column": 0.3,
-    "bicycle_stand": 0.55,
-    "post_box": 0.4,
-    "bin": 0.7,
-    "bench": 0.4,
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of furniture on corners.
+
+    Attributes:
+        often: Share of corners that have one.
+        room: Radius around its middle that it takes up [m].
+        half: Half of how deep it is [m].
+    """
+
+    often: float
+    room: float
+    half: float
+
+
+# fmt: off
+_KINDS: Mapping[str, _Kind] = {
+    #                           often room  half
+    "cabinet":            _Kind(0.75, 0.60, 0.18),
+    "advertising_column": _Kind(0.30, 0.75, 0.72),
+    "bicycle_stand":      _Kind(0.55, 0.60, 0.42),
+    "post_box":           _Kind(0.40, 0.35, 0.22),
+    "bin":                _Kind(0.70, 0.25, 0.22),
+    "bench":              _Kind(0.40, 0.95, 0.32),
 }
-_HALVES: Mapping[str, float] = {
-    "cabinet": 0.18,
-    "post_box": 0.22,
-    "advertising_column": 0.72,
-    "bicycle_stand": 0.42,
-    "bin": 0.22,
-    "bench": 0.32,
-}
-"""Half of how deep a piece is [m]."""
+# fmt: on
 
 _GAPS = (0.12, 0.5, 1.2, 1.9, 2.6)
 """From the outer border to the back of a piece, the first that fits [m]."""
@@ -57,7 +58,7 @@ _ROAD = 2.0
 
 
 def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[Piece]:
-    """Furniture on corners, by a seed.
+    """Place furniture on corners, chosen by the seed.
 
     Args:
         edges: Those that are walking areas are the corners.
@@ -77,17 +78,22 @@ def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[P
 
 def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site) -> list[Piece]:
     """Pieces along the outer border of one corner."""
+    # Find its outer border, and the lines along which people walk.
     seed = site.around.seed
     doors = _doors(edge, network)
     paths = shapely.union_all([shapely.LineString(pair) for pair in combinations(doors, 2)])
     spots, inward = _outer_border(area, doors, site)
+    # Put pieces there, some of them a little further in.
     pieces: list[Piece] = []
-    for name, chance in _CHANCE.items():
-        if not len(spots) or share_of(seed, edge.id, name) > chance:
+    for name, kind in _KINDS.items():
+        if not len(spots) or share_of(seed, edge.id, name) > kind.often:
             continue
+        inside = area.buffer(-kind.half)
         for gap in _GAPS:
-            places = spots + (gap + _HALVES[name]) * inward
-            good = np.flatnonzero(_is_good(name, places, (area, paths), site))
+            places = spots + (gap + kind.half) * inward
+            dots = shapely.points(places)
+            fits = site.free(places, radius=kind.room) & shapely.contains(inside, dots)
+            good = np.flatnonzero(fits & (shapely.distance(dots, paths) > _PATH + kind.half))
             if not len(good):
                 continue
             k = int(good[int(share_of(seed, edge.id, name, "at") * len(good))])
@@ -99,17 +105,6 @@ def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site)
                 pieces.append(piece)
                 break
     return pieces
-
-
-def _is_good(
-    name: str, places: Floats, inside: tuple[shapely.Geometry, shapely.Geometry], site: Site
-) -> Bools:
-    """Whether a piece has room at places, (n, 2) [m], on an area and beside walkers' paths."""
-    area, paths = inside
-    dots = shapely.points(places)
-    good = site.free(places, radius=RADII[name])
-    good &= shapely.contains(area.buffer(-_HALVES[name]), dots)
-    return np.asarray(good & (shapely.distance(dots, paths) > _PATH + _HALVES[name]))
 
 
 def _doors(edge: Edge, network: Network) -> list[Floats]:

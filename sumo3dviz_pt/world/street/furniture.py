@@ -70,7 +70,7 @@ class Piece:
 
 
 def off_lanes(piece: Piece, site: Site) -> bool:
-    """Whether no part of a piece stands on or hangs over a carriageway."""
+    """Return whether no part of a piece stands on or hangs over a carriageway."""
     foot = Transform.from_pose(piece.place, yaw=piece.yaw).points(_foot(piece.name))
     return not site.around.index.meets(shapely.Polygon(foot[:, :2]))
 
@@ -86,13 +86,13 @@ def _foot(name: str) -> Floats:
 def place_furniture(
     borders: Sequence[Border], pois: Sequence[Poi], site: Site, *, auto: bool
 ) -> list[Piece]:
-    """Furniture at POIs and, if wanted, along the sidewalks of towns.
+    """Place furniture at POIs and, if wanted, along the sidewalks of towns.
 
     Args:
         borders: Of edges.
         pois: All of the scenario.
         site: What is free; furniture is added to it.
-        auto: Whether sidewalks get some that nobody asked for.
+        auto: Whether sidewalks get furniture that the scenario does not have.
     """
     pieces = _at_pois(pois, site)
     for border in borders if auto else ():
@@ -103,7 +103,7 @@ def place_furniture(
 
 
 def furniture_parts(pieces: Sequence[Piece], around: Surroundings) -> list[Part]:
-    """Meshes of the pieces that a camera sees."""
+    """Build meshes of the pieces that a camera sees."""
     places = np.array([piece.place[:2] for piece in pieces]).reshape(-1, 2)
     away = around.distances(places)
     reach = [REACH * (2.0 if piece.name == "bus_shelter" else 1.0) for piece in pieces]
@@ -139,7 +139,7 @@ class StopFurniture:
 
 
 def place_stops(network: Network, stops: Sequence[Stop], site: Site) -> StopFurniture:
-    """Shelters and signs at bus stops.
+    """Place shelters and signs at bus stops.
 
     Args:
         network: Says where stops are.
@@ -155,7 +155,7 @@ def place_stops(network: Network, stops: Sequence[Stop], site: Site) -> StopFurn
         if lane is None or border is None:
             continue
         begin, end = (share * border.length for share in stop.span(lane.length))
-        spot, _, _ = border.at(np.array([(begin + end) / 2]), 0.0)
+        spot = border.at(np.array([(begin + end) / 2]), 0.0).places
         if not site.holds(spot)[0]:
             continue
         shelter = _shelter(border, (begin + end) / 2, site)
@@ -168,7 +168,7 @@ def place_stops(network: Network, stops: Sequence[Stop], site: Site) -> StopFurn
 
 
 def stop_areas(network: Network, stops: Sequence[Stop]) -> list[Polygon]:
-    """Where shelters at bus stops may stand, as areas that houses keep off.
+    """Return where shelters at bus stops may stand, as areas that houses keep off.
 
     Args:
         network: Says where stops are.
@@ -183,7 +183,7 @@ def stop_areas(network: Network, stops: Sequence[Stop]) -> list[Polygon]:
         middle = sum(stop.span(lane.length)) / 2 * border.length
         along = middle + 0.5 * _ROOM * np.array([-1.0, 1.0, 1.0, -1.0])
         deep = max(border.walk, 2.4) + 0.5
-        corners, _, _ = border.at(along, np.array([0.0, 0.0, deep, deep]))
+        corners = border.at(along, np.array([0.0, 0.0, deep, deep])).places
         areas.append(Polygon(f"stop:{stop.id}", "bus_stop", corners, True, None, "stops"))
     return areas
 
@@ -197,15 +197,17 @@ def _shelter(border: Border, along: float, site: Site) -> Piece | None:
     good = site.level_with(places, road)
     # All of its length must be clear.
     for shift in (-SHELTER[0] / 2 + 0.7, 0.0, SHELTER[0] / 2 - 0.7):
-        spots, _, _ = border.at(tries + shift, back - SHELTER[1] / 2 + 0.45)
+        spots = border.at(tries + shift, back - SHELTER[1] / 2 + 0.45).places
         good &= site.free(spots, radius=0.85)
-    heights, yaws = site.standing(border.at(tries, back - SHELTER[1])[0]), border.inward(yaw)
+    # Take the first place where no part of it hangs over a lane.
+    heights = site.standing(border.at(tries, back - SHELTER[1]).places)
+    yaws = border.inward(yaw)
     for i in np.flatnonzero(good).tolist():
         x, y, z = (float(value) for value in (*places[i], heights[i]))
         shelter = Piece("bus_shelter", (x, y, z), float(yaws[i]))
         if off_lanes(shelter, site):
             for shift in (-1.5, 0.0, 1.5):
-                site.use(border.at(tries[i : i + 1] + shift, back - 0.5)[0])
+                site.use(border.at(tries[i : i + 1] + shift, back - 0.5).places)
             return shelter
     return None
 
@@ -254,14 +256,14 @@ def _benches(border: Border, site: Site) -> list[Piece]:
     for i, along in enumerate(at.tolist()):
         chance = share_of(seed, name, "piece", str(i))
         if chance < 0.4:
-            pieces += _stood("bench", border, (along, border.walk - 0.42), site)
-            pieces += _stood("bin", border, (along + 2.1, border.walk - 0.4), site)
+            pieces += _stood("bench", border, site, along=along, out=border.walk - 0.42)
+            pieces += _stood("bin", border, site, along=along + 2.1, out=border.walk - 0.4)
         elif chance < 0.6:
-            pieces += _stood("bin", border, (along, 0.6), site)
+            pieces += _stood("bin", border, site, along=along, out=0.6)
         elif chance < 0.75:
-            pieces += _stood("parking_meter", border, (along, border.walk - 0.3), site)
+            pieces += _stood("parking_meter", border, site, along=along, out=border.walk - 0.3)
         elif chance < 0.92:
-            pieces += _stood("bicycle_stand", border, (along, border.walk - 0.5), site)
+            pieces += _stood("bicycle_stand", border, site, along=along, out=border.walk - 0.5)
     return pieces
 
 
@@ -269,16 +271,27 @@ def _bollards(border: Border, site: Site) -> list[Piece]:
     """Rows of bollards at some kerbs near junctions."""
     if border.length < 50.0 or share_of(site.around.seed, border.edge.id, "bollards") > 0.5:
         return []
-    rows = [_stood("bollard", border, (along, 0.45), site, alone=False) for along in _BOLLARDS]
+    rows = [
+        _stood("bollard", border, site, along=along, out=0.45, alone=False) for along in _BOLLARDS
+    ]
     return [piece for row in rows for piece in row]
 
 
 def _stood(
-    name: str, border: Border, where: tuple[float, float], site: Site, *, alone: bool = True
+    name: str, border: Border, site: Site, *, along: float, out: float, alone: bool = True
 ) -> list[Piece]:
-    """A piece at a distance along and out from a border, if there is room; else nothing."""
-    places, road, yaw = border.at(np.array([where[0]]), where[1])
-    if not 0.0 < where[0] < border.length or not _room(name, places, road, site):
+    """A piece beside a border, if there is room; else nothing.
+
+    Args:
+        name: Of the piece.
+        border: The border.
+        site: What is free.
+        along: Distance from the border's begin [m].
+        out: Distance from the border, away from the road [m].
+        alone: Whether other things keep a distance from it.
+    """
+    places, road, yaw = border.at(np.array([along]), out)
+    if not 0.0 < along < border.length or not _room(name, places, road, site):
         return []
     x, y = map(float, places[0])
     z = float(site.standing(places)[0])

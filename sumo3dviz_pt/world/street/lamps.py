@@ -20,7 +20,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.street.lamp import LENS, head, lens, pole
 from sumo3dviz_pt.model.colour import LUMINANCE
-from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi
@@ -59,8 +59,14 @@ _ENDS = (4.0, 14.0)  # kept clear after junctions and before them, where signals
 _WIDE = 9.5  # carriageways from which lamps are high [m]
 _NARROW = 10.0  # both directions together; below, the two sides take turns [m]
 _LEVELS = (60.0, 150.0)
-# Distances and weights; the weights as those in render/lights/running.py, by measuring.
-_RINGS = ((0.0, 70.0, 1.6), (70.0, 160.0, 1.2), (160.0, LIT, 0.5))
+# fmt: off
+_RINGS = (
+    # from and up to which distance [m], weight (measured, as those in render/lights/running.py)
+    (0.0,   70.0,  1.6),
+    (70.0,  160.0, 1.2),
+    (160.0, LIT,   0.5),
+)
+# fmt: on
 _SHOWN = 14.0
 
 
@@ -79,8 +85,8 @@ class Lamp:
     height: float
 
 
-def radiance(height: float) -> tuple[float, float, float]:
-    """Radiance of a lens that hangs at a height [m] straight down, in scene units."""
+def radiance(height: float) -> Colour:
+    """Return the radiance of a lens that hangs at a height [m] straight down, in scene units."""
     area = LENS[0] * LENS[1]
     luminance = FLUX[height] / (LOBE.flux * area) / _CANDELAS
     scale = luminance / float(np.dot(_COLOUR, LUMINANCE))
@@ -89,7 +95,7 @@ def radiance(height: float) -> tuple[float, float, float]:
 
 
 def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> list[Lamp]:
-    """Lamps at POIs, and along urban edges.
+    """Place lamps at POIs and along urban edges.
 
     Args:
         borders: Of edges.
@@ -106,7 +112,13 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
 
 
 def lamp_parts(lamps: Sequence[Lamp], around: Surroundings, *, dark: bool) -> list[Part]:
-    """Poles, heads and, by day, lenses of the lamps that a camera sees."""
+    """Build poles, heads and lenses of the lamps that a camera sees.
+
+    Args:
+        lamps: Those that stand somewhere.
+        around: The cameras.
+        dark: Whether it is night; lenses that shine then belong to `lamp_sets`.
+    """
     places = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
     away = around.distances(places)
     seen = around.seen(places, radius=_SHOWN) & (away < REACH)
@@ -130,7 +142,7 @@ def _body(height: float, level: int) -> Mesh:
 
 
 def lamp_sets(lamps: Sequence[Lamp], around: Surroundings) -> tuple[LampSet, ...]:
-    """What shines by night, near the camera's path, in rings of distance.
+    """Build what shines by night, near the camera's path, in rings of distance.
 
     A path picks a set by its weight and then a lamp by its area. In one set of all, a near
     lamp would rarely be picked and then count so much that the firefly cap cut it off.
@@ -186,6 +198,7 @@ def _along(
     border: Border, widths: Mapping[tuple[str, str], float], site: Site, given: Floats
 ) -> list[Lamp]:
     """Lamps along one edge, away from given ones."""
+    # Decide on the spacing.
     edge = border.edge
     twin = widths.get((edge.to_junction, edge.from_junction), 0.0)
     wide = border.road > _WIDE or border.road + twin > 2 * _WIDE
@@ -202,6 +215,7 @@ def _along(
     # Where something else stands, the lamp moves along a little.
     tries = np.clip(at[:, None] + _SHIFTS, 1.0, max(border.length - 1.0, 1.0))
     places, road, yaw = border.at(tries.reshape(-1), back)
+    # Take the first free place of each.
     good = (
         site.free(places, radius=0.2)
         & site.level_with(places, road)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -24,6 +25,20 @@ _STEP = 1.0  # highest difference between the ground and the road beside it [m]
 _GAP = 1.0  # between things [m]
 _CAMERA = 2.5  # distance that things keep from cameras that are not high above [m]
 _WALKS = ("crossing",)
+
+
+class Beside(NamedTuple):
+    """Places beside a border.
+
+    Attributes:
+        places: (n, 2) [m].
+        road: Height of the road there, (n,) [m].
+        yaw: Direction of the road there, (n,) [rad].
+    """
+
+    places: Floats
+    road: Floats
+    yaw: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,15 +64,12 @@ class Border:
         """[m]."""
         return float(np.linalg.norm(np.diff(self.line[:, :2], axis=0), axis=1).sum())
 
-    def at(self, along: Floats, out: Floats | float) -> tuple[Floats, Floats, Floats]:
-        """Points beside the border.
+    def at(self, along: Floats, out: Floats | float) -> Beside:
+        """Return places beside the border.
 
         Args:
             along: Distances from its begin, (n,) [m].
             out: Distances away from the road, (n,) or one [m].
-
-        Returns:
-            Places (n, 2) [m], the road's height there (n,) [m] and its direction (n,) [rad].
         """
         step = np.diff(self.line, axis=0)
         knots = arc_length(self.line[:, :2])
@@ -66,15 +78,15 @@ class Border:
         yaw = np.arctan2(step[which, 1], step[which, 0])
         away = self.outward * np.column_stack([-np.sin(yaw), np.cos(yaw)])
         places = points[:, :2] + np.broadcast_to(out, len(yaw))[:, None] * away
-        return settled(places), points[:, 2], yaw
+        return Beside(settled(places), points[:, 2], yaw)
 
     def inward(self, yaw: Floats) -> Floats:
-        """Directions towards the road where it runs in directions, (n,) [rad]."""
+        """Return directions towards the road where it runs in directions, (n,) [rad]."""
         return np.asarray(yaw - self.outward * np.pi / 2)
 
 
 def border_of(network: Network, edge: Edge) -> Border | None:
-    """The outer border of an edge, or None for one without a carriageway."""
+    """Return the outer border of an edge, or None for one without a carriageway."""
     roads = [lane for lane in edge.lanes if _drives(lane)]
     if edge.function != "normal" or not roads:
         return None
@@ -111,13 +123,13 @@ class Site:
     used: list[Floats] = field(default_factory=list)
 
     def holds(self, places: Floats) -> Bools:
-        """Which places, (n, 2) [m], are this site's."""
+        """Return which places, (n, 2) [m], are this site's."""
         if self.tile is None or not len(places):
             return np.ones(len(places), dtype=np.bool_)
         return self.tile.holds(places)
 
     def free(self, places: Floats, *, radius: float, walks: bool = True) -> Bools:
-        """Which places are clear of lanes, crossings, other things and cameras.
+        """Return which places are clear of lanes, crossings, other things and cameras.
 
         Args:
             places: (n, 2) [m].
@@ -143,7 +155,7 @@ class Site:
         return np.asarray(clear & (self.around.clearance.distances(places) > radius + _CAMERA))
 
     def level_with(self, places: Floats, road: Floats) -> Bools:
-        """Whether the ground at places is about as high as the road beside it, (n,) [m]."""
+        """Return whether the ground at places is about as high as the road beside it, (n,) [m]."""
         return np.asarray(np.abs(self.standing(places) - road) < _STEP)
 
     def use(self, places: Floats) -> None:
@@ -153,7 +165,7 @@ class Site:
 
 
 def crossing_areas(network: Network) -> shapely.STRtree:
-    """Areas of all crossings."""
+    """Return areas of all crossings."""
     lanes = [
         lane
         for edge in network.edges.values()
@@ -167,11 +179,11 @@ def crossing_areas(network: Network) -> shapely.STRtree:
 
 
 def borders_in(network: Network, box: shapely.Polygon, memory: Memory) -> list[Border]:
-    """Borders of the edges that may run through a box [m], by edge id.
+    """Return the borders of the edges that may run through a box, by edge id.
 
     Args:
         network: The network.
-        box: Upright.
+        box: Parallel to the axes [m].
         memory: Of the network's world.
     """
     found = [
@@ -182,7 +194,13 @@ def borders_in(network: Network, box: shapely.Polygon, memory: Memory) -> list[B
 
 
 def borders_near(network: Network, around: Surroundings, *, reach: float) -> list[Border]:
-    """Borders of edges of which a point lies within a distance of a camera [m], by edge id."""
+    """Return the borders of edges that come near a camera, by edge id.
+
+    Args:
+        network: The network.
+        around: The cameras.
+        reach: A point of the edge lies within this distance of a camera [m].
+    """
     found: list[Border] = []
     for _, edge in sorted(network.edges.items()):
         if edge.function != "normal" or not edge.lanes:
@@ -197,7 +215,7 @@ def borders_near(network: Network, around: Surroundings, *, reach: float) -> lis
 
 
 def is_urban(border: Border) -> bool:
-    """Whether lamps and benches stand along an edge: in town, and no motorway."""
+    """Return whether lamps and benches stand along an edge: in town, and no motorway."""
     if "motorway" in border.edge.type or "trunk" in border.edge.type:
         return False
     fastest = max(lane.speed for lane in border.edge.lanes)
@@ -207,7 +225,7 @@ def is_urban(border: Border) -> bool:
 def spread(
     length: float, spacing: float, *, ends: tuple[float, float], shift: float = 0.5
 ) -> Floats:
-    """Evenly spaced distances along a length, clear of both ends, (n,) [m].
+    """Return evenly spaced distances along a length, clear of both ends, (n,) [m].
 
     Args:
         length: [m].

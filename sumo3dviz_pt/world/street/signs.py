@@ -69,7 +69,7 @@ class Sign:
 def place_signs(
     network: Network, borders: Sequence[Border], site: Site, links: Links
 ) -> list[Sign]:
-    """Signs on posts along edges.
+    """Place signs on posts along edges.
 
     Args:
         network: The road network.
@@ -89,7 +89,7 @@ def place_signs(
 def place_exits(
     network: Network, borders: Sequence[Border], site: Site, links: Links
 ) -> list[Sign]:
-    """Gantries before exits of motorways, and boards at the exits' noses.
+    """Place gantries before exits of motorways, and boards at the exits' noses.
 
     Args:
         network: The road network.
@@ -106,7 +106,7 @@ def place_exits(
 
 
 def sign_parts(signs: Sequence[Sign], around: Surroundings) -> list[Part]:
-    """Everything that the signs which a camera sees are made of, in the world."""
+    """Build everything that the signs which a camera sees are made of, in the world."""
     places = np.array([sign.stand.matrix[:2, 3] for sign in signs]).reshape(-1, 2)
     away = around.distances(places)
     parts: list[Part] = []
@@ -148,7 +148,7 @@ def links_of(network: Network) -> Links:
 
 
 def limit_of(edge: Edge) -> int:
-    """An edge's speed limit, rounded to tens [km/h]."""
+    """Return an edge's speed limit, rounded to tens [km/h]."""
     fastest = max(
         (lane.speed for lane in edge.lanes if lane.allowed & {"passenger", "bus"}), default=0.0
     )
@@ -225,6 +225,7 @@ def _leaves(target: Edge, edge: Edge) -> bool:
 
 def _gantry(border: Border, site: Site) -> list[Sign]:
     """A gantry over an edge, about 180 m before its end."""
+    # Find room for the outer post.
     at = max(border.length - _BEFORE_EXIT, min(20.0, border.length / 2))
     span = border.road
     feet = np.array(_GANTRY_FEET)
@@ -233,11 +234,13 @@ def _gantry(border: Border, site: Site) -> list[Sign]:
     if not good.any():
         return []
     out = float(feet[int(np.argmax(good))])
+    # Find room for the inner post; without any, the gantry ends over the road.
     insides = -(span + np.array([1.0, 1.4, 1.8, 2.4]))
-    others, _, _ = border.at(np.full(len(insides), at), insides)
+    others = border.at(np.full(len(insides), at), insides).places
     inner = site.free(others, radius=0.35)
     portal = bool(inner.any())
     reach = -float(insides[int(np.argmax(inner))]) if portal else span - 0.6
+    # Build it.
     point, height, turn = border.at(np.array([at]), 0.0)
     stand = Transform.from_pose((*point[0], float(height[0])), yaw=float(turn[0]))
     site.use(places[int(np.argmax(good))][None])
@@ -264,6 +267,7 @@ def _boards(border: Border, seed: int) -> list[tuple[float, tuple[Part, ...]]]:
 def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
     """The board between an exit and the road it leaves."""
     lane = edge.lanes[-1]
+    # Try places along the exit, on its inner side.
     knots = arc_length(lane.shape[:, :2])
     tries = np.arange(6.0, min(knots[-1], 90.0), 3.0)
     points = np.column_stack([np.interp(tries, knots, column) for column in lane.shape.T])

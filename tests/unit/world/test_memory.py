@@ -26,17 +26,36 @@ def test_nothing_that_was_made_of_nothing_is_made_again():
     assert made == [1]
 
 
-def test_what_was_asked_for_longest_ago_goes_first():
+def test_what_was_used_longest_ago_goes_first():
     memory, (made, make) = Memory(most=20_000), counted()
     for name in ("a", "b", "a", "c", "a", "b"):
         memory.of((name,), lambda name=name: make(name))
-    # Two of 8 kB find room: c took the place of b, and a was asked for again before.
+    # Two of 8 kB find room: c took the place of b, and a was used again before.
     assert made == ["a", "b", "c", "b"]
 
 
 def test_a_thing_larger_than_all_room_is_handed_out_nevertheless():
     memory, (_, make) = Memory(most=10), counted()
     assert len(memory.of(("big",), lambda: make("big"))) == 1000
+
+
+def test_a_view_keeps_its_things_under_its_prefix():
+    memory, (made, make) = Memory(), counted()
+    north, south = memory.within("region", "north"), memory.within("region", "south")
+    thing = north.of(("kerb", 1), lambda: make("north"))
+    assert south.of(("kerb", 1), lambda: make("south")) is not thing
+    assert memory.of(("kerb", 1), lambda: make("neither")) is not thing
+    assert memory.of(("region", "north", "kerb", 1), lambda: make("again")) is thing
+    assert memory.within("region").within("north").of(("kerb", 1), lambda: make("again")) is thing
+    assert made == ["north", "south", "neither"]
+
+
+def test_a_memory_and_its_views_share_their_room():
+    memory, (made, make) = Memory(most=20_000), counted()
+    for name in ("a", "b", "c"):
+        memory.within(name).of(("thing",), lambda name=name: make(name))
+    memory.of(("a", "thing"), lambda: make("a again"))
+    assert made == ["a", "b", "c", "a again"], "two of 8 kB find room"
 
 
 def test_arrays_are_weighed_wherever_they_are():

@@ -33,7 +33,7 @@ _NONE = np.zeros((0, 4, 3))
 
 
 def stop_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
-    """Stop and give-way lines of all edges, just before the lanes' ends."""
+    """Paint stop and give-way lines of all edges, just before the lanes' ends."""
     leaving: dict[str, list[Connection]] = {}
     for connection in network.connections:
         leaving.setdefault(connection.from_lane, []).append(connection)
@@ -52,7 +52,7 @@ def stop_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> lis
 
 
 def zebra_paint(network: Network, *, region: BoundsXY | None) -> list[Paint]:
-    """Bars of all crossings that are signalled or have priority."""
+    """Paint bars of all crossings that are signalled or have priority."""
     reached: dict[str, list[Connection]] = {}
     for connection in network.connections:
         reached.setdefault(connection.to_lane, []).append(connection)

@@ -18,7 +18,7 @@ _ENDS = (9.0, 34.0)
 """Distance of the arrows' tips from the lane's end [m]."""
 
 _SHORTEST = 14.0
-"""Free lane that an arrow needs before its tip [m]."""
+"""Length of free lane before an arrow's tip, at least [m]."""
 
 _LENGTH, _SHAFT, _HEAD, _WING = 5.0, 0.16, 1.6, 0.42
 """Length, width of the shaft, length of the head and half its width [m]; towns."""
@@ -34,7 +34,7 @@ _SIDES = {"s": "s", "l": "l", "L": "l", "r": "r", "R": "r"}
 
 
 def arrow_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
-    """Arrows before junctions where the lanes of an edge lead different ways."""
+    """Paint arrows before junctions where the lanes of an edge lead different ways."""
     ways = _directions(network)
     paint = []
     for edge, group in strips.items():

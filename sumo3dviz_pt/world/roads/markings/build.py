@@ -46,7 +46,14 @@ _FAR = 150.0
 def road_paint(
     network: Network, settings: RoadSettings, layout: RoadLayout, *, region: BoundsXY | None
 ) -> list[Paint]:
-    """All markings; earlier ones cover later ones."""
+    """Paint all markings; earlier ones cover later ones.
+
+    Args:
+        network: The network.
+        settings: Line width, style and whether there are markings.
+        layout: The roads.
+        region: Only crossings that touch this box get a zebra [m].
+    """
     centre, shared = centre_paint(network, settings, layout.strips)
     inner = "right" if network.left_hand else "left"
     lines = [
@@ -64,7 +71,7 @@ def road_paint(
 def decal_meshes(
     paint: Sequence[Paint], layout: RoadLayout, *, surface: Sequence[Mesh], lift: float
 ) -> dict[str, Mesh]:
-    """Paint as meshes just above the surface, by material.
+    """Build meshes of paint just above the surface, by material.
 
     Args:
         paint: What to draw, without regard to overlaps.
@@ -93,15 +100,16 @@ def graded_paint(
     *,
     focus: BoundsXY | None = None,
 ) -> Graded:
-    """White and yellow paint at the height of the surface, near the camera with worn edges.
+    """Build white and yellow paint at the height of the surface, near the camera with worn edges.
 
     Args:
         name: Of what is painted.
-        paint: As in `decal_meshes`, when somebody asks first.
+        paint: Makes the paint, as in `decal_meshes`; called once for each name.
         layout: The roads.
         focus: Box around the camera's path [m]; None takes all paint as near.
     """
     coats = layout.memory.of(("paint", name), lambda: _coats(paint(), layout))
+    # Sort the quads by distance.
     quads, fresh, yellow = coats.quads, coats.fresh, coats.yellow
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
     rim = np.minimum(_SOFT_EDGE / np.maximum(width, 1e-3), 0.3)
@@ -109,6 +117,7 @@ def graded_paint(
     close, soft = away < _CLOSE, (away >= _CLOSE) & (away < _FAR)
     pieces = [] if focus is None else _worn(name, coats, np.flatnonzero(close), layout)
     soft |= close & (focus is None)
+    # Farther away, rims are soft and then hard.
     for chosen, places, share in (
         (soft, ((0.0, 0.0), (0.0, 1.0), (1.0, -1.0), (1.0, 0.0)), _SOFT),
         # Half a rim narrower, hard edges cover as much.
@@ -160,7 +169,7 @@ def lifted(
     surface: Sequence[Mesh],
     lift: float,
 ) -> Mesh:
-    """Decals above the surface that they lie on.
+    """Build decals above the surface that they lie on.
 
     Args:
         vertices: (n, 3) [m].

@@ -33,7 +33,7 @@ _NARROWEST = 1.15
 
 
 def cycle_paint(strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
-    """A bicycle every now and then on each bicycle lane, for who comes along it."""
+    """Paint a bicycle every 48 m on each bicycle lane, upright for cyclists on it."""
     return [
         Paint(edge, WHITE, quads)
         for edge, group in strips.items()

@@ -2,7 +2,7 @@
 
 References:
     Widths and dashes follow common European practice (6 m dash and 12 m gap on
-    motorways, 3 m and 3 m in towns; facts/look.md section 2.2).
+    motorways, 3 m and 3 m in towns; docs/facts/look.md, "Roads").
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class LineStyle:
 
 
 def line_style(edge: Edge, settings: RoadSettings) -> LineStyle:
-    """Measures that suit an edge's speed limit."""
+    """Return measures that suit an edge's speed limit."""
     if max(lane.speed for lane in edge.lanes) >= MOTORWAY_SPEED:
         return LineStyle(max(settings.line_width, 0.15), 6.0, 12.0)
     return LineStyle(settings.line_width, 3.0, 3.0)
@@ -74,7 +74,7 @@ def line_style(edge: Edge, settings: RoadSettings) -> LineStyle:
 def edge_paint(
     edge: Edge, strips: tuple[Strip, ...], settings: RoadSettings, *, open_side: str = ""
 ) -> list[Paint]:
-    """Dividers and edge lines of one edge.
+    """Paint the dividers and edge lines of one edge.
 
     Args:
         edge: The edge.
@@ -101,10 +101,15 @@ def edge_paint(
 def centre_paint(
     network: Network, settings: RoadSettings, strips: Mapping[str, tuple[Strip, ...]]
 ) -> tuple[list[Paint], frozenset[str]]:
-    """One shared line between the two directions of each road.
+    """Paint one shared line between the two directions of each road.
+
+    Args:
+        network: The network.
+        settings: Line width and style.
+        strips: Lanes of edges from right to left, by edge id.
 
     Returns:
-        The lines, and the edges whose inner border needs no other line.
+        The lines, and the edges whose inner border gets no other line.
     """
     paint, shared = [], set()
     for one, other in opposite_edges(network, strips):

@@ -21,7 +21,13 @@ _CLEAR = 0.8
 def through_paint(
     network: Network, settings: RoadSettings, insides: Mapping[str, JunctionInside]
 ) -> list[Paint]:
-    """Dividers and edge lines along internal lanes of junctions without crossing traffic."""
+    """Paint dividers and edge lines inside junctions without crossing traffic.
+
+    Args:
+        network: The network.
+        settings: Line width and style.
+        insides: Contents of junctions, by junction id.
+    """
     inner = _inner_connections(network)
     paint = []
     for key, inside in insides.items():

@@ -123,7 +123,7 @@ def _cut_along(quad: Floats, at: Floats) -> Floats:
 
 
 def loose_ends(quads: Floats) -> Bools:
-    """Whether no other quad begins or ends where one begins and ends, (n, 2)."""
+    """Return whether no other quad begins or ends where one begins and ends, (n, 2)."""
     ends = 0.5 * np.stack([quads[:, 0] + quads[:, 3], quads[:, 1] + quads[:, 2]], axis=1)
     _, place, count = np.unique(
         np.round(settled(ends.reshape(-1, 3)), 2), axis=0, return_inverse=True, return_counts=True

@@ -30,9 +30,12 @@ _FARTHEST = 250.0
 _MARGIN = 2.0
 """Ends of stretches stay free [m]."""
 
-_KINDS = ("patch", "snake", "crack", "joint", "manhole", "none")
-_CITY, _FAST = (0.13, 0.16, 0.14, 0.05, 0.07, 0.45), (0.05, 0.09, 0.07, 0.07, 0.0, 0.72)
-_VILLAGE = (0.13, 0.16, 0.14, 0.05, 0.0, 0.52)
+# fmt: off
+_KINDS   = ("patch", "snake", "crack", "joint", "manhole", "none")
+_CITY    = (0.13,    0.16,    0.14,    0.05,    0.07,      0.45)
+_FAST    = (0.05,    0.09,    0.07,    0.07,    0.0,       0.72)
+_VILLAGE = (0.13,    0.16,    0.14,    0.05,    0.0,       0.52)
+# fmt: on
 """How likely a stretch has which kind: in towns, outside, on streets without footways."""
 
 _FAST_FROM = 20.0  # speed limit [m/s]
@@ -58,20 +61,36 @@ class Stretch:
     name: str
 
     def chance(self, word: str, low: float, high: float) -> float:
-        """A number between two bounds, always the same for a word."""
+        """Return a random number that is always the same for this stretch and a word.
+
+        Args:
+            word: What the number is for.
+            low: Lower bound.
+            high: Upper bound.
+        """
         return low + (high - low) * share_of(0, "road", self.name, word)
 
     def at(self, flat: Floats) -> Floats:
-        """Quads given by station and offset to the left, (n, 4, 2), as (n, 4, 3)."""
+        """Return quads given by station and offset to the left, (n, 4, 2), as (n, 4, 3)."""
         return on_lane(flat, self.middle)
 
     def band(self, line: Floats, width: float) -> Floats:
-        """Quads of a ribbon along points beside the lane, (n, 2): station, offset to the left."""
+        """Return quads of a ribbon.
+
+        Args:
+            line: Its middle: distances along the lane and offsets to its left, (n, 2) [m].
+            width: Of the ribbon [m].
+        """
         points = on_lane(line, self.middle)
         return band_along(points, right=-0.5 * width, left=0.5 * width).whole()
 
     def box(self, along: tuple[float, float], across: tuple[float, float]) -> Floats:
-        """Quads between two stations and two offsets to the left."""
+        """Return the quads of a rectangle on the lane.
+
+        Args:
+            along: Where it begins and ends along the lane [m].
+            across: Offsets of its right and left border to the left of the middle [m].
+        """
         band: Band = band_along(self.middle, right=across[0], left=across[1])
         return band.quads(*along)
 
@@ -79,7 +98,7 @@ class Stretch:
 def road_details(
     layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None, fast: frozenset[str]
 ) -> dict[str, Graded]:
-    """Details of lanes near the camera's path, by surface key.
+    """Build details of lanes near the camera's path, by surface key.
 
     Args:
         layout: The roads.
@@ -90,12 +109,12 @@ def road_details(
     chosen: dict[str, list[Graded]] = {}
     # Sewers lie below streets with footways.
     town = {key for key, group in layout.strips.items() if any(s.look.raised for s in group)}
-    for strip, edge, free in near_lanes(layout, surfaces, focus):
-        for place in _places(strip, free):
-            weights = _FAST if edge in fast else _CITY if edge in town else _VILLAGE
+    for lane in _near_lanes(layout, surfaces, focus):
+        weights = _FAST if lane.edge in fast else _CITY if lane.edge in town else _VILLAGE
+        for place in _places(lane.strip, lane.free):
             kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
             made = layout.memory.of(("detail", place.name, kind), partial(_detail, place, kind))
-            chosen.setdefault(strip.look.surface, []).extend(made)
+            chosen.setdefault(lane.strip.look.surface, []).extend(made)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 
 
@@ -106,14 +125,29 @@ def _detail(place: Stretch, kind: str) -> list[Graded]:
 
 
 def is_fast(edge: Edge) -> bool:
-    """Whether an edge is a road outside towns, by its speed limit."""
+    """Return whether an edge is a road outside towns, by its speed limit."""
     return max(lane.speed for lane in edge.lanes) >= _FAST_FROM
 
 
-def near_lanes(
+@dataclass(frozen=True, slots=True, eq=False)
+class _NearLane:
+    """A driven lane near the camera's path.
+
+    Attributes:
+        strip: Its surface.
+        edge: Id of its edge.
+        free: Which quads of the strip lose nothing to another road, (n,).
+    """
+
+    strip: Strip
+    edge: str
+    free: Bools
+
+
+def _near_lanes(
     layout: RoadLayout, surfaces: frozenset[str], focus: BoundsXY | None
-) -> list[tuple[Strip, str, Bools]]:
-    """Driven strips near the camera's path, their edges, and which of their quads are whole."""
+) -> list[_NearLane]:
+    """Driven lanes near the camera's path on surfaces that show wear."""
     found = []
     first = 0
     for edge, group in layout.strips.items():
@@ -124,7 +158,7 @@ def near_lanes(
                 continue
             if distance_to(focus, strip.lane.shape).min() < _FARTHEST:
                 free = np.array([int(k) not in layout.cells.cutters for k in index])
-                found.append((strip, edge, free))
+                found.append(_NearLane(strip, edge, free))
     return found
 
 
@@ -146,7 +180,7 @@ def _places(strip: Strip, free: Bools) -> list[Stretch]:
 
 
 def detail_quads(place: Stretch, kind: str) -> list[tuple[Floats, float]]:
-    """Quads of one detail, with their factors of brightness.
+    """Build quads of one detail, with their factors of brightness.
 
     Args:
         place: Where it lies.
@@ -245,7 +279,7 @@ def _ring(place: Stretch, at: Floats, radii: tuple[float, float], *, odd: bool |
 
 
 def of_one_tone(quads: Floats, factor: float) -> Graded:
-    """Quads of one brightness."""
+    """Return quads of one brightness."""
     shares = np.tile([0.0, 1.0], (len(quads), 1))
     wear = np.tile([factor, 0.0, 0.0], (len(quads), 2, 2, 1))
     return graded_on(quads, shares, wear, polygons=quad_polygons(quads))

@@ -14,11 +14,16 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons, quad_polygons
-from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
+from sumo3dviz_pt.world.roads.graded import Graded, graded_on
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip
 from sumo3dviz_pt.world.roads.wear.details import Stretch, detail_quads
-from sumo3dviz_pt.world.roads.wear.junctions import brightness, near_junctions
+from sumo3dviz_pt.world.roads.wear.junctions import (
+    DrivenJunction,
+    brightness,
+    built_inside,
+    near_junctions,
+)
 from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE
 
 _LEAST = 80.0
@@ -44,32 +49,30 @@ _Tones = list[tuple[Floats, Floats]]
 def junction_details(
     layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None
 ) -> dict[str, Graded]:
-    """Details of junctions near the camera's path, by surface key.
+    """Build details of junctions near the camera's path, by surface key.
 
     Args:
         layout: The roads.
         surfaces: Those that show wear.
         focus: Box around the camera's path [m]; without one no junction is near.
     """
-    chosen: dict[str, list[Graded]] = {}
-    cells = layout.cells
-    for index, surface, polygon, ways in near_junctions(layout, surfaces=surfaces, focus=focus):
-        if polygon.area > _LEAST:
-            made = partial(_repaired, cells, index, polygon, ways)
-            chosen.setdefault(surface, []).append(layout.memory.of(("repairs", index), made))
-    return {surface: joined(pieces) for surface, pieces in chosen.items()}
+    junctions = near_junctions(layout, surfaces=surfaces, focus=focus)
+    large = (junction for junction in junctions if junction.polygon.area > _LEAST)
+    return built_inside(layout, "repairs", large, partial(_repaired, layout.cells))
 
 
-def _repaired(cells: Cells, index: int, polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:
+def _repaired(cells: Cells, junction: DrivenJunction) -> Graded:
     """Details of one junction, as dirty as what they lie on."""
-    tones = [*_repairs(cells.owners[index], polygon, ways), *_rubber(ways)]
-    piece = _laid(tones, cells, index)
+    ways = junction.ways
+    tones = [*_repairs(cells.owners[junction.cell], junction.polygon, ways), *_rubber(ways)]
+    piece = _laid(tones, cells, junction.cell)
     worn = brightness(piece.vertices[:, :2], ways)[:, None] ** [1.0, 0.0, 0.0]
     return Graded(piece.vertices, piece.faces, piece.wear * worn)
 
 
 def _repairs(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> _Tones:
     """Patches and the like along some ways, and a trench across them all."""
+    # Choose places; what lies at each is a matter of its number.
     places = [_across(name, polygon, ways)]
     x0, y0, x1, y1 = polygon.bounds
     for k in range(int(polygon.area / _EACH) + 1):
@@ -83,6 +86,7 @@ def _repairs(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> _To
         ahead = (way[1] - way[0])[:2] / max(float(np.hypot(*(way[1] - way[0])[:2])), 1e-9)
         line = np.column_stack([at + np.array([[-5.5], [5.5]]) * ahead, np.zeros(2)])
         places.append((_KINDS[k % len(_KINDS)], Stretch(line, _HALF, 1.0, 10.0, f"{name}:{k}")))
+    # Lay the first of those that would overlap.
     tones: _Tones = []
     taken = shapely.Polygon()
     for kind, place in places:

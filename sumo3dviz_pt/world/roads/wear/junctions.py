@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -41,32 +41,64 @@ _SAME_START = 0.6
 def junction_wear(
     layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None
 ) -> dict[str, Graded]:
-    """Wear of junctions near the camera's path, by surface key.
+    """Build the wear of junctions near the camera's path, by surface key.
 
     Args:
         layout: The roads.
         surfaces: Those that show wear.
         focus: Box around the camera's path [m]; without one no junction is near.
     """
+    junctions = near_junctions(layout, surfaces=surfaces, focus=focus)
+    return built_inside(layout, "tracks", junctions, partial(_worn_inside, layout))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenJunction:
+    """The surface of a junction that vehicles drive across.
+
+    Attributes:
+        cell: Its number among the layout's cells.
+        surface: Its surface key.
+        polygon: Its outline from above [m].
+        ways: What vehicles drive along; at least one.
+    """
+
+    cell: int
+    surface: str
+    polygon: shapely.Geometry
+    ways: Sequence[Strip]
+
+
+def built_inside(
+    layout: RoadLayout,
+    name: str,
+    junctions: Iterable[DrivenJunction],
+    build: Callable[[DrivenJunction], Graded],
+) -> dict[str, Graded]:
+    """Build a piece for each junction, and join those on one surface, by surface key.
+
+    Args:
+        layout: The roads; its memory keeps the pieces for other shots.
+        name: What the pieces are called in that memory.
+        junctions: Where there is a piece.
+        build: Makes it.
+    """
     chosen: dict[str, list[Graded]] = {}
-    for index, surface, polygon, ways in near_junctions(layout, surfaces=surfaces, focus=focus):
-        worn = partial(_worn_inside, layout, index, polygon, ways)
-        chosen.setdefault(surface, []).append(layout.memory.of(("tracks", index), worn))
+    for junction in junctions:
+        piece = layout.memory.of((name, junction.cell), partial(build, junction))
+        chosen.setdefault(junction.surface, []).append(piece)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 
 
 def near_junctions(
     layout: RoadLayout, *, surfaces: frozenset[str], focus: BoundsXY | None
-) -> Iterator[tuple[int, str, shapely.Geometry, list[Strip]]]:
-    """Insides of junctions near the camera's path that show use.
+) -> Iterator[DrivenJunction]:
+    """Yield the junctions near the camera's path that show use.
 
     Args:
         layout: The roads.
         surfaces: Those that show wear.
         focus: Box around the camera's path [m]; without one no junction is near.
-
-    Yields:
-        Index of the cell, its surface, its outline and the ways that are driven across it.
     """
     cells = layout.cells
     for index in map(int, np.flatnonzero(np.isnan(cells.quads[:, 0, 0]))):
@@ -77,29 +109,31 @@ def near_junctions(
         ways = [strip for strip in inside.ways if is_driven(strip)]
         middle = shapely.get_coordinates(polygon.centroid)
         if ways and polygon.area <= _LARGEST and distance_to(focus, middle)[0] <= _FARTHEST:
-            yield index, surface, polygon, ways
+            yield DrivenJunction(index, surface, polygon, ways)
 
 
-def _worn_inside(
-    layout: RoadLayout, index: int, polygon: shapely.Geometry, ways: Sequence[Strip]
-) -> Graded:
+def _worn_inside(layout: RoadLayout, junction: DrivenJunction) -> Graded:
     """Wear of one junction, at its height."""
-    piece = _worn(polygon, ways)
-    heights = layout.cells.heights(np.full(len(piece.vertices), index), piece.vertices[:, :2])
+    piece = _worn(junction.polygon, junction.ways)
+    cell = np.full(len(piece.vertices), junction.cell)
+    heights = layout.cells.heights(cell, piece.vertices[:, :2])
     return replace(piece, vertices=np.column_stack([piece.vertices[:, :2], heights]))
 
 
 def _worn(polygon: shapely.Geometry, ways: Sequence[Strip]) -> Graded:
     """Wear on one polygon, at height 0."""
+    # Find how bright the points of a grid are.
     x0, y0, x1, y1 = polygon.bounds
     x, y = np.arange(x0, x1 + _STEP, _STEP), np.arange(y0, y1 + _STEP, _STEP)
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     factor = brightness(grid.reshape(-1, 2), ways).reshape(grid.shape[:2])
+    # Keep the squares that differ visibly from fresh asphalt.
     corner = np.arange(len(x) * len(y)).reshape(len(x), len(y))
     a, b, c, d = corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]
     quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
     flat = grid.reshape(-1, 2)
     quads = quads[factor.reshape(-1)[quads].min(axis=1) < _NOTICED]
+    # Cut those at the polygon's border.
     shapes = shapely.polygons(flat[quads])
     shapely.prepare(polygon)
     whole = shapely.contains_properly(polygon, shapes)
@@ -125,7 +159,7 @@ def _compact(piece: Graded) -> Graded:
 
 
 def brightness(points: Floats, ways: Sequence[Strip]) -> Floats:
-    """Brightness that traffic and dirt leave at points of a junction.
+    """Return the brightness that traffic and dirt leave at points of a junction.
 
     Args:
         points: (n, 2) [m].
@@ -155,7 +189,7 @@ def brightness(points: Floats, ways: Sequence[Strip]) -> Floats:
 
 
 def stained(points: Floats) -> Floats:
-    """Brightness that dirt has left at points, (n, 2) [m], as (n,) in [0.8, 1]."""
+    """Return the brightness that dirt has left at points, (n, 2) [m], as (n,) in [0.8, 1]."""
     broad, small = patchy(points, 5.5, salt=3), patchy(points, 1.4, salt=4)
     blots = np.clip(2.5 * patchy(points, 0.8, salt=5) - 1.3, 0.0, 1.0)
     return np.asarray(1.0 - np.clip(0.04 + 0.06 * broad + 0.04 * small, 0.0, 0.1) - 0.1 * blots)

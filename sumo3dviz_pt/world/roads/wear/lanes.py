@@ -1,7 +1,7 @@
 """What traffic does to lanes: polished wheel tracks and an oil stripe between them.
 
 References:
-    Places and strengths: facts/look.md section 2.2, matched by eye to dash-cam pictures.
+    Places and strengths: docs/facts/look.md, "Roads", matched by eye to dash-cam pictures.
 """
 
 from __future__ import annotations
@@ -27,10 +27,14 @@ _FINE = (0.0, 0.16, 0.34, 0.55, 0.85, 1.15, 1.5)
 """Distances from the middle [m] at which vertices stand, near the camera."""
 
 _COARSE = (0.0, 0.38, 0.85, 1.5)
+"""The same farther away."""
+
 _FAR = 300.0
 """From this distance to the camera's path on, fewer vertices do [m]."""
 
 _FARTHEST = 1200.0
+"""Lanes farther from the camera's path [m] show no wear."""
+
 _QUEUE, _WAITED = (40.0, 30.0, 22.0, 16.0, 11.0, 7.0, 4.0), 0.7
 """Where wear changes before stop lines [m], and how much more of it there is at the line."""
 
@@ -47,7 +51,7 @@ _NARROWEST = 1.0
 
 
 def wear_across(distance: Floats, *, strength: float | Floats = 1.0) -> Floats:
-    """Factor of brightness at a distance from a lane's middle [m], any shape."""
+    """Return the factor of brightness at a distance from a lane's middle [m], any shape."""
     track = np.exp(-0.5 * ((np.abs(distance) - TRACK_PLACE) / TRACK_WIDTH) ** 2)
     oil = np.exp(-0.5 * (distance / OIL_WIDTH) ** 2)
     return np.asarray((1.0 - strength * TRACK_LOSS * track) * (1.0 - strength * OIL_LOSS * oil))
@@ -60,7 +64,7 @@ def lane_wear(
     focus: BoundsXY | None,
     stops: frozenset[str] = frozenset(),
 ) -> dict[str, Graded]:
-    """Wear of all driven lanes, by surface key.
+    """Build the wear of all driven lanes, by surface key.
 
     Args:
         layout: The roads.
@@ -87,7 +91,7 @@ def lane_wear(
 
 
 def is_driven(strip: Strip) -> bool:
-    """Whether motor vehicles drive on a strip."""
+    """Return whether motor vehicles drive on a strip."""
     allowed = strip.lane.allowed
     return not strip.look.rails and (not allowed or bool(allowed & {"passenger", "bus", "truck"}))
 

@@ -8,7 +8,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints
 
 
 def patchy(points: Floats, scale: float, *, salt: int) -> Floats:
-    """Value noise on a square lattice, smoothly interpolated.
+    """Return the value noise on a square lattice, smoothly interpolated.
 
     Args:
         points: (..., 2 or more) [m]; only x and y count.

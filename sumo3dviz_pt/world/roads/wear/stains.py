@@ -21,19 +21,20 @@ STAINED = frozenset({PAVING, BICYCLE})
 """Surfaces that show stains."""
 
 _STEP = 0.7
-"""Size of the pieces whose corners know their stains [m]."""
+"""Size of the pieces whose corners have a wear each [m]."""
 
 _PER_TILE = 24
 """Pieces along a side of a tile."""
 
 _TILE = _PER_TILE * _STEP
+"""Length of a tile's sides [m]."""
 
 _FARTHEST = 55.0
 """Stains fade up to this distance from the camera's path [m]."""
 
 
 def stain_tiles(area: shapely.Geometry, focus: BoundsXY | None) -> tuple[Tile, ...]:
-    """Tiles of an area near the camera, in which its pieces are small.
+    """Return tiles of an area near the camera, in which its pieces are small.
 
     Args:
         area: A polygon [m].
@@ -46,6 +47,7 @@ def stain_tiles(area: shapely.Geometry, focus: BoundsXY | None) -> tuple[Tile, .
     high = np.minimum([x1, y1], np.array(focus[2:]) + _FARTHEST)
     if (low >= high).any():
         return ()
+    # Number the tiles that the two corners lie in.
     first, last = (np.floor(corner / _TILE).astype(np.int64) for corner in (low, high))
     tiles = [(i, j) for i in range(first[0], last[0] + 1) for j in range(first[1], last[1] + 1)]
     boxes = [_box(tile) for tile in tiles]
@@ -55,12 +57,12 @@ def stain_tiles(area: shapely.Geometry, focus: BoundsXY | None) -> tuple[Tile, .
 
 
 def is_small(piece: shapely.Geometry) -> bool:
-    """Whether a polygon knows its stains well enough by its own corners."""
+    """Return whether a polygon is so small that its corners alone can show its stains."""
     return bool(piece.area < _STEP**2)
 
 
 def cut_for_stains(piece: shapely.Geometry, tile: Tile) -> list[shapely.Geometry]:
-    """What of a polygon lies in a tile, in small pieces; nothing of one that is small."""
+    """Return the part of a polygon in a tile, in small pieces; nothing of one that is small."""
     if is_small(piece):
         return []
     # One grid for all polygons, so that neighbours meet in the same points.
@@ -76,7 +78,7 @@ def cut_for_stains(piece: shapely.Geometry, tile: Tile) -> list[shapely.Geometry
 
 
 def without_tiles(piece: shapely.Geometry, tiles: Sequence[Tile]) -> list[shapely.Geometry]:
-    """What of a polygon lies in none of some tiles; a small one as it is."""
+    """Return the part of a polygon outside some tiles; a small one as it is."""
     if not tiles or is_small(piece):
         return [piece]
     return polygon_parts(subtract(piece, [_box(tile) for tile in tiles]))
@@ -89,7 +91,7 @@ def _box(tile: Tile) -> shapely.Geometry:
 
 
 def stained_mesh(mesh: Mesh, focus: BoundsXY | None) -> Mesh:
-    """A mesh whose vertices know how dirty they are.
+    """Return a mesh with the dirt at each vertex as its wear.
 
     Args:
         mesh: Cut by `cut_for_stains` near the camera.

@@ -12,12 +12,9 @@ from sumo3dviz_pt.world.roads.wear.lanes import TRACK_PLACE, TRACK_WIDTH, is_dri
 _REACH = 1.7
 """Wheels pass within this distance of a way's middle [m]."""
 
-_FARTHEST = 160.0
-"""Ways farther from the camera's path are left out [m]."""
-
 
 def way_lines(layout: RoadLayout) -> shapely.STRtree:
-    """Middles of all ways of motor vehicles, through junctions too."""
+    """Return the middles of all ways of motor vehicles, through junctions too."""
     return layout.memory.of(("ways",), lambda: shapely.STRtree(_middles(layout)))
 
 
@@ -33,7 +30,7 @@ def _middles(layout: RoadLayout) -> list[shapely.LineString]:
 
 
 def wheels_at(points: Floats, ways: shapely.STRtree) -> Floats:
-    """How much wheels polish places: 1 in the middle of a track, 0 off all tracks.
+    """Return how much wheels polish places: 1 in the middle of a track, 0 off all tracks.
 
     Args:
         points: (..., 2 or more) [m].

@@ -7,6 +7,7 @@ from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import FENCES, KINDS, kind_of
+from sumo3dviz_pt.world.objects.levels import Staging
 from sumo3dviz_pt.world.objects.outlined import fence_model, line_parts
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 
@@ -39,7 +40,7 @@ def test_types_choose_a_model_and_settings_the_rest(type_, model, wanted):
 def test_every_model_is_built_at_its_height_and_can_be_painted(model, tall):
     for colour in (None, "#ff0000"):
         settings = ObjectSettings(colour=colour)
-        parts = line_parts(KIND, settings, [line(model)], (AROUND, 1.0))
+        parts = line_parts(KIND, settings, [line(model)], Staging(AROUND))
         top = max(part.mesh.vertices[:, 2].max() for part in parts)
         assert top == pytest.approx(tall, abs=0.07)
         assert ({part.material for part in parts} == {"sign"}) == (

@@ -14,7 +14,7 @@ from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
-from sumo3dviz_pt.world.rows.fronts import REACH, SOURCE, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.fronts import REACH, SOURCE, Given, grow_rows, in_view, why_none
 
 EYES = np.array([[0.0, 0.0, 1.5]])
 CARS = frozenset({"passenger", "bus", "bicycle", "truck", "delivery"})
@@ -54,7 +54,7 @@ def network(*streets):
 def grown(net, *, pois=(), polygons=(), eyes=EYES, seed=3, clearance=None):
     layout = layout_roads(net, RoadSettings())
     around = surroundings(net, seed=seed, viewpoints=eyes, clearance=clearance)
-    rows = grow_rows(net, list(layout.outline), (pois, polygons), around=around)
+    rows = grow_rows(net, list(layout.outline), Given(pois, polygons), around=around)
     return rows, layout, around
 
 
@@ -106,7 +106,7 @@ def test_fronts_look_at_the_street_and_blind_walls_at_neighbours():
 def test_no_houses_close_in_where_nobody_would_live_at_the_kerb(net):
     layout = layout_roads(net, RoadSettings())
     around = surroundings(net, seed=1, viewpoints=EYES)
-    rows = grow_rows(net, list(layout.outline), ((), ()), around=around)
+    rows = grow_rows(net, list(layout.outline), Given(), around=around)
     assert not rows.houses and not rows.forecourts
     fronts = build_fronts(rows, layout, around=around, near=(0.0, 0.0))
     assert not fronts.static and not fronts.lamps
