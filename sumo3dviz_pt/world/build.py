@@ -35,7 +35,8 @@ from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
-from sumo3dviz_pt.world.rows.fronts import SOURCE, Given, Rows, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark

@@ -16,7 +16,7 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.world.placement.sightlines import hides
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.plants.build import planted
-from sumo3dviz_pt.world.rows.fronts import SOURCE, Rows, Yard
+from sumo3dviz_pt.world.rows.lots import SOURCE, Rows, Yard
 
 _GAP = 5.5  # between trees [m]
 _EDGE = 2.6  # distance of trunks from the border of the lot [m]

@@ -35,7 +35,7 @@ from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.style import PAVING
-from sumo3dviz_pt.world.rows.fronts import House, Rows
+from sumo3dviz_pt.world.rows.lots import House, Rows
 
 FAMILY = "street_fronts"
 """What users call the rows."""

@@ -15,7 +15,7 @@ from sumo3dviz_pt.world.build import World, build_place
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
-from sumo3dviz_pt.world.rows.fronts import House, Rows, Yard
+from sumo3dviz_pt.world.rows.lots import House, Rows, Yard
 
 PLAN = np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 14.0], [0.0, 14.0]])
 YARD = Yard("10:0", PLAN, 1)

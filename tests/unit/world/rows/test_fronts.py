@@ -14,7 +14,8 @@ from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.rows.build import BUDGET, build_fronts
-from sumo3dviz_pt.world.rows.fronts import REACH, SOURCE, Given, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.fronts import REACH, Given, grow_rows, in_view, why_none
+from sumo3dviz_pt.world.rows.lots import SOURCE
 
 EYES = np.array([[0.0, 0.0, 1.5]])
 CARS = frozenset({"passenger", "bus", "bicycle", "truck", "delivery"})
