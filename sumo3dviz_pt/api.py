@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.camera_list import Cameras
     from sumo3dviz_pt.pipeline.films.build import FilmOrder, FrameDone
     from sumo3dviz_pt.pipeline.production import Request
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.roster import Roster
     from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
     from sumo3dviz_pt.pipeline.stills.still import Still
@@ -31,7 +31,7 @@ _SCENARIO_KEYS = frozenset(
 
 
 @dataclass(frozen=True, slots=True)
-class _Source:
+class _SceneSource:
     """Where a scene stands written.
 
     Attributes:
@@ -68,12 +68,12 @@ class Scene:
     def __init__(self, **settings: Any) -> None:
         from sumo3dviz_pt.job.plain import plain
 
-        self._source = _Source(None, _gathered(plain(settings)))
+        self._source = _SceneSource(None, _gathered(plain(settings)))
         self.job: Job = self._source.job({})
         self._open: OpenShot | None = None
 
     @classmethod
-    def _of(cls, source: _Source) -> Scene:
+    def _of(cls, source: _SceneSource) -> Scene:
         """Return a scene from where it stands written."""
         scene = cls.__new__(cls)
         scene._source, scene.job, scene._open = source, source.job({}), None
@@ -147,10 +147,10 @@ class Scene:
             ConfigError: If a choice is wrong.
             InputError: If a file is missing or damaged.
         """
-        from sumo3dviz_pt.pipeline.roster import Wanted, point_near, roster
+        from sumo3dviz_pt.pipeline.roster import RosterQuery, point_near, roster
 
         point = None if near is None else point_near(self.job, near, radius=radius)
-        return roster(self.job, Wanted(type, at, point, sort))
+        return roster(self.job, RosterQuery(type, at, point, sort))
 
     def still(
         self,
@@ -356,7 +356,7 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
     from sumo3dviz_pt.job.plain import as_path
     from sumo3dviz_pt.pipeline.scene_file import checked_overrides
 
-    return Scene._of(_Source(as_path(path, key="path"), dict(checked_overrides(overrides))))
+    return Scene._of(_SceneSource(as_path(path, key="path"), dict(checked_overrides(overrides))))
 
 
 def example(name: str) -> Path:
@@ -385,7 +385,7 @@ def _gathered(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _followed(
-    name: str, wanted: bool | None, steps: Callable[[], tuple[Step, ...]]
+    name: str, wanted: bool | None, steps: Callable[[], tuple[WorkStep, ...]]
 ) -> AbstractContextManager[None]:
     """Show how far work is; None shows it only where lines can be redrawn."""
     from sumo3dviz_pt.pipeline.progress.build import can_redraw, followed

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.report.convergence.table import COLUMNS, DEPTH, LADDER, Row
+from sumo3dviz_pt.report.convergence.table import COLUMNS, DEPTH, LADDER, TableRow
 
 SLOPES = {"independent": -0.5, "multijitter": -0.6}
 RUNGS = (1, 4, 16, 64)
 SEEDS = (1, 2, 3, 4, 5)
 
 
-def row(preset: str, spp: int, error: float, **values: str | int | float) -> Row:
+def row(preset: str, spp: int, error: float, **values: str | int | float) -> TableRow:
     """A measurement with an error; everything else is plausible."""
-    known: Row = dict.fromkeys(COLUMNS, float("nan"))
+    known: TableRow = dict.fromkeys(COLUMNS, float("nan"))
     for column in ("variant", "llvm", "quality", "aux", "temporal", "ref_id", "rfilter"):
         known[column] = ""
     known.update(
@@ -28,7 +28,7 @@ def row(preset: str, spp: int, error: float, **values: str | int | float) -> Row
     return {**known, **values}
 
 
-def ladder(noise: float = 0.02) -> list[Row]:
+def ladder(noise: float = 0.02) -> list[TableRow]:
     """Raw rungs by both samplers and denoised ones, every seed a little different."""
     rng = np.random.default_rng(3)
     rows = []
@@ -44,7 +44,7 @@ def ladder(noise: float = 0.02) -> list[Row]:
     return rows
 
 
-def presets() -> list[Row]:
+def presets() -> list[TableRow]:
     """Two presets, one of them with too dark a mean."""
     fast = {"denoise": "oidn", "quality": "fast", "t_denoise_cpu": 0.3}
     best = {"denoise": "oidn", "quality": "high", "t_denoise_cpu": 1.2, "flicker_mc": 1.5}
@@ -58,7 +58,7 @@ def presets() -> list[Row]:
     ]
 
 
-def depths() -> list[Row]:
+def depths() -> list[TableRow]:
     """Shallow paths lose light."""
     biases = {2: -0.086, 4: -0.028, 8: -0.003, 16: 0.0}
     return [

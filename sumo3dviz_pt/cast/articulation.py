@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.trajectory import Piece
+from sumo3dviz_pt.model.trajectory import MotionPiece
 
 _SPACING = 0.5
 """Of the points between which the path is straight [m]: 3 mm off in a bend of 10 m."""
@@ -35,7 +35,7 @@ _TIGHT = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Links:
+class UnitLinks:
     """Where the units of a vehicle are held, as drawn.
 
     Attributes:
@@ -51,7 +51,7 @@ class Links:
     hinged: bool = False
 
 
-def unit_frames(piece: Piece, times: Floats, links: Links) -> Floats:
+def unit_frames(piece: MotionPiece, times: Floats, links: UnitLinks) -> Floats:
     """Placements of a vehicle's units, unscaled, (n, u, 4, 4).
 
     Args:
@@ -70,7 +70,7 @@ def unit_frames(piece: Piece, times: Floats, links: Links) -> Floats:
     return _matrices(fronts, headings)
 
 
-def _rigid(path: Floats, spacing: float, links: Links) -> tuple[Floats, Floats]:
+def _rigid(path: Floats, spacing: float, links: UnitLinks) -> tuple[Floats, Floats]:
     """Fronts and unit headings of units with both pivots on a path, (n, u, 3) each."""
     fronts, headings = [], []
     place, rear = np.zeros(len(path)), 0.0
@@ -163,6 +163,6 @@ def joined(
     pivots: Sequence[tuple[float, float]],
     *,
     hinged: bool,
-) -> Links:
+) -> UnitLinks:
     """Links of lists of numbers; arguments as the attributes."""
-    return Links(np.array(starts), np.array(lengths), np.array(pivots).reshape(-1, 2), hinged)
+    return UnitLinks(np.array(starts), np.array(lengths), np.array(pivots).reshape(-1, 2), hinged)

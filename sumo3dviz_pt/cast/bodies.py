@@ -18,11 +18,11 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.choice import (
     CAR_CLASSES,
     RAIL_CLASSES,
+    BodySize,
     Choice,
     FigureChoice,
     ModelChoice,
     PlainChoice,
-    Size,
     UserChoice,
 )
 from sumo3dviz_pt.cast.drawing import Assembly, Unit
@@ -64,7 +64,7 @@ class Body:
 
     assembly: Assembly
     scale: Floats
-    size: Size
+    size: BodySize
     seat: Seat
     materials: Mapping[str, Bsdf] = field(default_factory=dict)
     stride: float | None = None
@@ -118,7 +118,7 @@ def _ride(meta: Mapping[str, Any], vclass: str) -> str:
     return "car" if float(meta["length"]) < _HEAVY else "heavy"
 
 
-def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: Size) -> Seat:
+def _model_seat(entry: catalog.Entry, vclass: str, scale: Floats, size: BodySize) -> Seat:
     """Where people sit: as the model says, else as its class does."""
     meta = entry.meta
     if vclass not in CAR_CLASSES:

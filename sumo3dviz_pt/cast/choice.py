@@ -16,7 +16,7 @@ from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.traffic import VehicleType
 
-Size = tuple[float, float, float]
+BodySize = tuple[float, float, float]
 """Length, width, height [m]."""
 
 CAR_CLASSES = frozenset(
@@ -37,7 +37,7 @@ _STRETCHES = (1.5, 2.0)
 """Factors by which a model is stretched or squeezed to a vType's length, at most: the second
 only where no model would do with the first, as it still looks better than a box."""
 
-DEFAULT_CAR: Size = (5.0, 1.8, 1.5)
+DEFAULT_CAR: BodySize = (5.0, 1.8, 1.5)
 """SUMO's size of the class passenger: says nothing about the real car."""
 
 DEFAULT_PERSON = 1.719
@@ -79,7 +79,7 @@ class Model:
 
     name: str
     vclasses: frozenset[str]
-    size: Size
+    size: BodySize
     share: float = 1.0
     gui_shapes: tuple[str, ...] = ()
     pitch: float = 0.0
@@ -102,7 +102,7 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class PersonLook:
     """How somebody on foot can look.
 
     Attributes:
@@ -122,7 +122,7 @@ class ModelChoice:
 
     model: Model
     vclass: str
-    size: Size
+    size: BodySize
     carriages: Carriages | None = None
 
 
@@ -131,7 +131,7 @@ class PlainChoice:
     """A plain body of a class and size [m]."""
 
     vclass: str
-    size: Size
+    size: BodySize
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +175,7 @@ def models_for(wanted: Mapping[str, Sequence[str]]) -> tuple[Model, ...]:
     return tuple(model for model in kept if model.vclasses)
 
 
-def looks_for(wanted: Sequence[str]) -> tuple[Look, ...]:
+def looks_for(wanted: Sequence[str]) -> tuple[PersonLook, ...]:
     """Looks of people on foot to draw from.
 
     Args:
@@ -190,10 +190,10 @@ def looks_for(wanted: Sequence[str]) -> tuple[Look, ...]:
             message = f"nobody looks like {name!r}{catalog.did_you_mean(name, known)}"
             raise ConfigError(message, key="vehicles.models.pedestrian")
     metas = [(name, catalog.find("people", name).meta) for name in wanted or known]
-    return tuple(Look(n, float(m["height"]), float(m.get("share", 1.0))) for n, m in metas)
+    return tuple(PersonLook(n, float(m["height"]), float(m.get("share", 1.0))) for n, m in metas)
 
 
-def _figure(kind: VehicleType, looks: Sequence[Look], chance: float) -> FigureChoice:
+def _figure(kind: VehicleType, looks: Sequence[PersonLook], chance: float) -> FigureChoice:
     """A look whose height fits the vType's, if that says more than SUMO's default."""
     if abs(kind.height - DEFAULT_PERSON) < 1e-3:
         look = looks[pick([look.share for look in looks], chance)]
@@ -244,7 +244,7 @@ def choose(
     models: Sequence[Model],
     own: Mapping[str, Path],
     seed: int,
-    looks: Sequence[Look] = (),
+    looks: Sequence[PersonLook] = (),
 ) -> Choice:
     """Choose a body.
 

@@ -10,7 +10,7 @@ _PARAMETERS = ("locomotiveLength", "carriageLength", "carriageGap")
 _GAP = 1.0
 """SUMO's default between carriages [m]."""
 
-Row = Mapping[str, Any]
+CouplingRow = Mapping[str, Any]
 """A unit as `asset.yaml` lists it: `model`, `at`, and `repeat` with `pitch`; where the vehicle
 bends, `pivots` and `bellows`, see `cast/fitted_models.py`."""
 
@@ -64,7 +64,7 @@ def _length(text: str | None) -> float | None:
     return value if 0.0 <= value < 1e4 else None
 
 
-def pitch_of(rows: Sequence[Row]) -> float:
+def pitch_of(rows: Sequence[CouplingRow]) -> float:
     """What one more of the repeated units adds [m]; 0 where none are repeated."""
     return sum(float(row["pitch"]) for row in rows if row.get("repeat"))
 
@@ -89,7 +89,7 @@ def spare_units(length: float, pitch: float, *, wanted: float) -> int:
     )
 
 
-def coupled(rows: Sequence[Row], more: int) -> list[tuple[Row, float]]:
+def coupled(rows: Sequence[CouplingRow], more: int) -> list[tuple[CouplingRow, float]]:
     """Units of a whole and where their fronts are, from front to rear.
 
     Args:
@@ -110,7 +110,7 @@ def coupled(rows: Sequence[Row], more: int) -> list[tuple[Row, float]]:
     return [(row, float(row["at"]) - back) for row, back in placed]
 
 
-def numbered(rows: Sequence[Row], count: int) -> list[Row]:
+def numbered(rows: Sequence[CouplingRow], count: int) -> list[CouplingRow]:
     """So many units of a train: its first, its last, and the repeated ones between them."""
     again = [row for row in rows if row.get("repeat")] or list(rows[-1:])
     tail = [row for row in rows[rows.index(again[0]) :] if not row.get("repeat")][: count - 1]

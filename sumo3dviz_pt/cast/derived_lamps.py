@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.trajectory import Motion, Piece, Remark
+from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Remark
 
 _STEP = 0.1  # [s]
 _MEAN = 9
@@ -77,7 +77,7 @@ class DerivedLamps:
 
 
 def derived_lamps(
-    piece: Piece, remarks: Sequence[Remark] = (), *, steers: bool = True
+    piece: MotionPiece, remarks: Sequence[Remark] = (), *, steers: bool = True
 ) -> DerivedLamps:
     """Find when the lamps of a vehicle would shine.
 
@@ -172,7 +172,7 @@ def _turns(times: Floats, motion: Motion) -> Iterator[tuple[tuple[float, float],
 
 
 def _lane_changes(
-    piece: Piece, remarks: Iterable[Remark]
+    piece: MotionPiece, remarks: Iterable[Remark]
 ) -> Iterator[tuple[tuple[float, float], int]]:
     """Spans of indicators for lane changes; the way that the vehicle takes tells the side."""
     for remark in remarks:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sumo3dviz_pt.cast.articulation import Links
+from sumo3dviz_pt.cast.articulation import UnitLinks
 from sumo3dviz_pt.library.vehicles.bellows import bend_phase, chord
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
-from sumo3dviz_pt.library.vehicles.stretching import Stretch
+from sumo3dviz_pt.library.vehicles.stretching import BodyStretch
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scene import Mover, Prototype
 
@@ -74,7 +74,7 @@ class Unit:
     at: float = 0.0
     wheels: tuple[WheelPlace, ...] = ()
     model: str = ""
-    given: Stretch | None = None
+    given: BodyStretch | None = None
     length: float = 0.0
     pivots: tuple[float, float] | None = None
     stretch: float = 1.0
@@ -155,7 +155,7 @@ class Assembly:
         """Whether its units follow the path one by one."""
         return len(self.units) > 1 and all(unit.pivots is not None for unit in self.units)
 
-    def links(self, scale: Floats) -> Links:
+    def links(self, scale: Floats) -> UnitLinks:
         """Where its units are held; only of one that bends.
 
         Args:
@@ -163,7 +163,7 @@ class Assembly:
         """
         stretch = np.array([unit.stretch for unit in self.units])
         pivots = np.array([unit.pivots for unit in self.units], dtype=np.float64)
-        return Links(
+        return UnitLinks(
             -float(scale[0]) * np.array([unit.at for unit in self.units]),
             float(scale[0]) * stretch * np.array([unit.length for unit in self.units]),
             float(scale[0]) * stretch[:, None] * pivots,

@@ -19,10 +19,10 @@ from sumo3dviz_pt.cast.choice import (
     CAR_CLASSES,
     DEFAULT_CAR,
     TALLEST_CAR,
+    BodySize,
     ModelChoice,
-    Size,
 )
-from sumo3dviz_pt.cast.coupling import Row, coupled, numbered, pitch_of, spare_units
+from sumo3dviz_pt.cast.coupling import CouplingRow, coupled, numbered, pitch_of, spare_units
 from sumo3dviz_pt.cast.drawing import Joint, Unit
 from sumo3dviz_pt.cast.figures import cyclist
 from sumo3dviz_pt.library.mesh.ply import read_ply
@@ -31,7 +31,7 @@ from sumo3dviz_pt.library.vehicles.bellows import Bellows, bellows
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
 from sumo3dviz_pt.library.vehicles.cycles.pedalling import pedals
 from sumo3dviz_pt.library.vehicles.rail.build import turned_round
-from sumo3dviz_pt.library.vehicles.stretching import Stretch, round_wheels, stretched
+from sumo3dviz_pt.library.vehicles.stretching import BodyStretch, round_wheels, stretched
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
@@ -62,7 +62,7 @@ class Fitted:
 
     units: tuple[Unit, ...]
     scale: Floats
-    size: Size
+    size: BodySize
     hinged: bool = False
 
 
@@ -104,7 +104,7 @@ def _given(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) ->
     first, last = entry.meta["recipe"]["stretch"]
     # Half metres, so that vTypes of nearly one length share a body.
     wanted = round(2.0 * choice.size[0] / factor) / 2.0
-    stretch = Stretch.to_length((float(first), float(last)), extra=wanted - length)
+    stretch = BodyStretch.to_length((float(first), float(last)), extra=wanted - length)
     name = f"{entry.name}@{length + stretch.gain:.1f}"
     plain = _unit(entry, prototypes, at=0.0)
     body = made_once(prototypes, name, lambda: stretched(plain.prototype, stretch, name=name))
@@ -136,7 +136,7 @@ def _units(
     behind its own front, and what hangs behind it, `bellows: {from, to, half, low, high,
     folds}`: `from` behind its own front, `to` behind that of the next unit [m].
     """
-    rows: list[Row] = list(entry.meta["units"])
+    rows: list[CouplingRow] = list(entry.meta["units"])
     if choice.carriages is None:
         length, pitch = float(entry.meta["length"]), pitch_of(rows)
         more = spare_units(length, pitch, wanted=choice.size[0])
@@ -153,7 +153,7 @@ def _units(
 
 
 def _coupled_unit(
-    row: Row, prototypes: Prototypes, *, at: float, length: float | None = None
+    row: CouplingRow, prototypes: Prototypes, *, at: float, length: float | None = None
 ) -> Unit:
     """A unit of a whole; of another length than its model's where that is given [m]."""
     entry = catalog.find("vehicles", str(row["model"]))
@@ -166,7 +166,7 @@ def _coupled_unit(
     return replace(unit, length=own, pivots=pivots, stretch=(length or own) / own)
 
 
-def _joined(units: list[Unit], rows: list[Row], prototypes: Prototypes) -> tuple[Unit, ...]:
+def _joined(units: list[Unit], rows: list[CouplingRow], prototypes: Prototypes) -> tuple[Unit, ...]:
     """Units with what hangs between them."""
     made = []
     for unit, after, row in zip(units, units[1:], rows, strict=False):
@@ -216,7 +216,7 @@ def _wheel(row: Mapping[str, Any]) -> WheelPlace:
     return WheelPlace((x, y, z), float(row["radius"]), bool(row["steered"]), turned)
 
 
-def model_scale(model: Size, *, wanted: Size, car: bool = True) -> Floats:
+def model_scale(model: BodySize, *, wanted: BodySize, car: bool = True) -> Floats:
     """Factors along x, y, z that fit a model to a vType, (3,).
 
     SUMO's default size is that of no car: the model keeps its proportions and is as
@@ -266,7 +266,7 @@ def _lamp(row: Mapping[str, Any]) -> VehicleLamp:
     return VehicleLamp(str(row["role"]), (x, y, z), (width, height), float(row["yaw"]))
 
 
-def sizes(sides: Floats) -> Size:
+def sizes(sides: Floats) -> BodySize:
     """Three numbers from an array, (3,) [m]."""
     length, width, height = (float(side) for side in sides)
     return length, width, height

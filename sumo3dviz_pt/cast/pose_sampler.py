@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sumo3dviz_pt.cast.articulation import Links, rigid_frames, unit_frames
+from sumo3dviz_pt.cast.articulation import UnitLinks, rigid_frames, unit_frames
 from sumo3dviz_pt.cast.bodies import Body
 from sumo3dviz_pt.cast.choice import RAIL_CLASSES
 from sumo3dviz_pt.cast.derived_lamps import DerivedLamps, derived_lamps
@@ -20,7 +20,7 @@ from sumo3dviz_pt.cast.presence import Presence
 from sumo3dviz_pt.cast.rolling import Hub, Rolling
 from sumo3dviz_pt.cast.sway import SPRINGS, Springs, Sway, lean_at, sway_at
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.trajectory import Piece, Trajectory
+from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 
 _ON_WATER = frozenset(["ship"])
 
@@ -100,7 +100,7 @@ class PoseSampler:
         return self._rolling[piece]
 
 
-def links_of(body: Body) -> Links | None:
+def links_of(body: Body) -> UnitLinks | None:
     """Where the units of a body are held, as drawn; None where it is rigid."""
     return body.assembly.links(body.scale) if body.assembly.bends else None
 
@@ -110,12 +110,12 @@ def springs_of(body: Body) -> Springs | None:
     return SPRINGS.get(body.ride)
 
 
-def first_frame(piece: Piece, time: float, links: Links | None) -> Floats:
+def first_frame(piece: MotionPiece, time: float, links: UnitLinks | None) -> Floats:
     """Placement of a road user's first unit at a time [s], unscaled, (4, 4)."""
     return np.asarray(_frames(piece, np.array([time]), links)[0, 0])
 
 
-def sway_of(body: Body, piece: Piece, time: float) -> Floats:
+def sway_of(body: Body, piece: MotionPiece, time: float) -> Floats:
     """What springs or riders do to a body's first unit, in its frame, (4, 4)."""
     springs = springs_of(body)
     if springs is not None:
@@ -124,7 +124,7 @@ def sway_of(body: Body, piece: Piece, time: float) -> Floats:
     return lean_at(piece, time).about(0.0, 0.0) if body.ride == "lean" else np.eye(4)
 
 
-def _frames(piece: Piece, times: Floats, links: Links | None) -> Floats:
+def _frames(piece: MotionPiece, times: Floats, links: UnitLinks | None) -> Floats:
     """Placements of all units at times, (n, u, 4, 4), unscaled."""
     if links is not None:
         return unit_frames(piece, times, links)

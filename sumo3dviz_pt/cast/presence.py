@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
-from sumo3dviz_pt.model.trajectory import Piece, Trajectory
+from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 
 BLOCK = 32
 """Frames that are sampled together."""
@@ -67,7 +67,7 @@ class Presence:
                 at a higher cost.
         """
         owned = [(k, piece) for k, t in enumerate(trajectories) for piece in t.pieces]
-        self.pieces: tuple[Piece, ...] = tuple(piece for _, piece in owned)
+        self.pieces: tuple[MotionPiece, ...] = tuple(piece for _, piece in owned)
         self.owners: Ints = np.array([k for k, _ in owned], dtype=np.int64)
         lives = [(piece.begin, piece.end) for _, piece in owned]
         self.lives: Floats = np.array(lives, dtype=np.float64).reshape(-1, 2)

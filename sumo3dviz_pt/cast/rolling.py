@@ -29,7 +29,7 @@ _MOST_STEERING = float(np.radians(40.0))
 
 _CHUNK = 2000
 
-Frames = Callable[[Floats], Floats]
+FramesAt = Callable[[Floats], Floats]
 """Placements of all units at times, (n,) [s]: (n, u, 4, 4), unscaled."""
 
 
@@ -77,7 +77,7 @@ class Rolling:
     headings: Floats
 
     @classmethod
-    def of(cls, begin: float, end: float, hubs: Sequence[Hub], frames: Frames) -> Rolling:
+    def of(cls, begin: float, end: float, hubs: Sequence[Hub], frames: FramesAt) -> Rolling:
         """Follow all wheels from the begin to the end of a stretch of motion [s]."""
         count = max(2, int(np.ceil((end - begin) / _STEP)) + 1)
         times = np.linspace(begin, end, count)

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Transform
-from sumo3dviz_pt.model.trajectory import Piece
+from sumo3dviz_pt.model.trajectory import MotionPiece
 
 _GRAVITY = 9.81
 _FREQUENCY = 1.3  # of the body on its springs [Hz]
@@ -84,7 +84,7 @@ class Sway:
         return matrix
 
 
-def sway_at(piece: Piece, time: float, *, springs: Springs) -> Sway:
+def sway_at(piece: MotionPiece, time: float, *, springs: Springs) -> Sway:
     """What springs do to a body at a time [s] of its motion."""
     along, across = _accelerations(piece, time - _BACK)
     dive = springs.dive * float(_ANSWER @ along)
@@ -92,14 +92,14 @@ def sway_at(piece: Piece, time: float, *, springs: Springs) -> Sway:
     return Sway(_limited(dive, springs.most_dive), _limited(roll, springs.most_roll))
 
 
-def lean_at(piece: Piece, time: float) -> Sway:
+def lean_at(piece: MotionPiece, time: float) -> Sway:
     """How far riders lean into a bend at a time [s]."""
     _, across = _accelerations(piece, time + _AROUND)
     lean = np.arctan(float(_SHARES @ across) / _GRAVITY)
     return Sway(roll=-float(np.clip(lean, -_MOST_LEAN, _MOST_LEAN)))
 
 
-def _accelerations(piece: Piece, times: Floats) -> tuple[Floats, Floats]:
+def _accelerations(piece: MotionPiece, times: Floats) -> tuple[Floats, Floats]:
     """Along the path and to the left, (n,) [m/s^2] each; 0 outside the piece's life."""
     edges = np.concatenate([times - _STEP / 2.0, times + _STEP / 2.0])
     motion = piece.sample(np.clip(edges, piece.begin, piece.end))

@@ -31,14 +31,14 @@ def run(options: argparse.Namespace) -> int:
     """List, draw or rebuild the library."""
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.baking import build, listing
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
 
     if options.action == "sheet":
         return _sheets(options)
     if options.action == "list":
         print("\n".join(listing(options.chosen)))
         return 0
-    with progress("assets", (Step(Doing.BAKE, _BAKING),)):
+    with progress("assets", (WorkStep(Doing.BAKE, _BAKING),)):
         build(options.chosen, into=options.output)
     return 0
 
@@ -47,7 +47,7 @@ def _sheets(options: argparse.Namespace) -> int:
     """Draw contact sheets."""
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.sheets import SheetOrder, draw_sheet, sheet_files
     from sumo3dviz_pt.pipeline.stills.still import check_free
 
@@ -57,7 +57,7 @@ def _sheets(options: argparse.Namespace) -> int:
     ready_renderer()
     for name, path in files.items():
         order = SheetOrder(name, path, options.size, options.quality)
-        with progress(path.name, (Step(Doing.DRAW, _DRAWING),)):
+        with progress(path.name, (WorkStep(Doing.DRAW, _DRAWING),)):
             draw_sheet(order)
         print(f"wrote {order.path}")
     return 0

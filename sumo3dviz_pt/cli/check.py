@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.checks import check_scene, in_words
     from sumo3dviz_pt.pipeline.motion.checks import motion_report
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.progress.expectations import building_steps
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
     steps = building_steps(job, shots=max(len(job.shots), 1))
     if options.motion:
-        with progress(options.scene.name, (steps[0], Step(Doing.MEASURE, steps[0].seconds))):
+        with progress(options.scene.name, (steps[0], WorkStep(Doing.MEASURE, steps[0].seconds))):
             words = motion_report(job, as_json=options.json)
         print(words)
         return 0
@@ -86,7 +86,7 @@ def _stress(options: argparse.Namespace) -> int:
 
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.production import ready_renderer
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.progress.expectations import building_steps
     from sumo3dviz_pt.pipeline.scene_file import load_job
     from sumo3dviz_pt.report.stress.build import (
@@ -101,7 +101,7 @@ def _stress(options: argparse.Namespace) -> int:
     ready_renderer(options.variant)
     job = load_job(options.scene, {**_asked(options), **overrides_of(options)})
     order = StressOrder(options.camera, options.time, options.variant)
-    steps = (*building_steps(job), Step(Doing.MEASURE, _CASE * len(cases)))
+    steps = (*building_steps(job), WorkStep(Doing.MEASURE, _CASE * len(cases)))
     with progress(options.scene.name, steps), without_notes():
         report = put_under_stress(job, order, cases=cases)
     print(json.dumps(report.as_dict(), indent=1) if options.json else in_words(report))

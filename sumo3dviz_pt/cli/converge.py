@@ -41,14 +41,14 @@ def run(options: argparse.Namespace) -> int:
     """Measure error against run time."""
     from sumo3dviz_pt.model.news import Doing
     from sumo3dviz_pt.pipeline.production import Request, ready_renderer
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.progress.expectations import opening_steps
     from sumo3dviz_pt.pipeline.scene_file import load_job
-    from sumo3dviz_pt.report.convergence.build import Order, converge
+    from sumo3dviz_pt.report.convergence.build import ConvergenceOrder, converge
 
     job = load_job(options.scene, overrides_of(options))
     request = Request(options.camera, size=options.size, variant=options.variant)
-    order = Order(
+    order = ConvergenceOrder(
         options.output,
         options.time,
         scene=_scene_name(options.scene),
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
         overwrite=options.overwrite,
     )
     ready_renderer(options.variant)
-    steps = (*opening_steps(job), Step(Doing.MEASURE, options.budget or _USUAL))
+    steps = (*opening_steps(job), WorkStep(Doing.MEASURE, options.budget or _USUAL))
     with progress(options.output.name, steps):
         page = converge(job, request, order)
     print(f"wrote {page}")

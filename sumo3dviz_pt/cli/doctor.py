@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from sumo3dviz_pt.errors import ConfigError, InstallationError
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.installation.packages import Order
+    from sumo3dviz_pt.installation.packages import InstallOrder
     from sumo3dviz_pt.pipeline.doctor import Diagnosis
 
 
@@ -56,7 +56,7 @@ def _mended(found: Diagnosis, *, yes: bool) -> bool:
     return True
 
 
-def _agreed(order: Order) -> bool:
+def _agreed(order: InstallOrder) -> bool:
     """Return whether the user agrees; say in any case what would be done."""
     if not order.interactive:
         _tell(f"nobody is there to ask; with --yes this would run: {order.in_words()}")

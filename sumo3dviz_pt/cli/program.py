@@ -118,7 +118,7 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
     return ""
 
 
-class _Notes(logging.Handler):
+class _WarningPrinter(logging.Handler):
     """Prints warnings as plain sentences to the present standard error, each of them once."""
 
     def __init__(self) -> None:
@@ -146,7 +146,7 @@ _ALL, _OURS = logging.getLogger(), logging.getLogger("sumo3dviz_pt")
 def _notes_on_stderr() -> Iterator[None]:
     """Show warnings as plain sentences; afterwards the caller's own loggers are as they were."""
     handlers, levels = _ALL.handlers[:], (_ALL.level, _OURS.level)
-    _ALL.handlers[:] = [_Notes()]
+    _ALL.handlers[:] = [_WarningPrinter()]
     _set_level(0)
     try:
         yield

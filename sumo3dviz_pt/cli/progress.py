@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from sumo3dviz_pt.cli.options import PROGRAM
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
 
 
 def complain(error: object, code: int, hint: str = "") -> int:
@@ -26,7 +26,7 @@ def complain(error: object, code: int, hint: str = "") -> int:
     return code
 
 
-def progress(name: str, steps: Sequence[Step]) -> AbstractContextManager[None]:
+def progress(name: str, steps: Sequence[WorkStep]) -> AbstractContextManager[None]:
     """Show how far the work within the `with` statement is, unless the command is quiet."""
     from sumo3dviz_pt.pipeline.progress.build import followed
 

@@ -26,10 +26,10 @@ def add(commands: Any) -> None:
 def run(options: argparse.Namespace) -> int:
     """Look at a film's frames, or compare two films."""
     from sumo3dviz_pt.model.news import Doing
-    from sumo3dviz_pt.pipeline.progress.build import Step
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.report.films.build import report_film
 
-    with progress(options.output.name, (Step(Doing.MEASURE, _USUAL),)):
+    with progress(options.output.name, (WorkStep(Doing.MEASURE, _USUAL),)):
         page = report_film(
             options.frames,
             options.output,

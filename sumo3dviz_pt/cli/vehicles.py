@@ -43,12 +43,12 @@ def run(options: argparse.Namespace) -> int:
     import json
 
     from sumo3dviz_pt.pipeline.progress.expectations import building_steps
-    from sumo3dviz_pt.pipeline.roster import Wanted, as_dicts, point_of, roster
+    from sumo3dviz_pt.pipeline.roster import RosterQuery, as_dicts, point_of, roster
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
     job = load_job(options.scene, overrides_of(options))
     near = None if options.near is None else point_of(job, options.near)
     with progress(options.scene.name, building_steps(job)[:1]):
-        found = roster(job, Wanted(options.type, options.at, near, options.sort))
+        found = roster(job, RosterQuery(options.type, options.at, near, options.sort))
     print(json.dumps(as_dicts(found), indent=1) if options.json else found)
     return 0

@@ -22,7 +22,7 @@ LLVM = "libLLVM"
 LIBRARIES = {"libatomic.so.1": ATOMIC}
 """Libraries without which Dr.Jit cannot be loaded, by file name."""
 
-Tell = Callable[[str], None]
+TellLine = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ MANAGERS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class InstallOrder:
     """What is to be installed, and by what.
 
     Attributes:
@@ -134,7 +134,7 @@ class Order:
         return " ".join([Path(self.program).stem, *arguments, *chosen])
 
 
-def order_for(libraries: Iterable[str], *, interactive: bool) -> Order:
+def order_for(libraries: Iterable[str], *, interactive: bool) -> InstallOrder:
     """Return how libraries can be installed here.
 
     Args:
@@ -149,14 +149,14 @@ def order_for(libraries: Iterable[str], *, interactive: bool) -> Order:
         fits = sys.platform in manager.systems and manager.packages.keys() >= set(wanted)
         if fits and (manager.name != "conda" or in_conda()):
             for program in filter(None, map(shutil.which, manager.programs)):
-                return _permitted(Order(manager, program, wanted, interactive))
+                return _permitted(InstallOrder(manager, program, wanted, interactive))
     known = ", ".join(dict.fromkeys(manager.name for manager in MANAGERS))
     raise InstallationError(
         f"no package manager that we know is here ({known}); install by hand: {', '.join(wanted)}"
     )
 
 
-def _permitted(order: Order) -> Order:
+def _permitted(order: InstallOrder) -> InstallOrder:
     """Return an order if this user may carry it out."""
     if order.manager.root and not _is_administrator() and shutil.which("sudo") is None:
         raise InstallationError(
@@ -171,7 +171,7 @@ def in_conda() -> bool:
     return (Path(sys.prefix) / "conda-meta").is_dir()
 
 
-def carry_out(order: Order, tell: Tell) -> None:
+def carry_out(order: InstallOrder, tell: TellLine) -> None:
     """Install what is ordered, with a new index only if the old one does not do.
 
     Args:
@@ -199,7 +199,7 @@ def carry_out(order: Order, tell: Tell) -> None:
         )
 
 
-def _packages(order: Order) -> tuple[list[str], list[str]]:
+def _packages(order: InstallOrder) -> tuple[list[str], list[str]]:
     """Return the packages to install, and the libraries for which the index has no package."""
     found: list[str] = []
     lacking: list[str] = []
@@ -226,13 +226,13 @@ def newest_llvm(listing: str, *, tested: str) -> str:
     return tested if tested in fit else max(fit, key=lambda name: fit[name], default="")
 
 
-def _not_installed(order: Order, packages: list[str], tell: Tell) -> list[str]:
+def _not_installed(order: InstallOrder, packages: list[str], tell: TellLine) -> list[str]:
     """Install packages one by one, so that no failure stops another; return those that fail."""
     install = order.manager.install
     return [name for name in packages if not _ran(order.command([*install, name]), tell)]
 
 
-def _ran(command: list[str], tell: Tell) -> bool:
+def _ran(command: list[str], tell: TellLine) -> bool:
     """Run a command that shows its own progress; return whether it ended well."""
     tell(f"$ {' '.join(command)}")
     try:

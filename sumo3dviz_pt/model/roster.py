@@ -21,7 +21,7 @@ class Point:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class UserPlace:
     """Where a road user is at one time.
 
     Attributes:
@@ -83,7 +83,7 @@ class RoadUser:
     max_speed: float
     lanes: int
     edges: tuple[str, ...]
-    place: Place | None = None
+    place: UserPlace | None = None
     passage: Passage | None = None
 
     @property

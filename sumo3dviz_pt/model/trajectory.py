@@ -48,7 +48,7 @@ class Pose:
     speed: float
 
 
-class Piece(Protocol):
+class MotionPiece(Protocol):
     """One unbroken stretch of motion; made by a smoother."""
 
     @property
@@ -108,7 +108,7 @@ class Trajectory:
     id: str
     kind: str
     type_id: str
-    pieces: tuple[Piece, ...]
+    pieces: tuple[MotionPiece, ...]
     remarks: tuple[Remark, ...] = ()
 
     @property

@@ -24,13 +24,13 @@ from sumo3dviz_pt.motion.body import make_piece
 from sumo3dviz_pt.motion.headings import Heading
 from sumo3dviz_pt.motion.pieces import breaks, split
 from sumo3dviz_pt.motion.registry import SMOOTHERS, Smoother
-from sumo3dviz_pt.motion.setting import Settings, is_euler
+from sumo3dviz_pt.motion.setting import LogSettings, is_euler
 from sumo3dviz_pt.motion.track import Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
 __all__ = [
     "MARGIN",
-    "Settings",
+    "LogSettings",
     "check_smoother",
     "settings_of",
     "smooth",
@@ -66,7 +66,7 @@ def settings_of(
     *,
     network: Network | None = None,
     types: Mapping[str, VehicleType] | None = None,
-) -> Settings:
+) -> LogSettings:
     """What smoothers know of a log beside its samples.
 
     Args:
@@ -74,7 +74,7 @@ def settings_of(
         network: Its lanes; None leaves them unknown.
         types: Say how long bodies are, by id.
     """
-    return Settings(
+    return LogSettings(
         tracks=None if network is None else Tracks(Ways(network)),
         lane_names=log.lane_names,
         types=types or {},
@@ -87,7 +87,7 @@ def smooth(
     *,
     smoother: str,
     step: float | None = None,
-    settings: Settings | None = None,
+    settings: LogSettings | None = None,
     heading: Heading = "chord",
 ) -> Trajectory:
     """Make continuous motion of a trace.
@@ -106,7 +106,7 @@ def smooth(
     chosen = _find(smoother)
     if step is None:
         step = float(np.median(np.diff(trace.times))) if len(trace.times) > 1 else 0.0
-    setting = (settings or Settings()).of(trace)
+    setting = (settings or LogSettings()).of(trace)
     made = [
         make_piece(samples, chosen, setting, heading=heading) for samples in split(trace, step=step)
     ]

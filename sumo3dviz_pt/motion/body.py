@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.trajectory import Motion, Piece, Remark
+from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Remark
 from sumo3dviz_pt.motion.curves import Hermite
 from sumo3dviz_pt.motion.driven import Driven
 from sumo3dviz_pt.motion.front import Front
@@ -21,9 +21,9 @@ from sumo3dviz_pt.motion.headings import (
     tractrix,
 )
 from sumo3dviz_pt.motion.hermite import CurveFront
-from sumo3dviz_pt.motion.manoeuvres import Stretch, stretches
+from sumo3dviz_pt.motion.manoeuvres import ManoeuvreStretch, stretches
 from sumo3dviz_pt.motion.registry import Smoother
-from sumo3dviz_pt.motion.samples import Samples, wrapped
+from sumo3dviz_pt.motion.samples import LoggedSamples, wrapped
 from sumo3dviz_pt.motion.setting import Setting
 
 
@@ -73,7 +73,7 @@ class Leg:
         )
 
     def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Points behind its front, (n, k, 3) [m]; see `Piece.trail`."""
+        """Points behind its front, (n, k, 3) [m]; see `MotionPiece.trail`."""
         places = self.front.at(times).positions
         if not self.follows and self.headings is not None:
             yaws = self.headings.at(times)[0][:, 0]
@@ -116,7 +116,7 @@ class LegsPiece:
         )
 
     def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Points behind the front, (n, k, 3) [m]; see `Piece.trail`."""
+        """Points behind the front, (n, k, 3) [m]; see `MotionPiece.trail`."""
         points = np.empty((len(times), len(distances), 3))
         for inside, leg in self._legs_at(times):
             points[inside] = leg.trail(times[inside], distances)
@@ -137,7 +137,7 @@ class StandingPiece:
         samples: n = 1.
     """
 
-    samples: Samples
+    samples: LoggedSamples
 
     @property
     def begin(self) -> float:
@@ -170,8 +170,8 @@ class StandingPiece:
 
 
 def make_piece(
-    samples: Samples, smoother: Smoother, setting: Setting, *, heading: Heading
-) -> tuple[Piece, tuple[Remark, ...]]:
+    samples: LoggedSamples, smoother: Smoother, setting: Setting, *, heading: Heading
+) -> tuple[MotionPiece, tuple[Remark, ...]]:
     """Motion of one stretch of samples, and what was noticed."""
     if len(samples.times) == 1:
         return StandingPiece(samples), ()
@@ -194,7 +194,11 @@ def make_piece(
 
 
 def _leg(
-    stretch: Stretch, smoother: Smoother, setting: Setting, heading: Heading, before: Leg | None
+    stretch: ManoeuvreStretch,
+    smoother: Smoother,
+    setting: Setting,
+    heading: Heading,
+    before: Leg | None,
 ) -> tuple[Leg, tuple[Remark, ...]]:
     """A leg that begins as the one before it ends, and slopes that are refused."""
     samples = stretch.samples
@@ -219,12 +223,12 @@ def _leg(
     return Leg(driven, headings, start=start), _steep(driven, ahead)
 
 
-def _aside(samples: Samples) -> Front:
+def _aside(samples: LoggedSamples) -> Front:
     """A move from place to place that begins and ends at rest."""
     return CurveFront(Hermite(samples.times, samples.positions, np.zeros_like(samples.positions)))
 
 
-def _manoeuvre(stretch: Stretch) -> tuple[Remark, ...]:
+def _manoeuvre(stretch: ManoeuvreStretch) -> tuple[Remark, ...]:
     """What users should know of a stretch."""
     if not stretch.kind:
         return ()

@@ -15,7 +15,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import Hermite, even_slopes
 from sumo3dviz_pt.motion.front import Front
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 
 _STEP = 0.1
 """Ways are known at multiples of this time, so that the asked window moves none of them [s]."""
@@ -49,7 +49,7 @@ class Driven:
     past_ways: Floats
 
     @classmethod
-    def of(cls, front: Front, samples: Samples, *, length: float, yaw: float) -> Driven:
+    def of(cls, front: Front, samples: LoggedSamples, *, length: float, yaw: float) -> Driven:
         """Follow a front.
 
         Args:
@@ -106,7 +106,7 @@ def absolute_times(begin: float, end: float, *, step: float = _STEP) -> Floats:
     return np.concatenate([[begin], inner, [end]])
 
 
-def _moving(knots: Floats, samples: Samples) -> Floats:
+def _moving(knots: Floats, samples: LoggedSamples) -> Floats:
     """The knots without those between two samples of one place: much of a city stands."""
     steps = np.abs(np.diff(samples.positions, axis=0)).max(axis=1)
     index = np.searchsorted(samples.times[1:-1], knots, side="right")
@@ -118,7 +118,7 @@ def _moving(knots: Floats, samples: Samples) -> Floats:
 
 
 def _past(
-    samples: Samples, shown: Hermite, ways: Floats, length: float, yaw: float
+    samples: LoggedSamples, shown: Hermite, ways: Floats, length: float, yaw: float
 ) -> tuple[Floats, Floats]:
     """The path before the first sample: where the rear was at the samples of the first length."""
     yaws = samples.yaws.copy()

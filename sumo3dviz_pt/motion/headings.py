@@ -18,7 +18,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
 from sumo3dviz_pt.motion.driven import Driven, absolute_times
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 
 Heading = Literal["chord", "tractrix"]
 
@@ -89,7 +89,7 @@ def slopes_of(ahead: Floats) -> Floats:
     return np.asarray(np.arctan2(ahead[:, 2], np.maximum(level, _LEAST_LEVEL * level.max())))
 
 
-def logged(samples: Samples, *, yaw: float, at_once: bool) -> Hermite:
+def logged(samples: LoggedSamples, *, yaw: float, at_once: bool) -> Hermite:
     """The log's angles, for bodies that do not follow their fronts.
 
     Args:

@@ -19,7 +19,7 @@ from sumo3dviz_pt.motion.along import run_along
 from sumo3dviz_pt.motion.curves import Hermite, monotone_slopes
 from sumo3dviz_pt.motion.front import Front, FrontMotion
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
 
 _LARGEST_LEAD = np.radians(30.0)
@@ -58,13 +58,13 @@ class CurveFront:
 
 
 @register("hermite")
-def hermite(samples: Samples, setting: Setting) -> Front:
+def hermite(samples: LoggedSamples, setting: Setting) -> Front:
     """Join samples by curves."""
     return bridge(samples, setting)
 
 
 def bridge(
-    samples: Samples,
+    samples: LoggedSamples,
     setting: Setting,
     *,
     first: Floats | None = None,
@@ -95,7 +95,7 @@ def bridge(
     return CurveFront(Hermite(samples.times, samples.positions, slopes))
 
 
-def _directions(samples: Samples, way: Floats, *, length: float) -> Floats:
+def _directions(samples: LoggedSamples, way: Floats, *, length: float) -> Floats:
     """Unit vectors in which the front moves at the samples, (n, 2)."""
     kept = np.concatenate([[0], 1 + np.flatnonzero(np.diff(way) > _SHORT)])
     yaws = samples.yaws

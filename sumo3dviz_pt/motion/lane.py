@@ -27,8 +27,8 @@ from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
 from sumo3dviz_pt.motion.hermite import bridge, hermite
 from sumo3dviz_pt.motion.lane_path import Blend, LanePath, lane_path
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.route import Run, Switch, follow, is_astray, stretches_of
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.route import LaneRun, Switch, follow, is_astray, stretches_of
+from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.track import Tracks
 
@@ -85,7 +85,7 @@ class LaneFront:
 
 
 @register("lane")
-def lane(samples: Samples, setting: Setting) -> Front:
+def lane(samples: LoggedSamples, setting: Setting) -> Front:
     """Follow the lanes where they are known, and `hermite` between them."""
     tracks = setting.tracks
     if tracks is None:
@@ -102,7 +102,7 @@ def lane(samples: Samples, setting: Setting) -> Front:
 
 
 def _known(
-    samples: Samples, setting: Setting, tracks: Tracks, *, trusted: bool
+    samples: LoggedSamples, setting: Setting, tracks: Tracks, *, trusted: bool
 ) -> tuple[dict[int, tuple[LaneFront, int]], dict[int, str]]:
     """Motion where lanes are known, with its last sample, by its first; and what lacks lanes."""
     stretches = stretches_of(samples, setting, tracks.ways)
@@ -118,7 +118,7 @@ def _known(
 
 
 def _joined(
-    samples: Samples,
+    samples: LoggedSamples,
     setting: Setting,
     known: Mapping[int, tuple[LaneFront, int]],
     remarks: tuple[Remark, ...],
@@ -136,7 +136,7 @@ def _joined(
     return fronts[0] if len(fronts) == 1 else Chain(tuple(fronts), remarks)
 
 
-def _failures(samples: Samples, failed: Mapping[int, str]) -> tuple[Remark, ...]:
+def _failures(samples: LoggedSamples, failed: Mapping[int, str]) -> tuple[Remark, ...]:
     """Remarks on the steps that have no lanes, neighbours of one reason together."""
     found: list[Remark] = []
     for step, reason in sorted(failed.items()):
@@ -147,7 +147,9 @@ def _failures(samples: Samples, failed: Mapping[int, str]) -> tuple[Remark, ...]
     return tuple(found)
 
 
-def _gap(samples: Samples, setting: Setting, before: Front | None, after: Front | None) -> Front:
+def _gap(
+    samples: LoggedSamples, setting: Setting, before: Front | None, after: Front | None
+) -> Front:
     """Motion where no lanes are known, as fast at its ends as what it joins."""
     return bridge(
         samples,
@@ -157,7 +159,9 @@ def _gap(samples: Samples, setting: Setting, before: Front | None, after: Front 
     )
 
 
-def _lane_front(samples: Samples, setting: Setting, tracks: Tracks, run: Run) -> LaneFront:
+def _lane_front(
+    samples: LoggedSamples, setting: Setting, tracks: Tracks, run: LaneRun
+) -> LaneFront:
     """Motion along known lanes."""
     stations = np.array(run.stations)
     along = run_along(
@@ -173,7 +177,7 @@ def _lane_front(samples: Samples, setting: Setting, tracks: Tracks, run: Run) ->
 
 
 def _off_path(
-    samples: Samples, path: LanePath, run: Run, stations: Floats
+    samples: LoggedSamples, path: LanePath, run: LaneRun, stations: Floats
 ) -> tuple[Floats, Bools, list[tuple[float, float]]]:
     """How far samples are off their path, which count, and when the log changes lanes.
 
@@ -209,7 +213,7 @@ def _off_path(
     return off, counts, moved
 
 
-def _ends_missed(samples: Samples, path: LanePath, stations: Floats, off: Floats) -> Floats:
+def _ends_missed(samples: LoggedSamples, path: LanePath, stations: Floats, off: Floats) -> Floats:
     """What makes births and deaths exact: rounding missed them, fading away from both, (n, 3)."""
     points, ahead, _ = path.at(stations[[0, -1]])
     missed = _Blended((points, ahead)).off(samples.positions[[0, -1]]) - off[[0, -1]]
@@ -241,7 +245,9 @@ class _Blended:
         return _turned(positions - points, _level(ahead) * (1.0, -1.0))
 
 
-def _change(samples: Samples, track: tuple[Floats, Floats], switch: Switch) -> tuple[int, int]:
+def _change(
+    samples: LoggedSamples, track: tuple[Floats, Floats], switch: Switch
+) -> tuple[int, int]:
     """First and last sample of a move aside around a switch."""
     reach = np.abs(samples.times - samples.times[switch.step]) <= _LONGEST
     aside = np.where(reach, _aside(samples, track), 0.0)
@@ -255,11 +261,11 @@ def _change(samples: Samples, track: tuple[Floats, Floats], switch: Switch) -> t
 
 
 def _undrivable(
-    samples: Samples,
+    samples: LoggedSamples,
     track: tuple[Floats, Floats],
     stations: Floats,
     ends: tuple[int, int],
-    run: Run,
+    run: LaneRun,
     switch: Switch,
 ) -> bool:
     """Whether a change of lanes is a jump in the log, or a slide more aside than ahead."""
@@ -271,7 +277,7 @@ def _undrivable(
     return bool(abs(aside[last] - aside[first]) > _STEEPEST * (stations[last] - stations[first]))
 
 
-def _aside(samples: Samples, track: tuple[Floats, Floats]) -> Floats:
+def _aside(samples: LoggedSamples, track: tuple[Floats, Floats]) -> Floats:
     """How far samples are to the left of a track whose points and directions are given, (n,)."""
     return np.asarray(_Blended(track).off(samples.positions)[:, 1])
 

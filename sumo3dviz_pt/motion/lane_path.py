@@ -19,7 +19,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
 from sumo3dviz_pt.motion.manoeuvres import AROUND, LEAST_AHEAD
-from sumo3dviz_pt.motion.route import Chain, Run, Switch
+from sumo3dviz_pt.motion.route import Chain, LaneRun, Switch
 from sumo3dviz_pt.motion.track import REACH, Track, Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
@@ -106,7 +106,7 @@ class LanePath:
         return points, tangents
 
 
-def lane_path(tracks: Tracks, run: Run, along: Hermite) -> tuple[LanePath, tuple[Blend, ...]]:
+def lane_path(tracks: Tracks, run: LaneRun, along: Hermite) -> tuple[LanePath, tuple[Blend, ...]]:
     """The path of a run, and the moves in it.
 
     Args:

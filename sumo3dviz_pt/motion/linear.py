@@ -10,7 +10,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.front import Front, FrontMotion
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
 
 
@@ -47,7 +47,7 @@ class LinearFront:
 
 
 @register("linear")
-def linear(samples: Samples, setting: Setting) -> Front:
+def linear(samples: LoggedSamples, setting: Setting) -> Front:
     """Join samples by straight lines."""
     del setting  # nothing but the places counts
     return LinearFront(samples.times, samples.positions)

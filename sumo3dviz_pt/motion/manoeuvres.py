@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 
 PARKING_TIME = 3.0
 """A move aside takes at least so long, if there is time [s]."""
@@ -48,7 +48,7 @@ _LEAST_STEP = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class ManoeuvreStretch:
     """Samples of one way to move.
 
     Attributes:
@@ -56,11 +56,11 @@ class Stretch:
         kind: Empty where the body follows its front; else `parking` or `reversing`.
     """
 
-    samples: Samples
+    samples: LoggedSamples
     kind: str = ""
 
 
-def stretches(samples: Samples, *, kind: str) -> tuple[Stretch, ...]:
+def stretches(samples: LoggedSamples, *, kind: str) -> tuple[ManoeuvreStretch, ...]:
     """Cut samples where the way to move changes.
 
     Args:
@@ -71,14 +71,14 @@ def stretches(samples: Samples, *, kind: str) -> tuple[Stretch, ...]:
         Stretches in order; each begins with the sample that the one before it ends with.
     """
     if kind != "vehicle":
-        return (Stretch(samples),)
+        return (ManoeuvreStretch(samples),)
     parking, reversing = _flags(samples)
     if not (parking.any() or reversing.any()):
-        return (Stretch(samples),)
+        return (ManoeuvreStretch(samples),)
     return tuple(_cut(samples, _ends(samples, parking, reversing)))
 
 
-def _flags(samples: Samples) -> tuple[Bools, Bools]:
+def _flags(samples: LoggedSamples) -> tuple[Bools, Bools]:
     """Which steps are moves aside, and which lead backward, (n - 1,) each."""
     steps = np.diff(samples.positions[:, :2], axis=0)
     yaws = samples.yaws[:-1]
@@ -111,7 +111,7 @@ def _stretches_of(flags: Bools) -> list[tuple[int, int]]:
     return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
 
 
-def _driven_around(samples: Samples, ahead: Floats, ends: tuple[int, int]) -> float:
+def _driven_around(samples: LoggedSamples, ahead: Floats, ends: tuple[int, int]) -> float:
     """How far a vehicle drives on before or after some steps, until it stands [m]."""
     times, rates = samples.times, ahead / np.diff(samples.times)
     first, last = ends
@@ -126,7 +126,7 @@ def _driven_around(samples: Samples, ahead: Floats, ends: tuple[int, int]) -> fl
     return max(before, after) if stands else before + amid + after
 
 
-def _slow(samples: Samples, steps: Floats) -> Bools:
+def _slow(samples: LoggedSamples, steps: Floats) -> Bools:
     """Whether a vehicle stands before and after each step, (n - 1,)."""
     if np.isfinite(samples.speeds).all():
         return np.asarray(np.maximum(samples.speeds[:-1], samples.speeds[1:]) < _STANDING)
@@ -135,7 +135,9 @@ def _slow(samples: Samples, steps: Floats) -> Bools:
     return np.asarray(np.maximum(padded[:-2], padded[2:]) < _STANDING)
 
 
-def _ends(samples: Samples, parking: Bools, reversing: Bools) -> Iterator[tuple[int, int, str]]:
+def _ends(
+    samples: LoggedSamples, parking: Bools, reversing: Bools
+) -> Iterator[tuple[int, int, str]]:
     """First and last sample of every manoeuvre, in order and disjoint."""
     last = step = 0
     while step < len(parking):
@@ -156,7 +158,7 @@ def _ends(samples: Samples, parking: Bools, reversing: Bools) -> Iterator[tuple[
         last = step = end
 
 
-def _widened(samples: Samples, first: int, last: int, *, floor: int) -> tuple[int, int]:
+def _widened(samples: LoggedSamples, first: int, last: int, *, floor: int) -> tuple[int, int]:
     """Samples around a move aside between which there is time for it: after it, then before."""
     times, before, after = samples.times, first, last
     while last + 1 < len(times) and times[last] - times[first] < PARKING_TIME:
@@ -170,21 +172,23 @@ def _widened(samples: Samples, first: int, last: int, *, floor: int) -> tuple[in
     return first, last
 
 
-def _same_place(samples: Samples, one: int, other: int) -> bool:
+def _same_place(samples: LoggedSamples, one: int, other: int) -> bool:
     """Whether two samples are of one place."""
     apart = samples.positions[one, :2] - samples.positions[other, :2]
     return float(np.hypot(*apart)) < _STILL
 
 
-def _cut(samples: Samples, ends: Iterator[tuple[int, int, str]]) -> Iterator[Stretch]:
+def _cut(
+    samples: LoggedSamples, ends: Iterator[tuple[int, int, str]]
+) -> Iterator[ManoeuvreStretch]:
     """Manoeuvres and what lies between them."""
     at = 0
     for first, last, kind in ends:
         if first > at:
-            yield Stretch(samples.part(slice(at, first + 1)))
+            yield ManoeuvreStretch(samples.part(slice(at, first + 1)))
         # While standing for a move aside only its ends count.
         which = np.array([first, last]) if kind == "parking" else slice(first, last + 1)
-        yield Stretch(samples.part(which), kind)
+        yield ManoeuvreStretch(samples.part(which), kind)
         at = last
     if at < len(samples.times) - 1:
-        yield Stretch(samples.part(slice(at, None)))
+        yield ManoeuvreStretch(samples.part(slice(at, None)))

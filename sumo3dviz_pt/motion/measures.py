@@ -38,7 +38,7 @@ _CHUNK = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measures:
+class MotionMeasures:
     """What motion does at n times; NaN where unknown.
 
     Attributes:
@@ -73,7 +73,7 @@ class Peak:
     time: float
 
 
-def measure(motion: Motion, *, step: float, length: float) -> Measures:
+def measure(motion: Motion, *, step: float, length: float) -> MotionMeasures:
     """All measures of motion at uniform times.
 
     Args:
@@ -84,7 +84,7 @@ def measure(motion: Motion, *, step: float, length: float) -> Measures:
     places, yaws = motion.positions[:, :2], motion.yaws
     moving = velocities(places, step=step)
     along, across = accelerations(places, yaws, step=step)
-    return Measures(
+    return MotionMeasures(
         np.asarray(np.linalg.norm(moving, axis=1)),
         along,
         across,

@@ -22,7 +22,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.front import Front, FrontMotion
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
 
 FRAME_RATE = 25.0
@@ -80,7 +80,7 @@ class FrameFront:
 
 
 @register("paper", heads=True)
-def paper(samples: Samples, setting: Setting) -> Front:
+def paper(samples: LoggedSamples, setting: Setting) -> Front:
     """Smooth as the founding paper does."""
     del setting  # the paper uses nothing but places and angles
     begin, end = float(samples.times[0]), float(samples.times[-1])

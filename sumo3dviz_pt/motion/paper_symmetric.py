@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.front import Front, FrontMotion
 from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import PiecewiseLinear, Samples, nearest_turn
+from sumo3dviz_pt.motion.samples import LoggedSamples, PiecewiseLinear, nearest_turn
 from sumo3dviz_pt.motion.setting import Setting
 
 POSITION_HALF_WIDTH = 0.42
@@ -88,7 +88,7 @@ class SmoothFront:
 
 
 @register("paper_symmetric", heads=True)
-def paper_symmetric(samples: Samples, setting: Setting) -> Front:
+def paper_symmetric(samples: LoggedSamples, setting: Setting) -> Front:
     """Smooth in continuous time, with exact ends."""
     del setting  # the paper uses nothing but places and angles
     origin = samples.positions[0]

@@ -14,7 +14,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 
 TELEPORT_SLACK = 8.0
 """What a step may exceed speed x dt by, lane changes and length included [m]."""
@@ -44,7 +44,7 @@ _FASTEST = 100.0
 """Where no speed is logged: no road or rail vehicle is faster [m/s]."""
 
 
-def split(trace: Trace, *, step: float) -> tuple[Samples, ...]:
+def split(trace: Trace, *, step: float) -> tuple[LoggedSamples, ...]:
     """Cut a trace into unbroken stretches.
 
     Args:
@@ -61,12 +61,12 @@ def split(trace: Trace, *, step: float) -> tuple[Samples, ...]:
     return tuple(_samples(trace, slice(first, last)) for first, last in pairwise(bounds))
 
 
-def _samples(trace: Trace, part: slice) -> Samples:
+def _samples(trace: Trace, part: slice) -> LoggedSamples:
     """A stretch of a trace."""
     known = len(trace.offsets) == len(trace.times)
     times = trace.times[part]
     # Some tools log backing up as a negative speed.
-    return Samples(
+    return LoggedSamples(
         times,
         trace.positions[part],
         np.unwrap(trace.yaws[part]),

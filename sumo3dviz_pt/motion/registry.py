@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sumo3dviz_pt.motion.front import Front
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
 
-Make = Callable[[Samples, Setting], Front]
+Make = Callable[[LoggedSamples, Setting], Front]
 """Makes continuous motion of the front of an unbroken stretch of two samples or more."""
 
 

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
-from sumo3dviz_pt.motion.samples import Samples
+from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.ways import Way, Ways
 
@@ -45,7 +45,7 @@ class Switch:
 
 
 @dataclass(slots=True, eq=False)
-class Run:
+class LaneRun:
     """Samples whose lanes are known from one to the next; filled sample by sample.
 
     Attributes:
@@ -94,8 +94,8 @@ class Run:
 
 
 def follow(
-    samples: Samples, setting: Setting, *, trusted: bool = False
-) -> tuple[list[Run], dict[int, str]]:
+    samples: LoggedSamples, setting: Setting, *, trusted: bool = False
+) -> tuple[list[LaneRun], dict[int, str]]:
     """Find the lanes that a stretch of samples drove along.
 
     Args:
@@ -113,9 +113,9 @@ def follow(
     on = _named(samples, setting, ways)
     if not trusted:
         on &= _on_lanes(samples, setting, ways)
-    runs: list[Run] = []
+    runs: list[LaneRun] = []
     failed: dict[int, str] = {}
-    run: Run | None = None
+    run: LaneRun | None = None
     for step, reason, way in _steps(samples, setting, ways, on):
         if reason:
             failed[step] = reason
@@ -123,7 +123,7 @@ def follow(
             continue
         places = (float(samples.offsets[step]), float(samples.offsets[step + 1]))
         if run is None:
-            run = Run(step, [places[0]], [[(setting.lane_names[samples.lanes[step]], 0.0)]])
+            run = LaneRun(step, [places[0]], [[(setting.lane_names[samples.lanes[step]], 0.0)]])
             runs.append(run)
         if way is None:
             run.drive(run.chains[-1][-1][1] + places[1])
@@ -132,7 +132,7 @@ def follow(
     return runs, failed
 
 
-def stretches_of(samples: Samples, setting: Setting, ways: Ways) -> Floats:
+def stretches_of(samples: LoggedSamples, setting: Setting, ways: Ways) -> Floats:
     """How much longer the lane of each sample is than SUMO says, (n,)."""
     found = np.ones(len(samples.times))
     for lane, which in _groups(samples.lanes):
@@ -143,7 +143,7 @@ def stretches_of(samples: Samples, setting: Setting, ways: Ways) -> Floats:
 
 
 def _steps(
-    samples: Samples, setting: Setting, ways: Ways, on: Bools
+    samples: LoggedSamples, setting: Setting, ways: Ways, on: Bools
 ) -> Iterator[tuple[int, str, Way | None]]:
     """For each step why it has no way, or its way; None where it stays on its lane."""
     moved = np.diff(samples.offsets)
@@ -161,7 +161,9 @@ def _steps(
             yield step, "" if way else "no way", way
 
 
-def _way(samples: Samples, setting: Setting, ways: Ways, step: int, expected: float) -> Way | None:
+def _way(
+    samples: LoggedSamples, setting: Setting, ways: Ways, step: int, expected: float
+) -> Way | None:
     """The way from a sample to the next, if its length fits the speeds."""
     first, last = (setting.lane_names[samples.lanes[step + k]] for k in (0, 1))
     if first == last:
@@ -175,7 +177,7 @@ def _way(samples: Samples, setting: Setting, ways: Ways, step: int, expected: fl
     return way if abs(length - expected) <= slack and length >= -_BACKWARD else None
 
 
-def expected_ways(samples: Samples, *, euler: bool) -> Floats:
+def expected_ways(samples: LoggedSamples, *, euler: bool) -> Floats:
     """How far each step should lead, from the speeds or else from the places, (n - 1,) [m]."""
     straight = np.linalg.norm(np.diff(samples.positions[:, :2], axis=0), axis=1)
     speeds = samples.speeds[1:] if euler else (samples.speeds[1:] + samples.speeds[:-1]) / 2.0
@@ -192,7 +194,7 @@ def is_astray(off: Floats) -> bool:
     return bool((np.abs(off) > (_FARTHEST_ALONG, _FARTHEST_ASIDE)).any())
 
 
-def _named(samples: Samples, setting: Setting, ways: Ways) -> Bools:
+def _named(samples: LoggedSamples, setting: Setting, ways: Ways) -> Bools:
     """Which samples have a lane of the network and a place, (n,)."""
     named = np.isfinite(samples.offsets)
     for lane, which in _groups(samples.lanes):
@@ -200,7 +202,7 @@ def _named(samples: Samples, setting: Setting, ways: Ways) -> Bools:
     return named
 
 
-def _on_lanes(samples: Samples, setting: Setting, ways: Ways) -> Bools:
+def _on_lanes(samples: LoggedSamples, setting: Setting, ways: Ways) -> Bools:
     """Which samples are where their lane and place say, (n,)."""
     on = np.zeros(len(samples.times), dtype=np.bool_)
     for lane, which in _groups(samples.lanes):

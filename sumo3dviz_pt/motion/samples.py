@@ -1,6 +1,6 @@
 """What a smoother is given and the two values that every smoother needs.
 
-A piece of a trace becomes `Samples`; moving averages of their piecewise linear
+A piece of a trace becomes `LoggedSamples`; moving averages of their piecewise linear
 interpolation have a closed form through its antiderivative, so that a smoothed
 value can be asked at any real time, whatever the frame rate.
 """
@@ -19,7 +19,7 @@ Places = NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Samples:
+class LoggedSamples:
     """One unbroken stretch of logged samples.
 
     Attributes:
@@ -40,9 +40,9 @@ class Samples:
     lanes: Ints
     offsets: Floats
 
-    def part(self, which: slice | Ints) -> Samples:
+    def part(self, which: slice | Ints) -> LoggedSamples:
         """Some of the samples, in their order."""
-        return Samples(*(getattr(self, item.name)[which] for item in fields(self)))
+        return LoggedSamples(*(getattr(self, item.name)[which] for item in fields(self)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -62,7 +62,7 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Settings:
+class LogSettings:
     """The settings of a whole log.
 
     Attributes:

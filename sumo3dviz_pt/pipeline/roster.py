@@ -52,7 +52,7 @@ ORDERS: Mapping[str, _Order] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class RosterQuery:
     """Which road users to list, and in which order.
 
     Attributes:
@@ -96,7 +96,7 @@ class Roster(Sequence[RoadUser]):
         return "\n".join(table_lines(self._users))
 
 
-def roster(job: Job, wanted: Wanted | None = None) -> Roster:
+def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
     """Read the road users of a scene's log, in one pass and without keeping samples.
 
     Raises:
@@ -105,7 +105,7 @@ def roster(job: Job, wanted: Wanted | None = None) -> Roster:
     """
     from sumo3dviz_pt.sumo import read_roster, read_vehicle_types
 
-    wanted = wanted or Wanted()
+    wanted = wanted or RosterQuery()
     order = _order(wanted)
     files = scenario_files(job)
     users = read_roster(
@@ -118,7 +118,7 @@ def roster(job: Job, wanted: Wanted | None = None) -> Roster:
     return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
 
 
-def _order(wanted: Wanted) -> _Order:
+def _order(wanted: RosterQuery) -> _Order:
     """Return how to sort."""
     name = wanted.sort or ("begin" if wanted.near is None else "distance")
     if name not in ORDERS:
@@ -129,7 +129,7 @@ def _order(wanted: Wanted) -> _Order:
     return ORDERS[name]
 
 
-def _fits(user: RoadUser, wanted: Wanted) -> bool:
+def _fits(user: RoadUser, wanted: RosterQuery) -> bool:
     """Return whether a road user is wanted."""
     words = (user.type_id, user.vclass, user.kind)
     if not any(fnmatchcase(word, wanted.type) for word in words):

@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
     LADDER,
-    Row,
+    TableRow,
     Value,
     cost,
     grouped,
@@ -48,7 +48,7 @@ def save_figure(figure: Any, path: Path) -> None:
 
 
 def error_plot(
-    rows: Sequence[Row],
+    rows: Sequence[TableRow],
     path: Path,
     *,
     own: Mapping[str, float] | None = None,
@@ -84,7 +84,7 @@ def _series_name(key: tuple[Value, ...]) -> str:
     return f"raw, {sampler}" if denoise == "none" else f"OIDN {quality}, {sampler}"
 
 
-def _draw_errors(axis: Any, rows: Sequence[Row], column: str) -> None:
+def _draw_errors(axis: Any, rows: Sequence[TableRow], column: str) -> None:
     """Draw one panel: all series, presets and the guide."""
     ladder = [row for row in rows if row["preset"] == LADDER and numbers([row], column).size]
     series = grouped(ladder, ("denoise", "quality", "sampler"))
@@ -98,7 +98,9 @@ def _draw_errors(axis: Any, rows: Sequence[Row], column: str) -> None:
         _draw_preset(axis, some, column, name=f"{key[0]}{', raw' * (key[1] == 'none')}")
 
 
-def _draw_series(axis: Any, rows: Sequence[Row], column: str, *, name: str, number: int) -> None:
+def _draw_series(
+    axis: Any, rows: Sequence[TableRow], column: str, *, name: str, number: int
+) -> None:
     """Draw medians as a line, seeds as faint points."""
     colour, marker = PALETTE[number % len(PALETTE)], _MARKERS[number % len(_MARKERS)]
     axis.plot(
@@ -111,7 +113,7 @@ def _draw_series(axis: Any, rows: Sequence[Row], column: str, *, name: str, numb
     axis.plot(times, values, "-", marker=marker, color=colour, ms=5.5, lw=1.6, label=name)
 
 
-def _draw_guide(axis: Any, raw: Sequence[Row], column: str) -> None:
+def _draw_guide(axis: Any, raw: Sequence[TableRow], column: str) -> None:
     """Draw a line of slope -0.5 through the cheapest raw rung, a little above the curves."""
     times = np.array(sorted(cost(row) for row in raw))
     first = min(int(row["spp"]) for row in raw)
@@ -122,7 +124,7 @@ def _draw_guide(axis: Any, raw: Sequence[Row], column: str) -> None:
     axis.plot(ends, start * (ends / ends[0]) ** power, ":", color="0.35", lw=1.6, label=label)
 
 
-def _draw_preset(axis: Any, rows: Sequence[Row], column: str, *, name: str) -> None:
+def _draw_preset(axis: Any, rows: Sequence[TableRow], column: str, *, name: str) -> None:
     """Draw a preset as it is: its median, with its name."""
     at, value = float(np.median([cost(row) for row in rows])), median(rows, column)
     if not np.isfinite([at, value]).all():
@@ -195,7 +197,7 @@ def _limits(series: Sequence[Sequence[float]], *, signed: bool) -> tuple[float, 
     return (-max(1.0, reach), max(1.0, reach)) if signed else (0.0, reach or 1.0)
 
 
-def depth_plot(rows: Sequence[Row], path: Path) -> None:
+def depth_plot(rows: Sequence[TableRow], path: Path) -> None:
     """Draw mean bias and FLIP over path depth, as differences from the deepest.
 
     Args:
@@ -228,7 +230,7 @@ def depth_plot(rows: Sequence[Row], path: Path) -> None:
     save_figure(figure, path)
 
 
-def depth_changes(groups: Sequence[Sequence[Row]], column: str) -> list[Floats]:
+def depth_changes(groups: Sequence[Sequence[TableRow]], column: str) -> list[Floats]:
     """Return a column's differences from the deepest group, seed by seed.
 
     Args:

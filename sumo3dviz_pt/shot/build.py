@@ -39,7 +39,7 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
-from sumo3dviz_pt.world.build import Place, World, build_place
+from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -331,7 +331,7 @@ def _far_triangles(prototype: Prototype) -> int:
 
 
 def _materials(
-    place: Place, prototypes: Collection[Prototype], own: Mapping[str, Bsdf]
+    place: BuiltPlace, prototypes: Collection[Prototype], own: Mapping[str, Bsdf]
 ) -> dict[str, Bsdf]:
     """Only the materials in use."""
     used = {part.part.material for part in place.static}

@@ -33,7 +33,7 @@ FAR_TRIANGLES = 110_000
 SHOT_TRIANGLES = 1_450_000
 """Of a whole shot: every update of poses rebuilds the trees over all of them."""
 
-Frames = Sequence[tuple[CameraPath, Bools, Floats]]
+FramesSeen = Sequence[tuple[CameraPath, Bools, Floats]]
 """Stretches of a shot: camera path, alive (k, n), positions (k, n, 3)."""
 
 
@@ -54,7 +54,7 @@ class CrowdPlan:
 
 def plan_crowd(
     bodies: Sequence[Drawn],
-    frames: Frames,
+    frames: FramesSeen,
     *,
     triangles: Mapping[str, int] | None = None,
     budget: int = SHOT_TRIANGLES,
@@ -129,7 +129,7 @@ def _most_full(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
     return int(np.clip(spare // FULL_TRIANGLES, 1, MOST_FULL_MODELS))
 
 
-def _full_models(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> frozenset[str]:
+def _full_models(bodies: Sequence[Drawn], frames: FramesSeen, *, most: int) -> frozenset[str]:
     """The models that are near enough for full detail in most frames."""
     able = np.array([bool(body.full) for body in bodies], dtype=np.bool_)
     seen: Counter[str] = Counter()
@@ -148,7 +148,7 @@ def _full_models(bodies: Sequence[Drawn], frames: Frames, *, most: int) -> froze
     return frozenset(ranked[:most])
 
 
-def _slots(bodies: Sequence[Drawn], frames: Frames, *, limit: int, able: Bools) -> Slots:
+def _slots(bodies: Sequence[Drawn], frames: FramesSeen, *, limit: int, able: Bools) -> Slots:
     """Most bodies of each kind at once."""
     near, far, full, moving = (
         _Members.of([getattr(body, level) for body in bodies])

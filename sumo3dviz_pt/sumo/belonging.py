@@ -50,7 +50,7 @@ _ADVICE = "use the log of this network, written without --fcd-output.geo and --f
 
 
 @dataclass(slots=True)
-class Rows:
+class LogRows:
     """Some rows of a log.
 
     Attributes:
@@ -73,9 +73,9 @@ class Rows:
         self.speeds.append(speed)
 
 
-def first_rows(file: Path) -> Rows:
+def first_rows(file: Path) -> LogRows:
     """The first rows of a log; none of what cannot be read, which its reader explains."""
-    rows = Rows()
+    rows = LogRows()
     parser = expat.ParserCreate()
 
     def start(tag: str, attributes: Mapping[str, str]) -> None:
@@ -99,7 +99,7 @@ class _EnoughError(Exception):
     """There are enough rows."""
 
 
-def check_belonging(rows: Rows, network: Network, *, network_file: Path, log: Path) -> None:
+def check_belonging(rows: LogRows, network: Network, *, network_file: Path, log: Path) -> None:
     """Refuse a log of another network.
 
     Args:
@@ -125,7 +125,7 @@ def misfit(reason: str, *, network_file: Path, log: Path) -> InputError:
     return InputError(message, file=log)
 
 
-def _elsewhere(rows: Rows, network: Network) -> str:
+def _elsewhere(rows: LogRows, network: Network) -> str:
     """Why rows lie off the network's box: SUMO may shift vehicles but not persons."""
     corners = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
@@ -139,7 +139,7 @@ def _elsewhere(rows: Rows, network: Network) -> str:
     return ""
 
 
-def _unknown(rows: Rows, network: Network) -> str:
+def _unknown(rows: LogRows, network: Network) -> str:
     """Why rows are on lanes of another network; those on junctions differ between versions."""
     named = [lane for lane in rows.lanes if lane and not lane.startswith(":")]
     missing = [lane for lane in named if lane not in network.lanes and lane not in network.edges]
@@ -154,7 +154,7 @@ def _unknown(rows: Rows, network: Network) -> str:
     return ""
 
 
-def _astray(rows: Rows, network: Network) -> str:
+def _astray(rows: LogRows, network: Network) -> str:
     """Why vehicles that drive are off the roads."""
     drives = [
         kind == "vehicle" and not speed <= _DRIVES

@@ -23,7 +23,7 @@ from sumo3dviz_pt.model.traffic import TrafficLog
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.forward import FastForward
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError, check_root, feed
-from sumo3dviz_pt.sumo.traces import COLUMNS, Rows, build_traces
+from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers, build_traces
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
@@ -48,7 +48,7 @@ _RANGES = {
 _BLOCK = 200_000 * COLUMNS
 """Numbers after which rows that nobody keeps are passed on: 16 MB."""
 
-Drain = Callable[[Rows, Sequence[float]], None]
+Drain = Callable[[RowsOfUsers, Sequence[float]], None]
 """Takes rows, and the times of all steps so far [s]."""
 
 
@@ -86,7 +86,7 @@ def read_trajectories(
     asked = (-inf if begin is None else begin, inf if end is None else end)
     window = (asked[0] - margin, asked[1] + margin)
     lanes: dict[str, int] = {}
-    rows: Rows = {}
+    rows: RowsOfUsers = {}
     steps: set[float] = set()
     files = [Path(path) for path in paths]
     for file in files:
@@ -133,7 +133,7 @@ def stream_rows(
     return tuple(lanes)
 
 
-def _move(source: Rows, target: Rows) -> None:
+def _move(source: RowsOfUsers, target: RowsOfUsers) -> None:
     """Add rows to others; the source is emptied, so that nothing is held twice."""
     for key in list(source):
         buffer = source.pop(key)
@@ -184,7 +184,7 @@ class _Reader:
     ) -> None:
         self.file = file
         self._drain = drain
-        self.rows: Rows = {}
+        self.rows: RowsOfUsers = {}
         self.steps = array("d")
         self._begin, self._end = window
         self._lanes = lanes

@@ -37,7 +37,7 @@ _SIGNAL_EVENTS = frozenset({"SaveTLSStates", "SaveTLSSwitchStates"})
 
 
 @dataclass(slots=True)
-class _Named:
+class _NamedFiles:
     """Files that a configuration names, whether they exist or not."""
 
     network: list[Path] = field(default_factory=list)
@@ -75,7 +75,7 @@ def find_scenario(
     if not path.exists():
         raise InputError("does not exist; give a .sumocfg or a folder", file=path)
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
-    named = _Named() if configuration is None else _named_by(configuration)
+    named = _NamedFiles() if configuration is None else _named_by(configuration)
     first = network or next((net for net in named.network if net.is_file()), None)
     found = survey_folder(folder, network=first)
     if configuration is None and len(found.configurations) == 1:
@@ -92,7 +92,7 @@ def find_scenario(
     )
 
 
-def _named_by(configuration: Path) -> _Named:
+def _named_by(configuration: Path) -> _NamedFiles:
     """The files that a configuration names, relative to itself."""
     if root_of(configuration) not in CONFIGURATION_ROOTS:
         # Complain about damage before complaining about the kind of file.
@@ -101,7 +101,7 @@ def _named_by(configuration: Path) -> _Named:
         raise InputError(
             "is not a configuration of SUMO; give a .sumocfg or a folder", file=configuration
         )
-    named = _Named()
+    named = _NamedFiles()
     for element in read_elements(
         configuration, root=tuple(CONFIGURATION_ROOTS), what="a configuration of SUMO"
     ):

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.roster import Passage, Place, Point, RoadUser
+from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
 from sumo3dviz_pt.model.traffic import VehicleType, unique_ids
 from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import stream_rows
-from sumo3dviz_pt.sumo.traces import Key, Rows, in_order, riding_rows, table_of
+from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, table_of
 from sumo3dviz_pt.sumo.types import default_vehicle_type
 
 _GAP = 1.5
@@ -55,7 +55,7 @@ def read_roster(
     Raises:
         InputError: If a log is damaged, breaks off or holds no step.
     """
-    census = _Census(near, nan if at is None else at)
+    census = _RowCensus(near, nan if at is None else at)
     lanes = stream_rows(paths, census.count, allow_truncated=allow_truncated)
     found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
     found.sort(key=lambda user: user.begin)
@@ -63,7 +63,7 @@ def read_roster(
 
 
 @dataclass(slots=True)
-class _Tally:
+class _UserTally:
     """What is known of one road user so far.
 
     Attributes:
@@ -87,14 +87,14 @@ class _Tally:
     place: tuple[float, float, int] | None = None
 
 
-class _Census:
+class _RowCensus:
     """Counts blocks of rows."""
 
     def __init__(self, near: Point | None, at: float) -> None:
-        self.tallies: dict[Key, _Tally] = {}
+        self.tallies: dict[Key, _UserTally] = {}
         self._near, self._at = near, at
 
-    def count(self, rows: Rows, steps: Sequence[float]) -> None:
+    def count(self, rows: RowsOfUsers, steps: Sequence[float]) -> None:
         """Count the rows of a block in."""
         step = float(np.median(np.diff(np.sort(steps)))) if len(steps) > 1 else np.inf
         riding = riding_rows(rows)
@@ -107,10 +107,10 @@ class _Census:
             if not len(table):
                 continue
             if tally is None:
-                tally = self.tallies[key] = _Tally(float(table[0, 0]), table[0].copy())
+                tally = self.tallies[key] = _UserTally(float(table[0, 0]), table[0].copy())
             self._add(tally, np.vstack([tally.last, table]), step)
 
-    def _add(self, tally: _Tally, table: Floats, step: float) -> None:
+    def _add(self, tally: _UserTally, table: Floats, step: float) -> None:
         """Count samples of one road user in; the first row was counted before."""
         spans = np.diff(table[:, 0])
         ways = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1)
@@ -193,7 +193,7 @@ def _place_at(starts: Floats, ends: Floats, at: float) -> tuple[float, float, in
 
 
 def _user(
-    key: Key, tally: _Tally, *, lanes: Sequence[str], types: Mapping[str, VehicleType]
+    key: Key, tally: _UserTally, *, lanes: Sequence[str], types: Mapping[str, VehicleType]
 ) -> RoadUser:
     """A tally in words."""
     kind, name, type_id = key[0], key[1], key[2] or TYPE_OF_KIND[key[0]]
@@ -214,7 +214,7 @@ def _user(
         max_speed=tally.fastest,
         lanes=len(set(used)),
         edges=tuple(edge for n, edge in enumerate(edges) if not n or edge != edges[n - 1]),
-        place=None if tally.place is None else Place(x, y, lanes[lane] if lane >= 0 else ""),
+        place=None if tally.place is None else UserPlace(x, y, lanes[lane] if lane >= 0 else ""),
         passage=tally.passage,
     )
 

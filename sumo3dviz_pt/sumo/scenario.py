@@ -13,7 +13,7 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import SignalPhases, Trace, TrafficLog, VehicleType
 from sumo3dviz_pt.sumo.additional import read_additional
-from sumo3dviz_pt.sumo.belonging import Rows, check_belonging, first_rows, misfit
+from sumo3dviz_pt.sumo.belonging import LogRows, check_belonging, first_rows, misfit
 from sumo3dviz_pt.sumo.classes import DEFAULT_TYPES, TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.heights import with_heights
@@ -112,7 +112,7 @@ def _compare_lights(
         )
 
 
-def _check_rows(rows: Rows, network: Network, files: ScenarioFiles, path: Path) -> None:
+def _check_rows(rows: LogRows, network: Network, files: ScenarioFiles, path: Path) -> None:
     """Refuse a log of another network by some of its rows."""
     check_belonging(rows, network, network_file=files.network, log=path)
 
@@ -129,9 +129,9 @@ def _check_log(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
             raise misfit(reason, network_file=files.network, log=path)
 
 
-def _some_rows(log: TrafficLog) -> Rows:
+def _some_rows(log: TrafficLog) -> LogRows:
     """Samples from all over a log; of each kind, since SUMO shifts only vehicles."""
-    rows = Rows()
+    rows = LogRows()
     for kind in TYPE_OF_KIND:
         traces = [trace for trace in log.traces if trace.kind == kind]
         every = max(1, len(traces) // _TRACES)

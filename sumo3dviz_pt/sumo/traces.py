@@ -16,7 +16,7 @@ logger = logging.getLogger(__name__)
 Key = tuple[str, str, str]
 """Kind, id and type: an id that comes back with another type is another road user."""
 
-Rows = dict[Key, "array[float]"]
+RowsOfUsers = dict[Key, "array[float]"]
 """Packed rows: time, x, y, z, angle, speed, slope, lane, signals, place on it."""
 
 COLUMNS = 10
@@ -32,7 +32,7 @@ _SHIFTS = ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5))
 """Grids shifted by half a cell: two points nearer than that share a cell of one of them."""
 
 
-def build_traces(rows: Rows) -> tuple[Trace, ...]:
+def build_traces(rows: RowsOfUsers) -> tuple[Trace, ...]:
     """Make traces in order of first appearance; `rows` is emptied to save memory.
 
     Args:
@@ -93,7 +93,7 @@ def _possible(values: Floats, within: Range) -> Floats:
     return frozen(np.where(np.abs(values) <= within.high, values, np.nan))
 
 
-def riding_rows(rows: Rows) -> dict[Key, Bools]:
+def riding_rows(rows: RowsOfUsers) -> dict[Key, Bools]:
     """Which rows lie where a vehicle is at the same time, for all that is no vehicle."""
     riding = {
         key: np.zeros(len(buffer) // COLUMNS, dtype=np.bool_)

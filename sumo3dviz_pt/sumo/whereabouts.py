@@ -38,7 +38,7 @@ class Whereabouts:
 
 
 @dataclass(slots=True)
-class _Look:
+class _Sightings:
     """What was seen so far."""
 
     steps: set[float] = field(default_factory=set)
@@ -57,7 +57,7 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
     plain, _, number = name.rpartition("#")
     wanted = {_written(name), *([_written(plain)] if number.isdecimal() else [])}
     keyed = (_written(kind), _written(own))
-    look = _Look()
+    look = _Sightings()
     for path in paths:
         time = np.nan
         for step, tag, user in _tags(path):
@@ -98,7 +98,7 @@ def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
         return
 
 
-def _spans(look: _Look) -> tuple[tuple[float, float], ...]:
+def _spans(look: _Sightings) -> tuple[tuple[float, float], ...]:
     """Unbroken stays."""
     times = np.array(sorted(look.there))
     if not len(times):

@@ -2,14 +2,14 @@
 
 from sumo3dviz_pt.video.codecs import AUTO, CODECS, FILM_SUFFIXES, Codec, codec_named, frame_rate
 from sumo3dviz_pt.video.encoder import check_film, encode
-from sumo3dviz_pt.video.prober import Film, probe
+from sumo3dviz_pt.video.prober import ProbedFilm, probe
 
 __all__ = [
     "AUTO",
     "CODECS",
     "FILM_SUFFIXES",
     "Codec",
-    "Film",
+    "ProbedFilm",
     "check_film",
     "codec_named",
     "encode",

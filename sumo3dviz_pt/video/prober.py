@@ -16,7 +16,7 @@ from sumo3dviz_pt.video.ffmpeg import ffmpeg_path
 
 
 @dataclass(frozen=True, slots=True)
-class Film:
+class ProbedFilm:
     """What a film says about itself.
 
     Attributes:
@@ -43,7 +43,7 @@ _RATE = re.compile(r"frame_rate: (\d+)/(\d+)")
 _COMMENT = re.compile(r"^\s*comment\s*: (.*)$", re.MULTILINE | re.IGNORECASE)
 
 
-def probe(path: Path) -> Film:
+def probe(path: Path) -> ProbedFilm:
     """Decode a film and say what it is.
 
     Raises:
@@ -57,7 +57,7 @@ def probe(path: Path) -> Film:
         raise InputError("not a film that ffmpeg can decode", file=path)
     codec, pixels, tags, width, height = stream.groups()
     comment = _COMMENT.search(log)
-    return Film(
+    return ProbedFilm(
         codec,
         pixels,
         tags,

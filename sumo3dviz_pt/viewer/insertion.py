@@ -25,7 +25,7 @@ _STEP = 2
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _InsertionPlace:
     """Where an entry goes.
 
     Attributes:
@@ -69,7 +69,7 @@ def inserted(text: str, entry: str, *, file: Path | None = None) -> tuple[str, i
     return before + gap + newline.join([*added, ""]) + after, line
 
 
-def _indented(line: str, place: _Place) -> str:
+def _indented(line: str, place: _InsertionPlace) -> str:
     """Return a line of an entry at the depth that the file's other cameras have."""
     words = line.lstrip(" ")
     level = 1 + (len(line) - len(words)) // _STEP
@@ -82,7 +82,7 @@ def _newline(text: str, index: int) -> str:
     return ends[-1] if ends and ends[-1] in ("\r\n", "\r") else "\n"
 
 
-def _place(text: str, file: Path | None) -> _Place:
+def _place(text: str, file: Path | None) -> _InsertionPlace:
     """Find where the next camera goes."""
     events = list(yaml.parse(text, Loader=yaml.SafeLoader))
     root = next((event for event in events if isinstance(event, yaml.NodeEvent)), None)
@@ -96,7 +96,7 @@ def _place(text: str, file: Path | None) -> _Place:
         name = events[key]
         if isinstance(name, yaml.ScalarEvent) and name.value == "cameras":
             return _within(text, name, events[value:number], file)
-    return _Place(_foot(text, events), column, _STEP, head=True)
+    return _InsertionPlace(_foot(text, events), column, _STEP, head=True)
 
 
 def _after(events: Sequence[yaml.Event], number: int) -> int:
@@ -111,12 +111,14 @@ def _after(events: Sequence[yaml.Event], number: int) -> int:
             return number
 
 
-def _within(text: str, key: yaml.Event, value: Sequence[yaml.Event], file: Path | None) -> _Place:
+def _within(
+    text: str, key: yaml.Event, value: Sequence[yaml.Event], file: Path | None
+) -> _InsertionPlace:
     """Return where the next camera goes under `cameras:`."""
     first, column = value[0], _start(key).column
     if isinstance(first, yaml.ScalarEvent) and _start(first).index == _end(first).index:
         index = _after_comments(text, _line_after(text, _end(key).index), column + 1)
-        return _Place(index, column, _STEP)
+        return _InsertionPlace(index, column, _STEP)
     if not isinstance(first, yaml.MappingStartEvent) or first.flow_style or len(value) < 3:
         raise _by_hand("cameras are not written line by line", key, file)
     entries = _start(value[1]).column
@@ -127,7 +129,7 @@ def _within(text: str, key: yaml.Event, value: Sequence[yaml.Event], file: Path 
         if not (_ends_a_block(event) or isinstance(event, yaml.CollectionStartEvent))
     ]
     index = _after_comments(text, _line_after(text, max(ends)), entries)
-    return _Place(index, column, entries - column)
+    return _InsertionPlace(index, column, entries - column)
 
 
 def _ends_a_block(event: yaml.Event) -> bool:

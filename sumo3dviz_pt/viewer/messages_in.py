@@ -50,7 +50,7 @@ class GoTo(Settings):
     name: str
 
 
-class Place(Settings):
+class StandAt(Settings):
     """Stand somewhere; angles as in scene files [deg]."""
 
     do: Literal["eye"]
@@ -74,7 +74,7 @@ class Play(_Switch):
     do: Literal["play"]
 
 
-class Step(Settings):
+class StepFrames(Settings):
     """Go on or back by frames."""
 
     do: Literal["step"]
@@ -169,10 +169,10 @@ Order = (
     Keys
     | Drag
     | GoTo
-    | Place
+    | StandAt
     | SetTime
     | Play
-    | Step
+    | StepFrames
     | Dynamic
     | Denoise
     | Pick

@@ -183,7 +183,7 @@ def _unsaved(frames: tuple[KeyFrame, ...], live: Live) -> bool:
 
 
 @obeyed.register
-def _(order: messages_in.Place, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages_in.StandAt, state: ViewerState, live: Live) -> ViewerState:
     """Stand somewhere."""
     eye = Eye(np.array(order.position), order.heading, order.pitch, order.roll, order.fov)
     return replace(state, eye=eye, ride=None, flying=False)
@@ -203,7 +203,7 @@ def _(order: messages_in.Play, state: ViewerState, live: Live) -> ViewerState:
 
 
 @obeyed.register
-def _(order: messages_in.Step, state: ViewerState, live: Live) -> ViewerState:
+def _(order: messages_in.StepFrames, state: ViewerState, live: Live) -> ViewerState:
     """Go by frames of the film."""
     time = state.time + order.frames / float(live.job.output.fps)
     return replace(state, time=within(time, live), playing=False)

@@ -59,7 +59,7 @@ _WIDEST = 100.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Place:
+class BuiltPlace:
     """Everything that does not move.
 
     Attributes:
@@ -131,7 +131,7 @@ class World:
         return self.scenario.network.left_hand
 
 
-def build_place(world: World, camera_path: CameraPath) -> Place:
+def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     """Build roads, ground, scenery, street furniture and signals around a camera's path.
 
     Args:
@@ -173,7 +173,7 @@ def build_place(world: World, camera_path: CameraPath) -> Place:
     # All of it together.
     parts = (*fixed, *scenery.static)
     said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
-    return Place(
+    return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
         _materials(land, grown, scenery),
         roads,
@@ -215,7 +215,7 @@ def _path(camera_path: CameraPath) -> BoundsXY:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Land:
+class _PreparedLand:
     """What everything stands on, and what it is placed by."""
 
     roads: RoadParts
@@ -223,7 +223,7 @@ class _Land:
     around: Surroundings
 
 
-def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Land:
+def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _PreparedLand:
     """Roads and ground around a camera's path."""
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
@@ -246,7 +246,7 @@ def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _La
         height_at=ground.height_at,
         clearance=world.clearance,
     )
-    return _Land(roads, ground, replace(around, dark=world.dark, memory=world.memory))
+    return _PreparedLand(roads, ground, replace(around, dark=world.dark, memory=world.memory))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,7 +261,7 @@ class _Grown:
     hedges: Sequence[Polygon]
 
 
-def _grown(scenario: Scenario, job: Job, land: _Land) -> _Grown:
+def _grown(scenario: Scenario, job: Job, land: _PreparedLand) -> _Grown:
     """Houses along streets, then planting beside them, then grass between all of it."""
     roads, around = land.roads, land.around
     rows, fronts = _fronts(scenario, job, roads, around)
@@ -281,7 +281,7 @@ def _triangles(parts: Sequence[StaticPart]) -> int:
     return sum(len(part.part.mesh.faces) for part in parts)
 
 
-def _materials(land: _Land, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:
+def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:
     """Everything that does not move may be made of these."""
     ground = land.ground.materials
     return {
@@ -342,7 +342,7 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     return replace(found, pois=(*belts, *found.pois), static=static, open=True)
 
 
-def _rails(scenario: Scenario, job: Job, land: _Land) -> Rails:
+def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
     """Guard rails where the scenario has no fences; none where everything is plain."""
     why = None
     if not job.textured:

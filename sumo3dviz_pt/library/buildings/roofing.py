@@ -21,7 +21,7 @@ from sumo3dviz_pt.library.buildings.roofs import (
     rain_pipes,
 )
 from sumo3dviz_pt.library.buildings.shell import Shell, joined, stood_up
-from sumo3dviz_pt.library.buildings.tops import Slope, chimneys, dormers, machines
+from sumo3dviz_pt.library.buildings.tops import RoofSlope, chimneys, dormers, machines
 from sumo3dviz_pt.model.geometry import Floats, settled
 
 _RISE = 2.7  # of mansard slopes [m]
@@ -111,7 +111,7 @@ def _mansard(building: Building) -> Shell:
         boards=False,
         lintel=False,
     )
-    slope = Slope(height, 1 / LEAN, 0.25)
+    slope = RoofSlope(height, 1 / LEAN, 0.25)
     for i, (a, b) in enumerate(zip(plan, np.roll(plan, -1, axis=0), strict=True)):
         if design.dormers and i not in blind and float(np.linalg.norm(b - a)) > 5.0:
             rng = np.random.default_rng([seed, i, 41])

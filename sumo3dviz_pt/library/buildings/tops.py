@@ -74,7 +74,7 @@ def chimneys(spots: Floats, base: float, tops: Floats, *, level: int) -> Shell:
 
 
 @dataclass(frozen=True, slots=True)
-class Slope:
+class RoofSlope:
     """A roof's slope above a wall, and where dormers stand in it.
 
     Attributes:
@@ -92,7 +92,7 @@ def dormers(
     start: Floats,
     end: Floats,
     *,
-    slope: Slope,
+    slope: RoofSlope,
     facade: Facade,
     level: int,
     rng: np.random.Generator,

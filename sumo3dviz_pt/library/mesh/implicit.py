@@ -28,7 +28,7 @@ _CORNERS = ((-1, -1), (0, -1), (0, 0), (-1, 0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class ProfileCurve:
     """A smooth curve y(x) through given points, constant beyond them.
 
     Attributes:
@@ -42,7 +42,7 @@ class Curve:
     slopes: Floats
 
     @classmethod
-    def through(cls, points: Sequence[Sequence[float]], *, smooth: float) -> Curve:
+    def through(cls, points: Sequence[Sequence[float]], *, smooth: float) -> ProfileCurve:
         """Interpolate monotonically, then blur with a standard deviation `smooth`.
 
         The blur removes the kinks in curvature that reflections would show.

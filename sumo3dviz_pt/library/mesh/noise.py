@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats, settled
 
 
 @dataclass(frozen=True, slots=True)
-class Band:
+class Spectrum:
     """Which wavelengths a noise has.
 
     Attributes:
@@ -45,7 +45,7 @@ def _frequencies(shape: tuple[int, int], stretch: float) -> Floats:
     return np.asarray(np.hypot(rows[:, None] / aspect, columns[None, :] * aspect))
 
 
-def fractal(shape: tuple[int, int], band: Band, *, seed: int) -> Floats:
+def fractal(shape: tuple[int, int], band: Spectrum, *, seed: int) -> Floats:
     """Make periodic noise with a power-law spectrum.
 
     Args:

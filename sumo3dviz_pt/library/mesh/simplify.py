@@ -33,7 +33,7 @@ def simplify(surface: Surface, *, faces: int, largest: float = 0.004) -> Surface
     Returns:
         A surface whose material borders and open borders lie where they lay.
     """
-    work = _Work(surface)
+    work = _Simplification(surface)
     left = len(surface.faces)
     while work.heap and left > faces:
         cost, u, v, stamp = heapq.heappop(work.heap)
@@ -46,7 +46,7 @@ def simplify(surface: Surface, *, faces: int, largest: float = 0.004) -> Surface
     return work.surface()
 
 
-class _Work:
+class _Simplification:
     """Connectivity and quadrics of a surface that is being simplified."""
 
     def __init__(self, surface: Surface) -> None:

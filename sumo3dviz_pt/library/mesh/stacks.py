@@ -10,12 +10,12 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.solids import by_material, shaded
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 
-Piece = tuple[str, Mesh]
+MaterialMesh = tuple[str, Mesh]
 """Material and mesh."""
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class StackLevel:
     """One outline of a stack and what the band above it is made of.
 
     Attributes:
@@ -40,8 +40,8 @@ class Level:
 
 
 def stack(
-    levels: Sequence[Level], *, radius: float, segments: int, windows: Sequence[float] = ()
-) -> list[Piece]:
+    levels: Sequence[StackLevel], *, radius: float, segments: int, windows: Sequence[float] = ()
+) -> list[MaterialMesh]:
     """Loft a body through outlines and close it at the top and bottom.
 
     Args:
@@ -67,7 +67,7 @@ def stack(
     return _split(rings, faces, owners)
 
 
-def _split(vertices: Floats, faces: Ints, owners: Sequence[str]) -> list[Piece]:
+def _split(vertices: Floats, faces: Ints, owners: Sequence[str]) -> list[MaterialMesh]:
     """Shade faces together, then part them by material."""
     pieces = []
     names = np.array(owners)
@@ -76,7 +76,7 @@ def _split(vertices: Floats, faces: Ints, owners: Sequence[str]) -> list[Piece]:
     return list(by_material(pieces).items())
 
 
-def _material(level: Level, kind: str) -> str:
+def _material(level: StackLevel, kind: str) -> str:
     """Return the material of one column of the band above a level."""
     choice = {
         "front": level.ends or level.side,
@@ -87,7 +87,7 @@ def _material(level: Level, kind: str) -> str:
 
 
 def _plan(
-    level: Level, radius: float, segments: int, windows: Sequence[float]
+    level: StackLevel, radius: float, segments: int, windows: Sequence[float]
 ) -> tuple[Floats, list[str]]:
     """Return the outline in shares, (n, 4): along, across, corner x and y; and its sides' kinds.
 
@@ -109,7 +109,7 @@ def _plan(
     return np.array([*left, *right]), [*half, "rear", *half[::-1], "front"]
 
 
-def _placed(plan: Floats, level: Level, radius: float) -> Floats:
+def _placed(plan: Floats, level: StackLevel, radius: float) -> Floats:
     """Place the outline at one level, (n, 3) [m]."""
     x = level.front - plan[:, 0] * (level.front - level.rear) + radius * plan[:, 2]
     y = plan[:, 1] * level.half + radius * plan[:, 3]

@@ -30,8 +30,8 @@ from sumo3dviz_pt.library.people.hair import STYLES, cover_levels, headwear
 from sumo3dviz_pt.library.people.head import Face, Skull, head
 from sumo3dviz_pt.library.people.limbs import BARE, arm, hand, leg, shoe
 from sumo3dviz_pt.library.people.posture import Posture, matrices
-from sumo3dviz_pt.library.people.rig import SIDES, Measures
-from sumo3dviz_pt.library.people.skin import Cloth, Piece, dressed
+from sumo3dviz_pt.library.people.rig import SIDES, BodyMeasures
+from sumo3dviz_pt.library.people.skin import Cloth, SkinPart, dressed
 from sumo3dviz_pt.library.people.stack import Counts
 from sumo3dviz_pt.library.people.trunk import Garment, seat
 from sumo3dviz_pt.library.people.wardrobe import (
@@ -49,7 +49,7 @@ from sumo3dviz_pt.model.scene import Part, Poses
 
 
 @dataclass(frozen=True, slots=True)
-class Detail:
+class FigureDetail:
     """How finely a figure is modelled.
 
     Attributes:
@@ -67,11 +67,11 @@ class Detail:
     fine: bool
 
 
-LEVELS: Mapping[str, Detail] = {
-    "middle": Detail(
+LEVELS: Mapping[str, FigureDetail] = {
+    "middle": FigureDetail(
         Counts(TRUNK_RINGS, 18), Counts(11, 8), Counts(13, 9), Counts(8, 10), fine=True
     ),
-    "far": Detail(Counts(4, 6), Counts(3, 4), Counts(3, 4), Counts(2, 4), fine=False),
+    "far": FigureDetail(Counts(4, 6), Counts(3, 4), Counts(3, 4), Counts(2, 4), fine=False),
 }
 """Levels of detail by name."""
 
@@ -97,7 +97,7 @@ def figure(recipe: Recipe, level: str = "middle") -> tuple[tuple[Part, ...], Pos
 
 
 @lru_cache(maxsize=2)
-def _on_foot(body: Measures) -> Floats:
+def _on_foot(body: BodyMeasures) -> Floats:
     """Return the bones' matrices, standing and in each phase of a stride, (poses, bones, 3, 4)."""
     phases = np.arange(gait.PHASES) / gait.PHASES
     postures = [gait.standing(body), *(gait.walking(body, phase) for phase in phases)]
@@ -109,7 +109,7 @@ def stride_length(recipe: Recipe) -> float:
     return gait.stride_length(measures(recipe))
 
 
-def in_posture(recipe: Recipe, detail: Detail, posture: Posture) -> tuple[Part, ...]:
+def in_posture(recipe: Recipe, detail: FigureDetail, posture: Posture) -> tuple[Part, ...]:
     """Build a person in one posture, such as a rider.
 
     Args:
@@ -124,9 +124,9 @@ def in_posture(recipe: Recipe, detail: Detail, posture: Posture) -> tuple[Part, 
     return dressed(list(clothed(recipe, detail)), matrices(body, posture)[None])[0]
 
 
-def measures(recipe: Recipe) -> Measures:
+def measures(recipe: Recipe) -> BodyMeasures:
     """Read the measures of a recipe's body."""
-    return Measures(**recipe.get("body", {}))
+    return BodyMeasures(**recipe.get("body", {}))
 
 
 def _grounded(parts: tuple[Part, ...], poses: Poses) -> tuple[tuple[Part, ...], Poses]:
@@ -141,7 +141,7 @@ def _grounded(parts: tuple[Part, ...], poses: Poses) -> tuple[tuple[Part, ...], 
     return tuple(down), moved
 
 
-def clothed(recipe: Recipe, detail: Detail) -> Iterator[Piece]:
+def clothed(recipe: Recipe, detail: FigureDetail) -> Iterator[SkinPart]:
     """Build all pieces of a person at rest.
 
     Raises:
@@ -159,7 +159,9 @@ def clothed(recipe: Recipe, detail: Detail) -> Iterator[Piece]:
         yield from make(body, _cloth(item, "leather"), top.fit.ease, fine=detail.fine)
 
 
-def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Iterator[Piece]:
+def _headed(
+    recipe: Recipe, body: BodyMeasures, face: Face, detail: FigureDetail
+) -> Iterator[SkinPart]:
     """Build head, hair and headwear."""
     skull = Skull.of(body, face)
     worn = recipe.get("head", ())
@@ -175,7 +177,9 @@ def _headed(recipe: Recipe, body: Measures, face: Face, detail: Detail) -> Itera
         yield from headwear(skull, item["style"], cloth, fine=detail.fine, under=number > 0)
 
 
-def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator[Piece]:
+def _upper(
+    recipe: Recipe, body: BodyMeasures, top: Top, detail: FigureDetail
+) -> Iterator[SkinPart]:
     """Build the garment on the trunk, sleeves, bare arms and hands."""
     cloth = _cloth(recipe["top"], top.material)
     skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)
@@ -196,7 +200,9 @@ def _upper(recipe: Recipe, body: Measures, top: Top, detail: Detail) -> Iterator
             yield from trimming(name, recipe, garment, cloth)
 
 
-def _lower(recipe: Recipe, body: Measures, bottom: Bottom, detail: Detail) -> Iterator[Piece]:
+def _lower(
+    recipe: Recipe, body: BodyMeasures, bottom: Bottom, detail: FigureDetail
+) -> Iterator[SkinPart]:
     """Build trousers or a skirt, bare legs and shoes."""
     cloth = _cloth(recipe["bottom"], "cloth")
     skin = Cloth("complexion", Face(**_tuples(recipe.get("face", {}))).skin)

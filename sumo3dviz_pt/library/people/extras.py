@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sumo3dviz_pt.library.people.rig import Measures
-from sumo3dviz_pt.library.people.skin import Cloth, Piece, hemmed, trunk_weights, tube_piece
+from sumo3dviz_pt.library.people.rig import BodyMeasures
+from sumo3dviz_pt.library.people.skin import Cloth, SkinPart, hemmed, trunk_weights, tube_piece
 from sumo3dviz_pt.library.people.stack import Stack, rope, swollen, turns
 from sumo3dviz_pt.library.people.trunk import NECK, Fit, Garment
 from sumo3dviz_pt.model.geometry import Floats
 
 
 def collar(
-    body: Measures, cloth: Cloth, *, rise: float, away: float, count: int, drop: float = 0.0
-) -> Piece:
+    body: BodyMeasures, cloth: Cloth, *, rise: float, away: float, count: int, drop: float = 0.0
+) -> SkinPart:
     """Build a band around the neck.
 
     Args:
@@ -47,7 +47,7 @@ def collar(
     return tube_piece(rings, trunk_weights(body, rings.reshape(-1, 3)), cloth)
 
 
-def scarf(body: Measures, cloth: Cloth, *, count: int) -> Iterator[Piece]:
+def scarf(body: BodyMeasures, cloth: Cloth, *, count: int) -> Iterator[SkinPart]:
     """Build a thick loop around the neck with one hanging end.
 
     Args:
@@ -70,12 +70,12 @@ def scarf(body: Measures, cloth: Cloth, *, count: int) -> Iterator[Piece]:
     yield _bound(body, rope(path, wide_end, count, flat=np.array([1.0, 0.0, 0.3])), cloth)
 
 
-def _bound(body: Measures, rings: Floats, cloth: Cloth) -> Piece:
+def _bound(body: BodyMeasures, rings: Floats, cloth: Cloth) -> SkinPart:
     """Bind a closed rope to the trunk that it lies on."""
     return tube_piece(rings, trunk_weights(body, rings.reshape(-1, 3)), cloth, lids="bottom top")
 
 
-def folded_hood(body: Measures, cloth: Cloth) -> Piece:
+def folded_hood(body: BodyMeasures, cloth: Cloth) -> SkinPart:
     """Build a hood that lies on the back."""
     h, low = body.height, float(body.z(0.842))
     turn = np.radians(np.linspace(40.0, 320.0, 9))
@@ -92,8 +92,14 @@ def folded_hood(body: Measures, cloth: Cloth) -> Piece:
 
 
 def _pack(
-    body: Measures, middle: Floats, half: Floats, cloth: Cloth, *, power: float, fine: bool = True
-) -> Piece:
+    body: BodyMeasures,
+    middle: Floats,
+    half: Floats,
+    cloth: Cloth,
+    *,
+    power: float,
+    fine: bool = True,
+) -> SkinPart:
     """Build a soft box bound to the trunk; `half` holds its half sizes, (3,) [m]."""
     lift = np.array([-0.98, -0.85, 0.0, 0.75, 0.97]) if fine else np.array([-0.9, 0.9])
     slim = np.array([0.72, 0.97, 1.0, 0.93, 0.62]) if fine else np.array([0.9, 0.9])
@@ -112,7 +118,7 @@ def _corners(rows: list[tuple[float, ...]]) -> Floats:
     return swollen(Stack(np.array(rows)).grid(np.array([0.0, 1.0]), turn))
 
 
-def backpack(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[Piece]:
+def backpack(body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[SkinPart]:
     """Build a pack with a pocket and two straps.
 
     Args:
@@ -138,7 +144,9 @@ def backpack(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterat
         yield _bound(body, rope(path + 0.006 * away, np.full(7, 0.030), 4, flat=away), cloth)
 
 
-def shoulder_bag(body: Measures, cloth: Cloth, ease: float, *, fine: bool) -> Iterator[Piece]:
+def shoulder_bag(
+    body: BodyMeasures, cloth: Cloth, ease: float, *, fine: bool
+) -> Iterator[SkinPart]:
     """Build a bag at the right hip on a strap over the left shoulder.
 
     Args:

@@ -17,8 +17,8 @@ from functools import cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from sumo3dviz_pt.library.people.posture import Posture, Step, Swing, about_x, about_y, about_z
-from sumo3dviz_pt.library.people.rig import SIDES, Measures, joints
+from sumo3dviz_pt.library.people.posture import FootPose, Posture, Swing, about_x, about_y, about_z
+from sumo3dviz_pt.library.people.rig import SIDES, BodyMeasures, joints
 from sumo3dviz_pt.library.people.stack import interpolated
 from sumo3dviz_pt.model.geometry import Floats
 
@@ -46,12 +46,12 @@ _STRIKE = 0.158
 """Where the heel strikes, before the hips, as a share of stature."""
 
 
-def stride_length(body: Measures) -> float:
+def stride_length(body: BodyMeasures) -> float:
     """Return the distance of two steps at an easy pace [m]."""
     return float(0.79 * body.height * (1.0 - 0.03 * body.woman))
 
 
-def standing(body: Measures) -> Posture:
+def standing(body: BodyMeasures) -> Posture:
     """Stand at ease: the weight a little on one leg, feet turned out."""
     rest = joints(body)
     h = body.height
@@ -65,12 +65,12 @@ def standing(body: Measures) -> Posture:
     return Posture(hips, pelvis, about_x(-0.012) @ about_y(0.01), about_z(0.12), feet, arms)
 
 
-def _flat(ankle: Floats, *, yaw: float) -> Step:
+def _flat(ankle: Floats, *, yaw: float) -> FootPose:
     """Put a foot flat on the ground."""
-    return Step(ankle, yaw=yaw)
+    return FootPose(ankle, yaw=yaw)
 
 
-def walking(body: Measures, phase: float) -> Posture:
+def walking(body: BodyMeasures, phase: float) -> Posture:
     """Take the posture of one moment of a walk at an easy pace.
 
     Args:
@@ -90,7 +90,7 @@ def walking(body: Measures, phase: float) -> Posture:
     return Posture(hips, pelvis, chest, head, feet, arms)
 
 
-def _hip_height(body: Measures, phase: float) -> float:
+def _hip_height(body: BodyMeasures, phase: float) -> float:
     """Return the height of the hips, lowest just after each heel strike [m]."""
     top = float(joints(body)["pelvis"][2])
     swing = np.cos(4.0 * np.pi * (phase - 0.30))
@@ -103,7 +103,7 @@ def _arm(phase: float) -> Swing:
     return Swing(np.radians(-4.0 + 19.0 * wave), np.radians(-2.5), np.radians(21.0 + 11.0 * wave))
 
 
-def _foot(body: Measures, phase: float, side: str) -> Step:
+def _foot(body: BodyMeasures, phase: float, side: str) -> FootPose:
     """Place a foot at its own share of a stride."""
     yaw = SIDES[side] * np.radians(6.0)
     if phase <= TOE_OFF:
@@ -125,7 +125,7 @@ def _foot_curve() -> CubicSpline:
     return CubicSpline(angles[:, 0], angles[:, 1], bc_type="periodic")
 
 
-def _stance(body: Measures, phase: float, side: str, yaw: float) -> Step:
+def _stance(body: BodyMeasures, phase: float, side: str, yaw: float) -> FootPose:
     """Place a foot on the ground, where it rolls over heel, sole, ball and toes."""
     rest = joints(body)
     ankle, heel, ball, tip = (rest[f"{n}_{side}"] for n in ("foot", "heel", "toes", "tip"))
@@ -140,25 +140,25 @@ def _stance(body: Measures, phase: float, side: str, yaw: float) -> Step:
         curl = turn @ about_y(-toes) @ (ball - tip)
         place = strike + flat + curl + turn @ roll @ (ankle - ball)
     place[1] += _track(body, side)
-    return Step(place, pitch, toes, yaw)
+    return FootPose(place, pitch, toes, yaw)
 
 
-def _track(body: Measures, side: str) -> float:
+def _track(body: BodyMeasures, side: str) -> float:
     """Return y of the line on which a foot comes down [m]."""
     return float(SIDES[side] * (0.034 - 0.010 * body.woman) * body.height)
 
 
-def _swing(body: Measures, phase: float, side: str, yaw: float) -> Step:
+def _swing(body: BodyMeasures, phase: float, side: str, yaw: float) -> FootPose:
     """Place a foot in the air by measured angles, shifted to meet the stance at both ends."""
     share = (phase - TOE_OFF) / (1.0 - TOE_OFF)
     found = _swung(body, phase, side)
     begin = _stance(body, TOE_OFF, side, yaw).ankle - _swung(body, TOE_OFF, side)
     end = _stance(body, 0.0, side, yaw).ankle - _swung(body, 1.0, side)
     pitch, toes = _pitches(phase)
-    return Step(found + begin + share * (end - begin), pitch, toes, yaw)
+    return FootPose(found + begin + share * (end - begin), pitch, toes, yaw)
 
 
-def _swung(body: Measures, phase: float, side: str) -> Floats:
+def _swung(body: BodyMeasures, phase: float, side: str) -> Floats:
     """Return the ankle of a leg with the measured angles of hip and knee, (3,) [m]."""
     rest = joints(body)
     thigh = rest[f"thigh_{side}"][2] - rest[f"shank_{side}"][2]

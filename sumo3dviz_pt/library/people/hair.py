@@ -9,7 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
 from sumo3dviz_pt.library.people.head import Skull, covering, head_angles, on_head
-from sumo3dviz_pt.library.people.skin import Cloth, Folds, Piece, carried
+from sumo3dviz_pt.library.people.skin import Cloth, Folds, SkinPart, carried
 from sumo3dviz_pt.library.people.stack import Stack, closed, swollen
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.vectors import unit
@@ -45,7 +45,7 @@ _SHIELD = Cloth("window")
 
 
 @dataclass(frozen=True, slots=True)
-class Style:
+class HairStyle:
     """What covers a head.
 
     Attributes:
@@ -63,21 +63,21 @@ class Style:
     rough: float = 0.004
 
 
-STYLES: Mapping[str, Style] = {
-    "short": Style(_SHORT, 0.016, 0.008),
-    "crop": Style(_SHORT, 0.008, 0.005, rough=0.001),
-    "full": Style(_SHORT, 0.026, 0.013, rough=0.007),
-    "receding": Style(_RING, 0.002, 0.009, rough=0.002),
-    "long": Style(_LONG, 0.020, 0.013, rough=0.007),
-    "bob": Style(_BOB, 0.020, 0.013, rough=0.006),
-    "tied": Style(_SHORT, 0.012, 0.009, rough=0.002),
-    "bun": Style(_SHORT, 0.012, 0.009, rough=0.002),
-    "cap": Style(_CAP, 0.018, 0.012, "cloth", rough=0.0),
-    "beanie": Style(_BEANIE, 0.026, 0.013, "cloth", rough=0.003),
-    "hood": Style(_HOOD, 0.034, 0.030, "cloth", rough=0.006),
-    "bicycle_helmet": Style(_BICYCLE, 0.038, 0.026, "sign", rough=0.0),
-    "jet_helmet": Style(_JET, 0.036, 0.038, "sign", rough=0.0),
-    "full_helmet": Style(_FULL, 0.040, 0.044, "sign", rough=0.0),
+STYLES: Mapping[str, HairStyle] = {
+    "short": HairStyle(_SHORT, 0.016, 0.008),
+    "crop": HairStyle(_SHORT, 0.008, 0.005, rough=0.001),
+    "full": HairStyle(_SHORT, 0.026, 0.013, rough=0.007),
+    "receding": HairStyle(_RING, 0.002, 0.009, rough=0.002),
+    "long": HairStyle(_LONG, 0.020, 0.013, rough=0.007),
+    "bob": HairStyle(_BOB, 0.020, 0.013, rough=0.006),
+    "tied": HairStyle(_SHORT, 0.012, 0.009, rough=0.002),
+    "bun": HairStyle(_SHORT, 0.012, 0.009, rough=0.002),
+    "cap": HairStyle(_CAP, 0.018, 0.012, "cloth", rough=0.0),
+    "beanie": HairStyle(_BEANIE, 0.026, 0.013, "cloth", rough=0.003),
+    "hood": HairStyle(_HOOD, 0.034, 0.030, "cloth", rough=0.006),
+    "bicycle_helmet": HairStyle(_BICYCLE, 0.038, 0.026, "sign", rough=0.0),
+    "jet_helmet": HairStyle(_JET, 0.036, 0.038, "sign", rough=0.0),
+    "full_helmet": HairStyle(_FULL, 0.040, 0.044, "sign", rough=0.0),
 }
 """What can be on a head, by name; `bald` is nothing."""
 
@@ -97,7 +97,7 @@ def cover_levels(skull: Skull, styles: tuple[str, ...], *, fine: bool) -> Floats
 
 def headwear(
     skull: Skull, style: str, cloth: Cloth, *, fine: bool, under: bool = False
-) -> Iterator[Piece]:
+) -> Iterator[SkinPart]:
     """Make hair or headwear, with its tail, brim or visor.
 
     Args:
@@ -115,7 +115,7 @@ def headwear(
         yield from extra(skull, cloth)
 
 
-def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -> Piece:
+def _shell(skull: Skull, style: HairStyle, cloth: Cloth, *, fine: bool, rows: int) -> SkinPart:
     """Make a shell from its edge, which is drawn in under itself, to the crown."""
     angles = head_angles(fine=fine)
     low = covering(skull, style.edge, angles)
@@ -139,7 +139,7 @@ def _shell(skull: Skull, style: Style, cloth: Cloth, *, fine: bool, rows: int) -
     return _streaked(piece, len(angles)) if cloth.material == "hair" and fine else piece
 
 
-def _drop(skull: Skull, style: Style, angles: Floats, share: Floats) -> Floats:
+def _drop(skull: Skull, style: HairStyle, angles: Floats, share: Floats) -> Floats:
     """Return the heights of a shell's points, which may hang below the skull, (rows, m) [m]."""
     turn = np.degrees(np.abs((angles + np.pi) % (2.0 * np.pi) - np.pi))
     low = np.interp(turn, list(style.edge), list(style.edge.values()))
@@ -157,7 +157,7 @@ def _base(skull: Skull, levels: Floats, turn: Floats, heights: Floats) -> Floats
     return np.asarray(points)
 
 
-def _streaked(piece: Piece, columns: int) -> Piece:
+def _streaked(piece: SkinPart, columns: int) -> SkinPart:
     """Colour locks lighter and darker."""
     assert piece.tint is not None
     quad = np.arange(len(piece.faces)) // 2
@@ -165,7 +165,7 @@ def _streaked(piece: Piece, columns: int) -> Piece:
     return replace(piece, tint=piece.tint * lock[:, None])
 
 
-def _tail(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
+def _tail(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
     """Make a pony tail."""
     rows = (
         (-0.150, 0.004, 0.010, 0.010, 0.012, -0.060, -0.060, 2.0),
@@ -177,7 +177,7 @@ def _tail(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
     yield on_head(skull, Stack(np.array(rows)).grid(6, 7), cloth)
 
 
-def _bun(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
+def _bun(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
     """Make a knot of hair at the back."""
     lift = np.radians([-75.0, -35.0, 5.0, 45.0, 80.0])
     rows = [
@@ -186,7 +186,7 @@ def _bun(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
     yield on_head(skull, Stack(np.array(rows)).grid(5, 8), cloth)
 
 
-def _brim(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
+def _brim(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
     """Make the peak of a cap."""
     turn = np.radians(np.linspace(-62.0, 62.0, 9))
     inner = np.stack([0.088 * np.cos(turn), 0.080 * np.sin(turn), np.full(9, 0.168)], axis=1)
@@ -200,18 +200,18 @@ def _brim(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
     yield on_head(skull, rings[::-1], cloth)
 
 
-def _visor(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
+def _visor(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
     """Make the dark shield before the eyes of a jet helmet."""
     yield _band(skull, (0.050, 0.165), 0.030, _SHIELD)
 
 
-def _full_face(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
+def _full_face(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
     """Make the chin bar and the shield of a full-face helmet."""
     yield _band(skull, (-0.020, 0.075), 0.036, cloth)
     yield _band(skull, (0.070, 0.160), 0.032, _SHIELD)
 
 
-def _band(skull: Skull, span: tuple[float, float], away: float, cloth: Cloth) -> Piece:
+def _band(skull: Skull, span: tuple[float, float], away: float, cloth: Cloth) -> SkinPart:
     """Make a closed band before the face, between two heights over the chin [m]."""
     turn = np.radians(np.linspace(-80.0, 80.0, 11))
     z = np.linspace(span[0], span[1], 4)
@@ -230,7 +230,7 @@ def _band(skull: Skull, span: tuple[float, float], away: float, cloth: Cloth) ->
     return on_head(skull, rings, cloth)
 
 
-def _vents(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
+def _vents(skull: Skull, cloth: Cloth) -> Iterator[SkinPart]:
     """Make the dark slots along a bicycle helmet."""
     for y in (-0.045, -0.015, 0.015, 0.045):
         x = np.linspace(0.10, -0.09, 6)
@@ -242,7 +242,7 @@ def _vents(skull: Skull, cloth: Cloth) -> Iterator[Piece]:
         yield on_head(skull, rings[::-1], Cloth("trim"))
 
 
-_EXTRAS: Mapping[str, Callable[[Skull, Cloth], Iterator[Piece]]] = {
+_EXTRAS: Mapping[str, Callable[[Skull, Cloth], Iterator[SkinPart]]] = {
     "tied": _tail,
     "bun": _bun,
     "cap": _brim,

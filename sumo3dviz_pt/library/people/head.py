@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.people.rig import Measures
-from sumo3dviz_pt.library.people.skin import Cloth, Piece, carried, weighed
+from sumo3dviz_pt.library.people.rig import BodyMeasures
+from sumo3dviz_pt.library.people.skin import Cloth, SkinPart, carried, weighed
 from sumo3dviz_pt.library.people.stack import Stack, closed, swollen
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints
 
@@ -94,7 +94,7 @@ class Skull:
     levels: Floats = field(default_factory=lambda: np.linspace(0.0, 19.0, 191))
 
     @classmethod
-    def of(cls, body: Measures, face: Face) -> Skull:
+    def of(cls, body: BodyMeasures, face: Face) -> Skull:
         """Shape the head of a body."""
         rows = np.array(_MAN)
         jaw = smoothstep(0.12, 0.02, rows[:, 5])
@@ -158,7 +158,9 @@ def head_angles(*, fine: bool) -> Floats:
     return np.concatenate([_TURNS, [np.pi], 2.0 * np.pi - _TURNS[:0:-1]])
 
 
-def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> Iterator[Piece]:
+def head(
+    skull: Skull, body: BodyMeasures, *, cover: Floats | None, fine: bool
+) -> Iterator[SkinPart]:
     """Make head and neck.
 
     Args:
@@ -179,7 +181,7 @@ def head(skull: Skull, body: Measures, *, cover: Floats | None, fine: bool) -> I
     neck = smoothstep(2.4, 0.2, level)
     weights = weighed(len(vertices), {"head": 1.0 - neck, "chest": neck})
     local = (vertices[faces].mean(axis=1) - skull.place) / skull.size
-    yield Piece(vertices, faces, weights, "complexion", _colours(skull.face, local))
+    yield SkinPart(vertices, faces, weights, "complexion", _colours(skull.face, local))
     if fine:
         if (
             cover is None
@@ -214,7 +216,7 @@ def _colours(face: Face, at: Floats) -> Floats:
     return np.asarray(tint * (1.0 - share) + share * (0.75 * hair + 0.12 * skin))
 
 
-def on_head(skull: Skull, rings: Floats, cloth: Cloth) -> Piece:
+def on_head(skull: Skull, rings: Floats, cloth: Cloth) -> SkinPart:
     """Return a closed piece that the head carries.
 
     Args:
@@ -225,7 +227,7 @@ def on_head(skull: Skull, rings: Floats, cloth: Cloth) -> Piece:
     return carried(closed(skull.world(rings), bottom=True, top=True), "head", cloth)
 
 
-def _ears(skull: Skull) -> Iterator[Piece]:
+def _ears(skull: Skull) -> Iterator[SkinPart]:
     """Make two flat shells."""
     rows = (
         (0.004, 0.0, 0.008, 0.006, 0.004, -0.030, -0.030, 2.0),
@@ -242,7 +244,7 @@ def _ears(skull: Skull) -> Iterator[Piece]:
         yield on_head(skull, placed, Cloth("complexion", skin))
 
 
-def _eyes(skull: Skull) -> Iterator[Piece]:
+def _eyes(skull: Skull) -> Iterator[SkinPart]:
     """Make eyeballs between lids, and eyebrows."""
     hair = skull.face.hair
     for s in (1.0, -1.0):
@@ -268,7 +270,7 @@ _LIPS: _Outline = (
 """Outward distance from the face's middle, lower and upper edge over the chin [m]."""
 
 
-def _mouth(skull: Skull) -> Iterator[Piece]:
+def _mouth(skull: Skull) -> Iterator[SkinPart]:
     """Make lips and the dark line between them."""
     lips = np.array(skull.face.skin) * (
         1.0 + skull.face.lips * (np.array([0.84, 0.58, 0.60]) - 1.0)
@@ -290,7 +292,7 @@ def _sheet(
     *,
     lift: float,
     origin: tuple[float, float] = EYE,
-) -> Piece:
+) -> SkinPart:
     """Make a small patch on the face, from rows (outward, low, high) about an origin."""
     rows = np.array(outline) * (skull.face.eyes if origin is EYE else 1.0)
     away, z = np.repeat(origin[0] + rows[:, 0], 2), origin[1] + rows[:, 1:].reshape(-1)

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.people.rig import SIDES, Measures, joints
+from sumo3dviz_pt.library.people.rig import SIDES, BodyMeasures, joints
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
     Folds,
-    Piece,
+    SkinPart,
     arm_weights,
     carried,
     creased,
@@ -51,7 +51,7 @@ _LEG_CLAD = (
 
 
 @dataclass(frozen=True, slots=True)
-class Cut:
+class GarmentCut:
     """How a sleeve or a trouser leg is cut.
 
     Attributes:
@@ -73,11 +73,11 @@ class Cut:
     start: float = 0.0
 
 
-BARE = Cut(loose=0.0, folds=0.0)
+BARE = GarmentCut(loose=0.0, folds=0.0)
 """Skin."""
 
 
-def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Piece:
+def arm(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Counts) -> SkinPart:
     """Make a sleeve, or the skin of an arm down to the wrist.
 
     Args:
@@ -120,7 +120,7 @@ def arm(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Pi
     return tube_piece(rings, weights, cloth, lids="top")
 
 
-def _arm_radius(body: Measures, along: Floats, cut: Cut) -> Floats:
+def _arm_radius(body: BodyMeasures, along: Floats, cut: GarmentCut) -> Floats:
     """Return the radius of an arm or sleeve at shares of the stature from the shoulder [m]."""
     bare, clad = interpolated(along, _ARM_BARE), interpolated(along, _ARM_CLAD)
     girth = body.build**0.6 * (1.0 - 0.14 * body.woman) * (1.0 + 0.10 * body.child)
@@ -129,7 +129,7 @@ def _arm_radius(body: Measures, along: Floats, cut: Cut) -> Floats:
     return np.asarray(radius + cut.ease * grown)
 
 
-def leg(body: Measures, side: str, cut: Cut, cloth: Cloth, counts: Counts) -> Piece:
+def leg(body: BodyMeasures, side: str, cut: GarmentCut, cloth: Cloth, counts: Counts) -> SkinPart:
     """Make a trouser leg, or the skin of a leg down to the foot.
 
     Args:
@@ -194,8 +194,8 @@ _SHOE = (
 
 
 def shoe(
-    body: Measures, side: str, upper: Cloth, sole: Cloth, *, counts: Counts, heel: float
-) -> Iterator[Piece]:
+    body: BodyMeasures, side: str, upper: Cloth, sole: Cloth, *, counts: Counts, heel: float
+) -> Iterator[SkinPart]:
     """Make a shoe of a sole and an upper.
 
     Args:
@@ -227,7 +227,9 @@ def shoe(
         yield tube_piece(part, weights, cloth, lids=lids)
 
 
-def hand(body: Measures, side: str, cloth: Cloth, *, curl: float, fine: bool) -> Iterator[Piece]:
+def hand(
+    body: BodyMeasures, side: str, cloth: Cloth, *, curl: float, fine: bool
+) -> Iterator[SkinPart]:
     """Make a hand of palm, thumb and fingers.
 
     Args:
@@ -242,7 +244,7 @@ def hand(body: Measures, side: str, cloth: Cloth, *, curl: float, fine: bool) ->
         yield carried(closed(placed, bottom=True, top=True), f"hand_{side}", cloth)
 
 
-def _at_wrist(body: Measures, side: str, rings: Floats) -> Floats:
+def _at_wrist(body: BodyMeasures, side: str, rings: Floats) -> Floats:
     """Carry rings from the hand's own frame: to the thumb, out of the palm, to the fingers."""
     rest, s = joints(body), SIDES[side]
     wrist, finger = rest[f"hand_{side}"], rest[f"finger_{side}"]

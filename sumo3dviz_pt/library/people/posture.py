@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.library.people.rig import BONES, FORWARD, LEFT, SIDES, Measures, joints
+from sumo3dviz_pt.library.people.rig import BONES, FORWARD, LEFT, SIDES, BodyMeasures, joints
 from sumo3dviz_pt.model.geometry import Floats
 
 
@@ -99,7 +99,7 @@ class Swing:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class FootPose:
     """Where a foot is.
 
     Attributes:
@@ -134,11 +134,11 @@ class Posture:
     pelvis: Floats
     chest: Floats
     head: Floats
-    feet: Mapping[str, Step]
+    feet: Mapping[str, FootPose]
     arms: Mapping[str, Hold | Swing]
 
 
-def matrices(body: Measures, posture: Posture) -> Floats:
+def matrices(body: BodyMeasures, posture: Posture) -> Floats:
     """Return the matrices that carry points at rest into a posture, (bones, 3, 4)."""
     rest = joints(body)
     chest = posture.hips + posture.pelvis @ (rest["chest"] - rest["pelvis"])

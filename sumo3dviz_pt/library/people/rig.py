@@ -38,7 +38,7 @@ _REST_ABDUCTION = np.radians(9.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Measures:
+class BodyMeasures:
     """What a body is like.
 
     Attributes:
@@ -85,7 +85,7 @@ class Measures:
         return float(0.152 * self.height * (1.0 - 0.04 * self.woman) / 0.27)
 
 
-def joints(body: Measures) -> dict[str, Floats]:
+def joints(body: BodyMeasures) -> dict[str, Floats]:
     """Return where each bone begins, and `heel`, `tip` and `finger`, when standing straight [m]."""
     h = body.height
     found = {

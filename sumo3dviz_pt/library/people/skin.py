@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.people.rig import BONES, Measures, joints
+from sumo3dviz_pt.library.people.rig import BONES, BodyMeasures, joints
 from sumo3dviz_pt.library.people.stack import closed
 from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Part, Poses
@@ -17,7 +17,7 @@ from sumo3dviz_pt.model.vectors import area_vectors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class SkinPart:
     """A closed or covered surface that follows the bones.
 
     Attributes:
@@ -55,7 +55,7 @@ class Cloth:
         return None if self.colour is None else np.tile(np.array(self.colour), (faces, 1))
 
 
-def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> Piece:
+def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> SkinPart:
     """Make a piece of one cloth.
 
     Args:
@@ -64,10 +64,10 @@ def sewn(shape: tuple[Floats, Ints], weights: Floats, cloth: Cloth) -> Piece:
         cloth: What it is made of.
     """
     vertices, faces = shape
-    return Piece(vertices, faces, weights, cloth.material, cloth.tint(len(faces)))
+    return SkinPart(vertices, faces, weights, cloth.material, cloth.tint(len(faces)))
 
 
-def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> Piece:
+def carried(shape: tuple[Floats, Ints], bone: str, cloth: Cloth) -> SkinPart:
     """Make a stiff piece that one bone carries.
 
     Args:
@@ -86,7 +86,7 @@ def weighed(count: int, shares: Mapping[str, Floats | float]) -> Floats:
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))
 
 
-def trunk_weights(body: Measures, points: Floats) -> Floats:
+def trunk_weights(body: BodyMeasures, points: Floats) -> Floats:
     """Return the weights of points on the trunk, (n, bones)."""
     h, (_, y, z) = body.height, points.T
     chest = body.rise(0.565, 0.655, z)
@@ -111,7 +111,7 @@ def trunk_weights(body: Measures, points: Floats) -> Floats:
     )
 
 
-def skirt_weights(body: Measures, points: Floats) -> tuple[Floats, Floats]:
+def skirt_weights(body: BodyMeasures, points: Floats) -> tuple[Floats, Floats]:
     """Return the weights of a skirt's points, (n, bones), and how they sway, (n,)."""
     weights = trunk_weights(body, points)
     h, (x, y, z) = body.height, points.T
@@ -131,7 +131,7 @@ def skirt_weights(body: Measures, points: Floats) -> tuple[Floats, Floats]:
     return weights * (1.0 - low) + legs * low, sway
 
 
-def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
+def arm_weights(body: BodyMeasures, points: Floats, side: str) -> Floats:
     """Return the weights of points on an arm above the hand, (n, bones).
 
     Args:
@@ -155,7 +155,7 @@ def arm_weights(body: Measures, points: Floats, side: str) -> Floats:
     )
 
 
-def leg_weights(body: Measures, points: Floats, side: str, *, foot: float = 0.5) -> Floats:
+def leg_weights(body: BodyMeasures, points: Floats, side: str, *, foot: float = 0.5) -> Floats:
     """Return the weights of points on a leg, (n, bones).
 
     Args:
@@ -249,7 +249,7 @@ def hemmed(rings: Floats, *, depth: float = 0.012, at_top: bool = False) -> Floa
     return np.concatenate([rings, inner[None]] if at_top else [inner[None], rings])
 
 
-def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") -> Piece:
+def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") -> SkinPart:
     """Make a piece from rings, (k, m, 3).
 
     Args:
@@ -268,7 +268,7 @@ def tube_piece(rings: Floats, weights: Floats, cloth: Cloth, *, lids: str = "") 
     return sewn((vertices, faces), np.concatenate(rows), cloth)
 
 
-def dressed(pieces: Sequence[Piece], bones: Floats) -> tuple[tuple[Part, ...], Poses]:
+def dressed(pieces: Sequence[SkinPart], bones: Floats) -> tuple[tuple[Part, ...], Poses]:
     """Join pieces by material and pose them.
 
     Args:
@@ -278,7 +278,7 @@ def dressed(pieces: Sequence[Piece], bones: Floats) -> tuple[tuple[Part, ...], P
     Returns:
         Parts in their first pose, and all poses.
     """
-    groups: dict[tuple[str, bool], list[Piece]] = {}
+    groups: dict[tuple[str, bool], list[SkinPart]] = {}
     for piece in pieces:
         groups.setdefault((piece.material, piece.tint is None), []).append(piece)
     parts, points, directions = [], [], []
@@ -297,7 +297,7 @@ def dressed(pieces: Sequence[Piece], bones: Floats) -> tuple[tuple[Part, ...], P
     return tuple(parts), Poses(np.concatenate(points, axis=1), np.concatenate(directions, axis=1))
 
 
-def _posed(piece: Piece, bones: Floats) -> tuple[Floats, Floats]:
+def _posed(piece: SkinPart, bones: Floats) -> tuple[Floats, Floats]:
     """Return the vertices and normals of a piece in each pose, (poses, n, 3) each."""
     mixed = np.einsum("nb,pbij->pnij", piece.weights, bones, optimize=True)
     points = (mixed[..., :3] @ piece.vertices[None, :, :, None])[..., 0] + mixed[..., 3]
@@ -306,7 +306,7 @@ def _posed(piece: Piece, bones: Floats) -> tuple[Floats, Floats]:
     return points, smooth_normals(points, piece.faces)
 
 
-def _swayed(piece: Piece, bones: Floats, x: Floats) -> Floats:
+def _swayed(piece: SkinPart, bones: Floats, x: Floats) -> Floats:
     """Return how far a skirt's front follows the forward leg and its back the other, (poses, n)."""
     assert piece.sway is not None
     thighs = np.stack([bones[:, BONES.index(f"thigh_{side}")] for side in ("l", "r")])

@@ -9,11 +9,11 @@ from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.library.mesh.noise import smoothstep
-from sumo3dviz_pt.library.people.rig import Measures
+from sumo3dviz_pt.library.people.rig import BodyMeasures
 from sumo3dviz_pt.library.people.skin import (
     Cloth,
     Folds,
-    Piece,
+    SkinPart,
     hemmed,
     pressed,
     sewn,
@@ -96,7 +96,7 @@ class Fit:
     seed: int = 0
 
 
-def trunk_stack(body: Measures, fit: Fit, *, rows: int = 24) -> Stack:
+def trunk_stack(body: BodyMeasures, fit: Fit, *, rows: int = 24) -> Stack:
     """Return the shape of a garment on the trunk, without creases.
 
     Args:
@@ -145,13 +145,13 @@ class Garment:
         folds: Its creases.
     """
 
-    body: Measures
+    body: BodyMeasures
     fit: Fit
     stack: Stack
     folds: Folds
 
     @classmethod
-    def of(cls, body: Measures, fit: Fit) -> Garment:
+    def of(cls, body: BodyMeasures, fit: Fit) -> Garment:
         """Cut a garment."""
         return cls(body, fit, trunk_stack(body, fit), Folds.of(fit.seed, slant=0.55))
 
@@ -185,7 +185,7 @@ class Garment:
             push = push + depth[:, None]
         return np.asarray(points + push[..., None] * away)
 
-    def piece(self, cloth: Cloth, counts: Counts) -> Piece:
+    def piece(self, cloth: Cloth, counts: Counts) -> SkinPart:
         """Make the garment itself; below the hips it sways with the legs."""
         shares = np.linspace(self.fit.hem, self.fit.top, counts.rings)
         rings = self.rings(shares, turns(counts.points))
@@ -205,7 +205,7 @@ class Garment:
 
     def patch(
         self, shares: Floats, right: Floats, left: Floats, cloth: Cloth, *, lift: float = 0.005
-    ) -> Piece:
+    ) -> SkinPart:
         """Make a strip that is sewn on, between two angles at each of some levels.
 
         Args:
@@ -225,7 +225,7 @@ class Garment:
         return replace(sewn((points, grid_faces(len(shares), columns)), weights, cloth), sway=sway)
 
 
-def seat(body: Measures, cloth: Cloth, *, counts: Counts, ease: float) -> Piece:
+def seat(body: BodyMeasures, cloth: Cloth, *, counts: Counts, ease: float) -> SkinPart:
     """Make the upper part of trousers, closed below.
 
     Args:

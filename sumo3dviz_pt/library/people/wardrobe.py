@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.library.people.extras import collar, folded_hood, scarf
-from sumo3dviz_pt.library.people.limbs import Cut
-from sumo3dviz_pt.library.people.skin import Cloth, Piece
+from sumo3dviz_pt.library.people.limbs import GarmentCut
+from sumo3dviz_pt.library.people.skin import Cloth, SkinPart
 from sumo3dviz_pt.library.people.trunk import Fit, Garment
 from sumo3dviz_pt.model.geometry import Colour, Floats
 
@@ -27,33 +27,37 @@ class Top:
     """
 
     fit: Fit
-    sleeve: Cut
+    sleeve: GarmentCut
     trimmings: tuple[str, ...] = ()
     material: str = "cloth"
 
 
 TOPS: Mapping[str, Top] = {
     # Fit: hem, top, ease, drape, flare, folds. Cut: end, ease, flare, loose.
-    "tee": Top(Fit(0.462, 0.842, 0.012, 0.5), Cut(0.36, 0.012, 0.012, 0.7)),
-    "shirt": Top(Fit(0.455, 0.848, 0.014, 0.5), Cut(1.0, 0.008), ("collar", "placket")),
-    "sweater": Top(Fit(0.470, 0.848, 0.018, 0.45), Cut(1.0, 0.010, 0.0)),
-    "jacket": Top(Fit(0.468, 0.848, 0.026, 0.7), Cut(1.0, 0.015), ("stand", "zip")),
-    "hoodie": Top(Fit(0.470, 0.848, 0.026, 0.6), Cut(1.0, 0.016), ("hood",)),
+    "tee": Top(Fit(0.462, 0.842, 0.012, 0.5), GarmentCut(0.36, 0.012, 0.012, 0.7)),
+    "shirt": Top(Fit(0.455, 0.848, 0.014, 0.5), GarmentCut(1.0, 0.008), ("collar", "placket")),
+    "sweater": Top(Fit(0.470, 0.848, 0.018, 0.45), GarmentCut(1.0, 0.010, 0.0)),
+    "jacket": Top(Fit(0.468, 0.848, 0.026, 0.7), GarmentCut(1.0, 0.015), ("stand", "zip")),
+    "hoodie": Top(Fit(0.470, 0.848, 0.026, 0.6), GarmentCut(1.0, 0.016), ("hood",)),
     "padded": Top(
         Fit(0.455, 0.848, 0.042, 0.6, folds=0.003, quilted=0.010),
-        Cut(1.0, 0.026, folds=0.010),
+        GarmentCut(1.0, 0.026, folds=0.010),
         ("stand", "zip"),
     ),
     "blazer": Top(
-        Fit(0.441, 0.848, 0.020, 0.45, folds=0.007), Cut(1.0, 0.011, folds=0.009), ("lapels",)
+        Fit(0.441, 0.848, 0.020, 0.45, folds=0.007),
+        GarmentCut(1.0, 0.011, folds=0.009),
+        ("lapels",),
     ),
-    "coat": Top(Fit(0.30, 0.848, 0.026, 0.55, 0.012), Cut(1.0, 0.016), ("stand", "overlap")),
+    "coat": Top(Fit(0.30, 0.848, 0.026, 0.55, 0.012), GarmentCut(1.0, 0.016), ("stand", "overlap")),
     "trench": Top(
-        Fit(0.33, 0.848, 0.020, 0.25, 0.035), Cut(1.0, 0.015), ("stand", "overlap", "belt")
+        Fit(0.33, 0.848, 0.020, 0.25, 0.035), GarmentCut(1.0, 0.015), ("stand", "overlap", "belt")
     ),
-    "dress": Top(Fit(0.29, 0.838, 0.006, 0.02, 0.075, 0.010), Cut(0.40, 0.006, 0.004, 0.3)),
-    "blouse": Top(Fit(0.475, 0.840, 0.012, 0.35), Cut(0.95, 0.010, 0.006)),
-    "leather": Top(Fit(0.475, 0.848, 0.016, 0.4, folds=0.006), Cut(1.0, 0.010), ("stand", "zip")),
+    "dress": Top(Fit(0.29, 0.838, 0.006, 0.02, 0.075, 0.010), GarmentCut(0.40, 0.006, 0.004, 0.3)),
+    "blouse": Top(Fit(0.475, 0.840, 0.012, 0.35), GarmentCut(0.95, 0.010, 0.006)),
+    "leather": Top(
+        Fit(0.475, 0.848, 0.016, 0.4, folds=0.006), GarmentCut(1.0, 0.010), ("stand", "zip")
+    ),
 }
 """Garments for the trunk by name."""
 
@@ -67,17 +71,17 @@ class Bottom:
         skirt: On hips and thighs, or None.
     """
 
-    legs: Cut | None
+    legs: GarmentCut | None
     skirt: Fit | None = None
 
 
 BOTTOMS: Mapping[str, Bottom] = {
     # Cut: end, ease, flare, loose, folds. Fit: hem, top, ease, drape, flare, folds.
-    "trousers": Bottom(Cut(1.0, 0.003)),
-    "wide": Bottom(Cut(1.0, 0.008, 0.012)),
-    "jeans": Bottom(Cut(1.0, 0.002, 0.0, 0.6)),
-    "leggings": Bottom(Cut(0.97, 0.002, 0.0, 0.08, 0.002)),
-    "shorts": Bottom(Cut(0.43, 0.010, 0.014)),
+    "trousers": Bottom(GarmentCut(1.0, 0.003)),
+    "wide": Bottom(GarmentCut(1.0, 0.008, 0.012)),
+    "jeans": Bottom(GarmentCut(1.0, 0.002, 0.0, 0.6)),
+    "leggings": Bottom(GarmentCut(0.97, 0.002, 0.0, 0.08, 0.002)),
+    "shorts": Bottom(GarmentCut(0.43, 0.010, 0.014)),
     "skirt": Bottom(None, Fit(0.295, 0.605, 0.004, 0.1, 0.060, 0.010)),
     "pencil": Bottom(None, Fit(0.30, 0.605, 0.004, 0.35, 0.006, 0.003)),
     "none": Bottom(None),
@@ -94,7 +98,7 @@ TRUNK_RINGS = 14
 _DARK = Cloth("cloth", (0.02, 0.02, 0.022))
 
 
-def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Sew something to the garment on the trunk.
 
     Args:
@@ -106,20 +110,22 @@ def trimming(name: str, recipe: Recipe, garment: Garment, cloth: Cloth) -> Itera
     yield from TRIMMINGS[name](recipe, garment, cloth)
 
 
-def _collar(rise: float, away: float) -> Callable[[Recipe, Garment, Cloth], Iterator[Piece]]:
+def _collar(rise: float, away: float) -> Callable[[Recipe, Garment, Cloth], Iterator[SkinPart]]:
     """Return what sews a band around the neck on."""
 
-    def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
         apart = away + 0.2 * garment.fit.ease
         yield collar(garment.body, cloth, rise=rise, away=apart, count=12)
 
     return sew
 
 
-def _strip(wide: float, own: Cloth | None) -> Callable[[Recipe, Garment, Cloth], Iterator[Piece]]:
+def _strip(
+    wide: float, own: Cloth | None
+) -> Callable[[Recipe, Garment, Cloth], Iterator[SkinPart]]:
     """Return what sews a strip down the front on."""
 
-    def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+    def sew(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
         shares = _rows(garment)
         edge = np.full(len(shares), wide)
         yield garment.patch(shares, -edge, edge, own or cloth, lift=0.005)
@@ -133,34 +139,34 @@ def _rows(garment: Garment) -> Floats:
     return np.asarray(shares[shares < 0.838])
 
 
-def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+def _hood(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add a hood on the back and a pouch before the belly."""
     yield folded_hood(garment.body, cloth)
     wide = np.array([0.75, 0.75, 0.65, 0.48])
     yield garment.patch(np.array([0.50, 0.52, 0.55, 0.58]), -wide, wide, cloth, lift=0.012)
 
 
-def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+def _overlap(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Lay the front edge of a coat over the other side."""
     shares = _rows(garment)
     edge = np.ones(len(shares))
     yield garment.patch(shares, -0.10 * edge, 0.16 * edge, cloth, lift=0.006)
 
 
-def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+def _belt(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add a belt of the same cloth."""
     for k in range(6):
         right = np.full(2, -np.pi + k * np.pi / 3)
         yield garment.patch(np.array([0.605, 0.625]), right, right + np.pi / 3, cloth, lift=0.012)
 
 
-def _scarf(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+def _scarf(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add a scarf in its own colour."""
     own = Cloth("cloth", colour_of(recipe["scarf"]["colour"]))
     yield from scarf(garment.body, own, count=6)
 
 
-def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[Piece]:
+def _suit(recipe: Recipe, garment: Garment, cloth: Cloth) -> Iterator[SkinPart]:
     """Add the shirt front, tie, collars and lapels of a blazer."""
     yield collar(garment.body, cloth, rise=0.018, away=0.014, count=12, drop=0.035)
     shares = np.linspace(0.655, 0.838, 7)
@@ -184,7 +190,7 @@ def colour_of(values: Any) -> Colour:
     return red, green, blue
 
 
-TRIMMINGS: Mapping[str, Callable[[Recipe, Garment, Cloth], Iterator[Piece]]] = {
+TRIMMINGS: Mapping[str, Callable[[Recipe, Garment, Cloth], Iterator[SkinPart]]] = {
     "collar": _collar(0.026, 0.011),
     "stand": _collar(0.034, 0.016),
     "zip": _strip(0.03, _DARK),

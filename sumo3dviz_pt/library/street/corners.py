@@ -12,9 +12,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, by_material, moved, tube
 from sumo3dviz_pt.library.street.traffic_light import upward
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, still_parts
-from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, Fineness, Wheel, wheel
+from sumo3dviz_pt.library.vehicles.cycles.parts import FAR, CycleWheel, Fineness, wheel
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.scene import Part
 
@@ -34,7 +34,7 @@ _POSTERS: tuple[Colour, ...] = (
 )
 
 _PARKED = Fineness(18, 10, 5, True)
-_WHEEL, _AXLES = Wheel(0.342, 0.019), (-0.342, -1.372)
+_WHEEL, _AXLES = CycleWheel(0.342, 0.019), (-0.342, -1.372)
 _FRAMES = ("enamel_black", "enamel_green", "enamel_red")
 
 
@@ -102,14 +102,14 @@ def bicycle_stand(level: int = 0) -> list[Part]:
     # Side of the hoop, where the front wheel ends, number of the bicycle, to which side it leans.
     places = ((0.13, -0.22, 0, -1.0), (-0.13, 1.98, 1, 1.0), (0.14, 2.06, 2, -1.0))
     fine = FAR if level else _PARKED
-    found: list[Piece] = []
+    found: list[MaterialMesh] = []
     for x, y, kind, lean in places:
         stand = Transform.from_pose((x, y, -0.01), yaw=np.pi / 2 + 0.03 * lean, roll=0.08 * lean)
         found += [(name, stand.mesh(mesh)) for name, mesh in _bicycle(kind, fine)]
     return [*parts, *(Part(mesh, name) for name, mesh in by_material(found).items())]
 
 
-def _bicycle(kind: int, fine: Fineness) -> Iterator[Piece]:
+def _bicycle(kind: int, fine: Fineness) -> Iterator[MaterialMesh]:
     """A bicycle that nobody rides, in metres behind the front of its wheel."""
     recipe = BicycleRecipe(frame=_FRAMES[kind], step_through=kind == 1, sporty=kind == 2)
     yield from still_parts(recipe, fine)

@@ -13,7 +13,7 @@ from sumo3dviz_pt.model.lamps import VehicleLamp
 Meshes = Mapping[str, Mesh]
 """Meshes by material."""
 
-Piece = tuple[str, Mesh]
+MaterialMesh = tuple[str, Mesh]
 """Material and mesh."""
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.library.mesh.implicit import Field, dual_contour
 from sumo3dviz_pt.library.mesh.solids import mirrored
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 
 _FLIP = np.array([-1.0, 1.0, 1.0])
@@ -61,7 +61,7 @@ def both_sides(outline: Floats) -> Floats:
     return np.concatenate([half, (half * np.array([-1.0, 1.0]))[-2:0:-1]])
 
 
-def on_both_sides(pieces: Iterable[Piece]) -> Iterator[Piece]:
+def on_both_sides(pieces: Iterable[MaterialMesh]) -> Iterator[MaterialMesh]:
     """Yield each piece, and after it its mirror image."""
     for material, mesh in pieces:
         yield material, mesh

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from sumo3dviz_pt.library.mesh.solids import by_material, fitted, lathe, moved
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
 from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
 from sumo3dviz_pt.library.vehicles.wheelchair import wheelchair
 from sumo3dviz_pt.model.scene import Part, Prototype
 
-Size = tuple[float, float, float]
+BodySize = tuple[float, float, float]
 """Length, width, height [m]."""
 
 _WITHOUT_WHEELS = UNLIT | {"ship", "cable_car"}
@@ -39,7 +39,7 @@ def plain_body(vclass: str, *, length: float, width: float, height: float) -> Pr
     return Prototype(vclass, levels[0], levels[1])
 
 
-def _pieces(vclass: str, size: Size, *, fine: bool) -> Iterator[Piece]:
+def _pieces(vclass: str, size: BodySize, *, fine: bool) -> Iterator[MaterialMesh]:
     """The box with two axles, or the wheelchair."""
     if vclass == "wheelchair":
         yield from wheelchair(fine=fine)

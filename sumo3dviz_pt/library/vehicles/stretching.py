@@ -20,7 +20,7 @@ _MOST_SHRINK = 0.35
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class BodyStretch:
     """A part of a body that may be longer or shorter.
 
     Attributes:
@@ -34,7 +34,7 @@ class Stretch:
     factor: float
 
     @classmethod
-    def to_length(cls, span: tuple[float, float], *, extra: float) -> Stretch:
+    def to_length(cls, span: tuple[float, float], *, extra: float) -> BodyStretch:
         """Return the stretch that makes a body longer by `extra` [m], or as short as it may be.
 
         Args:
@@ -60,7 +60,7 @@ class Stretch:
         return float(self.moved(np.array(x))), y, z
 
 
-def stretched(prototype: Prototype, stretch: Stretch, *, name: str) -> Prototype:
+def stretched(prototype: Prototype, stretch: BodyStretch, *, name: str) -> Prototype:
     """Return a body whose stretch has another length; all else keeps its shape.
 
     Args:
@@ -111,13 +111,13 @@ def _rounded(mesh: Mesh, wheels: Sequence[WheelPlace], ratio: float) -> Mesh:
     return replace(mesh, vertices=vertices)
 
 
-def _longer(mesh: Mesh, stretch: Stretch) -> Mesh:
+def _longer(mesh: Mesh, stretch: BodyStretch) -> Mesh:
     """A mesh with its points moved."""
     vertices = mesh.vertices.copy()
     vertices[:, 0] = stretch.moved(vertices[:, 0])
     return replace(mesh, vertices=vertices)
 
 
-def _lamp(lamp: VehicleLamp, stretch: Stretch) -> VehicleLamp:
+def _lamp(lamp: VehicleLamp, stretch: BodyStretch) -> VehicleLamp:
     """A lamp on the longer body."""
     return replace(lamp, at=stretch.moved_point(lamp.at))

@@ -49,7 +49,7 @@ LAMP_ROLES = ("head", "tail", "brake", "left", "right", "reverse", "blue", "sign
 
 
 @dataclass(frozen=True, slots=True)
-class Finish:
+class UserFinish:
     """What a part of a user's model is made of.
 
     Attributes:
@@ -76,7 +76,7 @@ class UserVehicle:
         fitted: Whether it is scaled to its vType's length.
     """
 
-    pieces: tuple[tuple[Mesh, Finish], ...]
+    pieces: tuple[tuple[Mesh, UserFinish], ...]
     lamps: tuple[VehicleLamp, ...]
     fitted: bool
 
@@ -199,25 +199,25 @@ def _turned(mesh: Mesh, body_from_file: Floats) -> Mesh:
     return shaded(mesh.vertices @ body_from_file.T, mesh.faces, crease=_CREASE)
 
 
-Named = tuple[tuple[str, Finish], ...]
+NamedFinishes = tuple[tuple[str, UserFinish], ...]
 """Finishes by pattern, in the file's order."""
 
 
-def _finishes(given: Any, known: Collection[str], path: Path) -> Named:
+def _finishes(given: Any, known: Collection[str], path: Path) -> NamedFinishes:
     """What the YAML file says of materials."""
     if not isinstance(given, Mapping):
         raise ConfigError(f"{path}: materials must map names to materials", key=_KEY)
     return tuple((str(name), _wanted(value, known, path)) for name, value in given.items())
 
 
-def _wanted(value: Any, known: Collection[str], path: Path) -> Finish:
+def _wanted(value: Any, known: Collection[str], path: Path) -> UserFinish:
     """One material of the YAML file."""
     if isinstance(value, str):
         if value not in known:
             hint = f"known: {', '.join(sorted(known))}"
             message = f"{path}: no material is called {cut(repr(value))}; {hint}"
             raise ConfigError(message, key=_KEY)
-        return Finish(named=value)
+        return UserFinish(named=value)
     keys = {"colour", "roughness", "metallic"}
     if not isinstance(value, Mapping) or set(value) - keys or "colour" not in value:
         raise ConfigError(f"{path}: a material has colour, roughness, metallic", key=_KEY)
@@ -225,7 +225,7 @@ def _wanted(value: Any, known: Collection[str], path: Path) -> Finish:
     if not all(_lies(share, 0.0, 1.0) for share in shares):
         raise ConfigError(f"{path}: roughness and metallic lie in 0..1", key=_KEY)
     colour = _hexadecimal(str(value["colour"]), path)
-    return Finish("", colour, max(float(shares[0]), _SMOOTHEST), float(shares[1]))
+    return UserFinish("", colour, max(float(shares[0]), _SMOOTHEST), float(shares[1]))
 
 
 def _hexadecimal(text: str, path: Path) -> Colour:
@@ -240,7 +240,7 @@ def _hexadecimal(text: str, path: Path) -> Colour:
     return _linear(np.array(encoded))
 
 
-def _finish(names: tuple[str, ...], own: Finish, chosen: Named) -> Finish:
+def _finish(names: tuple[str, ...], own: UserFinish, chosen: NamedFinishes) -> UserFinish:
     """The first finish whose pattern fits one of a mesh's names, else the file's own."""
     for pattern, finish in chosen:
         if any(fnmatchcase(name, pattern) for name in names):
@@ -273,14 +273,14 @@ def _lamp(row: Any, path: Path) -> VehicleLamp:
     return VehicleLamp(role, (x, y, z), (width, height), yaw)
 
 
-def _own_finish(solid: Solid) -> Finish:
+def _own_finish(solid: Solid) -> UserFinish:
     """What the file says a mesh looks like; if it says nothing, the mesh is painted."""
     if solid.rgba is None:
-        return Finish(named="paint")
+        return UserFinish(named="paint")
     if solid.blended or solid.rgba[3] < 0.9:
-        return Finish(named="glass")
+        return UserFinish(named="glass")
     rough = 0.35 if solid.roughness is None else max(solid.roughness, _SMOOTHEST)
-    return Finish("", _linear(solid.rgba[:3]), rough, solid.metallic or 0.0)
+    return UserFinish("", _linear(solid.rgba[:3]), rough, solid.metallic or 0.0)
 
 
 def _linear(encoded: Floats) -> Colour:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import by_material, lathe, shaded
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.conform import closed
 from sumo3dviz_pt.library.vehicles.car.recipe import WheelRecipe
 from sumo3dviz_pt.model.geometry import Floats, Mesh
@@ -81,7 +81,7 @@ def _tread(r: float) -> Iterator[tuple[float, float]]:
             yield groove + step, r - depth
 
 
-def _inside(recipe: WheelRecipe, segments: int, fine: bool) -> Iterator[Piece]:
+def _inside(recipe: WheelRecipe, segments: int, fine: bool) -> Iterator[MaterialMesh]:
     """The brake behind the spokes, darkness behind it, and the wheel's back."""
     rim, w = recipe.radius * recipe.rim, recipe.width / 2.0
     yield "gap", lathe([(rim - 0.012, -0.05 * w), (0.0, -0.05 * w)], segments=segments)
@@ -116,7 +116,7 @@ def _solid(rings: Floats) -> Mesh:
     return closed(rings.reshape(-1, 3), rings.shape[0], rings.shape[1])
 
 
-def _barrel(recipe: WheelRecipe, segments: int) -> Iterator[Piece]:
+def _barrel(recipe: WheelRecipe, segments: int) -> Iterator[MaterialMesh]:
     """The rim's lip and the inside of its barrel."""
     rim, w = recipe.radius * recipe.rim, recipe.width / 2.0
     lip = [(rim + 0.006, 0.86 * w), (rim + 0.005, 0.93 * w), (rim - 0.012, 0.91 * w)]
@@ -127,7 +127,7 @@ def _barrel(recipe: WheelRecipe, segments: int) -> Iterator[Piece]:
     yield material, lathe(deep, segments=segments, crease=0.9)
 
 
-def _cover(recipe: WheelRecipe, segments: int) -> Iterator[Piece]:
+def _cover(recipe: WheelRecipe, segments: int) -> Iterator[MaterialMesh]:
     """A steel wheel's cover: a dished disc with dark slots."""
     rim, w = recipe.radius * recipe.rim, recipe.width / 2.0
     disc = [(rim - 0.012, 0.80 * w), (0.93 * rim, 0.84 * w), (0.84 * rim, 0.80 * w)]
@@ -146,7 +146,7 @@ def _cover(recipe: WheelRecipe, segments: int) -> Iterator[Piece]:
         yield "gap", shaded(flat, np.array([(0, 2, 1), (0, 3, 2), (0, 4, 3)]), crease=0.3)
 
 
-def _star(recipe: WheelRecipe, fine: bool) -> Iterator[Piece]:
+def _star(recipe: WheelRecipe, fine: bool) -> Iterator[MaterialMesh]:
     """Hub with cap and nuts, and the spokes."""
     rim, w = recipe.radius * recipe.rim, recipe.width / 2.0
     sides = 28 if fine else 10
@@ -165,7 +165,7 @@ def _star(recipe: WheelRecipe, fine: bool) -> Iterator[Piece]:
             yield from _spoke(recipe, turn, lean, fine)
 
 
-def _spoke(recipe: WheelRecipe, turn: float, lean: float, fine: bool) -> Iterator[Piece]:
+def _spoke(recipe: WheelRecipe, turn: float, lean: float, fine: bool) -> Iterator[MaterialMesh]:
     """A bar with bevelled edges from the hub to the rim, dished outwards."""
     rim, w = recipe.radius * recipe.rim, recipe.width / 2.0
     share = np.linspace(0.0, 1.0, 7 if fine else 3)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 
 _HIP = (-0.86, 0.57)
 """x and z of the hips [m]."""
@@ -22,7 +22,7 @@ _FOOT = 0.15
 """Height of the feet [m]."""
 
 
-def wheelchair(*, fine: bool) -> Iterator[Piece]:
+def wheelchair(*, fine: bool) -> Iterator[MaterialMesh]:
     """Build a wheelchair with a person in it, 1.2 m long and tall, in detail where it is `fine`."""
     for y in (-0.30, 0.30):
         for material, mesh in _wheel(-0.85, radius=0.31, tyre=0.022, fine=fine):
@@ -35,7 +35,7 @@ def wheelchair(*, fine: bool) -> Iterator[Piece]:
     yield from _person(fine=fine)
 
 
-def _person(*, fine: bool) -> Iterator[Piece]:
+def _person(*, fine: bool) -> Iterator[MaterialMesh]:
     """Somebody who sits and holds the armrests."""
     sides = 7 if fine else 3
     (hx, hz), (gx, gz) = _HIP, _GRIP
@@ -59,7 +59,7 @@ def _person(*, fine: bool) -> Iterator[Piece]:
     yield from _head(_NECK[0] + 0.05, _NECK[1] + 0.14, fine=fine)
 
 
-def _head(x: float, z: float, *, fine: bool) -> Iterator[Piece]:
+def _head(x: float, z: float, *, fine: bool) -> Iterator[MaterialMesh]:
     """Head, neck and hair."""
     segments, rings = (9, 6) if fine else (4, 3)
     face = superellipsoid((0.095, 0.075, 0.12), squareness=2.1, segments=segments, rings=rings)
@@ -71,7 +71,7 @@ def _head(x: float, z: float, *, fine: bool) -> Iterator[Piece]:
     yield "interior", moved(hair, x - 0.018, 0.0, z + 0.045)
 
 
-def _wheel(x: float, *, radius: float, tyre: float, fine: bool) -> Iterator[Piece]:
+def _wheel(x: float, *, radius: float, tyre: float, fine: bool) -> Iterator[MaterialMesh]:
     """A thin wheel in the plane y = 0, with an axle at x and a tyre of this half thickness [m]."""
     inner = radius - 2.0 * tyre
     if not fine:

@@ -14,7 +14,7 @@ from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
-from sumo3dviz_pt.model.trajectory import Motion, Piece, Trajectory
+from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Trajectory
 from sumo3dviz_pt.motion import measures
 from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
 from sumo3dviz_pt.motion.setting import body_length, is_euler
@@ -25,8 +25,8 @@ from sumo3dviz_pt.report.motion.report import (
     WORST,
     Extreme,
     Finding,
-    Group,
     MotionReport,
+    UserGroup,
     in_words,
 )
 
@@ -47,7 +47,7 @@ _BINS: Floats = np.geomspace(1e-4, 1e6, 1001)
 
 
 @dataclass(slots=True)
-class _Tally:
+class _MeasureTally:
     """Collects one measure over all road users without keeping every frame.
 
     Attributes:
@@ -78,19 +78,21 @@ class _Tally:
 
 
 @dataclass(slots=True)
-class _Census:
+class _KindCensus:
     """What is known of one kind of road users."""
 
     users: int = 0
     seconds: float = 0.0
     jumps: int = 0
     broken: int = 0
-    tallies: dict[str, _Tally] = field(default_factory=lambda: {name: _Tally() for name in _UNITS})
+    tallies: dict[str, _MeasureTally] = field(
+        default_factory=lambda: {name: _MeasureTally() for name in _UNITS}
+    )
 
-    def group(self, kind: str) -> Group:
+    def group(self, kind: str) -> UserGroup:
         """As a value."""
         extremes = tuple(tally.extreme(name) for name, tally in self.tallies.items())
-        return Group(kind, self.users, self.seconds, extremes, self.jumps, self.broken)
+        return UserGroup(kind, self.users, self.seconds, extremes, self.jumps, self.broken)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,26 +179,26 @@ def users_of(scenario: Scenario, trajectories: Sequence[Trajectory]) -> list[Use
     ]
 
 
-def frame_grid(piece: Piece, *, step: float) -> Floats:
+def frame_grid(piece: MotionPiece, *, step: float) -> Floats:
     """Times of a piece's frames from its begin on, (n,) [s]."""
     count = int((piece.end - piece.begin) / step + 1e-6) + 1
     return np.asarray(np.minimum(piece.begin + step * np.arange(count), piece.end))
 
 
-def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[Group, ...]:
+def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[UserGroup, ...]:
     """Measure everyone."""
-    kinds: dict[str, _Census] = {}
+    kinds: dict[str, _KindCensus] = {}
     keeping = LaneKeeping(Ways(network), users[0].lane_names) if users else None
     for number, user in enumerate(users):
         announce(Doing.MEASURE, number, len(users))
-        census = kinds.setdefault(user.trajectory.kind, _Census())
+        census = kinds.setdefault(user.trajectory.kind, _KindCensus())
         # People walk where they like.
         drives = user.trajectory.kind == "vehicle"
         _count(census, user, keeping if drives else None, step=step)
     return tuple(kinds[kind].group(kind) for kind in sorted(kinds, reverse=True))
 
 
-def _count(census: _Census, user: User, keeping: LaneKeeping | None, *, step: float) -> None:
+def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step: float) -> None:
     """Count one road user in."""
     peaks: dict[str, measures.Peak] = {}
     census.users += 1
@@ -223,7 +225,7 @@ def _size(peak: measures.Peak) -> float:
 
 
 def _curves(
-    census: _Census, user: User, motion: Motion, times: Floats, *, step: float
+    census: _KindCensus, user: User, motion: Motion, times: Floats, *, step: float
 ) -> dict[str, Floats]:
     """A piece's measures by name, (n,) each."""
     finite = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.yaws)

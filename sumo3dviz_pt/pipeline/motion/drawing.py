@@ -20,7 +20,7 @@ from sumo3dviz_pt.motion.ways import Ways
 from sumo3dviz_pt.pipeline.motion.checks import User, users_of
 from sumo3dviz_pt.pipeline.production import check_target, read
 from sumo3dviz_pt.report.extra import check_extra
-from sumo3dviz_pt.report.motion.plot import Course, Drive, Road, motion_plot
+from sumo3dviz_pt.report.motion.plot import Drive, MotionCourse, Road, motion_plot
 
 _STEP = 0.02
 """Between the times drawn, at first [s]."""
@@ -37,7 +37,7 @@ _NO_BODY = (1.8, 0.5)
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class MotionDrawing:
     """What to draw.
 
     Attributes:
@@ -55,7 +55,7 @@ class Wanted:
     overwrite: bool = False
 
 
-def draw_motion(job: Job, wanted: Wanted) -> None:
+def draw_motion(job: Job, wanted: MotionDrawing) -> None:
     """Draw one road user's motion.
 
     Raises:
@@ -80,7 +80,7 @@ def find_user(users: Sequence[User], name: str) -> User:
     return next(user for user in users if user.trajectory is found)
 
 
-def drive_of(user: User, scenario: Scenario, job: Job, wanted: Wanted) -> Drive:
+def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) -> Drive:
     """Everything that is drawn of a road user.
 
     Raises:
@@ -105,7 +105,7 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: Wanted) -> Drive:
     )
 
 
-def _window(user: User, wanted: Wanted) -> tuple[float, float]:
+def _window(user: User, wanted: MotionDrawing) -> tuple[float, float]:
     """First and last time to draw [s]."""
     pieces = user.trajectory.pieces
     begin, end = pieces[0].begin, pieces[-1].end
@@ -119,7 +119,7 @@ def _window(user: User, wanted: Wanted) -> tuple[float, float]:
     return first, last
 
 
-def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> Course:
+def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> MotionCourse:
     """The displayed motion; NaN where it does not exist."""
     count = min(int((last - first) / _STEP) + 2, _MOST_TIMES)
     times = np.linspace(first, last, count)
@@ -127,7 +127,7 @@ def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> Co
     motion = user.trajectory.sample(times)
     known = measures.measure(motion, step=step, length=user.length)
     places = motion.positions[:, :2]
-    return Course(
+    return MotionCourse(
         times,
         places,
         motion.yaws,
@@ -138,7 +138,7 @@ def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> Co
     )
 
 
-def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> Course:
+def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> MotionCourse:
     """The samples within a window."""
     trace = user.trace
     inside: Bools = (trace.times >= first - 1e-6) & (trace.times <= last + 1e-6)
@@ -146,7 +146,7 @@ def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> C
         inside[np.argmin(np.abs(trace.times - first))] = True
     places = trace.positions[inside, :2]
     nothing = np.empty(0)
-    return Course(
+    return MotionCourse(
         trace.times[inside],
         places,
         trace.yaws[inside],

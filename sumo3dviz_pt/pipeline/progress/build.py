@@ -41,7 +41,7 @@ _DRAWN_EVERY = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class WorkStep:
     """A part of the work.
 
     Attributes:
@@ -61,7 +61,7 @@ class _Count(NamedTuple):
 
 
 @dataclass(slots=True)
-class Course:
+class WorkCourse:
     """How far work is.
 
     Attributes:
@@ -69,7 +69,7 @@ class Course:
         began: When it began, by any clock [s].
     """
 
-    steps: Sequence[Step]
+    steps: Sequence[WorkStep]
     began: float
     _at: int = 0
     _step_began: float = field(default=0.0)
@@ -138,7 +138,9 @@ class Course:
 
 
 @contextmanager
-def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) -> Iterator[None]:
+def followed(
+    name: str, steps: Sequence[WorkStep], *, stream: TextIO | None = None
+) -> Iterator[None]:
     """Show how far the work within the `with` statement is.
 
     Args:
@@ -146,7 +148,7 @@ def followed(name: str, steps: Sequence[Step], *, stream: TextIO | None = None) 
         steps: What has to be done, with expected durations.
         stream: Where it is shown; default standard error.
     """
-    shown = _Shown(name, Course(steps, time.monotonic()), stream or sys.stderr)
+    shown = _Redrawing(name, WorkCourse(steps, time.monotonic()), stream or sys.stderr)
     shown.start()
     try:
         with heard_by(shown.hear):
@@ -160,10 +162,10 @@ def can_redraw(stream: TextIO) -> bool:
     return stream.isatty() or _in_notebook()
 
 
-class _Shown:
+class _Redrawing:
     """Shows how far work is, again and again, in a thread of its own until it is closed."""
 
-    def __init__(self, name: str, course: Course, stream: TextIO) -> None:
+    def __init__(self, name: str, course: WorkCourse, stream: TextIO) -> None:
         self._name, self._course, self._stream = name, course, stream
         self._lock, self._over = threading.Lock(), threading.Event()
         self._bar: tqdm[None] | None = _bar(name, stream) if can_redraw(stream) else None

@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.news import Doing
 from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.production import Request, scenario_files
-from sumo3dviz_pt.pipeline.progress.build import Step
+from sumo3dviz_pt.pipeline.progress.build import WorkStep
 from sumo3dviz_pt.pipeline.progress.costs import TYPICAL_TRIANGLES, cost_of
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
@@ -38,7 +38,7 @@ _PACKED = 8.0
 """Length of a log or network, as a multiple of its packed length."""
 
 
-def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[Step, ...]:
+def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, ...]:
     """Return the steps of `render_film`, shot by shot.
 
     Args:
@@ -51,19 +51,19 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[Step, ...]
     """
     applied = request.applied(job)
     size, quality = applied.output.size, quality_preset(applied.quality, spp=request.spp)
-    found: list[Step] = []
+    found: list[WorkStep] = []
     for shot, path in shots_of(job, request, order):
         wanted = wanted_frames(order.frames, len(order.pace(job, shot).times(shot)))
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing))
-        found += [*opening_steps(job), Step(Doing.RENDER, rendering)]
+        found += [*opening_steps(job), WorkStep(Doing.RENDER, rendering)]
         megapixels = len(wanted) * size[0] * size[1] / 1e6
-        found.append(Step(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
+        found.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
     return tuple(found)
 
 
-def still_steps(job: Job, request: Request) -> tuple[Step, ...]:
+def still_steps(job: Job, request: Request) -> tuple[WorkStep, ...]:
     """Return the steps of `render_still`.
 
     Raises:
@@ -72,10 +72,10 @@ def still_steps(job: Job, request: Request) -> tuple[Step, ...]:
     applied = request.applied(job)
     quality = quality_preset(applied.quality, spp=request.spp)
     rendering = _rendering(quality, applied.output.size, frames=1)
-    return (*opening_steps(job), Step(Doing.RENDER, rendering))
+    return (*opening_steps(job), WorkStep(Doing.RENDER, rendering))
 
 
-def building_steps(job: Job, *, shots: int = 1) -> tuple[Step, ...]:
+def building_steps(job: Job, *, shots: int = 1) -> tuple[WorkStep, ...]:
     """Return the steps until some shots of a scene are built.
 
     Raises:
@@ -84,12 +84,12 @@ def building_steps(job: Job, *, shots: int = 1) -> tuple[Step, ...]:
     files = scenario_files(job)
     read = _READ + _READ_PER_MB * _megabytes(files.trajectories)
     build = _BUILD + _BUILD_PER_MB * _megabytes([files.network])
-    return shots * (Step(Doing.READ, read), Step(Doing.BUILD, build))
+    return shots * (WorkStep(Doing.READ, read), WorkStep(Doing.BUILD, build))
 
 
-def opening_steps(job: Job) -> tuple[Step, ...]:
+def opening_steps(job: Job) -> tuple[WorkStep, ...]:
     """Return the steps until a shot can be rendered; errors as in `building_steps`."""
-    return (*building_steps(job), Step(Doing.OPEN, _OPEN))
+    return (*building_steps(job), WorkStep(Doing.OPEN, _OPEN))
 
 
 def _rendering(quality: Quality, size: tuple[int, int], *, frames: int) -> float:

@@ -28,7 +28,7 @@ _PLUGIN = "sumo3dviz_lamps"
 _TABLES = ("radiance", "axes", "lobes", "density", "chance", "grid")
 
 
-class _Lamps:
+class _LampsEmitter:
     """The emitter's methods. Mitsuba's class, made once a variant is set, takes them from here.
 
     Paths pick units: `fan` neighbouring faces of the same area each.
@@ -152,11 +152,14 @@ def register_lamps() -> None:
         """Lamps on the faces of one mesh."""
 
         # Mitsuba's classes cannot have a second base class.
-        eval, eval_direction = _Lamps.eval, _Lamps.eval_direction
-        pdf_direction, sample_direction = _Lamps.pdf_direction, _Lamps.sample_direction
-        bbox, to_string = _Lamps.bbox, _Lamps.to_string
-        _lamp, _cell, _shining = _Lamps._lamp, _Lamps._cell, _Lamps._shining
-        _point, _face = _Lamps._point, _Lamps._face
+        eval, eval_direction = _LampsEmitter.eval, _LampsEmitter.eval_direction
+        pdf_direction, sample_direction = (
+            _LampsEmitter.pdf_direction,
+            _LampsEmitter.sample_direction,
+        )
+        bbox, to_string = _LampsEmitter.bbox, _LampsEmitter.to_string
+        _lamp, _cell, _shining = _LampsEmitter._lamp, _LampsEmitter._cell, _LampsEmitter._shining
+        _point, _face = _LampsEmitter._point, _LampsEmitter._face
 
         def __init__(self, props: Any) -> None:
             mi.Emitter.__init__(self, props)

@@ -27,7 +27,7 @@ _ATTRIBUTES = (convert.TINT_ATTRIBUTE, ROUGHNESS_ATTRIBUTE, METALLIC_ATTRIBUTE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Body:
+class _MergedBody:
     """One prototype's places in the merged mesh.
 
     Attributes:
@@ -96,7 +96,7 @@ class Crowd:
             floor: Where free slots wait [m].
         """
         self.name, self._floor, self._smooth = name, floor, not far
-        self._bodies: dict[str, _Body] = {}
+        self._bodies: dict[str, _MergedBody] = {}
         vertex = face = 0
         for key, count in sorted(slots.items()):
             prototype = scene.prototypes[key]
@@ -105,7 +105,7 @@ class Crowd:
             poses = prototype.far_poses if far else prototype.poses
             attributes = face_attributes(parts, scene.materials, compound=True)
             mask = tint_mask(parts, scene.materials)
-            self._bodies[key] = _Body(mesh, poses, attributes, mask, vertex, face, count)
+            self._bodies[key] = _MergedBody(mesh, poses, attributes, mask, vertex, face, count)
             vertex += count * len(mesh.vertices)
             face += count * len(mesh.faces)
         self._vertices, self._faces = vertex, face

@@ -37,7 +37,7 @@ _CHANNELS = Channels.in_order(radiance=3, depth=1, hit=1)
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class PicturePart:
     """A part of a picture that is cut into as many rows as columns.
 
     Attributes:
@@ -51,12 +51,12 @@ class Part:
     of: int = 1
 
 
-WHOLE = Part()
+WHOLE = PicturePart()
 
 
-def parts_of(count: int) -> tuple[Part, ...]:
+def parts_of(count: int) -> tuple[PicturePart, ...]:
     """Return all parts of a picture that is cut into `count` rows and columns, row by row."""
-    return tuple(Part(row, column, count) for row in range(count) for column in range(count))
+    return tuple(PicturePart(row, column, count) for row in range(count) for column in range(count))
 
 
 class Quick:
@@ -83,7 +83,7 @@ class Quick:
         """Bring everyone on the road to a frame's state."""
         self._session.show(frame)
 
-    def glimpse(self, view: View, *, seed: int, part: Part = WHOLE) -> Layers:
+    def glimpse(self, view: View, *, seed: int, part: PicturePart = WHOLE) -> Layers:
         """Trace one sample a pixel: `radiance`, `depth` and `hit`.
 
         Args:
@@ -112,14 +112,14 @@ class Quick:
         clean = denoise(seen["radiance"], quality="high", albedo=albedo, normal=normal)
         return seen | {"radiance": clean}
 
-    def _guided(self, view: View, part: Part, seed: int) -> Layers:
+    def _guided(self, view: View, part: PicturePart, seed: int) -> Layers:
         """Trace what guides the denoiser."""
         sensor = self._aimed(self._guiding, view, part)
         spp = guides.guide_spp(self._session.settings.quality)
         own = seed + part.row * part.of + part.column
         return self._trace_guides(self._session.loaded.scene, self._guides, sensor, spp, own)
 
-    def _aimed(self, sensor: Any, view: View, part: Part) -> Any:
+    def _aimed(self, sensor: Any, view: View, part: PicturePart) -> Any:
         """Aim a sensor such that it sees a part of a camera's picture."""
         parameters = mi.traverse(sensor)
         origin = self._session.loaded.origin

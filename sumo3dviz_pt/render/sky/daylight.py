@@ -123,7 +123,7 @@ def daylight(direction: Floats, turbidity: float, size: tuple[int, int]) -> Dayl
     elevation = float(np.arcsin(np.clip(direction[2], -1.0, 1.0)))
     if elevation < LOWEST:
         return Daylight(np.zeros((*size, 3), np.float32), np.zeros(3), np.zeros(3))
-    model = _Model(direction, turbidity)
+    model = _SunskyModel(direction, turbidity)
     fade = twilight_factor(elevation)
     share = _smooth((elevation - _OWN_ENDS) / (_MODEL_ALONE - _OWN_ENDS))
     sky, sun = agreement(elevation)
@@ -177,7 +177,7 @@ def _sun_aloft(elevation: float, direct: Floats, turbidity: float, share: float)
     return np.asarray(share * direct + (1.0 - share) * lit)
 
 
-class _Model:
+class _SunskyModel:
     """Mitsuba's `sunsky` for one sun, in scene units."""
 
     def __init__(self, direction: Floats, turbidity: float) -> None:

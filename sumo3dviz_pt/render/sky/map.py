@@ -115,7 +115,7 @@ def _below(horizon: Image, rows: int) -> Image:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Light:
+class _SkyLight:
     """What shines on clouds and ground, (3,) each in scene units.
 
     Attributes:
@@ -136,13 +136,13 @@ def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
     dome, moonlight = night_dome(sky, size)
     light = None
     if sky.moon_direction is not None:
-        light = _Light(sky.moon_direction, moonlight, moonlight, True)
+        light = _SkyLight(sky.moon_direction, moonlight, moonlight, True)
     if sky.sun_direction is not None and sky.sun_direction[2] > np.sin(LOWEST):
         day = daylight(sky.sun_direction, sky.turbidity, size)
         tint = np.asarray(sky.tint)
         dome = dome + day.dome * tint.astype(np.float32)
         if light is None or day.sun.max() > _FAINT:
-            light = _Light(sky.sun_direction, day.sun * tint, day.on_clouds * tint, False)
+            light = _SkyLight(sky.sun_direction, day.sun * tint, day.on_clouds * tint, False)
     through = 1.0
     if sky.clouds is not None:
         dome, cover = _clouded(sky, dome, light)
@@ -153,7 +153,7 @@ def _dome(sky: Sky, size: tuple[int, int]) -> tuple[Image, Sun | None]:
     return dome, Sun(light.towards, light.ground * through, light.moon)
 
 
-def _clouded(sky: Sky, dome: Image, light: _Light | None) -> tuple[Image, Image]:
+def _clouded(sky: Sky, dome: Image, light: _SkyLight | None) -> tuple[Image, Image]:
     """Lay clouds over a dome; return the dome and the clouds' cover, (h, w)."""
     assert sky.clouds is not None
     size = (dome.shape[0], dome.shape[1])
@@ -181,7 +181,7 @@ def _aslant(sine: float, baked: float) -> float:
     return min(1.0, (max(sine, 0.0) + _SIDES) / (baked + _SIDES))
 
 
-def _direct(light: _Light | None) -> float:
+def _direct(light: _SkyLight | None) -> float:
     """Return the horizontal luminous irradiance from the disc without clouds, scene units."""
     if light is None:
         return 0.0

@@ -37,7 +37,7 @@ from sumo3dviz_pt.report.convergence.reference import (
 )
 from sumo3dviz_pt.report.convergence.results import PICTURES, REFERENCE, picture_name, write_results
 from sumo3dviz_pt.report.convergence.scores import CAP
-from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, Row, append_row, read_rows
+from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, TableRow, append_row, read_rows
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.machine import machine
 
@@ -56,7 +56,7 @@ ROWS, PLAN, HALVES = "convergence.csv", "plan.json", "reference.npz"
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class ConvergenceOrder:
     """What `converge` is to measure.
 
     Attributes:
@@ -79,7 +79,7 @@ class Order:
 
 
 @dataclass(slots=True)
-class _Work:
+class _ConvergenceRun:
     """How far a run is.
 
     Attributes:
@@ -89,7 +89,7 @@ class _Work:
         total: All work [spp].
     """
 
-    order: Order
+    order: ConvergenceOrder
     started: float = field(default_factory=time.monotonic)
     done: float = 0.0
     total: float = 1.0
@@ -107,7 +107,7 @@ class _Work:
         announce(Doing.MEASURE, done, round(self.total), what=what)
 
 
-def converge(job: Job, request: Request, order: Order) -> Path:
+def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
     """Measure error against run time of one picture; return the report's page.
 
     Args:
@@ -137,7 +137,7 @@ def converge(job: Job, request: Request, order: Order) -> Path:
         for path in _own(order.folder):
             path.unlink(missing_ok=True)
     # Grow a reference, then measure every group against it.
-    work = _Work(order)
+    work = _ConvergenceRun(order)
     with opened(production, film=True) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
         subject = Subject(order.scene, production, states, {**machine(), **renderer_names(session)})
@@ -162,7 +162,7 @@ def _own(folder: Path) -> list[Path]:
 # What to measure ----------------------------------------------------------------------------
 
 
-def _plan(session: Session, subject: Subject, work: _Work) -> dict[str, Any]:
+def _plan(session: Session, subject: Subject, work: _ConvergenceRun) -> dict[str, Any]:
     """Return the highest rung and the reference's target: stored, so that resuming keeps them."""
     path = work.order.folder / PLAN
     presets = plan.digest(plan.groups(plan.HIGHEST_RUNG))
@@ -190,12 +190,12 @@ _REFERENCE_SHARE = 4 * BETTER**2
 times the square root of two, and the difference of two halves is that error times it again."""
 
 
-def _samples(wanted: list[plan.Group]) -> int:
+def _samples(wanted: list[plan.SeedGroup]) -> int:
     """Return the samples per pixel of all groups."""
     return sum(group.samples for group in wanted)
 
 
-def _affordable_top(session: Session, subject: Subject, work: _Work) -> int:
+def _affordable_top(session: Session, subject: Subject, work: _ConvergenceRun) -> int:
     """Return the highest rung that the budget allows for, by the pace of a few samples."""
     if work.order.budget is None:
         return work.order.top
@@ -225,7 +225,9 @@ def _noise(session: Session, subject: Subject, top: int) -> float:
 # The reference ------------------------------------------------------------------------------
 
 
-def _grown(session: Session, subject: Subject, work: _Work, made: dict[str, Any]) -> Halves:
+def _grown(
+    session: Session, subject: Subject, work: _ConvergenceRun, made: dict[str, Any]
+) -> Halves:
     """Return the reference's halves: what is stored, and what is still missing."""
     path = work.order.folder / HALVES
     halves = Halves.load(path) if path.exists() else Halves()
@@ -253,10 +255,10 @@ def _grown(session: Session, subject: Subject, work: _Work, made: dict[str, Any]
 def _measured(
     session: Session,
     subject: Subject,
-    work: _Work,
-    wanted: list[plan.Group],
+    work: _ConvergenceRun,
+    wanted: list[plan.SeedGroup],
     reference: Reference,
-) -> list[Row]:
+) -> list[TableRow]:
     """Return the rows of all groups: what is stored, and what is still missing and affordable."""
     path = work.order.folder / ROWS
     rows = _whole_groups(path, wanted)
@@ -273,7 +275,7 @@ def _measured(
     return rows
 
 
-def _whole_groups(path: Path, wanted: list[plan.Group]) -> list[Row]:
+def _whole_groups(path: Path, wanted: list[plan.SeedGroup]) -> list[TableRow]:
     """Return the stored rows; drop those of an interrupted group from the file."""
     rows = read_rows(path)
     whole = [
@@ -290,8 +292,12 @@ def _whole_groups(path: Path, wanted: list[plan.Group]) -> list[Row]:
 
 
 def _rows_of_group(
-    session: Session, subject: Subject, work: _Work, group: plan.Group, reference: Reference
-) -> list[Row]:
+    session: Session,
+    subject: Subject,
+    work: _ConvergenceRun,
+    group: plan.SeedGroup,
+    reference: Reference,
+) -> list[TableRow]:
     """Measure one group."""
     label = f"{group.label} {group.quality.spp} spp"
     shown = pictures(session, subject, group, on_picture=lambda samples: work.step(label, samples))

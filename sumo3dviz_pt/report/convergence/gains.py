@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.report.convergence.table import LADDER, Row, grouped, markdown, median
+from sumo3dviz_pt.report.convergence.table import LADDER, TableRow, grouped, markdown, median
 
 _MEASURES = (("flip", "FLIP", ".4f"), ("psnr", "PSNR [dB]", ".1f"))
 
 
-def gains(rows: Sequence[Row]) -> list[str]:
+def gains(rows: Sequence[TableRow]) -> list[str]:
     """Return the lines of a Markdown table: raw and denoised rungs of one sampler side by side.
 
     Args:
@@ -38,7 +38,7 @@ def gains(rows: Sequence[Row]) -> list[str]:
 
 
 def _compared(
-    raw: Sequence[Row], some: Sequence[Row], column: str, form: str, spp: int
+    raw: Sequence[TableRow], some: Sequence[TableRow], column: str, form: str, spp: int
 ) -> list[str]:
     """Return a measure raw, denoised, and the raw spp that leave it."""
     curve = {int(key[0]): median(rung, column) for key, rung in grouped(raw, ["spp"]).items()}

@@ -13,10 +13,10 @@ from sumo3dviz_pt.image.metrics import flip
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.pipeline.production import Production
-from sumo3dviz_pt.report.convergence.plan import Group
+from sumo3dviz_pt.report.convergence.plan import SeedGroup
 from sumo3dviz_pt.report.convergence.reference import Reference
-from sumo3dviz_pt.report.convergence.scores import Look, score
-from sumo3dviz_pt.report.convergence.table import DEPTH, Row
+from sumo3dviz_pt.report.convergence.scores import PictureLook, score
+from sumo3dviz_pt.report.convergence.table import DEPTH, TableRow
 from sumo3dviz_pt.report.films.flicker import Seen, body_bounds, flicker, flow_between
 from sumo3dviz_pt.report.machine import peak_memory
 
@@ -49,13 +49,13 @@ class Subject:
         return self.states[-1]
 
     @property
-    def look(self) -> Look:
+    def look(self) -> PictureLook:
         """Exposure and tone curve of its pictures."""
-        return Look(self.production.exposure, self.production.job.output.tone)
+        return PictureLook(self.production.exposure, self.production.job.output.tone)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class MeasuredPicture:
     """One measured picture.
 
     Attributes:
@@ -76,8 +76,8 @@ class Shown:
 
 
 def pictures(
-    session: Session, subject: Subject, group: Group, *, on_picture: Callable[[int], None]
-) -> list[Shown]:
+    session: Session, subject: Subject, group: SeedGroup, *, on_picture: Callable[[int], None]
+) -> list[MeasuredPicture]:
     """Render a group's pictures.
 
     Costs are those of later frames of a film: what the first pictures cost more
@@ -89,7 +89,7 @@ def pictures(
         group: How.
         on_picture: Called with the samples per pixel after every picture.
     """
-    shown: list[Shown] = []
+    shown: list[MeasuredPicture] = []
     for seed in range(1, group.seeds + 1):
         session.retune(group.quality, seed=seed)
         started = time.perf_counter()
@@ -104,8 +104,8 @@ def pictures(
 
 
 def _finished(
-    session: Session, subject: Subject, group: Group, samples: Samples, costs: dict[str, float]
-) -> Iterator[Shown]:
+    session: Session, subject: Subject, group: SeedGroup, samples: Samples, costs: dict[str, float]
+) -> Iterator[MeasuredPicture]:
     """Yield one picture for each denoiser."""
     tally, layers = samples.tally, samples.layers
     counts: dict[str, float | int] = {
@@ -122,7 +122,7 @@ def _finished(
         else:
             radiance = session.finish(samples, subject.state, denoiser=denoiser)
         spent = 0.0 if denoiser == "none" else time.process_time() - started
-        yield Shown(
+        yield MeasuredPicture(
             session.settings.seed,
             denoiser,
             radiance,
@@ -132,7 +132,7 @@ def _finished(
         )
 
 
-def _steady(shown: list[Shown], group: Group) -> list[Shown]:
+def _steady(shown: list[MeasuredPicture], group: SeedGroup) -> list[MeasuredPicture]:
     """Take recording out of the first pictures' costs."""
     later = [item for item in shown if item.seed > RECORDING]
     if not later:
@@ -149,8 +149,8 @@ def _steady(shown: list[Shown], group: Group) -> list[Shown]:
 
 
 def rows_of(
-    shown: list[Shown], subject: Subject, group: Group, reference: Reference
-) -> Iterator[Row]:
+    shown: list[MeasuredPicture], subject: Subject, group: SeedGroup, reference: Reference
+) -> Iterator[TableRow]:
     """Score pictures against a reference.
 
     Args:
@@ -186,14 +186,14 @@ def rows_of(
         }
 
 
-def _guides(group: Group, denoiser: str) -> str:
+def _guides(group: SeedGroup, denoiser: str) -> str:
     """Return what the denoiser was given beside the picture."""
     if denoiser == "none":
         return ""
     return "albedo+normal" if group.quality.guides else "none"
 
 
-def _description(subject: Subject, group: Group) -> Row:
+def _description(subject: Subject, group: SeedGroup) -> TableRow:
     """Return what is the same for all pictures of a group."""
     quality, job = group.quality, subject.production.job
     return {
@@ -213,12 +213,12 @@ def _description(subject: Subject, group: Group) -> Row:
     }
 
 
-def halves_flip(reference: Reference, look: Look) -> float:
+def halves_flip(reference: Reference, look: PictureLook) -> float:
     """Return the FLIP of the reference's halves against each other."""
     return flip(*(look.develop(half) for half in reference.halves))
 
 
-def film_flicker(session: Session, subject: Subject, group: Group) -> float:
+def film_flicker(session: Session, subject: Subject, group: SeedGroup) -> float:
     """Return the mean motion-compensated change between successive frames [8-bit codes].
 
     Args:

@@ -14,8 +14,8 @@ from sumo3dviz_pt.report.convergence.gains import gains
 from sumo3dviz_pt.report.convergence.table import (
     DEPTH,
     LADDER,
-    Row,
     Slope,
+    TableRow,
     Value,
     grouped,
     markdown,
@@ -54,7 +54,7 @@ _ABOUT = (
 
 
 @dataclass(frozen=True, slots=True)
-class Notes:
+class PageNotes:
     """What the page says beside the rows.
 
     Attributes:
@@ -78,7 +78,7 @@ class Notes:
     remarks: tuple[str, ...] = ()
 
 
-def write_page(folder: Path, rows: Sequence[Row], notes: Notes) -> Path:
+def write_page(folder: Path, rows: Sequence[TableRow], notes: PageNotes) -> Path:
     """Write report.md; the same rows, notes and plots give the same page.
 
     Args:
@@ -111,7 +111,7 @@ def write_text(path: Path, lines: Sequence[str]) -> Path:
     return path
 
 
-def _incomplete(notes: Notes) -> list[str]:
+def _incomplete(notes: PageNotes) -> list[str]:
     """Return what is missing and how to go on."""
     if notes.done >= notes.wanted:
         return []
@@ -119,7 +119,7 @@ def _incomplete(notes: Notes) -> list[str]:
     return [f"{text} {notes.wanted} measurements; the same command goes on."]
 
 
-def _about(rows: Sequence[Row], notes: Notes) -> list[str]:
+def _about(rows: Sequence[TableRow], notes: PageNotes) -> list[str]:
     """Return what was measured, where and with what."""
     facts = [(name, shown_value(value)) for name, value in notes.facts.items()]
     if rows:
@@ -137,7 +137,7 @@ def _about(rows: Sequence[Row], notes: Notes) -> list[str]:
     return ["## What was measured", "", *markdown(["what", "value"], facts), *made]
 
 
-def _reference(rows: Sequence[Row], notes: Notes) -> list[str]:
+def _reference(rows: Sequence[TableRow], notes: PageNotes) -> list[str]:
     """Return how good the reference itself is."""
     spp, halves = numbers(rows, "ref_spp"), numbers(rows, "ref_halves_flip")
     lines = ["## The reference", ""]
@@ -159,7 +159,7 @@ def _reference(rows: Sequence[Row], notes: Notes) -> list[str]:
     return lines if len(lines) > 2 else []
 
 
-def _presets(rows: Sequence[Row]) -> list[str]:
+def _presets(rows: Sequence[TableRow]) -> list[str]:
     """Return what each preset costs and leaves."""
     own = [row for row in rows if row["preset"] not in (LADDER, DEPTH)]
     if not own:
@@ -168,7 +168,7 @@ def _presets(rows: Sequence[Row]) -> list[str]:
     return ["## Presets", "", *summary(own, by=by), "", *_bias_verdicts(own)]
 
 
-def _bias_verdicts(rows: Sequence[Row]) -> list[str]:
+def _bias_verdicts(rows: Sequence[TableRow]) -> list[str]:
     """Return whether the presets' mean radiance is right."""
     groups = grouped(rows, ["preset", "denoise"])
     biases = [
@@ -182,14 +182,14 @@ def _bias_verdicts(rows: Sequence[Row]) -> list[str]:
     return [f"The mean radiance of every preset is right within {BIAS_LIMIT:.0%}."]
 
 
-def _gains(rows: Sequence[Row]) -> list[str]:
+def _gains(rows: Sequence[TableRow]) -> list[str]:
     """Return what denoising is worth."""
     table = gains(rows)
     text = "Raw spp that leave the same error, interpolated: what denoising saves at most."
     return ["## Denoising", "", *table, "", text] if table else []
 
 
-def _slopes(rows: Sequence[Row]) -> list[str]:
+def _slopes(rows: Sequence[TableRow]) -> list[str]:
     """Return how fast errors fall with spp."""
     lines = [
         _slope_cells(fit, sampler, column)
@@ -240,14 +240,14 @@ def verdict(fit: Slope, sampler: str) -> str:
     return "inside" if sure or np.isnan(fit.low) else "inside, the interval is not"
 
 
-def _ladder(rows: Sequence[Row]) -> list[str]:
+def _ladder(rows: Sequence[TableRow]) -> list[str]:
     """Return every rung."""
     rungs = [row for row in rows if row["preset"] == LADDER]
     table = summary(rungs, by=("denoise", "quality", "sampler", "spp"))
     return ["## Ladder", "", *(table or ["Not measured yet."])]
 
 
-def _depth(rows: Sequence[Row], pictures: Sequence[str]) -> list[str]:
+def _depth(rows: Sequence[TableRow], pictures: Sequence[str]) -> list[str]:
     """Return what path depth changes."""
     some = [row for row in rows if row["preset"] == DEPTH]
     if not some:

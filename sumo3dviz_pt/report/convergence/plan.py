@@ -10,7 +10,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.report.convergence.scores import CAP
-from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, Row
+from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, TableRow
 
 SEEDS = 5
 """Repetitions of every rung and preset."""
@@ -33,7 +33,7 @@ DENOISERS = ("fast", "high")
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class SeedGroup:
     """Pictures that differ in their seed only.
 
     Attributes:
@@ -60,7 +60,7 @@ class Group:
         """Samples per pixel of all its pictures."""
         return self.seeds * self.quality.spp
 
-    def owns(self, row: Row) -> bool:
+    def owns(self, row: TableRow) -> bool:
         """Return whether a row of a file is one of its own."""
         quality = self.quality
         return (
@@ -84,17 +84,17 @@ def presets_up_to(top: int) -> dict[str, Quality]:
     return dict(sorted(fitting.items(), key=lambda item: item[1].spp))
 
 
-def groups(top: int) -> list[Group]:
+def groups(top: int) -> list[SeedGroup]:
     """Return everything to measure; presets, which matter most to users, come first."""
     presets = [
-        Group(name, quality, (quality.denoise,)) for name, quality in presets_up_to(top).items()
+        SeedGroup(name, quality, (quality.denoise,)) for name, quality in presets_up_to(top).items()
     ]
     ladder = [group for spp in rungs(top) for group in (*_raw(spp), _denoised(spp))]
     depths = [_deep(depth, spp=min(DEPTH_SPP, top)) for depth in DEPTHS]
     return [*presets, *ladder, *depths]
 
 
-def digest(wanted: list[Group]) -> str:
+def digest(wanted: list[SeedGroup]) -> str:
     """Return a hash of what is measured: another preset makes another report."""
     content = [(g.label, g.quality.model_dump(mode="json"), g.denoisers, g.seeds) for g in wanted]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
@@ -107,22 +107,22 @@ def base_quality(spp: int) -> Quality:
     )
 
 
-def _raw(spp: int) -> tuple[Group, Group]:
+def _raw(spp: int) -> tuple[SeedGroup, SeedGroup]:
     """Return a rung of plain path tracing, by sampler."""
     independent = base_quality(spp).model_copy(update={"sampler": "independent"})
     return (
-        Group(LADDER, independent, ("none",), plain=True),
-        Group(LADDER, base_quality(spp), ("none",), plain=True),
+        SeedGroup(LADDER, independent, ("none",), plain=True),
+        SeedGroup(LADDER, base_quality(spp), ("none",), plain=True),
     )
 
 
-def _denoised(spp: int) -> Group:
+def _denoised(spp: int) -> SeedGroup:
     """Return a rung as users get it with `--spp`: capped and denoised."""
     quality = base_quality(spp).model_copy(update={"denoise": "high", "cap": 40.0})
-    return Group(LADDER, quality, DENOISERS)
+    return SeedGroup(LADDER, quality, DENOISERS)
 
 
-def _deep(depth: int, *, spp: int) -> Group:
+def _deep(depth: int, *, spp: int) -> SeedGroup:
     """Return pictures of one path depth."""
     quality = base_quality(spp).model_copy(update={"max_depth": depth})
-    return Group(DEPTH, quality, ("none",), plain=True)
+    return SeedGroup(DEPTH, quality, ("none",), plain=True)

@@ -10,10 +10,10 @@ import numpy as np
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.report.convergence.measure import Subject, halves_flip
-from sumo3dviz_pt.report.convergence.page import Notes, write_page
+from sumo3dviz_pt.report.convergence.page import PageNotes, write_page
 from sumo3dviz_pt.report.convergence.reference import Reference
-from sumo3dviz_pt.report.convergence.scores import Look
-from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, Row, Value, cost, grouped
+from sumo3dviz_pt.report.convergence.scores import PictureLook
+from sumo3dviz_pt.report.convergence.table import DEPTH, LADDER, TableRow, Value, cost, grouped
 from sumo3dviz_pt.report.films.galleries import crops_plot, flip_maps
 from sumo3dviz_pt.report.plots import depth_plot, error_plot
 
@@ -27,7 +27,7 @@ def write_results(
     folder: Path,
     subject: Subject,
     reference: Reference,
-    rows: Sequence[Row],
+    rows: Sequence[TableRow],
     *,
     wanted: int,
     command: str,
@@ -50,7 +50,7 @@ def write_results(
         depth_plot(rows, folder / "depth.png")
     production = subject.production
     facts: dict[str, Value] = {"camera": production.camera, "time [s]": float(production.times[-1])}
-    notes = Notes(
+    notes = PageNotes(
         title=f"Error against run time: {subject.name}",
         command=command,
         facts={**facts, "road users in view": road_users(subject)},
@@ -67,7 +67,7 @@ def road_users(subject: Subject) -> int:
     return len(subject.state.users)
 
 
-def own_errors(reference: Reference, look: Look) -> dict[str, float]:
+def own_errors(reference: Reference, look: PictureLook) -> dict[str, float]:
     """Return the reference's own error by column: of its halves against each other, halved.
 
     The mean of two independent halves is off by half of what they differ by; for FLIP,
@@ -79,7 +79,7 @@ def own_errors(reference: Reference, look: Look) -> dict[str, float]:
     }
 
 
-def picture_name(row: Row) -> str:
+def picture_name(row: TableRow) -> str:
     """Return what a row's picture is called in the folder of pictures."""
     if row["preset"] not in (LADDER, DEPTH):
         return str(row["preset"])
@@ -87,7 +87,7 @@ def picture_name(row: Row) -> str:
     return f"{row['preset']}_{kind}_{row['spp']}_depth{row['max_depth']}"
 
 
-def _galleries(folder: Path, rows: Sequence[Row], look: Look) -> None:
+def _galleries(folder: Path, rows: Sequence[TableRow], look: PictureLook) -> None:
     """Draw crops and maps of the presets, each with the raw picture of equal time."""
     presets = grouped((r for r in rows if r["preset"] not in (LADDER, DEPTH)), ["preset"])
     raw = [row for row in rows if _is_plain(row)]
@@ -106,22 +106,22 @@ def _galleries(folder: Path, rows: Sequence[Row], look: Look) -> None:
     flip_maps(shown, folder / "flip.png", costs=costs)
 
 
-def _is_plain(row: Row) -> bool:
+def _is_plain(row: TableRow) -> bool:
     """Return whether a row is a raw rung of the default sampler."""
     return row["preset"] == LADDER and row["denoise"] == "none" and row["sampler"] != "independent"
 
 
-def _cost(rows: Sequence[Row]) -> float:
+def _cost(rows: Sequence[TableRow]) -> float:
     """Return the median CPU-seconds."""
     return float(np.median([cost(row) for row in rows]))
 
 
-def _nearest(raw: Sequence[Row], seconds: float) -> list[list[Row]]:
+def _nearest(raw: Sequence[TableRow], seconds: float) -> list[list[TableRow]]:
     """Return the raw rung that costs most nearly the same, if there is any yet."""
     rungs = grouped(raw, ["spp"]).values()
     return sorted(rungs, key=lambda rows: abs(np.log(_cost(rows) / seconds)))[:1]
 
 
-def _picture(folder: Path, row: Row, look: Look) -> Image:
+def _picture(folder: Path, row: TableRow, look: PictureLook) -> Image:
     """Return a stored picture, developed."""
     return look.develop(read_exr(folder / PICTURES / f"{picture_name(row)}.exr")[0])

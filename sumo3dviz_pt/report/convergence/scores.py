@@ -19,7 +19,7 @@ TRIM = 0.001
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class PictureLook:
     """How radiance becomes a picture.
 
     Attributes:
@@ -43,7 +43,7 @@ class Look:
 def score(
     radiance: Image,
     reference: Reference,
-    look: Look,
+    look: PictureLook,
     *,
     capped: Image | None = None,
     exposures: bool = True,

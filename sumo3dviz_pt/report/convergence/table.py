@@ -23,7 +23,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Floats
 
 Value = str | int | float
-Row = dict[str, Value]
+TableRow = dict[str, Value]
 """One measurement: a value for each of `COLUMNS`; a number that is not known is NaN."""
 
 LADDER, DEPTH = "ladder", "depth"
@@ -141,7 +141,7 @@ def append_row(path: Path, row: Mapping[str, Value]) -> None:
         stream.flush()
 
 
-def read_rows(path: Path) -> list[Row]:
+def read_rows(path: Path) -> list[TableRow]:
     """Return all whole measurements of a file, in order; none if there is no file.
 
     Raises:
@@ -161,7 +161,7 @@ def _whole_lines(path: Path) -> bytes:
     return whole
 
 
-def _parsed(line: Sequence[str], path: Path, number: int) -> Row:
+def _parsed(line: Sequence[str], path: Path, number: int) -> TableRow:
     """Return one line's values."""
     try:
         return {name: _value(name, text) for name, text in zip(COLUMNS, line, strict=True)}
@@ -184,9 +184,9 @@ def cost(row: Mapping[str, Value]) -> float:
     return float(np.nansum(parts)) if np.isfinite(parts[0]) else float("nan")
 
 
-def grouped(rows: Iterable[Row], by: Sequence[str]) -> dict[tuple[Value, ...], list[Row]]:
+def grouped(rows: Iterable[TableRow], by: Sequence[str]) -> dict[tuple[Value, ...], list[TableRow]]:
     """Return rows that share the values of some columns, sorted by these."""
-    groups: dict[tuple[Value, ...], list[Row]] = {}
+    groups: dict[tuple[Value, ...], list[TableRow]] = {}
     for row in rows:
         groups.setdefault(tuple(row.get(name, "") for name in by), []).append(row)
     return {key: groups[key] for key in sorted(groups, key=_order)}
@@ -197,19 +197,19 @@ def _order(key: tuple[Value, ...]) -> tuple[tuple[bool, Value], ...]:
     return tuple((isinstance(value, str), value) for value in key)
 
 
-def numbers(rows: Iterable[Row], column: str) -> Floats:
+def numbers(rows: Iterable[TableRow], column: str) -> Floats:
     """Return a column's finite or infinite values, (n,); unknown ones are left out."""
     values = np.array([float(row.get(column, "nan")) for row in rows], dtype=np.float64)
     return np.asarray(values[~np.isnan(values)])
 
 
-def median(rows: Iterable[Row], column: str) -> float:
+def median(rows: Iterable[TableRow], column: str) -> float:
     """Return the median of a column; NaN if it holds nothing."""
     values = numbers(rows, column)
     return float(np.median(values)) if values.size else float("nan")
 
 
-def summary(rows: Sequence[Row], *, by: Sequence[str]) -> list[str]:
+def summary(rows: Sequence[TableRow], *, by: Sequence[str]) -> list[str]:
     """Return the lines of a Markdown table: medians over seeds, and quartiles of FLIP.
 
     Args:
@@ -233,7 +233,7 @@ def summary(rows: Sequence[Row], *, by: Sequence[str]) -> list[str]:
     return markdown([*titles, *(measure.title for measure in shown)], lines)
 
 
-def _middle(rows: Sequence[Row], measure: Measure) -> str:
+def _middle(rows: Sequence[TableRow], measure: Measure) -> str:
     """Return a measure's median in words, FLIP with quartiles."""
     values = numbers(rows, measure.column)
     if not values.size:
@@ -256,7 +256,7 @@ def markdown(titles: Sequence[str], lines: Iterable[Sequence[str]]) -> list[str]
     return ["| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |" for cells in table]
 
 
-def slope(rows: Sequence[Row], column: str) -> dict[str, Slope]:
+def slope(rows: Sequence[TableRow], column: str) -> dict[str, Slope]:
     """Return how fast an error falls with spp, by sampler: raw rungs of the ladder.
 
     The interval resamples whole seeds, so that pictures of one seed may be alike.
@@ -274,7 +274,7 @@ def slope(rows: Sequence[Row], column: str) -> dict[str, Slope]:
     return {sampler: fit for sampler, fit in fits.items() if fit is not None}
 
 
-def _fit(rows: Sequence[Row], column: str) -> Slope | None:
+def _fit(rows: Sequence[TableRow], column: str) -> Slope | None:
     """Return least squares through the logarithms of one sampler's rungs."""
     good = [row for row in rows if 0 < float(row.get(column, "nan")) < np.inf]
     rungs = [int(row["spp"]) for row in good]
@@ -292,7 +292,7 @@ def _fit(rows: Sequence[Row], column: str) -> Slope | None:
     return Slope(value, float(low), float(high), len(seeds), (min(rungs), max(rungs)))
 
 
-def _sums(rows: Sequence[Row], column: str, power: float) -> Floats:
+def _sums(rows: Sequence[TableRow], column: str, power: float) -> Floats:
     """Return the moments of log(spp) and log(error) that a line's fit needs: 1, x, y, xx, xy."""
     x = np.log([float(row["spp"]) for row in rows])
     y = power * np.log([float(row[column]) for row in rows])

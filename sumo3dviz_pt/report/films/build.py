@@ -23,10 +23,10 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.stills.still import check_free
 from sumo3dviz_pt.report.convergence.page import PAGE
-from sumo3dviz_pt.report.convergence.scores import CAP, TRIM, Look
+from sumo3dviz_pt.report.convergence.scores import CAP, TRIM, PictureLook
 from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.films.galleries import pair_plot
-from sumo3dviz_pt.report.films.page import Film, write_film_page
+from sumo3dviz_pt.report.films.page import FilmFacts, write_film_page
 from sumo3dviz_pt.report.films.stored import Stored, find_frames, matched
 from sumo3dviz_pt.report.plots import time_plot
 
@@ -61,7 +61,7 @@ _PERCENT: Mapping[str, float] = MappingProxyType({"capped_share": 100.0, "mean_b
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shown:
+class FramePixels:
     """A frame's pixels.
 
     Attributes:
@@ -110,7 +110,7 @@ def report_film(
         rows = _watched(alone_rows(frames), len(frames))
     _write_csv(folder / ROWS, rows)
     _draw(rows, _PAIR_PANELS if pairs else _ALONE_PANELS, folder / PLOT)
-    films = [Film.of(some) for some in (frames, others) if some]
+    films = [FilmFacts.of(some) for some in (frames, others) if some]
     return write_film_page(folder, films, rows)
 
 
@@ -184,7 +184,9 @@ def _pair_rows(pairs: Sequence[tuple[Stored, Stored]], worst_path: Path) -> Iter
         pair_plot(worst.picture, worst.other, worst_path, titles=worst.titles)
 
 
-def pair_row(shown: Shown, wanted: Shown, before: Image | None) -> tuple[dict[str, float], Image]:
+def pair_row(
+    shown: FramePixels, wanted: FramePixels, before: Image | None
+) -> tuple[dict[str, float], Image]:
     """Return how far a frame is from its partner, and their difference.
 
     Args:
@@ -217,7 +219,7 @@ def pair_row(shown: Shown, wanted: Shown, before: Image | None) -> tuple[dict[st
     return values, difference
 
 
-def _same_size(shown: Shown, wanted: Shown) -> None:
+def _same_size(shown: FramePixels, wanted: FramePixels) -> None:
     """Refuse to compare what cannot be laid one over the other."""
     if shown.picture.shape != wanted.picture.shape:
         (height, width), (tall, wide) = shown.picture.shape[:2], wanted.picture.shape[:2]
@@ -226,11 +228,11 @@ def _same_size(shown: Shown, wanted: Shown) -> None:
         )
 
 
-def _shown(frame: Stored, like: Stored) -> Shown:
+def _shown(frame: Stored, like: Stored) -> FramePixels:
     """Return a frame's pixels, developed as another one is."""
     radiance = frame.radiance()
-    look = Look(like.exposure, like.tone)
-    return Shown(np.asarray(radiance / np.float32(look.white)), look.develop(radiance))
+    look = PictureLook(like.exposure, like.tone)
+    return FramePixels(np.asarray(radiance / np.float32(look.white)), look.develop(radiance))
 
 
 def _identity(number: int, frame: Stored) -> FrameRow:
@@ -243,7 +245,7 @@ def _label(frame: Stored) -> str:
     return f"{frame.path.parent.name} ({frame.quality}, {frame.spp} spp)"
 
 
-def _luminance(shown: Shown) -> float:
+def _luminance(shown: FramePixels) -> float:
     """Return the mean luminance [white]."""
     return float((shown.radiance.reshape(-1, 3).mean(axis=0, dtype=np.float64)) @ LUMINANCE)
 

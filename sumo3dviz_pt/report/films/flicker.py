@@ -22,7 +22,7 @@ from scipy.ndimage import map_coordinates
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Transform
 from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, View
 
-Order = Literal[0, 1, 3]
+PlaneOrder = Literal[0, 1, 3]
 """Nearest pixel, bilinear, cubic spline."""
 
 Bounds = Floats
@@ -131,7 +131,7 @@ def flow_between(now: Seen, before: Seen, bodies: Mapping[str, Bounds]) -> Flow:
     return Flow(places, known & inside & _agrees(expected, before, places))
 
 
-def flicker(picture: Image, before: Image, flow: Flow, *, order: Order = 3) -> Flicker:
+def flicker(picture: Image, before: Image, flow: Flow, *, order: PlaneOrder = 3) -> Flicker:
     """Return the mean change of a film's picture along the flow.
 
     Reading between pixel centres averages noise, and so hides flicker, or misplaces
@@ -161,7 +161,7 @@ def flicker(picture: Image, before: Image, flow: Flow, *, order: Order = 3) -> F
     return Flicker(255.0 * float(change), float(valid.mean()))
 
 
-def warped(before: Image, flow: Flow, *, order: Order = 3) -> Image:
+def warped(before: Image, flow: Flow, *, order: PlaneOrder = 3) -> Image:
     """Return the picture before as its surfaces lie now, (h, w, 3).
 
     Pixels that are not valid hold whatever lies at their place.

@@ -44,7 +44,7 @@ _FINE = 300.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Course:
+class MotionCourse:
     """A road user's values over time, as shown or as logged.
 
     Attributes:
@@ -97,8 +97,8 @@ class Drive:
 
     title: str
     subtitle: str
-    shown: Course
-    logged: Course
+    shown: MotionCourse
+    logged: MotionCourse
     roads: Sequence[Road]
     remarks: Sequence[Remark]
     size: tuple[float, float]
@@ -216,7 +216,7 @@ def _rgb(colour: str) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def _label_times(axis: Any, logged: Course) -> None:
+def _label_times(axis: Any, logged: MotionCourse) -> None:
     """Clock times beside some samples that lie apart."""
     ways = arc_length(logged.places)
     wanted = np.linspace(0.0, ways[-1], _MOST_LABELS)
@@ -288,7 +288,7 @@ def _unwrapped(yaws: Floats) -> Floats:
     return turned
 
 
-def _beside(logged: Course, shown: Course, turned: Floats) -> Floats:
+def _beside(logged: MotionCourse, shown: MotionCourse, turned: Floats) -> Floats:
     """Logged headings on the turn of 360 degrees nearest to those shown, (n,) [rad]."""
     known = np.isfinite(turned)
     if not known.any():

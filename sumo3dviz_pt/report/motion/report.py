@@ -83,7 +83,7 @@ class Extreme:
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class UserGroup:
     """All road users of a kind.
 
     Attributes:
@@ -145,7 +145,7 @@ class MotionReport:
     begin: float
     end: float
     step: float
-    groups: tuple[Group, ...]
+    groups: tuple[UserGroup, ...]
     births: int
     deaths: int
     pop_ups: tuple[PopUps, ...]
@@ -233,7 +233,7 @@ def _listed(some: Sequence[Finding], most: int, unit: str) -> Iterator[str]:
         yield f"    and {len(some) - most} more (--json lists them)"
 
 
-def _group_lines(group: Group) -> Iterator[str]:
+def _group_lines(group: UserGroup) -> Iterator[str]:
     """The extremes of a kind of road users."""
     yield ""
     yield f"{group.kind}s: {group.users}, {group.seconds:.0f} s of motion"

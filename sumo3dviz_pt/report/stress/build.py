@@ -125,7 +125,7 @@ def chosen(patterns: Sequence[str]) -> tuple[Case, ...]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Scene:
+class _UserScene:
     """The user's scene and what it offers.
 
     Attributes:
@@ -141,7 +141,7 @@ class _Scene:
     facts: Facts
 
 
-def _survey(job: Job, order: StressOrder) -> _Scene:
+def _survey(job: Job, order: StressOrder) -> _UserScene:
     """Read the whole log once and build the user's own shot."""
     _, scenario, trajectories = read(job)
     name, camera = camera_settings(job, order.camera)
@@ -151,10 +151,10 @@ def _survey(job: Job, order: StressOrder) -> _Scene:
         time = starts[0] if starts else float(np.mean(life_of(camera, trajectories)))
     request = Request(name, PRESET, SIZE, variant=order.variant)
     base = prepare(job, request, np.array([time]))
-    return _Scene(job, order, base, facts_of(base, scenario, trajectories, time=time))
+    return _UserScene(job, order, base, facts_of(base, scenario, trajectories, time=time))
 
 
-def _production(scene: _Scene, case: Case) -> Production:
+def _production(scene: _UserScene, case: Case) -> Production:
     """Return a case's shot, ready to be rendered."""
     made = scene.base
     output: OutputSettings = made.job.output
@@ -198,7 +198,7 @@ def _quality(case: Case) -> Quality:
 # Cases ------------------------------------------------------------------------------------
 
 
-def _run(cases: Sequence[Case], scene: _Scene) -> Iterator[Outcome]:
+def _run(cases: Sequence[Case], scene: _UserScene) -> Iterator[Outcome]:
     """Yield how each case ended, in order."""
     for _, group in groupby(cases, key=lambda case: case.stage):
         with ExitStack() as stack:
@@ -229,14 +229,14 @@ class _Stage:
     session: Session
 
     @classmethod
-    def open(cls, scene: _Scene, case: Case, stack: ExitStack) -> _Stage:
+    def open(cls, scene: _UserScene, case: Case, stack: ExitStack) -> _Stage:
         """Build a case's shot and open the renderer until the stack is closed."""
         production = _production(scene, case)
         session = stack.enter_context(opened(production, film=case.film))
         return cls(production, session)
 
 
-def _ended(case: Case, scene: _Scene, stage: _Stage, stack: ExitStack) -> Outcome:
+def _ended(case: Case, scene: _UserScene, stage: _Stage, stack: ExitStack) -> Outcome:
     """Render a case and judge it."""
     evidence, tally = _seen(case, stage)
     if case.stored:

@@ -73,7 +73,7 @@ class Case:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class NearbyUser:
     """A road user that a camera stands in, or close to.
 
     Attributes:
@@ -114,7 +114,7 @@ class Facts:
     along: Floats
     box: Floats
     sun: Floats | None
-    body: Body | None
+    body: NearbyUser | None
     times: Mapping[str, float]
     memory: float
     triangles: int

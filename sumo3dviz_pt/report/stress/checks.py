@@ -40,7 +40,7 @@ _MANY = 16  # pixels; fewer may lie on the edge of something dark
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class CaseLight:
     """What shines in a case, all in scene units.
 
     Attributes:
@@ -69,7 +69,7 @@ class Light:
 
 def light_of(
     sky: Any, sets: Sequence[LampSet], frame: FrameState, scene: SceneData | None = None
-) -> Light:
+) -> CaseLight:
     """Return the light of a case.
 
     Args:
@@ -90,7 +90,7 @@ def light_of(
     if scene is not None and scene.running is not None:
         lamps.append((scene.running.sampled, _lens(scene, scene.running)))
     lighting = [peak for lights, peak in lamps if lights]
-    return Light(
+    return CaseLight(
         brightest=float(np.max([sky.radiance.max(), sun.max(), *(p.max() for _, p in lamps)])),
         common=common,
         directed=directed + (0.0 if sky.sun is None else float(sky.sun.irradiance @ LUMINANCE)),
@@ -145,7 +145,7 @@ class Evidence:
 
     radiance: Image
     open_sky: Bools
-    light: Light
+    light: CaseLight
     limit: float
     exposure: float
     tone: str

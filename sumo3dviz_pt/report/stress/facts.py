@@ -12,7 +12,7 @@ from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Mover, Prototype, SceneData, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.production import Production
-from sumo3dviz_pt.report.stress.cases import Body, Facts
+from sumo3dviz_pt.report.stress.cases import Facts, NearbyUser
 
 _ABOVE_ROOF = 3.0
 """Height above a riding camera at which a standing copy sees more than the cabin [m]."""
@@ -86,7 +86,7 @@ def _is_road(network: Network, edge: str) -> bool:
 
 def nearest_body(
     users: Iterable[Mover], prototypes: Mapping[str, Prototype], eye: Floats
-) -> Body | None:
+) -> NearbyUser | None:
     """Return the vehicle nearest to an eye; another road user if there is none.
 
     Args:
@@ -108,7 +108,7 @@ def nearest_body(
     side = _on_side(points, low, high)
     middle, paint = nearest.world_from_body.points(np.stack([(low + high) / 2, side]))
     outward = nearest.world_from_body.directions(np.array([[0.0, 1.0, 0.0]]))[0]
-    return Body(nearest.id, middle, paint, outward / np.linalg.norm(outward))
+    return NearbyUser(nearest.id, middle, paint, outward / np.linalg.norm(outward))
 
 
 def _on_side(points: Floats, low: Floats, high: Floats) -> Floats:

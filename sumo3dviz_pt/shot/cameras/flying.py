@@ -32,7 +32,7 @@ _NEAR = 0.01
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curve:
+class MonotoneCurve:
     """A monotone cubic curve that holds its ends.
 
     Attributes:
@@ -76,9 +76,9 @@ class FlyingCamera:
         shutter: When it lets light in.
     """
 
-    path: Curve
-    angles: Curve
-    subjects: tuple[Curve, ...]
+    path: MonotoneCurve
+    angles: MonotoneCurve
+    subjects: tuple[MonotoneCurve, ...]
     shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
@@ -106,13 +106,13 @@ def build_flight(settings: CinematicCamera) -> FlyingCamera:
     turns = np.unwrap([(aim.yaw, aim.pitch, aim.roll) for aim in aims], axis=0)
     fovs = np.radians([settings.lens.fov if key.fov is None else key.fov for key in keys])
     return FlyingCamera(
-        Curve(times, frozen([key.position for key in keys])),
-        Curve(times, frozen(np.column_stack([turns, fovs]))),
+        MonotoneCurve(times, frozen([key.position for key in keys])),
+        MonotoneCurve(times, frozen(np.column_stack([turns, fovs]))),
         tuple(_subjects(keys)),
     )
 
 
-def _subjects(keys: Sequence[KeyFrame]) -> list[Curve]:
+def _subjects(keys: Sequence[KeyFrame]) -> list[MonotoneCurve]:
     """Curves of the points that neighbouring key frames look at."""
     runs: list[list[tuple[float, Point]]] = [[]]
     for key in keys:
@@ -121,7 +121,7 @@ def _subjects(keys: Sequence[KeyFrame]) -> list[Curve]:
         else:
             runs[-1].append((key.time, key.look_at))
     return [
-        Curve(frozen([time for time, _ in run]), frozen([point for _, point in run]))
+        MonotoneCurve(frozen([time for time, _ in run]), frozen([point for _, point in run]))
         for run in runs
         if len(run) > 1
     ]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sumo3dviz_pt.cast.articulation import Links
+from sumo3dviz_pt.cast.articulation import UnitLinks
 from sumo3dviz_pt.cast.bodies import Body
 from sumo3dviz_pt.cast.fleet import Fleet, find_rider
 from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
@@ -23,7 +23,7 @@ from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
-from sumo3dviz_pt.model.trajectory import Piece, Trajectory
+from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
 
 _LAG_SAMPLES = 49
@@ -106,11 +106,11 @@ class RidingCamera:
         return View(placed, self.lens, rides_in=self.trajectory.key, cutaway=self.cutaway)
 
     @property
-    def _links(self) -> Links | None:
+    def _links(self) -> UnitLinks | None:
         """Where the units of an articulated vehicle are held."""
         return None if self.body is None else links_of(self.body)
 
-    def _seated(self, piece: Piece, time: float, frame: Transform) -> Transform:
+    def _seated(self, piece: MotionPiece, time: float, frame: Transform) -> Transform:
         """The eye in a body that moves on its springs; the view nods with it."""
         if self.body is None or not self.springs:
             return frame @ self.aim.placed(self.eye)
@@ -125,7 +125,7 @@ class RidingCamera:
         matrix[:3, 3] = eye
         return Transform(matrix)
 
-    def _piece(self, time: float) -> Piece:
+    def _piece(self, time: float) -> MotionPiece:
         """The stretch of motion at a time."""
         for piece in self.trajectory.pieces:
             if piece.begin - 1e-9 <= time <= piece.end + 1e-9:
@@ -136,7 +136,7 @@ class RidingCamera:
             key="cameras",
         )
 
-    def _swung(self, piece: Piece, time: float) -> tuple[float, float]:
+    def _swung(self, piece: MotionPiece, time: float) -> tuple[float, float]:
         """Mean yaw and pitch over the lag, of the piece only [rad]."""
         share = (np.arange(_LAG_SAMPLES) + 0.5) / _LAG_SAMPLES
         motion = piece.sample(np.clip(time - share * self.lag, piece.begin, piece.end))

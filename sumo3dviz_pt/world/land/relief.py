@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy import ndimage
 
-from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
+from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats, settled
 
 _TILE = 14_000.0  # the relief repeats after this far [m]
@@ -55,8 +55,8 @@ class Relief:
 @lru_cache(maxsize=4)
 def relief(seed: int) -> Relief:
     """The relief of a seed; the same everywhere and always."""
-    swell = fractal((_SIZE, _SIZE), Band(2.0, 4.0, 60.0), seed=seed)
-    woods = fractal((_SIZE, _SIZE), Band(1.6, 3.0, 60.0), seed=seed + 1)
+    swell = fractal((_SIZE, _SIZE), Spectrum(2.0, 4.0, 60.0), seed=seed)
+    woods = fractal((_SIZE, _SIZE), Spectrum(1.6, 3.0, 60.0), seed=seed + 1)
     return Relief(*(ndimage.spline_filter(noise, order=3, mode=_EDGE) for noise in (swell, woods)))
 
 

@@ -63,7 +63,7 @@ Item = Poi | Polygon
 
 
 @dataclass(frozen=True, slots=True)
-class _Group:
+class _ObjectGroup:
     """The objects of a kind that are drawn, and what a user says of that kind."""
 
     kind: Kind
@@ -113,7 +113,7 @@ def build_scenery(
     """
     # Choose what there is of each kind.
     left_out: list[LeftOut] = []
-    groups: list[_Group] = []
+    groups: list[_ObjectGroup] = []
     taken = _building_areas(polygons, settings)
     for kind in KINDS:
         own: ObjectSettings | None = getattr(settings, kind.name)
@@ -126,7 +126,7 @@ def build_scenery(
         check_extents(kind, items)
         kept, gone = _sorted_out(kind, items, around=around, taken=taken)
         left_out += gone
-        groups.append(_Group(kind, own, kept))
+        groups.append(_ObjectGroup(kind, own, kept))
     # Build the parts of each kind; what shines by night is kept apart.
     staging = Staging(around, _shrunk_levels(groups, around, budget))
     static: list[StaticPart] = []
@@ -263,7 +263,7 @@ def _blocks_camera(kind: Kind, place: Floats, around: Surroundings) -> bool:
     return bool(((above > space.bottom) & (above < space.top + KEEP_CLEAR)).any())
 
 
-def _shrunk_levels(groups: Sequence[_Group], around: Surroundings, budget: int) -> float:
+def _shrunk_levels(groups: Sequence[_ObjectGroup], around: Surroundings, budget: int) -> float:
     """By how much level limits move: out where the triangle budget leaves room, else in."""
     measured = []
     for group in groups:

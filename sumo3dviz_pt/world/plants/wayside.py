@@ -64,7 +64,7 @@ _SHRUB_ROWS = (_Row(8.2, 2.2), _Row(10.0, 2.4), _Row(13.4, 2.8))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Spots:
+class _BeltSpots:
     """Places of a belt.
 
     Attributes:
@@ -77,11 +77,11 @@ class _Spots:
     rows: Ints
     names: tuple[str, ...]
 
-    def some(self, keep: Bools | Ints) -> _Spots:
+    def some(self, keep: Bools | Ints) -> _BeltSpots:
         """Those that are kept, in the order asked for."""
         index = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
         names = tuple(self.names[int(k)] for k in index)
-        return _Spots(self.places[index], self.rows[index], names)
+        return _BeltSpots(self.places[index], self.rows[index], names)
 
 
 def wayside(
@@ -120,7 +120,7 @@ def wayside(
 
 def _belt(
     borders: Sequence[Border], rows: Sequence[_Row], around: Surroundings, what: str
-) -> _Spots:
+) -> _BeltSpots:
     """Candidates in rows beside borders where the cover is dense, in the picture."""
     places, numbers, names = [np.zeros((0, 2))], [np.zeros(0, np.int64)], []
     for border in borders:
@@ -135,7 +135,7 @@ def _belt(
             places.append(spot[keep])
             numbers.append(np.full(int(keep.sum()), row))
             names += [f"{what}:{border.edge.id}:{row}:{k}" for k in np.flatnonzero(keep)]
-    found = _Spots(np.concatenate(places), np.concatenate(numbers), tuple(names))
+    found = _BeltSpots(np.concatenate(places), np.concatenate(numbers), tuple(names))
     away = around.distances(found.places)
     seen = around.pictured(found.places, radius=14.0) | (away < 40.0)
     return found.some(seen & (away < FAR_REACH))
@@ -151,7 +151,7 @@ def _cover(places: Floats, seed: int) -> Floats:
     )
 
 
-def _free(spots: _Spots, plot: Plot, pois: Sequence[Poi], *, margin: float) -> _Spots:
+def _free(spots: _BeltSpots, plot: Plot, pois: Sequence[Poi], *, margin: float) -> _BeltSpots:
     """Those that keep off what is paved and leave objects their room."""
     spots = spots.some(plot.free(spots.places, margin=margin))
     for kind, room in _ROOM.items():
@@ -200,7 +200,7 @@ def _off_rays(at: Floats, road: Floats) -> Bools:
     return np.asarray(~hidden.any(axis=1) & (away > 9.0))
 
 
-def _pois(trees: _Spots, shrubs: _Spots, seed: int) -> tuple[Poi, ...]:
+def _pois(trees: _BeltSpots, shrubs: _BeltSpots, seed: int) -> tuple[Poi, ...]:
     """Belts as points of interest; neighbours are mostly of one species."""
     found = []
     before = _before(trees)
@@ -216,7 +216,7 @@ def _pois(trees: _Spots, shrubs: _Spots, seed: int) -> tuple[Poi, ...]:
     return tuple(found)
 
 
-def _before(trees: _Spots) -> Ints:
+def _before(trees: _BeltSpots) -> Ints:
     """How many trees of rows nearer to the road stand close before each, (n,)."""
     if not len(trees.places):
         return trees.rows

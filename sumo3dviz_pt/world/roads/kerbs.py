@@ -148,7 +148,7 @@ def _closed(right: Floats, left: Floats, ring: Floats) -> Band:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Run:
+class _StoneRun:
     """Some stones of a band, one after the other.
 
     Attributes:
@@ -178,17 +178,17 @@ def _marks(band: Band, length: float) -> Floats:
     return np.linspace(0.0, end, max(1, round(end / length)) + 1)
 
 
-def _near_runs(band: Band, length: float, base: Base) -> list[_Run]:
+def _near_runs(band: Band, length: float, base: Base) -> list[_StoneRun]:
     """Runs of stones of which one lies near the camera."""
     marks = _marks(band, length)
     middles = 0.5 * (marks[1:] + marks[:-1])
     line = 0.5 * (band.right + band.left)
     at = np.stack([np.interp(middles, band.stations, c) for c in line.T[:2]], axis=1)
     near = np.flatnonzero(distance_to(base.focus, at) < _FARTHEST)
-    return [_Run(band, length, first) for first in np.unique(near // _RUN * _RUN).tolist()]
+    return [_StoneRun(band, length, first) for first in np.unique(near // _RUN * _RUN).tolist()]
 
 
-def _stones(run: _Run, ring: _Ring) -> _Tinted:
+def _stones(run: _StoneRun, ring: _Ring) -> _Tinted:
     """Kerb stones, each of its own tone."""
     pieces = run.pieces()
     return _joined([_toned(quads, _GRANITE, f"{ring.name}:{k}") for k, quads in pieces])
@@ -203,7 +203,7 @@ def _toned(quads: Floats, colour: Colour, name: str) -> _Tinted:
     return _Tinted(quads, np.tile(np.minimum(reflectance, 0.85), (len(quads), 1)))
 
 
-def _joints(run: _Run) -> Floats:
+def _joints(run: _StoneRun) -> Floats:
     """What lies after each stone but a band's last one, (n, 4, 3) [m]."""
     ends = run.marks[1:]
     inner = ends[ends < run.band.stations[-1] - 0.5 * run.length]
@@ -222,7 +222,7 @@ def _slimmed(quads: Floats) -> Floats:
     return np.array([[right - ahead[0], right + ahead[0], left + ahead[1], left - ahead[1]]])
 
 
-def _gutter(run: _Run, ring: _Ring, roads: shapely.STRtree) -> _Tinted:
+def _gutter(run: _StoneRun, ring: _Ring, roads: shapely.STRtree) -> _Tinted:
     """Channel stones where a carriageway lies beside the kerb, with drains among them."""
     shift = _DRAINS * share_of(0, "drains", ring.name)
     found = []

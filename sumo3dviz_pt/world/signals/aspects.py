@@ -35,7 +35,7 @@ _TWO = {"r": (RED,), "u": (RED,), "y": (RED,), "G": (GREEN,)}
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class AspectCourse:
     """The letters of one link over time, without repetitions.
 
     Letters that look the same are one: `G` stands for `g`, `y` for `Y`, `r` for `s`.
@@ -68,7 +68,7 @@ class Course:
         return frozenset((_THREE if lamps == 3 else _TWO).get(letter, ()))
 
 
-def course_of(phases: SignalPhases, link: int) -> Course:
+def course_of(phases: SignalPhases, link: int) -> AspectCourse:
     """Return the course of one link of a traffic light.
 
     Args:
@@ -83,10 +83,10 @@ def course_of(phases: SignalPhases, link: int) -> Course:
         if not letters or letters[-1] != letter:
             times.append(time)
             letters.append(letter)
-    return Course(tuple(times), tuple(letters))
+    return AspectCourse(tuple(times), tuple(letters))
 
 
-def with_yellow(course: Course, duration: float) -> Course:
+def with_yellow(course: AspectCourse, duration: float) -> AspectCourse:
     """Return the course with interpolated yellow, if it knows none of its own.
 
     Args:
@@ -107,4 +107,4 @@ def with_yellow(course: Course, duration: float) -> Course:
         if (letter, after) == ("G", "r"):
             times.append(end - min(duration, (end - begin) / 2))
             letters.append("y")
-    return Course(tuple(times), tuple(letters))
+    return AspectCourse(tuple(times), tuple(letters))

@@ -16,7 +16,14 @@ from sumo3dviz_pt.model.scene import LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
-from sumo3dviz_pt.world.signals.aspects import GREEN, RED, YELLOW, Course, course_of, with_yellow
+from sumo3dviz_pt.world.signals.aspects import (
+    GREEN,
+    RED,
+    YELLOW,
+    AspectCourse,
+    course_of,
+    with_yellow,
+)
 from sumo3dviz_pt.world.signals.bodies import LAMP_SET, STACK, counter_rows, lamp_set, static_parts
 from sumo3dviz_pt.world.signals.sites import Head, Support, sites
 
@@ -126,10 +133,10 @@ def build_signals(
         return Signals(left_out=left_out)
     # Decide what a head shows; links that show the same share one course.
     lamps = 2 if settings.design == "two_heads" else 3
-    courses: dict[tuple[str, int, bool], Course] = {}
-    unique: dict[Course, Course] = {}
+    courses: dict[tuple[str, int, bool], AspectCourse] = {}
+    unique: dict[AspectCourse, AspectCourse] = {}
 
-    def shown(link: Connection, lamps_of_head: int) -> Course:
+    def shown(link: Connection, lamps_of_head: int) -> AspectCourse:
         walks = network.edges[network.lanes[link.from_lane].edge_id].function != "normal"
         fill = settings.yellow == "auto" and lamps_of_head == 3 and not walks
         key = (link.tls, link.link_index, fill)

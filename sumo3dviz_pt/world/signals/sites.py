@@ -21,7 +21,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
-from sumo3dviz_pt.world.signals.aspects import Course
+from sumo3dviz_pt.world.signals.aspects import AspectCourse
 
 POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.2, 4.7, 2.1
 """Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
@@ -52,7 +52,7 @@ class Head:
 
     tls: str
     links: tuple[int, ...]
-    course: Course
+    course: AspectCourse
     lamps: int
     position: Floats
     yaw: float
@@ -90,12 +90,12 @@ class Support:
         return self.position
 
 
-CourseOf = Callable[[Connection, int], Course]
+CourseOf = Callable[[Connection, int], AspectCourse]
 """The course of a connection's link as a head with 2 or 3 lamps shows it."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Group:
+class _SignalGroup:
     """Links of a traffic light that always show the same.
 
     Attributes:
@@ -105,7 +105,7 @@ class _Group:
     """
 
     tls: str
-    course: Course
+    course: AspectCourse
     links: tuple[int, ...]
 
 
@@ -123,14 +123,16 @@ class _Design:
     course_of: CourseOf
     lamps: int
 
-    def groups(self, links: Sequence[Connection], *, lamps: int) -> list[_Group]:
+    def groups(self, links: Sequence[Connection], *, lamps: int) -> list[_SignalGroup]:
         """Links that always show the same on heads of 2 or 3 lamps, in the order given."""
-        found: dict[tuple[str, Course], list[int]] = {}
+        found: dict[tuple[str, AspectCourse], list[int]] = {}
         for link in links:
             key = (link.tls, self.course_of(link, lamps))
             if link.link_index not in found.setdefault(key, []):
                 found[key].append(link.link_index)
-        return [_Group(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()]
+        return [
+            _SignalGroup(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()
+        ]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,7 +153,7 @@ class _Stand:
     along: Floats
     yaw: float
 
-    def row(self, groups: Sequence[_Group], *, lamps: int) -> list[Head]:
+    def row(self, groups: Sequence[_SignalGroup], *, lamps: int) -> list[Head]:
         """One head of so many lamps for each group."""
         offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
         return [
@@ -247,7 +249,7 @@ def _approach(
 
 
 def _crossing(
-    edge: Edge, groups: Sequence[_Group], index: LaneIndex
+    edge: Edge, groups: Sequence[_SignalGroup], index: LaneIndex
 ) -> tuple[list[Head], list[Support]]:
     """Heads at both ends of a crossing, each looking over the road."""
     lane = edge.lanes[0]

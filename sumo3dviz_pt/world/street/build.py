@@ -25,7 +25,7 @@ from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.street.corners import place_corners
 from sumo3dviz_pt.world.street.furniture import REACH as FURNITURE_REACH
 from sumo3dviz_pt.world.street.furniture import (
-    Piece,
+    FurnitureItem,
     StopFurniture,
     furniture_parts,
     place_furniture,
@@ -35,7 +35,7 @@ from sumo3dviz_pt.world.street.lamps import REACH, Lamp, lamp_parts, lamp_sets, 
 from sumo3dviz_pt.world.street.places import Border, Site, borders_in, crossing_areas
 from sumo3dviz_pt.world.street.signs import (
     GANTRY_REACH,
-    Links,
+    EdgeLinks,
     Sign,
     links_of,
     place_exits,
@@ -77,7 +77,7 @@ def build_street(
         site: Where things may stand; see `site_of`.
         dark: Whether lamps shine.
     """
-    around, furnished = site.around, _Streets(scenario, settings, site)
+    around, furnished = site.around, _StreetTiles(scenario, settings, site)
     exits = [sign for tile in _tiles(around, GANTRY_REACH) for sign in furnished.exits(tile).exits]
     kerbs = [furnished.kerbs(tile) for tile in _tiles(around, REACH)]
     nearest = _tiles(around, 2 * FURNITURE_REACH)
@@ -118,7 +118,7 @@ class _Kerbs:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Streets:
+class _StreetTiles:
     """What stands along streets, tile by tile, whatever looks at it.
 
     What comes later keeps off what came before: exits, then kerbs, then walks.
@@ -141,7 +141,7 @@ class _Streets:
         """Stops, signs and lamps in a tile."""
         return self._memory.of(("street kerbs", tile), partial(self._kerbs, tile))
 
-    def walks(self, tile: Tile) -> tuple[Piece, ...]:
+    def walks(self, tile: Tile) -> tuple[FurnitureItem, ...]:
         """Furniture of footways and corners in a tile."""
         return self._memory.of(("street walks", tile), partial(self._walks, tile))
 
@@ -165,7 +165,7 @@ class _Streets:
         lamps = place_lamps(borders if auto else [], self.scenario.pois, site)
         return _Kerbs(stops, tuple(signs), tuple(lamps), tuple(site.used))
 
-    def _walks(self, tile: Tile) -> tuple[Piece, ...]:
+    def _walks(self, tile: Tile) -> tuple[FurnitureItem, ...]:
         """What `walks` keeps."""
         site, network = self._site(tile, self.kerbs(tile).used), self.scenario.network
         auto = self.settings.furniture == "auto"
@@ -181,7 +181,7 @@ class _Streets:
         return self.site.around.memory
 
     @property
-    def _links(self) -> Links:
+    def _links(self) -> EdgeLinks:
         """Connections of the network."""
         return self._memory.of(("links",), partial(links_of, self.scenario.network))
 

@@ -13,7 +13,7 @@ from sumo3dviz_pt.library.mesh.planar import areal
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.model.random import share_of
-from sumo3dviz_pt.world.street.furniture import Piece, off_lanes
+from sumo3dviz_pt.world.street.furniture import FurnitureItem, off_lanes
 from sumo3dviz_pt.world.street.places import Site
 
 
@@ -57,7 +57,7 @@ _ROAD = 2.0
 """Borders with a carriageway, a crossing or a footway this near are no outer ones [m]."""
 
 
-def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[Piece]:
+def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[FurnitureItem]:
     """Place furniture on corners, chosen by the seed.
 
     Args:
@@ -65,7 +65,7 @@ def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[P
         network: The road network.
         site: What is free; furniture is added to it.
     """
-    pieces: list[Piece] = []
+    pieces: list[FurnitureItem] = []
     for edge in edges:
         outline = edge.lanes[0].shape if edge.function == "walkingarea" else np.zeros((0, 3))
         if len(outline) < 3:
@@ -76,7 +76,9 @@ def place_corners(edges: Sequence[Edge], network: Network, site: Site) -> list[P
     return pieces
 
 
-def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site) -> list[Piece]:
+def _on_corner(
+    edge: Edge, area: shapely.Geometry, network: Network, site: Site
+) -> list[FurnitureItem]:
     """Pieces along the outer border of one corner."""
     # Find its outer border, and the lines along which people walk.
     seed = site.around.seed
@@ -84,7 +86,7 @@ def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site)
     paths = shapely.union_all([shapely.LineString(pair) for pair in combinations(doors, 2)])
     spots, inward = _outer_border(area, doors, site)
     # Put pieces there, some of them a little further in.
-    pieces: list[Piece] = []
+    pieces: list[FurnitureItem] = []
     for name, kind in _KINDS.items():
         if not len(spots) or share_of(seed, edge.id, name) > kind.often:
             continue
@@ -99,7 +101,7 @@ def _on_corner(edge: Edge, area: shapely.Geometry, network: Network, site: Site)
             k = int(good[int(share_of(seed, edge.id, name, "at") * len(good))])
             z = float(site.standing(places[k : k + 1])[0])
             yaw = float(np.arctan2(inward[k, 1], inward[k, 0]))
-            piece = Piece(name, (float(places[k, 0]), float(places[k, 1]), z), yaw)
+            piece = FurnitureItem(name, (float(places[k, 0]), float(places[k, 1]), z), yaw)
             if off_lanes(piece, site):
                 site.use(places[k : k + 1])
                 pieces.append(piece)

@@ -55,7 +55,7 @@ _BOLLARDS = (7.0, 8.6, 10.2, 11.8)  # a row of them near a junction [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class FurnitureItem:
     """Something that stands.
 
     Attributes:
@@ -69,7 +69,7 @@ class Piece:
     yaw: float
 
 
-def off_lanes(piece: Piece, site: Site) -> bool:
+def off_lanes(piece: FurnitureItem, site: Site) -> bool:
     """Return whether no part of a piece stands on or hangs over a carriageway."""
     foot = Transform.from_pose(piece.place, yaw=piece.yaw).points(_foot(piece.name))
     return not site.around.index.meets(shapely.Polygon(foot[:, :2]))
@@ -85,7 +85,7 @@ def _foot(name: str) -> Floats:
 
 def place_furniture(
     borders: Sequence[Border], pois: Sequence[Poi], site: Site, *, auto: bool
-) -> list[Piece]:
+) -> list[FurnitureItem]:
     """Place furniture at POIs and, if wanted, along the sidewalks of towns.
 
     Args:
@@ -102,7 +102,7 @@ def place_furniture(
     return pieces
 
 
-def furniture_parts(pieces: Sequence[Piece], around: Surroundings) -> list[Part]:
+def furniture_parts(pieces: Sequence[FurnitureItem], around: Surroundings) -> list[Part]:
     """Build meshes of the pieces that a camera sees."""
     places = np.array([piece.place[:2] for piece in pieces]).reshape(-1, 2)
     away = around.distances(places)
@@ -133,7 +133,7 @@ class StopFurniture:
         cramped: How many stops have no room for a shelter.
     """
 
-    shelters: Sequence[Piece]
+    shelters: Sequence[FurnitureItem]
     signs: Sequence[Sign]
     cramped: int
 
@@ -146,7 +146,7 @@ def place_stops(network: Network, stops: Sequence[Stop], site: Site) -> StopFurn
         stops: All of the scenario.
         site: What is free; shelters and signs are added to it.
     """
-    shelters: list[Piece] = []
+    shelters: list[FurnitureItem] = []
     posts: list[Sign] = []
     cramped = 0
     for stop in stops:
@@ -188,7 +188,7 @@ def stop_areas(network: Network, stops: Sequence[Stop]) -> list[Polygon]:
     return areas
 
 
-def _shelter(border: Border, along: float, site: Site) -> Piece | None:
+def _shelter(border: Border, along: float, site: Site) -> FurnitureItem | None:
     """A shelter whose back stands at the outer border of the sidewalk, or beyond the verge."""
     back = max(border.walk, 2.4)
     tries = along + np.array([0.0, 2.0, -2.0, 4.0, -4.0, 6.0, -6.0])
@@ -204,7 +204,7 @@ def _shelter(border: Border, along: float, site: Site) -> Piece | None:
     yaws = border.inward(yaw)
     for i in np.flatnonzero(good).tolist():
         x, y, z = (float(value) for value in (*places[i], heights[i]))
-        shelter = Piece("bus_shelter", (x, y, z), float(yaws[i]))
+        shelter = FurnitureItem("bus_shelter", (x, y, z), float(yaws[i]))
         if off_lanes(shelter, site):
             for shift in (-1.5, 0.0, 1.5):
                 site.use(border.at(tries[i : i + 1] + shift, back - 0.5).places)
@@ -226,7 +226,7 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
     return [Sign(stand, partial(signs.on_post, signs.bus_stop(), bottom=2.2), 2 * REACH)]
 
 
-def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
+def _at_pois(pois: Sequence[Poi], site: Site) -> list[FurnitureItem]:
     """What the scenario asks for; nothing on a road."""
     wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
     places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
@@ -241,18 +241,18 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Piece]:
         yaw = float(yaws[i]) if poi.yaw is None else poi.yaw
         x, y = map(float, places[i])
         name = WORDS[poi.type.lower().split(".")[0]]
-        piece = Piece(name, (x, y, float(heights[i])), yaw)
+        piece = FurnitureItem(name, (x, y, float(heights[i])), yaw)
         if off_lanes(piece, site):
             pieces.append(piece)
             site.use(places[i : i + 1])
     return pieces
 
 
-def _benches(border: Border, site: Site) -> list[Piece]:
+def _benches(border: Border, site: Site) -> list[FurnitureItem]:
     """Benches, each with a bin, meters and bicycle stands, at the far side of a sidewalk."""
     seed, name = site.around.seed, border.edge.id
     at = spread(border.length, _SPACING, ends=_ENDS, shift=share_of(seed, name, "bench"))
-    pieces: list[Piece] = []
+    pieces: list[FurnitureItem] = []
     for i, along in enumerate(at.tolist()):
         chance = share_of(seed, name, "piece", str(i))
         if chance < 0.4:
@@ -267,7 +267,7 @@ def _benches(border: Border, site: Site) -> list[Piece]:
     return pieces
 
 
-def _bollards(border: Border, site: Site) -> list[Piece]:
+def _bollards(border: Border, site: Site) -> list[FurnitureItem]:
     """Rows of bollards at some kerbs near junctions."""
     if border.length < 50.0 or share_of(site.around.seed, border.edge.id, "bollards") > 0.5:
         return []
@@ -279,7 +279,7 @@ def _bollards(border: Border, site: Site) -> list[Piece]:
 
 def _stood(
     name: str, border: Border, site: Site, *, along: float, out: float, alone: bool = True
-) -> list[Piece]:
+) -> list[FurnitureItem]:
     """A piece beside a border, if there is room; else nothing.
 
     Args:
@@ -295,7 +295,7 @@ def _stood(
         return []
     x, y = map(float, places[0])
     z = float(site.standing(places)[0])
-    piece = Piece(name, (x, y, z), float(border.inward(yaw)[0]))
+    piece = FurnitureItem(name, (x, y, z), float(border.inward(yaw)[0]))
     if not off_lanes(piece, site):
         return []
     if alone:

@@ -67,7 +67,7 @@ class Sign:
 
 
 def place_signs(
-    network: Network, borders: Sequence[Border], site: Site, links: Links
+    network: Network, borders: Sequence[Border], site: Site, links: EdgeLinks
 ) -> list[Sign]:
     """Place signs on posts along edges.
 
@@ -87,7 +87,7 @@ def place_signs(
 
 
 def place_exits(
-    network: Network, borders: Sequence[Border], site: Site, links: Links
+    network: Network, borders: Sequence[Border], site: Site, links: EdgeLinks
 ) -> list[Sign]:
     """Place gantries before exits of motorways, and boards at the exits' noses.
 
@@ -117,7 +117,7 @@ def sign_parts(signs: Sequence[Sign], around: Surroundings) -> list[Part]:
 
 
 @dataclass(frozen=True, slots=True)
-class Links:
+class EdgeLinks:
     """Connections between normal edges.
 
     Attributes:
@@ -131,7 +131,7 @@ class Links:
     at: Mapping[str, list[Connection]]
 
 
-def links_of(network: Network) -> Links:
+def links_of(network: Network) -> EdgeLinks:
     """Sort connections by the normal edges that they join."""
     into: dict[str, list[Connection]] = {}
     out: dict[str, list[Connection]] = {}
@@ -144,7 +144,7 @@ def links_of(network: Network) -> Links:
             out.setdefault(start.id, []).append(link)
             into.setdefault(end.id, []).append(link)
             at.setdefault(start.to_junction, []).append(link)
-    return Links(into, out, at)
+    return EdgeLinks(into, out, at)
 
 
 def limit_of(edge: Edge) -> int:
@@ -155,7 +155,7 @@ def limit_of(edge: Edge) -> int:
     return 10 * round(fastest * 3.6 / 10)
 
 
-def _limit(network: Network, border: Border, links: Links) -> list[Wish]:
+def _limit(network: Network, border: Border, links: EdgeLinks) -> list[Wish]:
     """A speed limit where it differs from that of a road that leads here."""
     number = limit_of(border.edge)
     before = {
@@ -168,7 +168,7 @@ def _limit(network: Network, border: Border, links: Links) -> list[Wish]:
     return [Wish(shapes.speed_limit(number), min(9.0, border.length / 3))]
 
 
-def _priority(border: Border, links: Links) -> list[Wish]:
+def _priority(border: Border, links: EdgeLinks) -> list[Wish]:
     """Stop, give way or priority where an edge ends without a signal."""
     own = [k for k in links.out.get(border.edge.id, []) if k.direction not in ("t", "T")]
     if not own or any(link.tls for link in own) or border.length < 15.0:
@@ -203,7 +203,7 @@ def _posted(wish: Wish, border: Border, site: Site) -> list[Sign]:
     return [Sign(stand, partial(shapes.on_post, wish.face, bottom=wish.bottom), REACH)]
 
 
-def _exit(network: Network, border: Border, links: Links, site: Site) -> list[Sign]:
+def _exit(network: Network, border: Border, links: EdgeLinks, site: Site) -> list[Sign]:
     """A gantry before a motorway's exit, and a board at the exit's nose."""
     edge = border.edge
     drives = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus"}]

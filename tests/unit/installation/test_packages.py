@@ -14,7 +14,7 @@ from sumo3dviz_pt.installation.packages import (
     ATOMIC,
     LLVM,
     MANAGERS,
-    Order,
+    InstallOrder,
     carry_out,
     newest_llvm,
     order_for,
@@ -90,7 +90,7 @@ def test_each_manager_is_called_in_its_own_way(
     machine.has("apt-cache", f"printf '{DEBIAN}'")
     told: list[str] = []
     libraries = BOTH if len(names) == 2 else (LLVM,)
-    order = Order(manager, str(machine.folder / program), libraries, interactive=False)
+    order = InstallOrder(manager, str(machine.folder / program), libraries, interactive=False)
     carry_out(order, told.append)
     called = f"{program} {arguments.format(sys.prefix)}"
     assert machine.called_of(program) == [f"{called} {package}" for package in names]
@@ -182,7 +182,7 @@ def test_sudo_is_taken_where_rights_are_needed(
 def test_sudo_is_not_taken_where_rights_are_not_needed(machine: Machine) -> None:
     machine.be("darwin", administrator=False)
     brew = next(manager for manager in MANAGERS if manager.name == "brew")
-    assert Order(brew, "brew", (LLVM,), interactive=True).command(["install"]) == [
+    assert InstallOrder(brew, "brew", (LLVM,), interactive=True).command(["install"]) == [
         "brew",
         "install",
     ]

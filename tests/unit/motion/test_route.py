@@ -8,7 +8,7 @@ from drives import Way, changing, corner, drive, network_of, road, straight
 
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.motion.pieces import split
-from sumo3dviz_pt.motion.route import Run, expected_ways, follow, stretches_of
+from sumo3dviz_pt.motion.route import LaneRun, expected_ways, follow, stretches_of
 from sumo3dviz_pt.motion.setting import Setting
 from sumo3dviz_pt.motion.track import Tracks
 from sumo3dviz_pt.motion.ways import Hop, Ways
@@ -98,7 +98,7 @@ def test_beside_inside_a_junction_lanes_keep_their_share():
         "b_0": [(60, 3), (90, 3)],
     }
     ways = Ways(network_of(shapes))
-    run = Run(0, [5.0], [[(":j_0_0", 0.0)]])
+    run = LaneRun(0, [5.0], [[(":j_0_0", 0.0)]])
     run.follow(
         ways, Found((Hop(":j_0_0"), Hop(":j_0_1", beside=True), Hop("b_0")), 10.0), (5.0, 2.0)
     )

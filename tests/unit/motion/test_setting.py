@@ -8,7 +8,7 @@ from drives import TYPES, drive, log_of, road, straight, trace_of
 
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.motion import settings_of
-from sumo3dviz_pt.motion.setting import Setting, Settings, body_length, is_euler
+from sumo3dviz_pt.motion.setting import LogSettings, Setting, body_length, is_euler
 from sumo3dviz_pt.motion.track import Tracks
 from sumo3dviz_pt.motion.ways import Ways
 
@@ -106,7 +106,7 @@ def test_in_short_steps_both_meanings_come_near():
 def test_a_vehicle_that_tells_enough_decides_for_itself():
     euler, ballistic = logged(euler=True), logged(euler=False)
     for log in (True, False):
-        settings = Settings(euler=log)
+        settings = LogSettings(euler=log)
         assert settings.of(euler).euler is True
         assert settings.of(ballistic).euler is False
         assert settings.of(logged(euler=not log, last=9.0)).euler is log
@@ -114,7 +114,7 @@ def test_a_vehicle_that_tells_enough_decides_for_itself():
 
 def test_only_vehicles_follow_lanes():
     tracks = Tracks(Ways(straight()))
-    settings = Settings(tracks=tracks, lane_names=("a_0",))
+    settings = LogSettings(tracks=tracks, lane_names=("a_0",))
     vehicle, person = logged(euler=False), logged(euler=False, kind="person")
     assert settings.of(vehicle).tracks is tracks
     assert settings.of(vehicle).ways is tracks.ways

@@ -12,7 +12,7 @@ import pytest
 
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.cli.doctor import _agreed
-from sumo3dviz_pt.installation.packages import LLVM, MANAGERS, Order
+from sumo3dviz_pt.installation.packages import LLVM, MANAGERS, InstallOrder
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="programs here are shell scripts")
 ROOT = Path(__file__).resolve().parents[3]
@@ -107,7 +107,7 @@ def test_asks_who_is_there(
 
     monkeypatch.setattr(builtins, "input", answer)
     brew = next(manager for manager in MANAGERS if manager.name == "brew")
-    assert _agreed(Order(brew, "brew", (LLVM,), interactive=True)) == agreed
+    assert _agreed(InstallOrder(brew, "brew", (LLVM,), interactive=True)) == agreed
     assert prompts == ["install by: brew install llvm [Y/n] "]
 
 

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 
 from bakers.noise import blurred
 from bakers.skies.recipe import CloudRecipe, towards_of
-from sumo3dviz_pt.library.mesh.noise import Band, fractal
+from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal
 from sumo3dviz_pt.model.geometry import Floats
 
 Singles = NDArray[np.float32]
@@ -68,8 +68,8 @@ def _field(recipe: CloudRecipe) -> _Field:
     """Make the noises of a recipe."""
     rng = np.random.default_rng(recipe.seed)
     waves = _SPAN / recipe.cell
-    wide = fractal((1024, 1024), Band(1.0, 0.35 * waves, 1.6 * waves), seed=recipe.seed + 1)
-    broad = fractal((1024, 1024), Band(1.2, 1.0, 0.5 * waves), seed=recipe.seed + 2)
+    wide = fractal((1024, 1024), Spectrum(1.0, 0.35 * waves, 1.6 * waves), seed=recipe.seed + 1)
+    broad = fractal((1024, 1024), Spectrum(1.2, 1.0, 0.5 * waves), seed=recipe.seed + 2)
     where = wide + 0.55 * broad
     where = (where - np.quantile(where, 1.0 - recipe.cover)) / where.std()
     sun = towards_of(*recipe.sun)
@@ -209,7 +209,7 @@ def march(recipe: CloudRecipe, towards: Floats) -> Floats:
 def _through(clouds: _Field, towards: Singles, *, rng: np.random.Generator) -> Singles:
     """March rays, (n, 3), from the bases to the tops."""
     recipe = clouds.recipe
-    rays = _Rays(
+    rays = _CloudRays(
         towards,
         recipe.base / towards[:, 2],
         np.asarray(recipe.depth / towards[:, 2] / recipe.steps, np.float32),
@@ -231,7 +231,7 @@ def _through(clouds: _Field, towards: Singles, *, rng: np.random.Generator) -> S
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Rays:
+class _CloudRays:
     """Rays on their way: `clear` is what still shines through, `light` what was gathered."""
 
     towards: Singles
@@ -243,7 +243,12 @@ class _Rays:
 
 
 def _advance(
-    clouds: _Field, rays: _Rays, alive: NDArray[np.intp], step: Singles, *, rng: np.random.Generator
+    clouds: _Field,
+    rays: _CloudRays,
+    alive: NDArray[np.intp],
+    step: Singles,
+    *,
+    rng: np.random.Generator,
 ) -> None:
     """Add one step's light and opacity to some rays."""
     points = rays.towards[alive] * (rays.start[alive] + step * rays.length[alive])[:, None]

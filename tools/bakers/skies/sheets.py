@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 
 from bakers.noise import blurred, soft
-from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
+from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 _EARTH = 6.371e6
@@ -66,10 +66,10 @@ def cirrus(
     Returns:
         Opacity, sunlit and skylit share, (n, 3).
     """
-    streaks = fractal(_TEXELS, Band(1.75, 5.0, 260.0, stretch=7.0), seed=seed)
-    strands = fractal(_TEXELS, Band(1.2, 40.0, 420.0, stretch=20.0), seed=seed + 1)
-    patches = fractal(_TEXELS, Band(1.9, 1.0, 12.0, stretch=1.6), seed=seed + 2)
-    bend = fractal(_TEXELS, Band(2.4, 1.0, 7.0), seed=seed + 3)
+    streaks = fractal(_TEXELS, Spectrum(1.75, 5.0, 260.0, stretch=7.0), seed=seed)
+    strands = fractal(_TEXELS, Spectrum(1.2, 40.0, 420.0, stretch=20.0), seed=seed + 1)
+    patches = fractal(_TEXELS, Spectrum(1.9, 1.0, 12.0, stretch=1.6), seed=seed + 2)
+    bend = fractal(_TEXELS, Spectrum(2.4, 1.0, 7.0), seed=seed + 3)
     sheet = soft(streaks, 2.2) + 0.22 * strands
     there = smoothstep(-0.4, 1.6, patches)
     span = 70_000.0
@@ -94,9 +94,9 @@ def altocumulus(towards: Floats, *, seed: int, opacity: float, sun: Floats) -> F
     Returns:
         Opacity, sunlit and skylit share, (n, 3).
     """
-    flakes = fractal(_TEXELS, Band(0.3, 60.0, 170.0, stretch=0.6), seed=seed)
-    ragged = fractal(_TEXELS, Band(1.4, 120.0, 700.0), seed=seed + 1)
-    fields = fractal(_TEXELS, Band(1.7, 1.5, 24.0, stretch=1.8), seed=seed + 2)
+    flakes = fractal(_TEXELS, Spectrum(0.3, 60.0, 170.0, stretch=0.6), seed=seed)
+    ragged = fractal(_TEXELS, Spectrum(1.4, 120.0, 700.0), seed=seed + 1)
+    fields = fractal(_TEXELS, Spectrum(1.7, 1.5, 24.0, stretch=1.8), seed=seed + 2)
     body = soft(flakes, 2.0) + 0.45 * ragged
     where = np.minimum(1.3 * fields - 1.2, 0.25)
     span, height = 60_000.0, 4_200.0
@@ -126,12 +126,12 @@ def mackerel(
     Returns:
         Opacity, sunlit and skylit share, (n, 3).
     """
-    small = soft(fractal(_TEXELS, Band(0.5, 110.0, 340.0, stretch=0.7), seed=seed), 2.0)
-    large = soft(fractal(_TEXELS, Band(0.7, 34.0, 150.0, stretch=0.55), seed=seed + 1), 2.0)
-    ragged = fractal(_TEXELS, Band(1.5, 60.0, 800.0), seed=seed + 2)
-    fields = fractal(_TEXELS, Band(1.8, 1.2, 26.0, stretch=1.7), seed=seed + 3)
-    mixed = smoothstep(-0.8, 0.8, fractal(_TEXELS, Band(1.6, 1.0, 9.0), seed=seed + 4))
-    bend = fractal(_TEXELS, Band(2.2, 1.0, 14.0), seed=seed + 5)
+    small = soft(fractal(_TEXELS, Spectrum(0.5, 110.0, 340.0, stretch=0.7), seed=seed), 2.0)
+    large = soft(fractal(_TEXELS, Spectrum(0.7, 34.0, 150.0, stretch=0.55), seed=seed + 1), 2.0)
+    ragged = fractal(_TEXELS, Spectrum(1.5, 60.0, 800.0), seed=seed + 2)
+    fields = fractal(_TEXELS, Spectrum(1.8, 1.2, 26.0, stretch=1.7), seed=seed + 3)
+    mixed = smoothstep(-0.8, 0.8, fractal(_TEXELS, Spectrum(1.6, 1.0, 9.0), seed=seed + 4))
+    bend = fractal(_TEXELS, Spectrum(2.2, 1.0, 14.0), seed=seed + 5)
     body = (1.0 - mixed) * small + mixed * large + 0.5 * ragged
     # Broad: how closed the field is; cells hardly matter where it is dense.
     where = np.minimum(1.3 * fields - 0.85, 0.8)
@@ -153,9 +153,9 @@ def stratus(towards: Floats, *, seed: int) -> Floats:
 
     Three times brighter at the zenith than at the horizon, the CIE's overcast sky.
     """
-    rolls = fractal(_TEXELS, Band(1.35, 5.0, 120.0, stretch=0.35), seed=seed)
-    lumps = fractal(_TEXELS, Band(1.5, 9.0, 700.0), seed=seed + 1)
-    broad = fractal(_TEXELS, Band(2.0, 1.0, 8.0), seed=seed + 2)
+    rolls = fractal(_TEXELS, Spectrum(1.35, 5.0, 120.0, stretch=0.35), seed=seed)
+    lumps = fractal(_TEXELS, Spectrum(1.5, 9.0, 700.0), seed=seed + 1)
+    broad = fractal(_TEXELS, Spectrum(2.0, 1.0, 8.0), seed=seed + 2)
     deck = soft(0.75 * rolls + 0.8 * lumps + 0.55 * broad, 2.4)
     # A lump's flank is darker than its belly: relief from the blurred deck.
     relief = deck - blurred(deck, 14.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from bakers.noise import cells, soft
 from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
-from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
+from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats
 
 LUSH = np.array([0.052, 0.105, 0.026])
@@ -43,11 +43,11 @@ MOSS = np.array([0.048, 0.075, 0.018])
 def _tufts(recipe: Recipe) -> Floats:
     """Draw light and shadow among tufts, from a metre down to the texel, (h, w), unit spread."""
     shape, seed = recipe.shape, recipe.seed
-    fine = fractal(shape, Band(0.45, recipe.waves(0.9)), seed=seed + 1)
+    fine = fractal(shape, Spectrum(0.45, recipe.waves(0.9)), seed=seed + 1)
     # Blades lie in all directions: two crossed sets of streaks.
-    streaks = fractal(shape, Band(0.5, recipe.waves(0.5), stretch=3.5), seed=seed + 6)
-    crossed = fractal(shape, Band(0.5, recipe.waves(0.5), stretch=0.3), seed=seed + 7)
-    tuft = fractal(shape, Band(1.1, recipe.waves(2.5)), seed=seed + 2)
+    streaks = fractal(shape, Spectrum(0.5, recipe.waves(0.5), stretch=3.5), seed=seed + 6)
+    crossed = fractal(shape, Spectrum(0.5, recipe.waves(0.5), stretch=0.3), seed=seed + 7)
+    tuft = fractal(shape, Spectrum(1.1, recipe.waves(2.5)), seed=seed + 2)
     blades = np.maximum(soft(streaks, 2.2), soft(crossed, 2.2)) - 0.4
     return np.asarray(0.5 * soft(fine, 2.2) + 0.6 * blades + 0.55 * soft(tuft, 1.8))
 
@@ -56,10 +56,12 @@ def grass(recipe: Recipe) -> Maps:
     """Make a meadow; params `dryness`, `clover`, `bare` (shares), `contrast`."""
     shape, seed = recipe.shape, recipe.seed
     low = recipe.waves(4.0)
-    patches = soft(fractal(shape, Band(1.5, low), seed=seed + 3), 1.7)
-    scatter = soft(fractal(shape, Band(0.7, 4 * low), seed=seed + 4), 2.0)
+    patches = soft(fractal(shape, Spectrum(1.5, low), seed=seed + 3), 1.7)
+    scatter = soft(fractal(shape, Spectrum(0.7, 4 * low), seed=seed + 4), 2.0)
     dry = smoothstep(-1.3, 3.0, patches + 0.9 * scatter) * recipe.params.get("dryness", 0.75)
-    weeds = smoothstep(0.8, 1.6, fractal(shape, Band(1.3, 2 * low), seed=seed + 5) + 0.5 * scatter)
+    weeds = smoothstep(
+        0.8, 1.6, fractal(shape, Spectrum(1.3, 2 * low), seed=seed + 5) + 0.5 * scatter
+    )
     colour = mixed(tinted(np.ones(shape), LUSH), DRY, np.clip(dry, 0.0, 1.0))
     # Clover stands in round mats of small leaves.
     leaf = cells(recipe.pixels, round(recipe.waves(0.05)), jitter=0.9, seed=seed + 8)
@@ -78,8 +80,8 @@ def litter(recipe: Recipe) -> Maps:
     """Make leaves on soil; params `leaf` [m], `cover`, `moss` (shares), `embers` (0 or 1)."""
     shape, seed = recipe.shape, recipe.seed
     leaves = EMBERS if recipe.params.get("embers", 0) else LITTER
-    damp = soft(fractal(shape, Band(1.5, recipe.waves(3.0)), seed=seed + 3), 1.8)
-    grain = soft(fractal(shape, Band(0.5, recipe.waves(0.4)), seed=seed + 4), 2.2)
+    damp = soft(fractal(shape, Spectrum(1.5, recipe.waves(3.0)), seed=seed + 3), 1.8)
+    grain = soft(fractal(shape, Spectrum(0.5, recipe.waves(0.4)), seed=seed + 4), 2.2)
     colour = tinted(np.exp(0.22 * grain + 0.1 * damp), SOIL * 0.7)
     across = round(recipe.waves(recipe.params.get("leaf", 0.07)))
     cover = recipe.params.get("cover", 0.85)
@@ -109,8 +111,8 @@ def gravel(recipe: Recipe) -> Maps:
     warmth = 0.05 * rng.standard_normal(count).clip(-2, 2)
     # Each stone is lit a little from one side of its own: a facet, not a ball.
     rise = smoothstep(0.0, 0.28, stones.edge)
-    grain = 1 + 0.07 * fractal(recipe.shape, Band(0.8, 20.0), seed=recipe.seed + 3)
-    stains = 1 + 0.08 * soft(fractal(recipe.shape, Band(1.5, 3.0), seed=recipe.seed + 4), 1.6)
+    grain = 1 + 0.07 * fractal(recipe.shape, Spectrum(0.8, 20.0), seed=recipe.seed + 3)
+    stains = 1 + 0.08 * soft(fractal(recipe.shape, Spectrum(1.5, 3.0), seed=recipe.seed + 4), 1.6)
     value = tone[stones.owner] * (0.30 + 0.70 * rise) * grain * stains
     hue = warmth[stones.owner]
     colour = np.stack([value * (1 + hue), value, value * (1 - 1.4 * hue)], axis=-1)
@@ -121,9 +123,9 @@ def sand(recipe: Recipe) -> Maps:
     """Make sand with wind ripples; params `ripple` [m] (distance of crests), `relief`."""
     shape, seed = recipe.shape, recipe.seed
     waves = recipe.waves(recipe.params.get("ripple", 0.22))
-    ripples = fractal(shape, Band(0.0, 0.6 * waves, waves, stretch=3.0), seed=seed + 1)
-    damp = soft(fractal(shape, Band(1.7, 2.0), seed=seed + 2), 1.6)
-    grains = soft(fractal(shape, Band(0.25, 60.0), seed=seed + 3), 2.5)
+    ripples = fractal(shape, Spectrum(0.0, 0.6 * waves, waves, stretch=3.0), seed=seed + 1)
+    damp = soft(fractal(shape, Spectrum(1.7, 2.0), seed=seed + 2), 1.6)
+    grains = soft(fractal(shape, Spectrum(0.25, 60.0), seed=seed + 3), 2.5)
     value = (
         1 + recipe.params.get("relief", 0.045) * soft(ripples, 1.8) + 0.05 * damp + 0.07 * grains
     )

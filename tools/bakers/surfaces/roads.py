@@ -13,7 +13,7 @@ import numpy as np
 
 from bakers.noise import blurred, soft
 from bakers.surfaces.maps import Maps, Recipe, mixed, tinted, with_mean
-from sumo3dviz_pt.library.mesh.noise import Band, fractal, smoothstep
+from sumo3dviz_pt.library.mesh.noise import Spectrum, fractal, smoothstep
 from sumo3dviz_pt.model.geometry import Floats, Ints
 
 BITUMEN = (0.028, 0.027, 0.026)
@@ -31,9 +31,9 @@ def _aggregate(recipe: Recipe) -> Floats:
 def _stains(recipe: Recipe) -> Floats:
     """Draw the relative brightness of patches and stains from 4 m down to centimetres, (h, w)."""
     seed, low = recipe.seed, recipe.waves(recipe.params.get("broadest", 3.0))
-    broad = soft(fractal(recipe.shape, Band(2.0, low), seed=seed + 1), 1.6)
-    middle = soft(fractal(recipe.shape, Band(1.4, 2 * low), seed=seed + 2), 1.8)
-    speckle = soft(fractal(recipe.shape, Band(1.0, 4 * low), seed=seed + 3), 2.2)
+    broad = soft(fractal(recipe.shape, Spectrum(2.0, low), seed=seed + 1), 1.6)
+    middle = soft(fractal(recipe.shape, Spectrum(1.4, 2 * low), seed=seed + 2), 1.8)
+    speckle = soft(fractal(recipe.shape, Spectrum(1.0, 4 * low), seed=seed + 3), 2.2)
     return np.asarray(0.045 * broad + 0.05 * middle + 0.07 * speckle)
 
 
@@ -42,10 +42,10 @@ def _cracks(recipe: Recipe) -> Floats:
     amount = recipe.params.get("cracks", 0.0)
     if amount <= 0:
         return np.zeros(recipe.shape)
-    paths = fractal(recipe.shape, Band(1.75, 2.0), seed=recipe.seed + 4)
+    paths = fractal(recipe.shape, Spectrum(1.75, 2.0), seed=recipe.seed + 4)
     slope = np.hypot(*np.gradient(paths)) + 1e-4
     line = np.clip(1.15 - np.abs(paths) / slope, 0.0, 1.0)
-    zones = fractal(recipe.shape, Band(2.2, 2.0), seed=recipe.seed + 5)
+    zones = fractal(recipe.shape, Spectrum(2.2, 2.0), seed=recipe.seed + 5)
     return np.asarray(amount * line * smoothstep(0.3, 1.1, zones))
 
 
@@ -55,17 +55,17 @@ def asphalt(recipe: Recipe) -> Maps:
     value = 1.0 + recipe.params.get("stains", 1.0) * _stains(recipe) + grain * _aggregate(recipe)
     # Clusters of stones: what the eye sees of the aggregate from a few metres.
     clusters = fractal(
-        recipe.shape, Band(0.35, recipe.waves(0.14), recipe.waves(0.02)), seed=recipe.seed + 8
+        recipe.shape, Spectrum(0.35, recipe.waves(0.14), recipe.waves(0.02)), seed=recipe.seed + 8
     )
     value += recipe.params.get("mottle", 0.0) * soft(clusters, 2.0)
     # Chips of different rock: a little warmer or cooler than the binder.
-    hue = 0.02 * fractal(recipe.shape, Band(1.2, recipe.waves(1.0)), seed=recipe.seed + 6)
+    hue = 0.02 * fractal(recipe.shape, Spectrum(1.2, recipe.waves(1.0)), seed=recipe.seed + 6)
     colour = np.stack([value * (1 + hue), value, value * (1 - hue)], axis=-1)
     cracks = _cracks(recipe)
     colour = mixed(with_mean(colour, recipe.albedo), BITUMEN, cracks)
     # Polish varies slowly: a quarter of the texels is enough.
     coarse = (recipe.pixels // 4, recipe.pixels // 4)
-    polish = fractal(coarse, Band(1.2, recipe.waves(2.0)), seed=recipe.seed + 7)
+    polish = fractal(coarse, Spectrum(1.2, recipe.waves(2.0)), seed=recipe.seed + 7)
     rough = np.clip(0.66 + 0.03 * soft(polish, 2.0), 0.3, 1.0)
     return Maps(with_mean(colour, recipe.albedo), rough)
 
@@ -73,12 +73,12 @@ def asphalt(recipe: Recipe) -> Maps:
 def concrete(recipe: Recipe) -> Maps:
     """Make cast concrete with pores and water marks; params `pores`, `marks`."""
     shape, seed = recipe.shape, recipe.seed
-    marks = soft(fractal(shape, Band(1.7, 2.0), seed=seed + 1), 1.8)
-    fine = soft(fractal(shape, Band(0.9, 8.0), seed=seed + 2), 2.5)
-    pores = smoothstep(2.3, 3.0, fractal(shape, Band(0.5, 60.0, 300.0), seed=seed + 3))
+    marks = soft(fractal(shape, Spectrum(1.7, 2.0), seed=seed + 1), 1.8)
+    fine = soft(fractal(shape, Spectrum(0.9, 8.0), seed=seed + 2), 2.5)
+    pores = smoothstep(2.3, 3.0, fractal(shape, Spectrum(0.5, 60.0, 300.0), seed=seed + 3))
     value = 1.0 + recipe.params.get("marks", 0.06) * marks + 0.055 * fine
     value = value * (1.0 - recipe.params.get("pores", 0.45) * pores)
-    warm = 0.012 * soft(fractal(shape, Band(1.6, 2.0), seed=seed + 4), 1.8)
+    warm = 0.012 * soft(fractal(shape, Spectrum(1.6, 2.0), seed=seed + 4), 1.8)
     colour = np.stack([value * (1 + warm), value, value * (1 - warm)], axis=-1)
     return Maps(with_mean(colour, recipe.albedo))
 
@@ -100,8 +100,8 @@ def paving(recipe: Recipe) -> Maps:
     tones = 1 + recipe.params.get("variety", 0.07) * rng.standard_normal(count).clip(-2, 2)
     hues = 0.02 * rng.standard_normal((count, 1)).clip(-2, 2) * [1.0, 0.0, -1.0]
     base = concrete(recipe).albedo * tones[slab][..., None] * (1.0 + hues[slab])
-    dirt = 0.07 * soft(fractal(recipe.shape, Band(1.2, 4.0), seed=recipe.seed + 8), 1.6)
-    blots = smoothstep(1.2, 2.6, fractal(recipe.shape, Band(1.6, 5.0), seed=recipe.seed + 9))
+    dirt = 0.07 * soft(fractal(recipe.shape, Spectrum(1.2, 4.0), seed=recipe.seed + 8), 1.6)
+    blots = smoothstep(1.2, 2.6, fractal(recipe.shape, Spectrum(1.6, 5.0), seed=recipe.seed + 9))
     colour = base * (1.0 - dirt - 0.10 * edge - 0.16 * blots - 0.34 * _gum(recipe, x, y))[..., None]
     sand = tinted(np.full(recipe.shape, 0.42), np.asarray(recipe.albedo) * (1.05, 0.97, 0.86))
     return Maps(with_mean(mixed(colour, sand, joints), recipe.albedo))

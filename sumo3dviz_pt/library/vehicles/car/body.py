@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.cutting import Surface
-from sumo3dviz_pt.library.mesh.implicit import Curve, intersect, unite
+from sumo3dviz_pt.library.mesh.implicit import ProfileCurve, intersect, unite
 from sumo3dviz_pt.library.vehicles.car.recipe import Bed, CarRecipe
 from sumo3dviz_pt.library.vehicles.halves import half_surface
 from sumo3dviz_pt.model.geometry import Floats
@@ -43,17 +43,17 @@ class CarShape:
     """
 
     recipe: CarRecipe
-    plan: Curve
-    section: Curve
-    belt: Curve
-    top: Curve
-    roof: Curve
-    nose: Curve
-    tail: Curve
-    backlight: Curve
-    crease: Curve
-    fade: Curve
-    ledge: Curve
+    plan: ProfileCurve
+    section: ProfileCurve
+    belt: ProfileCurve
+    top: ProfileCurve
+    roof: ProfileCurve
+    nose: ProfileCurve
+    tail: ProfileCurve
+    backlight: ProfileCurve
+    crease: ProfileCurve
+    fade: ProfileCurve
+    ledge: ProfileCurve
 
     @property
     def half(self) -> float:
@@ -100,7 +100,7 @@ class CarShape:
 def car_shape(recipe: CarRecipe) -> CarShape:
     """Prepare the splines of a recipe."""
     length, low, wide = recipe.length, recipe.clearance, recipe.shoulder
-    belt = Curve.through(recipe.belt, smooth=0.10)
+    belt = ProfileCurve.through(recipe.belt, smooth=0.10)
     middle = float(belt(length / 2.0))
     plan = [
         (0.0, 0.90),
@@ -135,17 +135,17 @@ def car_shape(recipe: CarRecipe) -> CarShape:
     ledge = [(0.0, low + 0.15), (0.3 * length, low + 0.15), (length, low + 0.25)]
     return CarShape(
         recipe,
-        Curve.through(plan, smooth=0.15),
-        Curve.through(section, smooth=0.03),
+        ProfileCurve.through(plan, smooth=0.15),
+        ProfileCurve.through(section, smooth=0.03),
         belt,
-        Curve.through(recipe.top, smooth=0.06),
-        Curve.through(recipe.roof, smooth=0.12),
-        Curve.through(recipe.nose, smooth=0.025),
-        Curve.through(recipe.tail, smooth=0.028),
-        Curve.through(recipe.backlight, smooth=0.03),
-        Curve.through(crease, smooth=0.2),
-        Curve.through(fade, smooth=0.1),
-        Curve.through(ledge, smooth=0.1),
+        ProfileCurve.through(recipe.top, smooth=0.06),
+        ProfileCurve.through(recipe.roof, smooth=0.12),
+        ProfileCurve.through(recipe.nose, smooth=0.025),
+        ProfileCurve.through(recipe.tail, smooth=0.028),
+        ProfileCurve.through(recipe.backlight, smooth=0.03),
+        ProfileCurve.through(crease, smooth=0.2),
+        ProfileCurve.through(fade, smooth=0.1),
+        ProfileCurve.through(ledge, smooth=0.1),
     )
 
 

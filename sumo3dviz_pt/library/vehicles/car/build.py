@@ -11,12 +11,12 @@ from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
     FullVehicle,
-    Piece,
+    MaterialMesh,
     WheelPlace,
 )
 from sumo3dviz_pt.library.vehicles.car.body import CarShape, car_shape
-from sumo3dviz_pt.library.vehicles.car.conform import Level
-from sumo3dviz_pt.library.vehicles.car.cuts import Finish
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness
+from sumo3dviz_pt.library.vehicles.car.cuts import CarFinish
 from sumo3dviz_pt.library.vehicles.car.details import attached, details
 from sumo3dviz_pt.library.vehicles.car.equipment import equipment, equipment_lamps
 from sumo3dviz_pt.library.vehicles.car.far import far_details, far_surface, far_wheels
@@ -30,10 +30,10 @@ from sumo3dviz_pt.library.vehicles.wheel import build_wheel
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
-MIDDLE = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
+MIDDLE = CarFineness(spacing=0.055, faces=2500, step=0.2, sides=8)
 """Seen from ten metres on."""
 
-FULL = Level(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.005, bevels=True)
+FULL = CarFineness(spacing=0.04, faces=15000, step=0.04, sides=26, gap=0.005, bevels=True)
 """Seen from nearby."""
 
 
@@ -61,7 +61,7 @@ def build_full(recipe: CarRecipe) -> FullVehicle:
     return FullVehicle(by_material(_dirty(recipe, near)), by_material(_painted(recipe, wheel)))
 
 
-def _near(shape: CarShape, level: Level) -> tuple[list[Piece], Transform]:
+def _near(shape: CarShape, level: CarFineness) -> tuple[list[MaterialMesh], Transform]:
     """A car without wheels, and how it was stretched."""
     body = [*body_pieces(shape, level), *attached(shape, level)]
     fit = _fit(shape.recipe, np.concatenate([mesh.vertices for _, mesh in body]))
@@ -81,13 +81,13 @@ def _fitted(lamp: VehicleLamp, fit: Transform) -> VehicleLamp:
     return VehicleLamp(lamp.role, (float(x), float(y), float(z)), lamp.size, lamp.yaw)
 
 
-def _painted(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+def _painted(recipe: CarRecipe, pieces: Iterable[MaterialMesh]) -> Iterator[MaterialMesh]:
     """Pieces as they are stored, with the material that this car is painted with."""
     for material, mesh in pieces:
         yield recipe.body if material == "paint" else material, solid_faces(mesh)
 
 
-def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+def _dirty(recipe: CarRecipe, pieces: Iterable[MaterialMesh]) -> Iterator[MaterialMesh]:
     """Pieces as `_painted`, the paint with road dirt on it."""
     dirt = Dirt(recipe.length, recipe.clearance, recipe.axles, recipe.wheel.radius)
     for material, mesh in _painted(recipe, pieces):
@@ -96,9 +96,9 @@ def _dirty(recipe: CarRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
         yield material, mesh
 
 
-def _far_pieces(shape: CarShape) -> Iterator[Piece]:
+def _far_pieces(shape: CarShape) -> Iterator[MaterialMesh]:
     """The far level's body, both halves."""
-    known = tuple(Finish(name) for name in MATERIALS)
+    known = tuple(CarFinish(name) for name in MATERIALS)
     yield from on_both_sides(surface_pieces(shape, far_surface(shape), known, crease=0.7))
 
 
@@ -115,7 +115,7 @@ def _wheel_places(recipe: CarRecipe, track: float) -> Iterator[WheelPlace]:
             yield WheelPlace((-d, y, radius), radius, steered=number == 0)
 
 
-def _wheels(shape: CarShape, track: float) -> Iterator[Piece]:
+def _wheels(shape: CarShape, track: float) -> Iterator[MaterialMesh]:
     """Four wheels on the ground."""
     recipe = shape.recipe
     for material, mesh in build_wheel(recipe.wheel).items():

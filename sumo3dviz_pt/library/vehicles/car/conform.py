@@ -26,7 +26,7 @@ _FLIP = np.array([-1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class CarFineness:
     """How finely a car is made.
 
     Attributes:
@@ -47,7 +47,7 @@ class Level:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spots:
+class BodySpots:
     """Places on a body.
 
     Attributes:
@@ -59,7 +59,7 @@ class Spots:
     normals: Floats
 
 
-def land(shape: CarShape, view: str, path: ArrayLike) -> Spots:
+def land(shape: CarShape, view: str, path: ArrayLike) -> BodySpots:
     """Return where rays along a view first meet the body.
 
     Args:
@@ -87,7 +87,7 @@ def land(shape: CarShape, view: str, path: ArrayLike) -> Spots:
     points = start + run[:, None] * way
     normals = gradient(shape.field, points, step=0.004)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
-    return Spots(points * _FLIP, normals * _FLIP)
+    return BodySpots(points * _FLIP, normals * _FLIP)
 
 
 def _rays(shape: CarShape, view: str, u: Floats, v: Floats) -> tuple[Floats, Floats]:
@@ -112,7 +112,9 @@ def resampled(path: Sequence[Sequence[float]], step: float) -> Floats:
     return np.concatenate(pieces)
 
 
-def bar(spots: Spots, width: float, *, height: float, depth: float, bevelled: bool = False) -> Mesh:
+def bar(
+    spots: BodySpots, width: float, *, height: float, depth: float, bevelled: bool = False
+) -> Mesh:
     """Build a closed bar along places on a body.
 
     Args:

@@ -10,7 +10,7 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface, refine, retag, split
 from sumo3dviz_pt.library.mesh.implicit import Field, values_at
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
-from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, Panel
+from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarPanel
 from sumo3dviz_pt.model.geometry import Bools, Floats
 
 Where = Callable[[Floats, Floats], Bools]
@@ -27,7 +27,7 @@ _TOLERANCE = 0.0025  # of cuts [m]
 
 
 @dataclass(frozen=True, slots=True)
-class Finish:
+class CarFinish:
     """What a face's tag means.
 
     Attributes:
@@ -39,15 +39,15 @@ class Finish:
     recess: float = 0.0
 
 
-def finishes(panels: tuple[Panel, ...], *, gap: float = 0.0) -> tuple[Finish, ...]:
+def finishes(panels: tuple[CarPanel, ...], *, gap: float = 0.0) -> tuple[CarFinish, ...]:
     """Return all finishes of a car; panel k has tag `len(MATERIALS) + k`, wheel wells `HOLE`.
 
     Args:
         panels: Of the recipe.
         gap: Depth of shut lines [m].
     """
-    plain = tuple(Finish(name, gap if name == "gap" else 0.0) for name in MATERIALS)
-    return plain + tuple(Finish(panel.material, panel.recess) for panel in panels)
+    plain = tuple(CarFinish(name, gap if name == "gap" else 0.0) for name in MATERIALS)
+    return plain + tuple(CarFinish(panel.material, panel.recess) for panel in panels)
 
 
 def tag_of(material: str) -> int:
@@ -61,7 +61,7 @@ def everywhere(centroids: Floats, normals: Floats) -> Bools:
 
 
 @dataclass(frozen=True, slots=True)
-class Cut:
+class RegionCut:
     """One region to be cut out and given another tag.
 
     Attributes:
@@ -77,7 +77,7 @@ class Cut:
     over: tuple[int, ...] = (0,)
 
 
-def cut_region(surface: Surface, shape: CarShape, cut: Cut) -> Surface:
+def cut_region(surface: Surface, shape: CarShape, cut: RegionCut) -> Surface:
     """Split along a curve and retag what lies inside.
 
     Args:

@@ -8,9 +8,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid, tube
 from sumo3dviz_pt.library.street.strokes import lettering
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
-from sumo3dviz_pt.library.vehicles.car.conform import Level, bar, closed, land, resampled
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness, bar, closed, land, resampled
 from sumo3dviz_pt.library.vehicles.car.driver import driver
 from sumo3dviz_pt.library.vehicles.car.panels import handle_places
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
@@ -19,13 +19,13 @@ _PLATE = (0.26, 0.056)
 """Half sizes of a number plate [m]."""
 
 
-def attached(shape: CarShape, level: Level) -> Iterator[Piece]:
+def attached(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build plates and roof rails, which count for the car's length and height."""
     yield from on_both_sides(_rails(shape, level))
     yield from _plates(shape)
 
 
-def details(shape: CarShape, level: Level) -> Iterator[Piece]:
+def details(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build mirrors, handles, wipers and antenna, which may stick out of the car's measures."""
     yield from on_both_sides((*_mirror(shape, level), *_handles(shape, level)))
     yield from _wipers(shape, level)
@@ -35,7 +35,7 @@ def details(shape: CarShape, level: Level) -> Iterator[Piece]:
     yield from _exhaust_shadow(shape)
 
 
-def _mirror(shape: CarShape, level: Level) -> Iterator[Piece]:
+def _mirror(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """The left door mirror: painted cap, black back with its glass, foot and repeater."""
     d, half = shape.recipe.cowl[0] + 0.38, shape.half
     z, y = float(shape.belt(d)) + 0.10, half + 0.055
@@ -55,7 +55,7 @@ def _mirror(shape: CarShape, level: Level) -> Iterator[Piece]:
     yield "gloss_black", tube(foot, radius=[0.034, 0.022], sides=6)
 
 
-def _handles(shape: CarShape, level: Level) -> Iterator[Piece]:
+def _handles(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """One handle on each door, before its hollow."""
     for d, z in handle_places(shape):
         path = resampled([(d - 0.09, z), (d + 0.09, z + 0.004)], 0.09)
@@ -68,7 +68,7 @@ def _handles(shape: CarShape, level: Level) -> Iterator[Piece]:
             yield shape.recipe.grip, moved(foot, x + (0.008 if end else -0.008), y, height)
 
 
-def _rails(shape: CarShape, level: Level) -> Iterator[Piece]:
+def _rails(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """A roof rail that comes down at both ends."""
     if not shape.recipe.rails:
         return
@@ -81,7 +81,7 @@ def _rails(shape: CarShape, level: Level) -> Iterator[Piece]:
     yield shape.recipe.rail, tube(path, radius=0.015, sides=max(6, level.sides // 3))
 
 
-def _plates(shape: CarShape) -> Iterator[Piece]:
+def _plates(shape: CarShape) -> Iterator[MaterialMesh]:
     """Number plates of 520 x 112 mm with their text, on dark holders."""
     half_y, half_z = _PLATE
     spots = [(y, z) for y in (0.0, half_y / 2, half_y) for z in (-half_z, 0.0, half_z)]
@@ -97,7 +97,7 @@ def _plates(shape: CarShape) -> Iterator[Piece]:
         yield from _plate_text(shape.recipe.plate, outer + sign * (0.0072 - inset), height, sign)
 
 
-def _plate_text(text: str, x: float, height: float, sign: float) -> Iterator[Piece]:
+def _plate_text(text: str, x: float, height: float, sign: float) -> Iterator[MaterialMesh]:
     """The characters of a plate and the blue field before them."""
     drawn = lettering(text, height=0.076, weight=0.15, gap=0.3)
     drawn = drawn * [min(1.0, 0.43 / np.ptp(drawn[..., 0])), 1.0] + [0.018, 0.0]
@@ -111,7 +111,7 @@ def _plate_text(text: str, x: float, height: float, sign: float) -> Iterator[Pie
         yield material, shaded(unique, numbers.reshape(-1, 3), crease=0.3)
 
 
-def _wipers(shape: CarShape, level: Level) -> Iterator[Piece]:
+def _wipers(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Two wipers on the windscreen, and one on the rear window."""
     low = shape.recipe.cowl[1]
     reach = 0.76 * shape.half
@@ -128,8 +128,8 @@ def _wipers(shape: CarShape, level: Level) -> Iterator[Piece]:
 
 
 def _wiper(
-    shape: CarShape, view: str, path: list[tuple[float, float]], level: Level
-) -> Iterator[Piece]:
+    shape: CarShape, view: str, path: list[tuple[float, float]], level: CarFineness
+) -> Iterator[MaterialMesh]:
     """A blade along a path and the arm that holds it."""
     spots = land(shape, view, resampled(path, 0.25))
     yield "gap", bar(spots, 0.014, height=0.016, depth=0.0)
@@ -138,7 +138,7 @@ def _wiper(
     yield "gap", bar(land(shape, view, arm), 0.013, height=0.024, depth=-0.012)
 
 
-def _spoiler(shape: CarShape, level: Level) -> Iterator[Piece]:
+def _spoiler(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """A lip over the rear window, wedge-shaped, as wide as the roof."""
     out = shape.recipe.spoiler
     if not out:
@@ -163,7 +163,7 @@ def _spoiler(shape: CarShape, level: Level) -> Iterator[Piece]:
     yield "paint", closed(np.stack(rings, axis=1).reshape(-1, 3), len(y), len(rings))
 
 
-def _antenna(shape: CarShape) -> Iterator[Piece]:
+def _antenna(shape: CarShape) -> Iterator[MaterialMesh]:
     """A fin on the roof."""
     d = shape.recipe.antenna
     if not d:
@@ -178,7 +178,7 @@ def _antenna(shape: CarShape) -> Iterator[Piece]:
     yield "gloss_black", moved(closed(np.concatenate(rings), 4, 5), -d, 0.0, z)
 
 
-def _exhaust_shadow(shape: CarShape) -> Iterator[Piece]:
+def _exhaust_shadow(shape: CarShape) -> Iterator[MaterialMesh]:
     """Dark axles and silencer, so that no light shows under the car."""
     recipe = shape.recipe
     for d in recipe.axles:

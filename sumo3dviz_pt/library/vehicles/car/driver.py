@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
-from sumo3dviz_pt.library.vehicles.car.conform import Level, land
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness, land
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 
 _BEFORE = 0.0016
@@ -27,7 +27,7 @@ _PROFILE = (0.095, 0.115)
 """Half width and height of a head as seen from the side [m]."""
 
 
-def driver(shape: CarShape, level: Level) -> Iterator[Piece]:
+def driver(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build head and shoulders of the driver in the windscreen and the side windows."""
     recipe, sides = shape.recipe, max(14, level.sides)
     seat = recipe.doors[0][1] - 0.24

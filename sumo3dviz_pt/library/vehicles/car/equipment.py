@@ -8,9 +8,9 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, shaded, superellipsoid
 from sumo3dviz_pt.library.street.strokes import lettering
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
-from sumo3dviz_pt.library.vehicles.car.conform import Level, land
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness, land
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -27,13 +27,13 @@ _LETTERS_OUT = 0.008
 """Distance of letters from the field of the body; its triangles are some millimetres off it [m]."""
 
 
-def equipment(shape: CarShape, level: Level) -> Iterator[Piece]:
+def equipment(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build what stands on the roof, and the letters on the flanks."""
     yield from _side_text(shape)
     yield from roof_equipment(shape, max(10, level.sides))
 
 
-def roof_equipment(shape: CarShape, sides: int) -> Iterator[Piece]:
+def roof_equipment(shape: CarShape, sides: int) -> Iterator[MaterialMesh]:
     """Build what stands on the roof.
 
     Args:
@@ -67,7 +67,7 @@ def _place(shape: CarShape) -> Floats:
     return np.array([-d, 0.0, float(shape.roof(d))])
 
 
-def _side_text(shape: CarShape) -> Iterator[Piece]:
+def _side_text(shape: CarShape) -> Iterator[MaterialMesh]:
     """Letters on both flanks, which read from the left on either."""
     flanks = shape.recipe.flanks
     if flanks is None:
@@ -82,7 +82,7 @@ def _side_text(shape: CarShape) -> Iterator[Piece]:
         yield flanks.material, shaded(places, faces, crease=1.0)
 
 
-def _sign(at: Floats, sides: int) -> Iterator[Piece]:
+def _sign(at: Floats, sides: int) -> Iterator[MaterialMesh]:
     """A box with letters on a black foot."""
     x, y, z = at
     yield "gloss_black", moved(box((-0.07, -0.2, -0.02), (0.07, 0.2, 0.016)), x, y, z)
@@ -95,7 +95,7 @@ def _sign(at: Floats, sides: int) -> Iterator[Piece]:
         yield "plate_ink", shaded(places, np.arange(len(places)).reshape(-1, 3), crease=0.3)
 
 
-def _bar(at: Floats, sides: int) -> Iterator[Piece]:
+def _bar(at: Floats, sides: int) -> Iterator[MaterialMesh]:
     """Two blue blocks beside a dark middle, on feet."""
     x, y, z = at
     yield "gloss_black", moved(box((-0.09, -0.57, 0.012), (0.09, 0.57, 0.034)), x, y, z)

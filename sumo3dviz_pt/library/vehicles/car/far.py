@@ -10,13 +10,13 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.library.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, superellipsoid
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import CarShape, body_surface
 from sumo3dviz_pt.library.vehicles.car.conform import land
 from sumo3dviz_pt.library.vehicles.car.cuts import tag_of
 from sumo3dviz_pt.library.vehicles.car.equipment import roof_equipment
 from sumo3dviz_pt.library.vehicles.car.panels import cut_panels
-from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarRecipe, Panel
+from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarPanel, CarRecipe
 from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.model.geometry import Ints
@@ -80,14 +80,14 @@ def _seen_panels(recipe: CarRecipe) -> CarRecipe:
     return replace(recipe, panels=panels)
 
 
-def _area(panel: Panel) -> float:
+def _area(panel: CarPanel) -> float:
     """Area of a panel's outline [m2]."""
     a = np.asarray(panel.outline)
     b = np.roll(a, -1, axis=0)
     return abs(float((a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]).sum())) / 2.0
 
 
-def far_details(shape: CarShape) -> Iterator[Piece]:
+def far_details(shape: CarShape) -> Iterator[MaterialMesh]:
     """Build plates, mirrors, head lamps and what stands on the roof.
 
     Yields:
@@ -111,7 +111,7 @@ def far_details(shape: CarShape) -> Iterator[Piece]:
     yield from roof_equipment(shape, _FEW_SIDES)
 
 
-def far_wheels(shape: CarShape, *, track: float) -> Iterator[Piece]:
+def far_wheels(shape: CarShape, *, track: float) -> Iterator[MaterialMesh]:
     """Build four wheels as short cylinders with bright discs, flush with the flanks.
 
     Args:

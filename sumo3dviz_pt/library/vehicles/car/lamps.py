@@ -33,7 +33,7 @@ _SIDES = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
 
 
 @dataclass(frozen=True, slots=True)
-class _Lens:
+class _LampLens:
     """A piece that can shine: what the recipe says about it.
 
     Attributes:
@@ -65,20 +65,20 @@ def car_lamps(shape: CarShape) -> tuple[VehicleLamp, ...]:
     return tuple(found)
 
 
-def _lenses(recipe: CarRecipe) -> Iterator[_Lens]:
+def _lenses(recipe: CarRecipe) -> Iterator[_LampLens]:
     """The recipe's pieces with a role."""
     for panel in recipe.panels:
         middle, size = _extent(panel.view, panel.outline, 0.0)
         for role in panel.role:
-            yield _Lens(role, panel.view, middle, size, -panel.recess)
+            yield _LampLens(role, panel.view, middle, size, -panel.recess)
     for strip in recipe.strips:
         middle, size = _extent(strip.view, strip.path, strip.width)
         for role in strip.role:
-            yield _Lens(role, strip.view, middle, size, min(strip.height, 0.0))
+            yield _LampLens(role, strip.view, middle, size, min(strip.height, 0.0))
     for disc in recipe.discs:
         size = (1.5 * disc.radius, 1.5 * disc.radius)
         for role in disc.role:
-            yield _Lens(role, disc.view, disc.at, size, min(disc.height, 0.0))
+            yield _LampLens(role, disc.view, disc.at, size, min(disc.height, 0.0))
 
 
 def _extent(
@@ -93,7 +93,7 @@ def _extent(
     return (float(middle[0]), float(middle[1])), (float(size[0]), float(size[1]))
 
 
-def _before(shape: CarShape, lens: _Lens) -> VehicleLamp:
+def _before(shape: CarShape, lens: _LampLens) -> VehicleLamp:
     """An ellipse that clears the body and stays close to it."""
     spot = land(shape, lens.view, [lens.middle])
     place, normal = spot.points[0], spot.normals[0]

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import lathe
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import CarShape
-from sumo3dviz_pt.library.vehicles.car.conform import Level, bar, land, resampled
-from sumo3dviz_pt.library.vehicles.car.recipe import Disc, Panel, Strip
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness, bar, land, resampled
+from sumo3dviz_pt.library.vehicles.car.recipe import BodyStrip, CarPanel, Disc
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform, settled
 
@@ -19,7 +19,7 @@ Profile = Sequence[tuple[float, float]]
 _MIDDLE = 1e-6
 
 
-def ornaments(shape: CarShape, level: Level) -> Iterator[Piece]:
+def ornaments(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build the bars, strips and discs of a recipe on both sides."""
     recipe = shape.recipe
     for panel in recipe.panels:
@@ -33,7 +33,7 @@ def ornaments(shape: CarShape, level: Level) -> Iterator[Piece]:
         yield from made if central else on_both_sides(made)
 
 
-def strip_mesh(shape: CarShape, strip: Strip, level: Level) -> Mesh:
+def strip_mesh(shape: CarShape, strip: BodyStrip, level: CarFineness) -> Mesh:
     """Build the bar of a strip on the left side.
 
     Args:
@@ -45,7 +45,7 @@ def strip_mesh(shape: CarShape, strip: Strip, level: Level) -> Mesh:
     return bar(spots, strip.width, height=strip.height, depth=strip.depth, bevelled=level.bevels)
 
 
-def panel_bars(panel: Panel) -> Iterator[Strip]:
+def panel_bars(panel: CarPanel) -> Iterator[BodyStrip]:
     """Return the bars of a grille, within its recess."""
     count, outline = abs(panel.bars), np.asarray(panel.outline)
     if not count:
@@ -61,7 +61,7 @@ def panel_bars(panel: Panel) -> Iterator[Strip]:
             continue
         path = [(end, at) if lying else (at, end) for end in ends]
         recess = max(panel.recess, 0.008)
-        yield Strip(
+        yield BodyStrip(
             panel.view,
             tuple(path),
             panel.bar_material,
@@ -84,7 +84,7 @@ def _chord(outline: Floats, height: float) -> tuple[float, float] | None:
     return (low + 0.004 if abs(low) > _MIDDLE else low), high - 0.004
 
 
-def _disc(shape: CarShape, disc: Disc, level: Level) -> Iterator[Piece]:
+def _disc(shape: CarShape, disc: Disc, level: CarFineness) -> Iterator[MaterialMesh]:
     """A round piece on the left side or in the middle."""
     spot = land(shape, disc.view, [disc.at])
     # Lamps look between their view and where the body does, badges lie flat on it.

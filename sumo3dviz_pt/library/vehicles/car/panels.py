@@ -10,13 +10,13 @@ from sumo3dviz_pt.library.vehicles.car.body import WELL_DEPTH, CarShape
 from sumo3dviz_pt.library.vehicles.car.cuts import (
     FAR,
     HOLE,
-    Cut,
+    RegionCut,
     Where,
     cut_region,
     finishes,
     tag_of,
 )
-from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, Panel
+from sumo3dviz_pt.library.vehicles.car.recipe import MATERIALS, CarPanel
 from sumo3dviz_pt.library.vehicles.halves import both_sides
 from sumo3dviz_pt.model.geometry import Floats
 
@@ -38,7 +38,7 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
             z < 2.2 * recipe.wheel.radius + 0.2, np.maximum(away, shape.half - WELL_DEPTH - y), FAR
         )
 
-    surface = cut_region(surface, shape, Cut(well, HOLE))
+    surface = cut_region(surface, shape, RegionCut(well, HOLE))
     lip = recipe.arch_radius + max(recipe.cladding, 0.012)
     sill = recipe.clearance + (0.15 if recipe.cladding else 0.055)
 
@@ -46,7 +46,7 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
         near = np.where(z < 2.2 * recipe.wheel.radius + 0.2, shape.from_axle(d, z) - lip, FAR)
         return np.minimum(near, z - sill)
 
-    surface = cut_region(surface, shape, Cut(dark, tag_of("trim")))
+    surface = cut_region(surface, shape, RegionCut(dark, tag_of("trim")))
     surface = _handle_cups(surface, shape)
     if recipe.bed is None:
         return surface
@@ -57,7 +57,7 @@ def cut_dark_parts(surface: Surface, shape: CarShape) -> Surface:
         inside = np.maximum(np.maximum(pit.begin - d, d - pit.end), y - wide) - 0.012
         return np.where(z > pit.floor - 0.1, inside, FAR)
 
-    above = Cut(bed, tag_of("trim"), lambda c, n: c[:, 2] > pit.floor - 0.02)
+    above = RegionCut(bed, tag_of("trim"), lambda c, n: c[:, 2] > pit.floor - 0.02)
     return cut_region(surface, shape, above)
 
 
@@ -74,11 +74,13 @@ def _handle_cups(surface: Surface, shape: CarShape) -> Surface:
         def cup(d: Floats, y: Floats, z: Floats, d0: float = d0, z0: float = z0) -> Floats:
             return rounded_box(d - d0 - 0.005, z - z0 + 0.002, (0.062, 0.024), 0.022)
 
-        surface = cut_region(surface, shape, Cut(cup, tag_of("gap"), lambda c, n: n[:, 1] > 0.5))
+        surface = cut_region(
+            surface, shape, RegionCut(cup, tag_of("gap"), lambda c, n: n[:, 1] > 0.5)
+        )
     return surface
 
 
-def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
+def projected(panel: CarPanel, shape: CarShape, *, rounded: bool = True) -> Field:
     """Return the field of a panel's outline, projected along its view and limited in reach.
 
     Args:
@@ -107,7 +109,7 @@ def projected(panel: Panel, shape: CarShape, *, rounded: bool = True) -> Field:
     return field
 
 
-def facing(panel: Panel) -> Where:
+def facing(panel: CarPanel) -> Where:
     """Choose the faces that look towards a panel's view."""
     axis, sign = {"front": (0, -1.0), "rear": (0, 1.0), "side": (1, 1.0), "top": (2, 1.0)}[
         panel.view
@@ -123,5 +125,5 @@ def _cut_panel(surface: Surface, shape: CarShape, number: int) -> Surface:
     known = finishes(panels)
     over = tuple(tag for tag, finish in enumerate(known) if finish.material in panel.over)
     tag = len(MATERIALS) + number
-    cut = Cut(projected(panel, shape), tag, facing(panel), over)
+    cut = RegionCut(projected(panel, shape), tag, facing(panel), over)
     return cut_region(surface, shape, cut)

@@ -86,7 +86,7 @@ class WheelRecipe(RecipeValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Panel(RecipeValue):
+class CarPanel(RecipeValue):
     """An outline projected onto the body: a lamp, a grille, a gap.
 
     Attributes:
@@ -117,7 +117,7 @@ class Panel(RecipeValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Strip(RecipeValue):
+class BodyStrip(RecipeValue):
     """A bar that follows the body: a light guide, a chrome strip, the blade of a wiper.
 
     Attributes:
@@ -287,10 +287,10 @@ class CarRecipe(RecipeValue):
     antenna: float = 0.0
     equipment: Equipment = ""
     flanks: FlankText | None = None
-    panels: tuple[Panel, ...] = ()
-    strips: tuple[Strip, ...] = ()
+    panels: tuple[CarPanel, ...] = ()
+    strips: tuple[BodyStrip, ...] = ()
     discs: tuple[Disc, ...] = ()
-    gaps: tuple[Panel, ...] = ()
+    gaps: tuple[CarPanel, ...] = ()
 
     @property
     def arch_radius(self) -> float:
@@ -311,10 +311,10 @@ def read_recipe(asset: Mapping[str, Any]) -> CarRecipe:
     return replace(recipe, panels=(*recipe.panels, *_plate_hollow(recipe)))
 
 
-def _plate_hollow(recipe: CarRecipe) -> tuple[Panel, ...]:
+def _plate_hollow(recipe: CarRecipe) -> tuple[CarPanel, ...]:
     """The hollow that holds the rear plate."""
     if not recipe.plate_recess:
         return ()
     z = recipe.plates[1]
     outline = ((0.0, z - 0.085), (0.31, z - 0.085), (0.33, z + 0.085), (0.0, z + 0.085))
-    return (Panel("rear", outline, "paint", radius=0.03, recess=recipe.plate_recess),)
+    return (CarPanel("rear", outline, "paint", radius=0.03, recess=recipe.plate_recess),)

@@ -10,10 +10,10 @@ from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, weld
 from sumo3dviz_pt.library.mesh.implicit import gradient
 from sumo3dviz_pt.library.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import moved
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.car.body import WELL_DEPTH, CarShape, body_surface
-from sumo3dviz_pt.library.vehicles.car.conform import Level
-from sumo3dviz_pt.library.vehicles.car.cuts import HOLE, Cut, Finish, cut_region, finishes
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness
+from sumo3dviz_pt.library.vehicles.car.cuts import HOLE, CarFinish, RegionCut, cut_region, finishes
 from sumo3dviz_pt.library.vehicles.car.gaps import cut_gaps
 from sumo3dviz_pt.library.vehicles.car.panels import cut_dark_parts, cut_panels
 from sumo3dviz_pt.library.vehicles.car.windows import cut_windows
@@ -22,12 +22,12 @@ from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 
 
-def body_pieces(shape: CarShape, level: Level) -> Iterator[Piece]:
+def body_pieces(shape: CarShape, level: CarFineness) -> Iterator[MaterialMesh]:
     """Build the cut body, both halves, with wheel wells."""
     surface = body_surface(shape, spacing=level.spacing)
     for cut in (cut_dark_parts, cut_windows, cut_panels, cut_gaps):
         surface = cut(surface, shape)
-    known = (*finishes(shape.recipe.panels, gap=level.gap), Finish("paint"))
+    known = (*finishes(shape.recipe.panels, gap=level.gap), CarFinish("paint"))
     surface = simplify(_creased(surface, shape, len(known) - 1), faces=level.faces)
     half = (*surface_pieces(shape, surface, known), *_well_pieces(shape, surface))
     yield from on_both_sides(half)
@@ -42,12 +42,12 @@ def _creased(surface: Surface, shape: CarShape, tag: int) -> Surface:
     def on_flank(centroids: Floats, normals: Floats) -> Bools:
         return np.asarray(normals[:, 1] > 0.5)
 
-    return cut_region(surface, shape, Cut(above, tag, on_flank))
+    return cut_region(surface, shape, RegionCut(above, tag, on_flank))
 
 
 def surface_pieces(
-    shape: CarShape, surface: Surface, known: tuple[Finish, ...], *, crease: float = 0.45
-) -> Iterator[Piece]:
+    shape: CarShape, surface: Surface, known: tuple[CarFinish, ...], *, crease: float = 0.45
+) -> Iterator[MaterialMesh]:
     """Build half a body in the body's frame: its faces, some of them pushed in, and walls.
 
     Args:
@@ -129,7 +129,7 @@ def _quads(a: Floats, b: Floats, c: Floats, d: Floats) -> Mesh:
     return Mesh(corners, faces, np.repeat(normal[kept] / length[kept, None], 4, axis=0))
 
 
-def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[Piece]:
+def _well_pieces(shape: CarShape, surface: Surface) -> Iterator[MaterialMesh]:
     """Lips around the holes for the wheels, and dark shells behind."""
     hole = surface.faces[surface.tags == HOLE]
     yield "trim", forward(_lips(surface.vertices, hole, np.array([0.0, -0.06, 0.0])))

@@ -7,7 +7,7 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface
 from sumo3dviz_pt.library.mesh.implicit import intersect, rounded_box
 from sumo3dviz_pt.library.vehicles.car.body import PILLAR_LEAN, CarShape
-from sumo3dviz_pt.library.vehicles.car.cuts import FAR, Cut, cut_region, tag_of
+from sumo3dviz_pt.library.vehicles.car.cuts import FAR, RegionCut, cut_region, tag_of
 from sumo3dviz_pt.model.geometry import Bools, Floats
 
 
@@ -42,16 +42,18 @@ def _side_windows(surface: Surface, shape: CarShape) -> Surface:
 
     black, glass = tag_of("gloss_black"), tag_of("glass")
     if recipe.frame != "gloss_black":
-        bright = Cut(lambda d, y, z: frame(d, y, z, inset=-0.013), tag_of(recipe.frame), on_side)
+        bright = RegionCut(
+            lambda d, y, z: frame(d, y, z, inset=-0.013), tag_of(recipe.frame), on_side
+        )
         surface = cut_region(surface, shape, bright)
     over = (tag_of("paint"), tag_of(recipe.frame))
-    surface = cut_region(surface, shape, Cut(frame, black, on_side, over))
-    surface = cut_region(surface, shape, Cut(pane, glass, on_side, (black,)))
+    surface = cut_region(surface, shape, RegionCut(frame, black, on_side, over))
+    surface = cut_region(surface, shape, RegionCut(pane, glass, on_side, (black,)))
 
     def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
         return intersect(frame(d, y, z, inset=0.07), -_seats_from_side(shape, d, z), 0.01)
 
-    return cut_region(surface, shape, Cut(beyond, tag_of("glass_seat"), on_side, (glass,)))
+    return cut_region(surface, shape, RegionCut(beyond, tag_of("glass_seat"), on_side, (glass,)))
 
 
 def _seats_from_side(shape: CarShape, d: Floats, z: Floats) -> Floats:
@@ -88,7 +90,7 @@ def _cowl(surface: Surface, shape: CarShape) -> Surface:
         near = (centroids[:, 0] < recipe.header) & (centroids[:, 2] > recipe.shoulder)
         return np.asarray((normals[:, 2] > 0.3) & near)
 
-    return cut_region(surface, shape, Cut(strip, tag_of("trim"), on_top))
+    return cut_region(surface, shape, RegionCut(strip, tag_of("trim"), on_top))
 
 
 def _windscreen(surface: Surface, shape: CarShape) -> Surface:
@@ -107,16 +109,16 @@ def _windscreen(surface: Surface, shape: CarShape) -> Surface:
         return np.asarray((normals[:, 0] < -0.2) & near)
 
     black, over = tag_of("gloss_black"), (tag_of("paint"), tag_of("trim"))
-    surface = cut_region(surface, shape, Cut(rim, black, ahead, over))
+    surface = cut_region(surface, shape, RegionCut(rim, black, ahead, over))
     glass = tag_of("glass")
-    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.03), glass, ahead, (black,))
+    pane = RegionCut(lambda d, y, z: rim(d, y, z, inset=0.03), glass, ahead, (black,))
     surface = cut_region(surface, shape, pane)
 
     def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
         inside = np.maximum(rim(d, y, z, inset=0.11), low + 0.15 - z)
         return intersect(inside, -_seats_from_ahead(shape, y, z, low + 0.09), 0.01)
 
-    return cut_region(surface, shape, Cut(beyond, tag_of("glass_seat"), ahead, (glass,)))
+    return cut_region(surface, shape, RegionCut(beyond, tag_of("glass_seat"), ahead, (glass,)))
 
 
 def _rear_window(surface: Surface, shape: CarShape) -> Surface:
@@ -135,9 +137,9 @@ def _rear_window(surface: Surface, shape: CarShape) -> Surface:
         return np.asarray((normals[:, 0] > 0.2) & within)
 
     black = tag_of("gloss_black")
-    surface = cut_region(surface, shape, Cut(rim, black, behind))
+    surface = cut_region(surface, shape, RegionCut(rim, black, behind))
     glass = tag_of("glass")
-    pane = Cut(lambda d, y, z: rim(d, y, z, inset=0.028), glass, behind, (black,))
+    pane = RegionCut(lambda d, y, z: rim(d, y, z, inset=0.028), glass, behind, (black,))
     surface = cut_region(surface, shape, pane)
 
     def beyond(d: Floats, y: Floats, z: Floats) -> Floats:
@@ -146,7 +148,7 @@ def _rear_window(surface: Surface, shape: CarShape) -> Surface:
         inside = np.maximum(rim(d, y, z, inset=0.06), shelf - z)
         return intersect(inside, -_rests_from_behind(shape, y, z, shelf), 0.01)
 
-    return cut_region(surface, shape, Cut(beyond, tag_of("glass_seat"), behind, (glass,)))
+    return cut_region(surface, shape, RegionCut(beyond, tag_of("glass_seat"), behind, (glass,)))
 
 
 def _rests_from_behind(shape: CarShape, y: Floats, z: Floats, shelf: float) -> Floats:

@@ -14,12 +14,12 @@ import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import box, lathe, moved, tube
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import (
+    CycleWheel,
     Fineness,
     Point,
-    Wheel,
     arc,
     band,
     lamp,
@@ -90,7 +90,7 @@ def bicycle(recipe: BicycleRecipe) -> Machine:
         lamp("tail", (x - 0.003, 0.0, z), (0.05 if sporty else 0.08, 0.04), back=True),
     )
     return Machine(
-        wheel=Wheel(_R, 0.016 if sporty else 0.021),
+        wheel=CycleWheel(_R, 0.016 if sporty else 0.021),
         axles=(_FRONT[0], _REAR[0]),
         frame=lambda fine: _bicycle(recipe, fine),
         grasp=grasp,
@@ -104,14 +104,14 @@ def _pedal(turn: float) -> Point:
     return (_CRANK[0] + _ARM * np.sin(turn), 0.0, _CRANK[2] + _ARM * np.cos(turn))
 
 
-def _bicycle(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+def _bicycle(recipe: BicycleRecipe, fine: Fineness) -> Iterator[MaterialMesh]:
     """Everything but wheels and rider."""
     yield from still_parts(recipe, fine)
     if fine.small:
         yield from drive(recipe.turn, fine)
 
 
-def still_parts(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+def still_parts(recipe: BicycleRecipe, fine: Fineness) -> Iterator[MaterialMesh]:
     """Build what does not move while the rider pedals: all but drive, wheels and rider."""
     yield from _frame(recipe, fine)
     yield from _saddle(fine)
@@ -123,7 +123,7 @@ def still_parts(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
         yield from _town(recipe, fine)
 
 
-def _frame(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+def _frame(recipe: BicycleRecipe, fine: Fineness) -> Iterator[MaterialMesh]:
     """Main triangle, stays and fork."""
     colour = recipe.frame
     low: Point = (_CROWN[0] - 0.016, 0.0, _CROWN[2] + 0.045)
@@ -164,7 +164,7 @@ def _frame(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
             yield "rim", tube(ends, radius=0.008, sides=fine.sides)
 
 
-def _saddle(fine: Fineness) -> Iterator[Piece]:
+def _saddle(fine: Fineness) -> Iterator[MaterialMesh]:
     """A saddle with a narrow nose."""
     d = -_SADDLE[0]
     sections = (
@@ -179,7 +179,7 @@ def _saddle(fine: Fineness) -> Iterator[Piece]:
     yield "trim", loft(sections, rings=counts[0], sides=counts[1])
 
 
-def _bar(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+def _bar(recipe: BicycleRecipe, fine: Fineness) -> Iterator[MaterialMesh]:
     """Stem, handlebar, grips, bell and brake levers."""
     x, _, z = _STEM
     grip = recipe.grip
@@ -200,7 +200,7 @@ def _bar(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
             yield "trim", tube(lever, radius=0.006, sides=4)
 
 
-def drive(turn: float, fine: Fineness) -> Iterator[Piece]:
+def drive(turn: float, fine: Fineness) -> Iterator[MaterialMesh]:
     """Build chain ring, cranks, pedals, sprocket and chain, on the right."""
     y = -0.048
     x, _, z = _CRANK
@@ -229,7 +229,7 @@ def _tail(recipe: BicycleRecipe) -> Point:
     return (-1.655, 0.0, 0.640) if not recipe.sporty else (-1.172, 0.0, 0.790)
 
 
-def _lamps(recipe: BicycleRecipe) -> Iterator[Piece]:
+def _lamps(recipe: BicycleRecipe) -> Iterator[MaterialMesh]:
     """Head lamp, tail lamp and the reflector above it."""
     x, _, z = _tail(recipe)
     yield from round_lamp((-0.445, 0.0, 0.800), 0.030)
@@ -240,7 +240,7 @@ def _lamps(recipe: BicycleRecipe) -> Iterator[Piece]:
     yield "lamp_red", box((x, -half, z + 0.024), (x + 0.005, half, z + 0.046))
 
 
-def _town(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
+def _town(recipe: BicycleRecipe, fine: Fineness) -> Iterator[MaterialMesh]:
     """Mudguards, rack, reflectors, stand and basket."""
     count = 16 if fine.segments > 30 else 10
     yield "trim", band(arc(_REAR, _R + 0.022, 20.0, 190.0, count), half=0.026, thick=0.003)
@@ -266,7 +266,7 @@ def _town(recipe: BicycleRecipe, fine: Fineness) -> Iterator[Piece]:
         yield from _basket()
 
 
-def _basket() -> Iterator[Piece]:
+def _basket() -> Iterator[MaterialMesh]:
     """A wire basket before the handlebar."""
     for z, a, b in (
         (1.04, 0.165, 0.125),

@@ -13,7 +13,7 @@ from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
     FullVehicle,
-    Piece,
+    MaterialMesh,
     Recipe,
     WheelPlace,
 )
@@ -67,7 +67,7 @@ def full(recipe: Recipe) -> FullVehicle:
     return FullVehicle(body, by_material(list(wheel(machine.wheel, FULL))))
 
 
-def _body(machine: Machine, fine: Fineness, level: str) -> Iterator[Piece]:
+def _body(machine: Machine, fine: Fineness, level: str) -> Iterator[MaterialMesh]:
     """Frame and rider."""
     yield from machine.frame(fine)
     yield from rider(machine.rider, machine.grasp, level)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.build import Piece
-from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Wheel
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
+from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -25,9 +25,9 @@ class Machine:
         rider: A recipe of `library/people`.
     """
 
-    wheel: Wheel
+    wheel: CycleWheel
     axles: tuple[float, float]
-    frame: Callable[[Fineness], Iterator[Piece]]
+    frame: Callable[[Fineness], Iterator[MaterialMesh]]
     grasp: Grasp
     lamps: tuple[VehicleLamp, ...]
     rider: Recipe

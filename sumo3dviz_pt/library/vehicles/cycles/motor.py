@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
-from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Point, Wheel, lamp
+from sumo3dviz_pt.library.vehicles.cycles.parts import CycleWheel, Fineness, Point, lamp
 from sumo3dviz_pt.library.vehicles.cycles.pieces import Item, shaped
 from sumo3dviz_pt.library.vehicles.cycles.rider import Grasp
 
@@ -47,7 +47,7 @@ class MotorRecipe(RecipeValue):
     """
 
     model: Literal["motor"]
-    wheel: Wheel
+    wheel: CycleWheel
     axles: tuple[float, float]
     grasp: Grasp
     lamps: tuple[LampPlace, ...]
@@ -60,7 +60,7 @@ class MotorRecipe(RecipeValue):
 def motor(recipe: MotorRecipe) -> Machine:
     """Make the two-wheeler of a recipe."""
 
-    def frame(fine: Fineness) -> Iterator[Piece]:
+    def frame(fine: Fineness) -> Iterator[MaterialMesh]:
         yield from shaped(recipe.pieces, fine)
         yield from shaped(recipe.details if fine.small else recipe.outline, fine)
 

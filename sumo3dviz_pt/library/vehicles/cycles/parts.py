@@ -10,7 +10,7 @@ import numpy as np
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import lathe, shaded, tube
 from sumo3dviz_pt.library.people.stack import Stack, closed
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, Transform
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -40,7 +40,7 @@ FAR = Fineness(10, 0, 3, False)
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel(RecipeValue):
+class CycleWheel(RecipeValue):
     """A two-wheeler's wheel.
 
     Attributes:
@@ -56,7 +56,7 @@ class Wheel(RecipeValue):
     disc: float = 0.0
 
 
-def wheel(shape: Wheel, fine: Fineness) -> Iterator[Piece]:
+def wheel(shape: CycleWheel, fine: Fineness) -> Iterator[MaterialMesh]:
     """Build a wheel around the y axis through the origin."""
     r, t = shape.radius, shape.tyre
     deep = min(2.0 * t, 0.36 * r)
@@ -84,7 +84,7 @@ def wheel(shape: Wheel, fine: Fineness) -> Iterator[Piece]:
     yield from _hub(shape, inner - well, fine)
 
 
-def _hub(shape: Wheel, rim: float, fine: Fineness) -> Iterator[Piece]:
+def _hub(shape: CycleWheel, rim: float, fine: Fineness) -> Iterator[MaterialMesh]:
     """Hub, spokes and brake disc."""
     half, flange = (0.034, 0.022) if shape.spoked else (0.75 * shape.tyre, 0.042)
     hub = [(0.0, -half), (flange, -half), (flange, -0.8 * half), (0.6 * flange, -0.7 * half)]
@@ -200,7 +200,7 @@ def facing(mesh: Mesh, at: Point, *, yaw: float = 0.0, pitch: float = 0.0) -> Me
     return (Transform.from_pose(at, yaw=yaw, pitch=pitch) @ quarter).mesh(mesh)
 
 
-def round_lamp(at: Point, radius: float) -> Iterator[Piece]:
+def round_lamp(at: Point, radius: float) -> Iterator[MaterialMesh]:
     """Build a bowl with a mirror and a bulb that looks forward."""
     bowl = [(0.0, -1.1 * radius), (0.62 * radius, -0.9 * radius), (0.97 * radius, -0.15 * radius)]
     bowl += [(1.04 * radius, 0.0), (1.04 * radius, 0.06 * radius), (0.92 * radius, 0.07 * radius)]
@@ -226,7 +226,7 @@ def lamp(role: str, at: Point, size: tuple[float, float], *, back: bool = False)
 
 def tubes(
     runs: Sequence[tuple[Sequence[Point], float]], material: str, fine: Fineness
-) -> Iterator[Piece]:
+) -> Iterator[MaterialMesh]:
     """Build bent tubes of one material.
 
     Args:

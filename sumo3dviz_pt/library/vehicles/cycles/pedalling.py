@@ -12,7 +12,7 @@ from sumo3dviz_pt.library.mesh.solids import by_material, moved
 from sumo3dviz_pt.library.people.build import LEVELS, clothed, measures
 from sumo3dviz_pt.library.people.posture import matrices
 from sumo3dviz_pt.library.people.skin import dressed
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.bicycle import BicycleRecipe, bicycle, drive, still_parts
 from sumo3dviz_pt.library.vehicles.cycles.machine import Machine
 from sumo3dviz_pt.library.vehicles.cycles.parts import FULL, wheel
@@ -60,7 +60,7 @@ def pedalling(recipe: Mapping[str, Any]) -> tuple[tuple[Part, ...], Poses]:
     return (*parts, *rider), poses
 
 
-def _wheels(machine: Machine) -> Iterator[Piece]:
+def _wheels(machine: Machine) -> Iterator[MaterialMesh]:
     """Both wheels; their spokes look the same at every turn."""
     made = list(wheel(machine.wheel, FULL))
     for x in machine.axles:

@@ -15,7 +15,7 @@ from pydantic import Field
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.mesh.solids import box, lathe, mirrored, moved, shaded, tube
 from sumo3dviz_pt.library.people.stack import closed, rope
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.parts import Fineness, Point, arc, band, facing
 from sumo3dviz_pt.library.vehicles.cycles.parts import loft as lofted
 from sumo3dviz_pt.model.geometry import Mesh
@@ -206,7 +206,7 @@ Item = Annotated[Box | Tube | Rope | Loft | Turned | Guard | Pair, Field(discrim
 """An entry in a recipe's list of pieces."""
 
 
-def shaped(items: Iterable[Item], fine: Fineness) -> Iterator[Piece]:
+def shaped(items: Iterable[Item], fine: Fineness) -> Iterator[MaterialMesh]:
     """Build pieces of a recipe; those of a pair first on the left, then on the right."""
     for item in items:
         if isinstance(item, Pair):

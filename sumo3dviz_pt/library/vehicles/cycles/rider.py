@@ -9,10 +9,10 @@ import numpy as np
 
 from sumo3dviz_pt.library.asset_files import RecipeValue
 from sumo3dviz_pt.library.people.build import LEVELS, in_posture
-from sumo3dviz_pt.library.people.posture import Hold, Posture, Step, about_y, about_z
+from sumo3dviz_pt.library.people.posture import FootPose, Hold, Posture, about_y, about_z
 from sumo3dviz_pt.library.people.rig import SIDES
 from sumo3dviz_pt.library.people.wardrobe import Recipe
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.cycles.parts import Point
 from sumo3dviz_pt.model.geometry import Bools, Colour, Mesh
 from sumo3dviz_pt.model.scene import Part
@@ -76,11 +76,11 @@ def posture(grasp: Grasp) -> Posture:
         toe_out = s * 0.08
         ankle = np.array(foot) + about_z(toe_out) @ about_y(-pitch) @ [-0.113, 0.0, 0.068]
         knee = np.array([1.0, s * grasp.knees, 0.4])
-        feet[side] = Step(ankle, pitch, pitch, toe_out, knee)
+        feet[side] = FootPose(ankle, pitch, pitch, toe_out, knee)
     return Posture(hips, about_y(0.55 * grasp.lean), spine, about_y(0.22 * grasp.lean), feet, arms)
 
 
-def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[Piece]:
+def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[MaterialMesh]:
     """Build a person in the saddle, in materials without tints.
 
     Args:
@@ -93,7 +93,7 @@ def rider(recipe: Recipe, grasp: Grasp, level: str) -> Iterator[Piece]:
         yield from _untinted(part)
 
 
-def _untinted(part: Part) -> Iterator[Piece]:
+def _untinted(part: Part) -> Iterator[MaterialMesh]:
     """Split a part by the clothes that come nearest to its faces' tints."""
     if part.tint is None:
         yield part.material, part.mesh

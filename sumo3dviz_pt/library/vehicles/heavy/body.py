@@ -10,19 +10,19 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.cutting import Surface, corner_normals, share_normals, weld
 from sumo3dviz_pt.library.mesh.simplify import simplify
 from sumo3dviz_pt.library.mesh.solids import mirrored, moved
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.halves import rim_of
 from sumo3dviz_pt.library.vehicles.heavy.cuts import (
     HOLE,
     WELL_DEPTH,
-    Finish,
+    HeavyFinish,
     cut_shell,
     finishes,
     number_of,
     wheel_wells,
 )
 from sumo3dviz_pt.library.vehicles.heavy.hull import Shell, shell_of, shell_surface
-from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, Hull, Panel
+from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, Hull, HullPanel
 from sumo3dviz_pt.library.vehicles.wheel import well_shell
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.vectors import area_vectors
@@ -34,7 +34,7 @@ _FAR_PANEL = 0.09  # least area of panels at the far level [m2]
 _FAR_LAMP = 0.008  # least area of lamps there [m2]
 
 
-def hull_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
+def hull_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[MaterialMesh]:
     """Build a shell in full, both sides."""
     shell = shell_of(hull)
     wells = wheel_wells(shell, recipe.axles, radius=recipe.wheel.radius)
@@ -54,7 +54,7 @@ def _sides(hull: Hull) -> tuple[str, ...]:
     return ("left", "right") if views & {"left", "right"} else ("both",)
 
 
-def _placed(material: str, mesh: Mesh, side: str) -> Iterator[Piece]:
+def _placed(material: str, mesh: Mesh, side: str) -> Iterator[MaterialMesh]:
     """A half on its side, or on both."""
     if side != "right":
         yield material, mesh
@@ -62,7 +62,7 @@ def _placed(material: str, mesh: Mesh, side: str) -> Iterator[Piece]:
         yield material, mirrored(mesh)
 
 
-def _half(shell: Shell, surface: Surface, *, fine: bool) -> Iterator[Piece]:
+def _half(shell: Shell, surface: Surface, *, fine: bool) -> Iterator[MaterialMesh]:
     """Meshes of one half, finish by finish."""
     known = finishes(shell)
     owner, normals = corner_normals(shell.field, surface) if fine else _face_normals(surface)
@@ -88,7 +88,9 @@ def _face_normals(surface: Surface) -> tuple[Ints, Floats]:
     return owner, share_normals(owner, areas, crease=_FAR_CREASE)
 
 
-def _tilted(surface: Surface, corners: Ints, normals: Floats, finish: Finish, tag: int) -> Floats:
+def _tilted(
+    surface: Surface, corners: Ints, normals: Floats, finish: HeavyFinish, tag: int
+) -> Floats:
     """Normals of panes, each a little off the next, so that reflections break at mullions."""
     panel = finish.panel
     if (
@@ -123,7 +125,7 @@ def walls(vertices: Floats, faces: Ints, shift: Floats) -> Mesh:
     return Mesh(corners.reshape(-1, 3), numbers, np.repeat(normal, 6, axis=0))
 
 
-def _well_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
+def _well_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[MaterialMesh]:
     """Dark arches with a wall behind them, in the half with y >= 0."""
     first, last = min(d for _, d in hull.nose), max(d for _, d in hull.tail)
     floor = min(z for _, z in hull.bottom)
@@ -137,7 +139,7 @@ def _well_pieces(recipe: BoxRecipe, hull: Hull) -> Iterator[Piece]:
             yield "trim", moved(shell, axle.at, 0.0, radius)
 
 
-def far_hull(hull: Hull, recipe: BoxRecipe, *, faces: int) -> Iterator[Piece]:
+def far_hull(hull: Hull, recipe: BoxRecipe, *, faces: int) -> Iterator[MaterialMesh]:
     """Build a shell with few faces: its large panels only, no shut lines.
 
     Args:
@@ -157,12 +159,12 @@ def far_hull(hull: Hull, recipe: BoxRecipe, *, faces: int) -> Iterator[Piece]:
             yield from _placed(material, mesh, side)
 
 
-def _flat(panel: Panel) -> Panel:
+def _flat(panel: HullPanel) -> HullPanel:
     """A panel without the refinements that only near eyes see."""
     return replace(panel, recess=0.0, radius=0.0)
 
 
-def _seen_far(panel: Panel) -> bool:
+def _seen_far(panel: HullPanel) -> bool:
     """Whether a panel is large enough for the far level."""
     points = np.asarray(panel.outline)
     area = float(np.prod(points.max(axis=0) - points.min(axis=0)))

@@ -12,7 +12,7 @@ from sumo3dviz_pt.library.vehicles.build import (
     BakedVehicle,
     Builder,
     FullVehicle,
-    Piece,
+    MaterialMesh,
     WheelPlace,
 )
 from sumo3dviz_pt.library.vehicles.grime import Dirt, grimed
@@ -63,7 +63,7 @@ def full_box(recipe: BoxRecipe) -> FullVehicle:
     return FullVehicle(by_material(_dirty(recipe, body)), by_material(wheel))
 
 
-def _dirty(recipe: BoxRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
+def _dirty(recipe: BoxRecipe, pieces: Iterable[MaterialMesh]) -> Iterator[MaterialMesh]:
     """Pieces, the paint with road dirt on it."""
     axles = tuple(axle.at for axle in recipe.axles)
     dirt = Dirt(recipe.length, _LOW, axles, recipe.wheel.radius)
@@ -73,13 +73,13 @@ def _dirty(recipe: BoxRecipe, pieces: Iterable[Piece]) -> Iterator[Piece]:
         yield material, mesh
 
 
-def _near_bodies(recipe: BoxRecipe) -> Iterator[Piece]:
+def _near_bodies(recipe: BoxRecipe) -> Iterator[MaterialMesh]:
     """The shells in full."""
     for hull in recipe.hulls:
         yield from hull_pieces(recipe, hull)
 
 
-def _far_bodies(recipe: BoxRecipe) -> Iterator[Piece]:
+def _far_bodies(recipe: BoxRecipe) -> Iterator[MaterialMesh]:
     """The shells with few faces, which they share by their sizes."""
     faces = [hull.faces for hull in recipe.hulls]
     for hull in recipe.hulls:
@@ -109,7 +109,9 @@ def _pieces(recipe: BoxRecipe, *, far: bool) -> Iterator[_Fixed]:
             yield _Fixed(piece.material, far_piece(mesh) if far else mesh, piece.outside)
 
 
-def _level(recipe: BoxRecipe, bodies: Iterable[Piece], pieces: Iterable[_Fixed]) -> list[Piece]:
+def _level(
+    recipe: BoxRecipe, bodies: Iterable[MaterialMesh], pieces: Iterable[_Fixed]
+) -> list[MaterialMesh]:
     """Everything but wheels in the body's frame, stretched by millimetres to its size."""
     hulls = [_placed(piece) for piece in bodies]
     fixed = [replace(item, mesh=forward(item.mesh)) for item in pieces]
@@ -122,7 +124,7 @@ def _level(recipe: BoxRecipe, bodies: Iterable[Piece], pieces: Iterable[_Fixed])
     ]
 
 
-def _placed(piece: Piece) -> Piece:
+def _placed(piece: MaterialMesh) -> MaterialMesh:
     """A piece in the body's frame."""
     return piece[0], forward(piece[1])
 

@@ -11,7 +11,7 @@ from sumo3dviz_pt.library.mesh.cutting import Surface, refine, retag, split
 from sumo3dviz_pt.library.mesh.implicit import Field, polygon, values_at
 from sumo3dviz_pt.library.vehicles.halves import both_sides
 from sumo3dviz_pt.library.vehicles.heavy.hull import Shell
-from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Panel
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, HullPanel
 from sumo3dviz_pt.model.geometry import Bools, Floats
 
 HOLE = -1
@@ -37,7 +37,7 @@ _AXES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Finish:
+class HeavyFinish:
     """What a face's tag means.
 
     Attributes:
@@ -48,22 +48,22 @@ class Finish:
 
     material: str
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    panel: Panel | None = None
+    panel: HullPanel | None = None
 
 
-def finishes(shell: Shell) -> dict[int, Finish]:
+def finishes(shell: Shell) -> dict[int, HeavyFinish]:
     """Return all finishes of a shell by tag."""
     hull = shell.hull
-    known = {0: Finish(hull.material), UNDER: Finish(hull.under)}
+    known = {0: HeavyFinish(hull.material), UNDER: HeavyFinish(hull.under)}
     for number, panel in enumerate((*hull.panels, *hull.gaps)):
         axis, sign = _AXES[panel.view]
         shift = [0.0, 0.0, 0.0]
         shift[axis] = -sign * panel.recess
-        known[2 + number] = Finish(panel.material, (shift[0], shift[1], shift[2]), panel)
+        known[2 + number] = HeavyFinish(panel.material, (shift[0], shift[1], shift[2]), panel)
     return known
 
 
-def on_side(panel: Panel, side: str) -> bool:
+def on_side(panel: HullPanel, side: str) -> bool:
     """Return whether a panel is cut into the half on the `left` or `right`."""
     return panel.view not in ("left", "right") or panel.view == side
 
@@ -93,7 +93,7 @@ def cut_shell(surface: Surface, shell: Shell, wells: Field | None, *, side: str)
     return surface
 
 
-def _over(panel: Panel, known: dict[int, Finish]) -> tuple[int, ...]:
+def _over(panel: HullPanel, known: dict[int, HeavyFinish]) -> tuple[int, ...]:
     """Tags that a panel replaces."""
     if not panel.over:
         return (0,)
@@ -128,7 +128,7 @@ def wheel_wells(shell: Shell, axles: Sequence[Axle], *, radius: float) -> Field 
     return field
 
 
-def projected(panel: Panel, shell: Shell) -> Field:
+def projected(panel: HullPanel, shell: Shell) -> Field:
     """Return the field of a panel's outline and its repetitions, projected along its view."""
     outline = np.asarray(panel.outline, dtype=np.float64)
     if panel.view in ("front", "rear"):
@@ -147,19 +147,19 @@ def projected(panel: Panel, shell: Shell) -> Field:
     return field
 
 
-def _folded(u: Floats, panel: Panel) -> Floats:
+def _folded(u: Floats, panel: HullPanel) -> Floats:
     """The coordinate along which a panel is repeated, folded back to the first."""
     return u if panel.repeat <= 1 else np.asarray(u - panel.step * number_of(u, panel))
 
 
-def number_of(u: Floats, panel: Panel) -> Floats:
+def number_of(u: Floats, panel: HullPanel) -> Floats:
     """Return which of the repetitions is the nearest, from 0."""
     first = np.asarray(panel.outline, dtype=np.float64)[:, 0]
     middle = 0.5 * (first.min() + first.max())
     return np.asarray(np.clip(np.round((u - middle) / panel.step), 0, panel.repeat - 1))
 
 
-def _facing(surface: Surface, panel: Panel | None) -> Bools:
+def _facing(surface: Surface, panel: HullPanel | None) -> Bools:
     """Faces that look towards a panel's view and that it may retag, (n,); all without a panel."""
     if panel is None:
         return np.ones(len(surface.faces), dtype=np.bool_)
@@ -173,7 +173,7 @@ def _cut(
     curve: Field,
     tag: int,
     over: tuple[int, ...],
-    panel: Panel | None = None,
+    panel: HullPanel | None = None,
 ) -> Surface:
     """Split along a curve and retag what lies inside."""
     surface = split(refine(surface, curve, shell.field, tolerance=_TOLERANCE), curve)
@@ -182,7 +182,7 @@ def _cut(
 
 
 def _cut_line(
-    surface: Surface, shell: Shell, panel: Panel, tag: int, over: tuple[int, ...]
+    surface: Surface, shell: Shell, panel: HullPanel, tag: int, over: tuple[int, ...]
 ) -> Surface:
     """Cut a thin dark strip along an outline."""
     line = projected(panel, shell)

@@ -12,7 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.library.mesh.cutting import Surface
-from sumo3dviz_pt.library.mesh.implicit import Curve, intersect
+from sumo3dviz_pt.library.mesh.implicit import ProfileCurve, intersect
 from sumo3dviz_pt.library.vehicles.halves import half_surface
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Hull
 from sumo3dviz_pt.model.geometry import Floats
@@ -38,12 +38,12 @@ class Shell:
     """
 
     hull: Hull
-    nose: Curve
-    tail: Curve
-    top: Curve
-    bottom: Curve
-    section: Curve
-    plan: Curve
+    nose: ProfileCurve
+    tail: ProfileCurve
+    top: ProfileCurve
+    bottom: ProfileCurve
+    section: ProfileCurve
+    plan: ProfileCurve
 
     def field(self, d: Floats, y: Floats, z: Floats) -> Floats:
         """Return the shell's field: negative inside.
@@ -67,7 +67,7 @@ class Shell:
         return intersect(body, self.bottom(d) - z, edges.floor)
 
     @staticmethod
-    def _steepness(outline: Curve, z: Floats) -> Floats:
+    def _steepness(outline: ProfileCurve, z: Floats) -> Floats:
         """What makes the field of an end metric."""
         slope = np.clip(outline.slope(z), -_STEEPEST, _STEEPEST)
         return np.asarray(np.hypot(1.0, slope))
@@ -88,12 +88,12 @@ def shell_of(hull: Hull) -> Shell:
     smooth = hull.smooth
     return Shell(
         hull,
-        Curve.through(hull.nose, smooth=smooth),
-        Curve.through(hull.tail, smooth=smooth),
-        Curve.through(hull.top, smooth=smooth),
-        Curve.through(hull.bottom, smooth=smooth),
-        Curve.through(hull.section, smooth=smooth),
-        Curve.through(hull.plan, smooth=max(smooth, 0.05)),
+        ProfileCurve.through(hull.nose, smooth=smooth),
+        ProfileCurve.through(hull.tail, smooth=smooth),
+        ProfileCurve.through(hull.top, smooth=smooth),
+        ProfileCurve.through(hull.bottom, smooth=smooth),
+        ProfileCurve.through(hull.section, smooth=smooth),
+        ProfileCurve.through(hull.plan, smooth=max(smooth, 0.05)),
     )
 
 

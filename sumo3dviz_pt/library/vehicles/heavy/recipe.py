@@ -34,7 +34,7 @@ GAP = "gap"
 
 
 @dataclass(frozen=True, slots=True)
-class Wheel(RecipeValue):
+class HeavyWheel(RecipeValue):
     """A wheel.
 
     Attributes:
@@ -72,7 +72,7 @@ class Axle(RecipeValue):
 
 
 @dataclass(frozen=True, slots=True)
-class Panel(RecipeValue):
+class HullPanel(RecipeValue):
     """An outline projected onto a shell: a window, a lamp, a stripe, a shut line.
 
     Attributes:
@@ -180,8 +180,8 @@ class Hull(RecipeValue):
     arches: float = 0.0
     spacing: float = 0.09
     faces: int = 3000
-    panels: tuple[Panel, ...] = ()
-    gaps: tuple[Panel, ...] = ()
+    panels: tuple[HullPanel, ...] = ()
+    gaps: tuple[HullPanel, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,7 +264,7 @@ class BoxRecipe(RecipeValue):
     length: float
     width: float
     height: float
-    wheel: Wheel
+    wheel: HeavyWheel
     axles: tuple[Axle, ...]
     hulls: tuple[Hull, ...]
     pieces: tuple[Fitting, ...] = ()

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import lathe, mirrored, moved
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
-from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, Wheel
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, HeavyWheel
 from sumo3dviz_pt.model.geometry import Mesh, Transform, merge_meshes
 
 _SEGMENTS = 24  # facets around a wheel
@@ -19,7 +19,7 @@ _TWIN_GAP = 0.03  # between twin tyres [m]
 _DEEP, _SHALLOW = 0.62, 0.30  # dish of reversed wheels, in half widths
 
 
-def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
+def wheels_of(wheel: HeavyWheel, axle: Axle) -> Iterator[MaterialMesh]:
     """Build both wheels of an axle, or all four, in the frame (d, y, z)."""
     middle = axle.out - 0.5 * wheel.width
     for material, mesh in build_box_wheel(wheel, style=axle.style or wheel.style):
@@ -27,7 +27,7 @@ def wheels_of(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
     yield from inner_tyres(wheel, axle)
 
 
-def inner_tyres(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
+def inner_tyres(wheel: HeavyWheel, axle: Axle) -> Iterator[MaterialMesh]:
     """Build the inner tyres of an axle with twin wheels, in the frame (d, y, z)."""
     if axle.twin:
         middle = axle.out - 1.5 * wheel.width - _TWIN_GAP
@@ -35,12 +35,12 @@ def inner_tyres(wheel: Wheel, axle: Axle) -> Iterator[Piece]:
         yield from on_both_sides([("rubber", tyre)])
 
 
-def is_reversed(wheel: Wheel, axle: Axle) -> bool:
+def is_reversed(wheel: HeavyWheel, axle: Axle) -> bool:
     """Return whether an axle's wheels are mounted the other way round, bulging inwards."""
     return wheel.style == "convex" and axle.style == "concave"
 
 
-def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
+def full_wheel(wheel: HeavyWheel, axles: Sequence[Axle]) -> Iterator[MaterialMesh]:
     """Build one wheel that serves for all axles: where some are reversed, it has two faces."""
     yield from build_box_wheel(wheel, style=wheel.style)
     if any(is_reversed(wheel, axle) for axle in axles):
@@ -48,13 +48,13 @@ def full_wheel(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
             yield material, mirrored(mesh)
 
 
-def build_box_wheel(wheel: Wheel, *, style: str) -> Iterator[Piece]:
-    """Build a wheel around the y axis with its outer face towards +y, in a style of `Wheel`."""
+def build_box_wheel(wheel: HeavyWheel, *, style: str) -> Iterator[MaterialMesh]:
+    """Build a wheel around the y axis, outer face towards +y, in a style of `HeavyWheel`."""
     yield "rubber", _tyre(wheel, segments=_SEGMENTS)
     yield from _rim(wheel, style)
 
 
-def _rim(wheel: Wheel, style: str, *, depth: float = _DEEP) -> Iterator[Piece]:
+def _rim(wheel: HeavyWheel, style: str, *, depth: float = _DEEP) -> Iterator[MaterialMesh]:
     """Lip, dish, hub, hand holes and nuts, towards +y."""
     r, w = wheel.radius * wheel.rim, 0.5 * wheel.width
     shape = _rim_shape(style, depth)
@@ -109,7 +109,7 @@ def _rim_shape(style: str, depth: float) -> _RimShape:
     )
 
 
-def _tyre(wheel: Wheel, *, segments: int) -> Mesh:
+def _tyre(wheel: HeavyWheel, *, segments: int) -> Mesh:
     """Tread with shoulders and side walls."""
     r, w, rim = wheel.radius, 0.5 * wheel.width, wheel.radius * wheel.rim
     wall = r - rim
@@ -166,7 +166,7 @@ def _turned(mesh: Mesh, turn: float) -> Mesh:
     return Transform(matrix).mesh(mesh)
 
 
-def far_box_wheels(wheel: Wheel, axles: Sequence[Axle]) -> Iterator[Piece]:
+def far_box_wheels(wheel: HeavyWheel, axles: Sequence[Axle]) -> Iterator[MaterialMesh]:
     """Build wheels as short cylinders with discs, in the frame (d, y, z)."""
     r, w = wheel.radius, 0.5 * wheel.width
     rim = r * wheel.rim

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, superellipsoid, tube
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.interior.controls import (
     binnacle,
     dial_lamps,
@@ -39,7 +39,7 @@ _SLOT = (0.10, 0.016)
 
 def cockpit(
     width: float, *, front: float, belt: float, edge: float, eye: Floats
-) -> Iterator[Piece]:
+) -> Iterator[MaterialMesh]:
     """Build dashboard, instruments, steering wheel and what stands around the windscreen.
 
     Args:
@@ -94,7 +94,7 @@ def _grained(mesh: Mesh) -> Mesh:
     return Mesh(mesh.vertices, mesh.faces, normals)
 
 
-def _defroster(half: float, *, front: float, belt: float) -> Iterator[Piece]:
+def _defroster(half: float, *, front: float, belt: float) -> Iterator[MaterialMesh]:
     """A slot with ribs under the windscreen, and grilles over loudspeakers at its ends."""
     x, z = front + 0.03 - _SLOT[0], belt + 0.002
     reach, deep = 0.72 * half, _SLOT[1]
@@ -108,7 +108,7 @@ def _defroster(half: float, *, front: float, belt: float) -> Iterator[Piece]:
         yield "trim", moved(grille, x - 0.03, side, z - 0.028)
 
 
-def _wipers(half: float, *, front: float, edge: float, side: float) -> Iterator[Piece]:
+def _wipers(half: float, *, front: float, edge: float, side: float) -> Iterator[MaterialMesh]:
     """Two wipers at rest on the foot of the windscreen, pivots on the driver's side."""
     x, z = front + 0.01, edge - 0.012
     for pivot, tip in ((0.80 * half, 0.06 * half), (0.02 * half, -0.74 * half)):
@@ -123,7 +123,7 @@ def _wipers(half: float, *, front: float, edge: float, side: float) -> Iterator[
         yield "trim", moved(knob, *root)
 
 
-def _pillars(half: float, *, front: float, belt: float) -> Iterator[Piece]:
+def _pillars(half: float, *, front: float, belt: float) -> Iterator[MaterialMesh]:
     """The lower ends of the windscreen's pillars, leaning back and inwards."""
     for side in (1.0, -1.0):
         foot = np.array([front - 0.14, side * (half - 0.005), belt - 0.08])
@@ -132,7 +132,7 @@ def _pillars(half: float, *, front: float, belt: float) -> Iterator[Piece]:
         yield "interior", tube([foot, head], radius=radius, sides=10)
 
 
-def _mirror(eye: Floats) -> Iterator[Piece]:
+def _mirror(eye: Floats) -> Iterator[MaterialMesh]:
     """The inner mirror, turned to the driver, on its stem."""
     side = float(np.sign(eye[1]) or 1.0)
     place = eye + np.array([0.62, -side * 0.30, 0.172])

@@ -13,7 +13,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.mesh.solids import box, moved, tube
 from sumo3dviz_pt.library.street.strokes import lettering
-from sumo3dviz_pt.library.vehicles.build import Piece
+from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.model.geometry import Floats, Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
@@ -62,7 +62,7 @@ _STREETS = (
 """What the screen shows."""
 
 
-def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
+def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[MaterialMesh]:
     """Build the steering wheel before the driver: rim, hub and three spokes.
 
     Args:
@@ -83,7 +83,7 @@ def wheel(eye: Floats, *, belt: float, large: bool) -> Iterator[Piece]:
     yield "interior", tube(hub, radius=0.06, sides=16)
 
 
-def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[Piece]:
+def binnacle(eye: Floats, *, belt: float, front: float) -> Iterator[MaterialMesh]:
     """Build the hood over the instruments, and two dials under it.
 
     Args:
@@ -117,7 +117,7 @@ def dial_lamps(eye: Floats) -> tuple[VehicleLamp, ...]:
     return tuple(found)
 
 
-def screen(eye: Floats, *, belt: float) -> Iterator[Piece]:
+def screen(eye: Floats, *, belt: float) -> Iterator[MaterialMesh]:
     """Build a flat screen in the middle, with a map on it; arguments as in `binnacle`."""
     middle, (wide, high) = _screen_at(eye), _SCREEN_HALF
     yield "gloss_black", moved(box((0.0, -wide, -high), (0.012, wide, high)), *middle)
@@ -152,7 +152,7 @@ def _lamp(role: str, at: Floats, size: tuple[float, float]) -> VehicleLamp:
     return VehicleLamp(role, (x, y, z), size, float(np.pi))
 
 
-def _hood(eye: Floats, *, foot: float, end: float) -> Iterator[Piece]:
+def _hood(eye: Floats, *, foot: float, end: float) -> Iterator[MaterialMesh]:
     """The hood's skin from the dashboard to the lip, the lip and the dark under it."""
     wide, top = _HOOD
     along = np.linspace(0.0, 1.0, 14)

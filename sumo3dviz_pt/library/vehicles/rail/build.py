@@ -14,7 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.library.vehicles.build import BakedVehicle, Builder
 from sumo3dviz_pt.library.vehicles.heavy.build import build_box
-from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, BoxRecipe, Wheel
+from sumo3dviz_pt.library.vehicles.heavy.recipe import Axle, BoxRecipe, HeavyWheel
 from sumo3dviz_pt.library.vehicles.rail.bogies import (
     Bogie,
     Pantograph,
@@ -25,7 +25,7 @@ from sumo3dviz_pt.library.vehicles.recipe import read_value, with_sizes
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 
-_NO_WHEEL = Wheel(0.4, 0.1)
+_NO_WHEEL = HeavyWheel(0.4, 0.1)
 
 _OTHER_END = {"head": "tail", "tail": "head", "left": "right", "right": "left"}
 """Roles of lamps on a vehicle that runs backwards."""
@@ -44,7 +44,7 @@ class HullRecipe(BoxRecipe):
             head lamps are its tail lamps.
     """
 
-    wheel: Wheel = _NO_WHEEL
+    wheel: HeavyWheel = _NO_WHEEL
     axles: tuple[Axle, ...] = ()
     bogies: tuple[Bogie, ...] = ()
     pantographs: tuple[Pantograph, ...] = ()

@@ -43,7 +43,7 @@ _SEAL = 0.38  # factor of brightness of fresh bitumen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stretch:
+class FreeStretch:
     """A free stretch of road.
 
     Attributes:
@@ -118,7 +118,7 @@ def road_details(
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 
 
-def _detail(place: Stretch, kind: str) -> list[Graded]:
+def _detail(place: FreeStretch, kind: str) -> list[Graded]:
     """One detail."""
     quads = detail_quads(place, kind)
     return [of_one_tone(some, factor) for some, factor in quads if len(some)]
@@ -162,7 +162,7 @@ def _near_lanes(
     return found
 
 
-def _places(strip: Strip, free: Bools) -> list[Stretch]:
+def _places(strip: Strip, free: Bools) -> list[FreeStretch]:
     """Stretches of a strip that no other road covers."""
     middle = 0.5 * (strip.right + strip.left)
     stations = arc_length(middle[:, :2])
@@ -175,11 +175,11 @@ def _places(strip: Strip, free: Bools) -> list[Stretch]:
         start, end = (k * _STRETCH + _MARGIN, (k + 1) * _STRETCH - _MARGIN)
         touched = (stations[1:] > start) & (stations[:-1] < end)
         if free[touched].all():
-            places.append(Stretch(middle, half, start, end, f"{strip.lane.id}:{k}"))
+            places.append(FreeStretch(middle, half, start, end, f"{strip.lane.id}:{k}"))
     return places
 
 
-def detail_quads(place: Stretch, kind: str) -> list[tuple[Floats, float]]:
+def detail_quads(place: FreeStretch, kind: str) -> list[tuple[Floats, float]]:
     """Build quads of one detail, with their factors of brightness.
 
     Args:
@@ -191,7 +191,7 @@ def detail_quads(place: Stretch, kind: str) -> list[tuple[Floats, float]]:
     return makers[kind](place) if kind in makers else []
 
 
-def _patch(place: Stretch) -> list[tuple[Floats, float]]:
+def _patch(place: FreeStretch) -> list[tuple[Floats, float]]:
     """A rectangle of other asphalt with a sealed seam."""
     length, width = place.chance("length", 1.2, 7.5), place.chance("width", 0.7, 2.0)
     width = min(width, 2.0 * place.half - 0.3)
@@ -210,7 +210,7 @@ def _patch(place: Stretch) -> list[tuple[Floats, float]]:
     return [(place.box((start, end), (right, left)), tone), *((rim, _SEAL) for rim in rims)]
 
 
-def _trench(place: Stretch) -> list[tuple[Floats, float]]:
+def _trench(place: FreeStretch) -> list[tuple[Floats, float]]:
     """A cable trench all along, filled with other asphalt between sealed seams."""
     half, seam = place.chance("width", 0.25, 0.5), 0.03
     along = (place.start, place.end)
@@ -222,14 +222,14 @@ def _trench(place: Stretch) -> list[tuple[Floats, float]]:
     ]
 
 
-def _wander(place: Stretch, count: int, step: float) -> Floats:
+def _wander(place: FreeStretch, count: int, step: float) -> Floats:
     """A random walk of small steps that begins and ends near 0, (count,)."""
     steps = [place.chance(f"wander{k}", -step, step) for k in range(count)]
     walk = np.cumsum(steps)
     return np.asarray(walk - np.linspace(walk[0], walk[-1], count))
 
 
-def _snake(place: Stretch) -> list[tuple[Floats, float]]:
+def _snake(place: FreeStretch) -> list[tuple[Floats, float]]:
     """A crack along the lane, sealed with bitumen."""
     count = 14
     length = place.chance("length", 4.0, place.end - place.start)
@@ -240,7 +240,7 @@ def _snake(place: Stretch) -> list[tuple[Floats, float]]:
     return [(place.band(np.stack([along, across], axis=1), width), _SEAL)]
 
 
-def _crack(place: Stretch) -> list[tuple[Floats, float]]:
+def _crack(place: FreeStretch) -> list[tuple[Floats, float]]:
     """An open crack across the lane."""
     count = 11
     across = np.linspace(-0.96, place.chance("end", 0.1, 0.96), count) * place.half
@@ -249,13 +249,13 @@ def _crack(place: Stretch) -> list[tuple[Floats, float]]:
     return [(place.band(np.stack([along, across], axis=1)[::-1], width), 0.45)]
 
 
-def _joint(place: Stretch) -> list[tuple[Floats, float]]:
+def _joint(place: FreeStretch) -> list[tuple[Floats, float]]:
     """A straight sealed joint across the lane, where a day's work ended."""
     at = place.chance("at", place.start, place.end)
     return [(place.box((at, at + 0.06), (0.02 - place.half, place.half - 0.02)), _SEAL)]
 
 
-def _manhole(place: Stretch) -> list[tuple[Floats, float]]:
+def _manhole(place: FreeStretch) -> list[tuple[Floats, float]]:
     """A round cover with studs in a collar of fresh asphalt."""
     at = np.array([0.5 * (place.start + place.end), place.chance("side", -0.25, 0.25)])
     rows = [(0.0, 0.07), (0.07, 0.14), (0.14, 0.21), (0.21, 0.27)]
@@ -269,7 +269,9 @@ def _manhole(place: Stretch) -> list[tuple[Floats, float]]:
     return found
 
 
-def _ring(place: Stretch, at: Floats, radii: tuple[float, float], *, odd: bool | None) -> Floats:
+def _ring(
+    place: FreeStretch, at: Floats, radii: tuple[float, float], *, odd: bool | None
+) -> Floats:
     """Quads of every second sector of a ring, or of all of them."""
     turn = np.linspace(0.0, 2.0 * np.pi, 17)
     spoke = np.stack([np.cos(turn), np.sin(turn)], axis=1)

@@ -17,7 +17,7 @@ from sumo3dviz_pt.world.roads.cells import Cells, Polygons, quad_polygons
 from sumo3dviz_pt.world.roads.graded import Graded, graded_on
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip
-from sumo3dviz_pt.world.roads.wear.details import Stretch, detail_quads
+from sumo3dviz_pt.world.roads.wear.details import FreeStretch, detail_quads
 from sumo3dviz_pt.world.roads.wear.junctions import (
     DrivenJunction,
     brightness,
@@ -85,7 +85,7 @@ def _repairs(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> _To
         way = ways[int(share_of(0, "repair", name, str(k)) * len(ways))].lane.shape
         ahead = (way[1] - way[0])[:2] / max(float(np.hypot(*(way[1] - way[0])[:2])), 1e-9)
         line = np.column_stack([at + np.array([[-5.5], [5.5]]) * ahead, np.zeros(2)])
-        places.append((_KINDS[k % len(_KINDS)], Stretch(line, _HALF, 1.0, 10.0, f"{name}:{k}")))
+        places.append((_KINDS[k % len(_KINDS)], FreeStretch(line, _HALF, 1.0, 10.0, f"{name}:{k}")))
     # Lay the first of those that would overlap.
     tones: _Tones = []
     taken = shapely.Polygon()
@@ -111,7 +111,7 @@ def _shortened(quads: Floats) -> Floats:
     return np.stack([near[:, 0], far[:, 0], far[:, 1], near[:, 1]], axis=1)
 
 
-def _across(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> tuple[str, Stretch]:
+def _across(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> tuple[str, FreeStretch]:
     """A trench from kerb to kerb, a little askew."""
     middle = shapely.get_coordinates(polygon.centroid)[0]
     way = ways[0].lane.shape
@@ -122,7 +122,7 @@ def _across(name: str, polygon: shapely.Geometry, ways: Sequence[Strip]) -> tupl
     shift = 0.35 * reach * (1.0 if share_of(0, "trench", name) < 0.5 else -1.0)
     ends = middle + shift * aside + np.array([[-reach], [reach]]) * ahead
     line = np.column_stack([ends, np.zeros(2)])
-    return "trench", Stretch(line, _HALF, 0.0, 2.0 * reach, f"{name}:trench")
+    return "trench", FreeStretch(line, _HALF, 0.0, 2.0 * reach, f"{name}:trench")
 
 
 def _rubber(ways: Sequence[Strip]) -> _Tones:

@@ -82,7 +82,7 @@ def lane_wear(
             if strip.look.surface in surfaces and is_driven(strip):
                 strength = _strength(key, strip)
                 wear = np.full((len(cells), 2), strength)
-                rows = _Rows(strip.quads, cells, wear, strip is group[0])
+                rows = _LaneRows(strip.quads, cells, wear, strip is group[0])
                 if strip.lane.id in stops:
                     rows = _queued(rows)
                 worn = _worn(rows, focus=focus)
@@ -102,7 +102,7 @@ def _strength(edge: str, strip: Strip) -> float:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Rows:
+class _LaneRows:
     """Pieces of a lane.
 
     Attributes:
@@ -117,13 +117,13 @@ class _Rows:
     strength: Floats
     dusty: bool
 
-    def __getitem__(self, chosen: Bools) -> _Rows:
+    def __getitem__(self, chosen: Bools) -> _LaneRows:
         """Some of them."""
         kept = (self.quads[chosen], self.cells[chosen], self.strength[chosen])
-        return _Rows(*kept, self.dusty)
+        return _LaneRows(*kept, self.dusty)
 
 
-def _queued(rows: _Rows) -> _Rows:
+def _queued(rows: _LaneRows) -> _LaneRows:
     """Rows cut near the lane's end, where engines drip and tyres brake."""
     sides = rows.quads[:, [1, 2]] - rows.quads[:, [0, 3]]
     lengths = np.linalg.norm(sides[..., :2], axis=-1).mean(axis=1)
@@ -142,10 +142,12 @@ def _queued(rows: _Rows) -> _Rows:
         more = rows.strength[k, 0] * (1.0 + _WAITED * np.exp(-np.maximum(marks - 4.0, 0.0) / 14.0))
         more = np.minimum(more, _MOST)
         strength.append(np.stack([more[:-1], more[1:]], axis=1))
-    return _Rows(np.concatenate(quads), np.concatenate(cells), np.concatenate(strength), rows.dusty)
+    return _LaneRows(
+        np.concatenate(quads), np.concatenate(cells), np.concatenate(strength), rows.dusty
+    )
 
 
-def _worn(rows: _Rows, *, focus: BoundsXY | None) -> Graded:
+def _worn(rows: _LaneRows, *, focus: BoundsXY | None) -> Graded:
     """One strip's wear: fine columns near, coarse ones farther away, none beyond."""
     away = distance_to(focus, rows.quads.mean(axis=1))
     pieces = []
@@ -158,7 +160,7 @@ def _worn(rows: _Rows, *, focus: BoundsXY | None) -> Graded:
     return joined(pieces)
 
 
-def _columned(rows: _Rows, stations: tuple[float, ...]) -> Graded:
+def _columned(rows: _LaneRows, stations: tuple[float, ...]) -> Graded:
     """Quads with columns at distances from their middle."""
     quads = rows.quads
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).min(axis=1)

@@ -68,7 +68,7 @@ def test_polygon_distance_in_either_sense(sense):
 
 
 def test_curve_goes_through_its_points_and_ends_flat():
-    curve = implicit.Curve.through([(0, 0), (1, 1), (2, 2), (3, 2)], smooth=0.02)
+    curve = implicit.ProfileCurve.through([(0, 0), (1, 1), (2, 2), (3, 2)], smooth=0.02)
     assert float(curve(1.0)) == pytest.approx(1.0, abs=0.01)
     assert float(curve(9.0)) == pytest.approx(2.0, abs=1e-6)
     assert float(curve.slope(0.5)) == pytest.approx(1.0, abs=0.35)

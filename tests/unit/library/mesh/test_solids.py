@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.mesh import solids
-from sumo3dviz_pt.library.mesh.stacks import Level, stack
+from sumo3dviz_pt.library.mesh.stacks import StackLevel, stack
 from sumo3dviz_pt.model.geometry import Mesh, merge_meshes
 
 CLOSED = {
@@ -68,9 +68,9 @@ def test_fitted_pieces_fill_the_size_and_merge_by_material():
 
 def test_stack_is_closed_and_knows_its_materials():
     levels = [
-        Level(0.0, 0.0, -4.0, 1.0, side="trim"),
-        Level(1.0, 0.0, -4.0, 1.0, side="glass", ends="paint", pillar="frame"),
-        Level(2.0, 0.0, -4.0, 1.0, side="paint"),
+        StackLevel(0.0, 0.0, -4.0, 1.0, side="trim"),
+        StackLevel(1.0, 0.0, -4.0, 1.0, side="glass", ends="paint", pillar="frame"),
+        StackLevel(2.0, 0.0, -4.0, 1.0, side="paint"),
     ]
     pieces = dict(stack(levels, radius=0.1, segments=2, windows=(0.5,)))
     assert set(pieces) == {"trim", "glass", "paint", "frame"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.library.vehicles.build import WheelPlace
-from sumo3dviz_pt.library.vehicles.stretching import Stretch, round_wheels, stretched
+from sumo3dviz_pt.library.vehicles.stretching import BodyStretch, round_wheels, stretched
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import VehicleLamp
 from sumo3dviz_pt.model.scene import Part, Prototype
@@ -33,7 +33,7 @@ def body():
 
 @pytest.mark.parametrize("extra", [-2.0, 0.0, 1.5])
 def test_only_the_stretch_gives(extra):
-    made = stretched(body(), Stretch.to_length((3.0, 7.0), extra=extra), name="other")
+    made = stretched(body(), BodyStretch.to_length((3.0, 7.0), extra=extra), name="other")
     d = -made.parts[0].mesh.vertices[:, 0]
     share = (4.0 + extra) / 4.0
     np.testing.assert_allclose(
@@ -48,7 +48,7 @@ def test_only_the_stretch_gives(extra):
 
 
 def test_a_stretch_keeps_some_of_its_length():
-    stretch = Stretch.to_length((3.0, 7.0), extra=-10.0)
+    stretch = BodyStretch.to_length((3.0, 7.0), extra=-10.0)
     assert stretch.factor == 0.35
     assert stretch.gain == pytest.approx(-2.6)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.library.vehicles.user_mesh import Finish, read_user_vehicle
+from sumo3dviz_pt.library.vehicles.user_mesh import UserFinish, read_user_vehicle
 
 OBJ = "v 5 1 1\nv 3 2 1\nv 3 0 4\nf 1 2 3\n"
 
@@ -25,7 +25,7 @@ def write(folder, name, text):
 def test_mesh_is_moved_under_its_front(tmp_path):
     ((mesh, finish),) = read(write(tmp_path, "a.obj", OBJ)).pieces
     np.testing.assert_allclose(mesh.bounds, [[-2, -1, 0], [0, 1, 3]])
-    assert finish == Finish(named="paint")
+    assert finish == UserFinish(named="paint")
 
 
 def test_yaml_turns_and_scales(tmp_path):
@@ -125,7 +125,7 @@ def test_a_glb_keeps_its_looks(tmp_path):
     two_boxes(tmp_path / "a.glb")
     made = read(tmp_path / "a.glb")
     glass, body, rim = sorted((f for _, f in made.pieces), key=lambda f: (not f.named, f.metallic))
-    assert glass == Finish(named="glass")
+    assert glass == UserFinish(named="glass")
     assert body.colour[0] > 10 * body.colour[1]
     assert body.roughness == pytest.approx(0.2)
     assert rim.metallic == 1.0

@@ -8,20 +8,20 @@ import time
 import pytest
 
 from sumo3dviz_pt.model.news import Doing, News, announce, heard_by
-from sumo3dviz_pt.pipeline.progress.build import Course, Step, can_redraw, clock, followed
+from sumo3dviz_pt.pipeline.progress.build import WorkCourse, WorkStep, can_redraw, clock, followed
 
 FILM = (
-    Step(Doing.READ, 2.0),
-    Step(Doing.BUILD, 10.0),
-    Step(Doing.OPEN, 3.0),
-    Step(Doing.RENDER, 100.0),
-    Step(Doing.ENCODE, 5.0),
+    WorkStep(Doing.READ, 2.0),
+    WorkStep(Doing.BUILD, 10.0),
+    WorkStep(Doing.OPEN, 3.0),
+    WorkStep(Doing.RENDER, 100.0),
+    WorkStep(Doing.ENCODE, 5.0),
 )
 
 
 def replayed(slowness, frames=10, *, every=0.5):
     """Time, estimate and true time left of work that takes `slowness` times as long as expected."""
-    course = Course(FILM, 100.0)
+    course = WorkCourse(FILM, 100.0)
     events = [(100.0, None)]
     now = 100.0
     for step in FILM:
@@ -56,11 +56,11 @@ def test_a_machine_that_is_slower_is_learnt():
 
 
 def test_the_first_estimate_is_the_expectation():
-    assert Course(FILM, 0.0).seconds_left(0.0) == pytest.approx(120.0)
+    assert WorkCourse(FILM, 0.0).seconds_left(0.0) == pytest.approx(120.0)
 
 
 def test_frames_that_were_there_before_do_not_count_for_the_pace():
-    course = Course(FILM, 0.0)
+    course = WorkCourse(FILM, 0.0)
     course.hear(News(Doing.RENDER, 90, 100), 15.0)
     for number in range(1, 6):
         course.hear(News(Doing.RENDER, 90 + number, 100), 15.0 + 10 * number)
@@ -69,7 +69,7 @@ def test_frames_that_were_there_before_do_not_count_for_the_pace():
 
 
 def test_frames_that_compile_do_not_count_for_the_pace():
-    course = Course(FILM, 0.0)
+    course = WorkCourse(FILM, 0.0)
     now = 15.0
     course.hear(News(Doing.RENDER, 0, 100), now)
     for number, seconds in enumerate([20, 15, 15, 2, 2, 2], start=1):
@@ -79,13 +79,13 @@ def test_frames_that_compile_do_not_count_for_the_pace():
 
 
 def test_a_step_that_is_late_is_never_said_to_be_done():
-    course = Course((Step(Doing.READ, 1.0),), 0.0)
+    course = WorkCourse((WorkStep(Doing.READ, 1.0),), 0.0)
     assert course.seconds_left(0.0) == pytest.approx(1.0)
     assert course.seconds_left(100.0) == pytest.approx(25.0)
 
 
 def test_several_films_are_one_course():
-    course = Course((*FILM, *FILM), 0.0)
+    course = WorkCourse((*FILM, *FILM), 0.0)
     course.hear(News(Doing.ENCODE), 115.0)
     assert course.seconds_left(115.0) == pytest.approx(125.0)
     course.hear(News(Doing.READ), 120.0)
@@ -93,14 +93,14 @@ def test_several_films_are_one_course():
 
 
 def test_the_share_grows_from_nothing_to_all():
-    course = Course(FILM, 0.0)
+    course = WorkCourse(FILM, 0.0)
     assert course.share(0.0) == 0.0
     course.hear(News(Doing.ENCODE), 115.0)
     assert course.share(115.0) == pytest.approx(115 / 120)
 
 
 def test_words():
-    course = Course(FILM, 0.0)
+    course = WorkCourse(FILM, 0.0)
     assert course.words() == "reading the simulation"
     course.hear(News(Doing.RENDER, 3, 50), 20.0)
     assert course.words() == "rendering 3 of 50"
@@ -149,7 +149,7 @@ def test_terminals_get_a_bar_that_goes_on_by_itself():
 
 
 def test_a_part_of_a_step_says_nothing_of_its_own():
-    course = Course((Step(Doing.READ, 2.0), Step(Doing.MEASURE, 60.0)), 0.0)
+    course = WorkCourse((WorkStep(Doing.READ, 2.0), WorkStep(Doing.MEASURE, 60.0)), 0.0)
     course.hear(News(Doing.MEASURE, 1, 4, "noon"), 2.0)
     course.hear(News(Doing.BUILD), 10.0)
     course.hear(News(Doing.RENDER, 0, 9), 11.0)

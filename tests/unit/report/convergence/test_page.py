@@ -3,10 +3,10 @@ import math
 import pytest
 from measurements import depths, ladder, presets
 
-from sumo3dviz_pt.report.convergence.page import PLOTS, Notes, verdict, write_page
+from sumo3dviz_pt.report.convergence.page import PLOTS, PageNotes, verdict, write_page
 from sumo3dviz_pt.report.convergence.table import Slope
 
-NOTES = Notes(
+NOTES = PageNotes(
     title="Error against run time: ronda",
     command="sumo3dviz-pt converge scene.yaml --time 492 -o out",
     facts={"camera": "overview", "time": "492 s"},
@@ -56,14 +56,14 @@ def test_the_page_is_the_same_again(tmp_path):
 
 
 def test_missing_parts_are_said_and_missing_plots_left_out(tmp_path):
-    text = page(tmp_path, [], Notes("Nothing yet", wanted=60))
+    text = page(tmp_path, [], PageNotes("Nothing yet", wanted=60))
     assert "0 of 60 measurements" in text and text.count("Not measured yet.") == 3
     assert "Too few rungs" in text and "![" not in text
 
 
 def test_a_finished_page_is_not_called_incomplete(tmp_path):
     good = [item for item in presets() if item["preset"] == "standard"]
-    text = page(tmp_path, good, Notes("Done", done=60, wanted=60))
+    text = page(tmp_path, good, PageNotes("Done", done=60, wanted=60))
     assert "ncomplete" not in text
     assert "every preset is right within 1%" in text
 

@@ -5,7 +5,7 @@ import pytest
 from sumo3dviz_pt.report.convergence.plan import (
     DEEPEST,
     DEPTHS,
-    Group,
+    SeedGroup,
     base_quality,
     digest,
     groups,
@@ -73,11 +73,11 @@ def test_depths_share_seeds_and_end_with_the_references():
 
 
 def test_work_is_counted_in_samples():
-    group = Group(LADDER, base_quality(8), ("fast", "high"), seeds=3)
+    group = SeedGroup(LADDER, base_quality(8), ("fast", "high"), seeds=3)
     assert (group.samples, group.rows) == (24, 6)
 
 
 def test_a_changed_preset_is_another_measurement():
-    group = Group("draft", base_quality(2), ("fast",))
-    other = Group("draft", base_quality(2).model_copy(update={"raw_share": 0.5}), ("fast",))
+    group = SeedGroup("draft", base_quality(2), ("fast",))
+    other = SeedGroup("draft", base_quality(2).model_copy(update={"raw_share": 0.5}), ("fast",))
     assert digest([group]) == digest([group]) != digest([other])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sumo3dviz_pt.report.convergence.reference import Reference
-from sumo3dviz_pt.report.convergence.scores import CAP, Look, score
+from sumo3dviz_pt.report.convergence.scores import CAP, PictureLook, score
 
 SHAPE = (24, 32, 3)
 
@@ -22,7 +22,7 @@ def street(seed=1):
 @pytest.mark.parametrize("exposure", [-3.0, 0.0, 4.0])
 def test_the_reference_itself_has_no_error(exposure):
     truth = street() * np.float32(2.0**-exposure)
-    scores = score(truth, reference_of(truth), Look(exposure, "neutral"), capped=truth)
+    scores = score(truth, reference_of(truth), PictureLook(exposure, "neutral"), capped=truth)
     for name in ("rmse_capped", "relmse", "relmse_trim", "flip", "flip_p99", "hdrflip"):
         assert scores[name] == 0, name
     assert scores["ssim"] == pytest.approx(1) and scores["psnr"] == np.inf
@@ -32,8 +32,8 @@ def test_the_reference_itself_has_no_error(exposure):
 def test_errors_do_not_depend_on_the_exposure_of_a_scene():
     """The same picture, a thousand times dimmer and exposed for it."""
     truth, picture = street(1), street(2)
-    bright = score(picture, reference_of(truth), Look(0.0, "neutral"))
-    dim = score(picture / 1024, reference_of(truth / 1024), Look(10.0, "neutral"))
+    bright = score(picture, reference_of(truth), PictureLook(0.0, "neutral"))
+    dim = score(picture / 1024, reference_of(truth / 1024), PictureLook(10.0, "neutral"))
     for name, value in bright.items():
         assert dim[name] == pytest.approx(value, rel=1e-3, abs=1e-6), name
 
@@ -46,19 +46,19 @@ def test_bias_spares_the_sky_and_the_suns_image_in_glass():
     picture = truth * 1.1
     picture[0, 0] = 0
     picture[5] = 0
-    scores = score(picture, reference_of(truth, sky), Look(0.0, "neutral"))
+    scores = score(picture, reference_of(truth, sky), PictureLook(0.0, "neutral"))
     assert scores["mean_bias"] == pytest.approx(0.1, rel=1e-4)
 
 
 def test_samples_capped_one_by_one_are_compared_with_their_like():
     truth, capped = street(1), street(2)
     reference = reference_of(truth, capped=capped)
-    scores = score(truth, reference, Look(0.0, "neutral"), capped=capped + 0.25)
+    scores = score(truth, reference, PictureLook(0.0, "neutral"), capped=capped + 0.25)
     assert scores["rmse_capped"] == pytest.approx(0.25, rel=1e-5)
     assert scores["flip"] == 0
 
 
 def test_hdr_flip_can_be_left_out():
     truth = street()
-    scores = score(truth, reference_of(truth), Look(0.0, "neutral"), exposures=False)
+    scores = score(truth, reference_of(truth), PictureLook(0.0, "neutral"), exposures=False)
     assert np.isnan(scores["hdrflip"]) and scores["flip"] == 0

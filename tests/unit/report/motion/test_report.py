@@ -8,14 +8,14 @@ import pytest
 from matplotlib import image
 
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.report.motion.plot import Course, Drive, Road, motion_plot
+from sumo3dviz_pt.report.motion.plot import Drive, MotionCourse, Road, motion_plot
 from sumo3dviz_pt.report.motion.report import (
     SPEEDS,
     Extreme,
     Finding,
-    Group,
     MotionReport,
     PopUps,
+    UserGroup,
     in_words,
 )
 
@@ -33,7 +33,7 @@ def report(**changes):
         begin=0.0,
         end=12.0,
         step=1.0,
-        groups=(Group("vehicle", 2, 24.0, (extreme, nothing), 3, 0),),
+        groups=(UserGroup("vehicle", 2, 24.0, (extreme, nothing), 3, 0),),
         births=1,
         deaths=2,
         pop_ups=(PopUps("post", 4.0, 5.0, (finding("v1", "birth", value=31.4),), ()),),
@@ -94,7 +94,7 @@ def course(times, places, *, extra):
     speeds = np.full(len(times), 5.0)
     nothing = np.zeros(len(times)) if extra else np.empty(0)
     offsets = np.sin(times)
-    return Course(times, places, np.zeros(len(times)), speeds, offsets, nothing, nothing)
+    return MotionCourse(times, places, np.zeros(len(times)), speeds, offsets, nothing, nothing)
 
 
 @pytest.mark.parametrize("towards", [(1.0, 0.0), (0.6, 0.8), (0.0, 0.0)])

@@ -14,7 +14,7 @@ from sumo3dviz_pt.pipeline.production import Request, prepare, read
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.report.stress.build import chosen
 from sumo3dviz_pt.report.stress.cases import MOMENTS, SIZE, SPOTS, Case, all_cases, why_not
-from sumo3dviz_pt.report.stress.checks import DARKEST, MARGIN, Evidence, Light, judge, light_of
+from sumo3dviz_pt.report.stress.checks import DARKEST, MARGIN, CaseLight, Evidence, judge, light_of
 from sumo3dviz_pt.report.stress.facts import facts_of, nearest_body
 from sumo3dviz_pt.report.stress.report import Outcome, StressReport, in_words
 
@@ -152,7 +152,7 @@ def test_only_chosen_cases_run():
 
 # Judging ------------------------------------------------------------------------------------
 
-LIGHT = Light(brightest=5e4, common=0.5, directed=2.0, mean=0.3, sky=(0.09, 2.0), sun=4e4)
+LIGHT = CaseLight(brightest=5e4, common=0.5, directed=2.0, mean=0.3, sky=(0.09, 2.0), sun=4e4)
 
 
 def evidence(radiance=0.1, *, sky=0.0, light=LIGHT, **changes):

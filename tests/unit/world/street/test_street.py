@@ -15,7 +15,7 @@ from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.placement.tiles import Tile
-from sumo3dviz_pt.world.street.build import _Streets, build_street
+from sumo3dviz_pt.world.street.build import _StreetTiles, build_street
 from sumo3dviz_pt.world.street.lamps import FLUX, HIGH, LOBE, LOW, place_lamps, radiance
 from sumo3dviz_pt.world.street.places import (
     Site,
@@ -351,7 +351,7 @@ def stood(net, eye):
     site = site_on(net, viewpoints=(eye,))
     site = replace(site, around=replace(site.around, clearance=Clearance()))
     town = Scenario(net, TrafficLog((), (), 0.0, 0.0, 0.0))
-    streets = _Streets(town, StreetSettings(), site)
+    streets = _StreetTiles(town, StreetSettings(), site)
     tiles = [Tile(250.0, x, y) for x in range(-1, 4) for y in range(-1, 4)]
     found = []
     for tile in tiles:

@@ -5,11 +5,11 @@ import pytest
 
 from sumo3dviz_pt.catalog import find
 from sumo3dviz_pt.library.vehicles.car.body import car_shape
-from sumo3dviz_pt.library.vehicles.car.conform import Level
+from sumo3dviz_pt.library.vehicles.car.conform import CarFineness
 from sumo3dviz_pt.library.vehicles.car.driver import driver
 from sumo3dviz_pt.library.vehicles.car.recipe import read_recipe
 
-LEVEL = Level(spacing=0.055, faces=2500, step=0.2, sides=8)
+LEVEL = CarFineness(spacing=0.055, faces=2500, step=0.2, sides=8)
 
 
 @pytest.mark.parametrize("name", ["city_car", "sedan", "suv", "pickup", "coupe"])
