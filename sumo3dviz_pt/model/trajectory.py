@@ -80,7 +80,7 @@ class Remark:
     """Something in a log that could not be shown as it is, or that a user should know.
 
     Attributes:
-        kind: `gap`, `teleport`, `no lanes`, `no way`, `off lane`, `parking`, `reversing`,
+        kind: `gap`, `teleport`, `no lanes`, `no route`, `off lane`, `parking`, `reversing`,
             `lane change`, `steep` or `unlike the log`.
         begin: [s].
         end: [s].

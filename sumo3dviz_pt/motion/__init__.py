@@ -1,17 +1,15 @@
-"""Samples to continuous motion.
+"""Turn logged samples into continuous motion.
 
-Gaps and teleports split a trajectory and are never interpolated across; a piece of
-one sample exists for exactly that time. (The reader already left out persons who ride
-in a vehicle.) A smoother moves the front; the body follows it. A new smoother is one new
-module of this folder that registers itself.
+A trace is cut at gaps and teleports, and nothing is interpolated across a cut. Each stretch
+between two cuts becomes a motion piece; a piece made of one sample exists at exactly that time.
+Inside a piece, a smoother moves the front of the road user and the body follows the front.
+(The reader has already left out persons who ride in a vehicle.)
 """
 
 from __future__ import annotations
 
-import pkgutil
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 
@@ -22,11 +20,11 @@ from sumo3dviz_pt.model.traffic import Trace, TrafficLog, VehicleType, unique_id
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion.body import make_piece
 from sumo3dviz_pt.motion.headings import Heading
-from sumo3dviz_pt.motion.pieces import breaks, split
-from sumo3dviz_pt.motion.registry import SMOOTHERS, Smoother
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.track import Tracks
 from sumo3dviz_pt.motion.setting import LogSettings, is_euler
-from sumo3dviz_pt.motion.track import Tracks
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.smoothers.registry import SMOOTHERS, Smoother
+from sumo3dviz_pt.motion.splitting import breaks, split
 
 __all__ = [
     "MARGIN",
@@ -39,16 +37,16 @@ __all__ = [
 ]
 
 MARGIN = 12.0
-"""What a reader must load beyond both ends of the asked window, so that the window
-changes nothing that can be seen: a change of lanes reaches 8 s, the spline of a log of 1 s
-forgets 3/4 of an influence with every sample, and a body is one length behind its front [s]."""
+"""Time that a reader must load before and after the window that is shown [s].
 
-for _module in pkgutil.iter_modules(__path__):
-    import_module(f"{__name__}.{_module.name}")
+With this margin the choice of the window changes nothing that can be seen: a change of lanes
+reaches 8 s; the spline through samples 1 s apart forgets 3/4 of an influence with every sample;
+and a body lies one length behind its front.
+"""
 
 
 def smoother_names() -> tuple[str, ...]:
-    """Names that `smooth` knows, sorted."""
+    """Return the names that `smooth` accepts, sorted."""
     return tuple(sorted(SMOOTHERS))
 
 
@@ -56,7 +54,7 @@ def check_smoother(name: str) -> None:
     """Refuse a name that no smoother has.
 
     Raises:
-        ConfigError: Suggests one.
+        ConfigError: If there is no such smoother; the message suggests one.
     """
     _find(name)
 
@@ -67,15 +65,15 @@ def settings_of(
     network: Network | None = None,
     types: Mapping[str, VehicleType] | None = None,
 ) -> LogSettings:
-    """What smoothers know of a log beside its samples.
+    """Return what smoothers need to know about a log besides its samples.
 
     Args:
         log: The log.
-        network: Its lanes; None leaves them unknown.
-        types: Say how long bodies are, by id.
+        network: The road network; None leaves the lanes unknown.
+        types: Vehicle types by id, which say how long bodies are.
     """
     return LogSettings(
-        tracks=None if network is None else Tracks(Ways(network)),
+        tracks=None if network is None else Tracks(LaneGraph(network)),
         lane_names=log.lane_names,
         types=types or {},
         euler=bool(is_euler(trace for trace in log.traces if trace.kind == "vehicle")),
@@ -95,10 +93,10 @@ def smooth(
     Args:
         trace: Logged samples.
         smoother: One of `smoother_names()`.
-        step: Median step of the whole log [s]; default the trace's own.
-        settings: Of the whole log; default knows no lanes and no types.
-        heading: How bodies follow their fronts, `chord` or `tractrix`; smoothers with a
-            rule of their own ignore it.
+        step: Median step of the whole log [s]; by default the trace's own.
+        settings: Settings of the whole log; by default no lanes and no types are known.
+        heading: How bodies follow their fronts, `chord` or `tractrix`; a smoother with a
+            rule of its own ignores it.
 
     Raises:
         ConfigError: If there is no such smoother; the message suggests one.
@@ -133,14 +131,13 @@ def smooth_log(
     Args:
         log: Logged samples.
         smoother: One of `smoother_names()`.
-        network: Its lanes; None leaves them unknown.
-        types: Say how long bodies are, by id.
-        heading: `chord` or `tractrix`.
+        network: The road network; None leaves the lanes unknown.
+        types: Vehicle types by id, which say how long bodies are.
+        heading: How bodies follow their fronts, `chord` or `tractrix`.
 
     Returns:
-        One trajectory for each trace, in the log's order. Keys are
-        unique: where an id comes back with another type, `#2` (and so on) is appended
-        to the later one's id.
+        One trajectory for each trace, in the log's order. Ids are unique: where an id
+        comes back with another type, the later trajectory's id ends in `#2` (and so on).
 
     Raises:
         ConfigError: If there is no such smoother; the message suggests one.
@@ -156,7 +153,7 @@ def smooth_log(
 
 
 def _find(name: str) -> Smoother:
-    """A smoother by name."""
+    """Return the smoother of a name."""
     if name not in SMOOTHERS:
         message = f"no smoother is called {name!r}{did_you_mean(name, SMOOTHERS)}"
         raise ConfigError(message, key="motion.smoother")

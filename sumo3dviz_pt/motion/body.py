@@ -1,4 +1,7 @@
-"""Bodies on the road: pieces of motion made of legs in which a body moves in one sense."""
+"""Bodies on the road: motion pieces made of legs; in each leg a body drives only one way.
+
+A leg drives forward, backs up, or moves aside into or out of a parking place.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,6 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Remark
 from sumo3dviz_pt.motion.curves import Hermite
 from sumo3dviz_pt.motion.driven import Driven
-from sumo3dviz_pt.motion.front import Front
 from sumo3dviz_pt.motion.headings import (
     STEEPEST,
     Heading,
@@ -20,22 +22,23 @@ from sumo3dviz_pt.motion.headings import (
     slopes_of,
     tractrix,
 )
-from sumo3dviz_pt.motion.hermite import CurveFront
 from sumo3dviz_pt.motion.manoeuvres import ManoeuvreStretch, stretches
-from sumo3dviz_pt.motion.registry import Smoother
 from sumo3dviz_pt.motion.samples import LoggedSamples, wrapped
 from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.smoothers.front import Front
+from sumo3dviz_pt.motion.smoothers.hermite import CurveFront
+from sumo3dviz_pt.motion.smoothers.registry import Smoother
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leg:
-    """A stretch of moving in one sense.
+    """A stretch of motion in which the body drives either forward or backward.
 
     Attributes:
-        driven: Where its front was.
-        headings: Yaw and pitch over time, (n, 2) [rad]; None where the front says them.
+        driven: The path of its front.
+        headings: Yaw and pitch over time, (n, 2) [rad]; None where the front has its own.
         follows: Whether the body follows its front.
-        start: What was travelled before it [m].
+        start: Distance travelled before it [m].
         sense: -1 where it backs up, else 1.
     """
 
@@ -52,13 +55,13 @@ class Leg:
 
     @property
     def travelled(self) -> float:
-        """What was travelled at its end [m]."""
-        return self.start + self.sense * float(self.driven.ways[-1])
+        """Distance travelled at its end [m]."""
+        return self.start + self.sense * float(self.driven.travelled[-1])
 
     def sample(self, times: Floats) -> Motion:
-        """Motion at times within it, (n,) [s]."""
+        """Return the motion at times within it, (n,) [s]."""
         motion = self.front.at(times)
-        ways = self.driven.way_at(times, motion.positions)
+        travelled = self.driven.travelled_at(times, motion.positions)
         yaws, pitches = motion.yaws, motion.pitches
         if self.headings is not None:
             yaws, pitches = self.headings.at(times)[0].T
@@ -69,18 +72,19 @@ class Leg:
             wrapped(yaws),
             pitches,
             motion.speeds,
-            self.start + self.sense * ways,
+            self.start + self.sense * travelled,
         )
 
     def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Points behind its front, (n, k, 3) [m]; see `MotionPiece.trail`."""
+        """Return points behind its front, (n, k, 3) [m]; see `MotionPiece.trail`."""
         places = self.front.at(times).positions
+        # A body that does not follow its front has straight points behind it.
         if not self.follows and self.headings is not None:
             yaws = self.headings.at(times)[0][:, 0]
             ahead = np.stack([np.cos(yaws), np.sin(yaws), np.zeros(len(yaws))], axis=1)
             return np.asarray(places[:, None] - distances[None, :, None] * ahead[:, None])
-        ways = self.driven.way_at(times, places)
-        points = self.driven.points_at((ways[:, None] - distances).ravel())
+        travelled = self.driven.travelled_at(times, places)
+        points = self.driven.points_at((travelled[:, None] - distances).ravel())
         return points.reshape(len(times), len(distances), 3)
 
 
@@ -89,7 +93,7 @@ class LegsPiece:
     """One unbroken stretch of motion.
 
     Attributes:
-        legs: In time order; each begins where the one before it ends.
+        legs: Legs in time order; each begins where the one before it ends.
     """
 
     legs: tuple[Leg, ...]
@@ -105,7 +109,7 @@ class LegsPiece:
         return self.legs[-1].front.end
 
     def sample(self, times: Floats) -> Motion:
-        """Motion at times within [begin, end], (n,) [s]."""
+        """Return the motion at times within [begin, end], (n,) [s]."""
         if len(self.legs) == 1:
             return self.legs[0].sample(times)
         parts = [(inside, leg.sample(times[inside])) for inside, leg in self._legs_at(times)]
@@ -116,14 +120,14 @@ class LegsPiece:
         )
 
     def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Points behind the front, (n, k, 3) [m]; see `MotionPiece.trail`."""
+        """Return points behind the front, (n, k, 3) [m]; see `MotionPiece.trail`."""
         points = np.empty((len(times), len(distances), 3))
         for inside, leg in self._legs_at(times):
             points[inside] = leg.trail(times[inside], distances)
         return points
 
     def _legs_at(self, times: Floats) -> list[tuple[np.ndarray, Leg]]:
-        """Places of the times that each leg covers, for legs that cover any."""
+        """Return the legs that cover any of the times, each with the indices of these times."""
         joints = np.array([leg.front.begin for leg in self.legs[1:]])
         which = np.searchsorted(joints, times, side="right")
         return [(np.flatnonzero(which == n), self.legs[n]) for n in np.unique(which).tolist()]
@@ -134,7 +138,7 @@ class StandingPiece:
     """A single sample: the road user exists at exactly that time.
 
     Attributes:
-        samples: n = 1.
+        samples: The one sample.
     """
 
     samples: LoggedSamples
@@ -150,7 +154,7 @@ class StandingPiece:
         return self.begin
 
     def sample(self, times: Floats) -> Motion:
-        """The logged pose, standing, at each of the times, (n,) [s]."""
+        """Return the logged pose, standing, at each of the times, (n,) [s]."""
         count = len(times)
         return Motion(
             np.ones(count, dtype=np.bool_),
@@ -162,7 +166,7 @@ class StandingPiece:
         )
 
     def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Points straight behind the front, (n, k, 3) [m]."""
+        """Return points straight behind the front, (n, k, 3) [m]."""
         yaw, slope = float(self.samples.yaws[0]), float(self.samples.slopes[0])
         ahead = np.array([np.cos(yaw), np.sin(yaw), np.tan(slope)])
         points = self.samples.positions[0] - distances[:, None] * ahead
@@ -172,7 +176,15 @@ class StandingPiece:
 def make_piece(
     samples: LoggedSamples, smoother: Smoother, setting: Setting, *, heading: Heading
 ) -> tuple[MotionPiece, tuple[Remark, ...]]:
-    """Motion of one stretch of samples, and what was noticed."""
+    """Return the motion of one unbroken stretch of samples, and what was noticed.
+
+    Args:
+        samples: The samples, at least one.
+        smoother: Makes the motion of the front.
+        setting: What is known besides the samples.
+        heading: How the body follows its front.
+    """
+    # A single sample stands, and some smoothers have headings of their own.
     if len(samples.times) == 1:
         return StandingPiece(samples), ()
     if smoother.heads:
@@ -180,12 +192,13 @@ def make_piece(
         yaw = float(samples.yaws[0])
         driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
         return LegsPiece((Leg(driven, None),)), front.remarks
+    # Every other motion is cut where its way of driving changes.
     legs: list[Leg] = []
     remarks: list[Remark] = []
     found = stretches(samples, kind=setting.kind)
     parked = [False, *(stretch.kind == "parking" for stretch in found), False]
     for number, stretch in enumerate(found):
-        # Who moves aside into or out of a place does not begin or end that at speed.
+        # Before and after a move into or out of a parking place the vehicle stands.
         here = replace(setting, rests=(parked[number], parked[number + 2]))
         leg, steep = _leg(stretch, smoother, here, heading, legs[-1] if legs else None)
         legs.append(leg)
@@ -200,7 +213,8 @@ def _leg(
     heading: Heading,
     before: Leg | None,
 ) -> tuple[Leg, tuple[Remark, ...]]:
-    """A leg that begins as the one before it ends, and slopes that are refused."""
+    """Return a leg that begins as the one before it ends, and remarks on too steep slopes."""
+    # Make the motion of the front, and the path that it drove.
     samples = stretch.samples
     parking = stretch.kind == "parking"
     front = _aside(samples) if parking else smoother.make(samples, setting)
@@ -208,6 +222,7 @@ def _leg(
     if before is not None:
         yaw, start = float(before.sample(np.array([front.begin])).yaws[0]), before.travelled
     driven = Driven.of(front, samples, length=setting.length, yaw=yaw)
+    # Choose the headings: the log's in manoeuvres and of people, else those behind the front.
     if stretch.kind:
         headings = logged(samples, yaw=yaw, at_once=parking)
         sense = -1.0 if stretch.kind == "reversing" else 1.0
@@ -224,12 +239,12 @@ def _leg(
 
 
 def _aside(samples: LoggedSamples) -> Front:
-    """A move from place to place that begins and ends at rest."""
+    """Return a move from place to place that begins and ends at rest."""
     return CurveFront(Hermite(samples.times, samples.positions, np.zeros_like(samples.positions)))
 
 
 def _manoeuvre(stretch: ManoeuvreStretch) -> tuple[Remark, ...]:
-    """What users should know of a stretch."""
+    """Return a remark on a manoeuvre; ordinary driving gets none."""
     if not stretch.kind:
         return ()
     samples = stretch.samples
@@ -238,7 +253,7 @@ def _manoeuvre(stretch: ManoeuvreStretch) -> tuple[Remark, ...]:
 
 
 def _steep(driven: Driven, ahead: Floats) -> tuple[Remark, ...]:
-    """Slopes that are refused."""
+    """Return a remark on slopes that are steeper than shown, if there are any."""
     slopes = np.abs(slopes_of(ahead))
     steep = np.flatnonzero(slopes > STEEPEST)
     if not len(steep):

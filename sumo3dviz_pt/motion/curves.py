@@ -18,7 +18,7 @@ from scipy.linalg import solve_banded
 from sumo3dviz_pt.model.geometry import Floats
 
 _STILL = 1e-6
-"""Slower changes are none, a second."""
+"""Values that change by less than this in a second stand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +28,7 @@ class Hermite:
     Attributes:
         knots: Strictly increasing, (n,) [s], n >= 2.
         values: (n, k) or (n,).
-        slopes: Alike, per second.
+        slopes: Of the same shape as the values, per second.
     """
 
     knots: Floats
@@ -36,7 +36,7 @@ class Hermite:
     slopes: Floats
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
-        """Values and their rates at times, (m,) [s]; constant outside the knots."""
+        """Return values and their rates at times, (m,) [s]; constant outside the knots."""
         index = np.searchsorted(self.knots[1:-1], times, side="right")
         left = self.knots[index]
         step = self.knots[index + 1] - left
@@ -48,16 +48,16 @@ class Hermite:
 
 
 def cubic(share: Floats, rise: Floats, first: Floats, last: Floats) -> tuple[Floats, Floats]:
-    """A cubic from 0 over a stretch of length 1, and its rate, (k, n) or (n,) each.
+    """Return a cubic from 0 over a stretch of length 1, and its rate, (k, n) or (n,) each.
 
-    Horner in the rise from the left value, so that far origins keep their digits. Columns
-    come as rows: numpy is 2.5 times as fast with long last axes.
+    It is evaluated relative to the left value (Horner), so that values far from zero keep
+    their digits. Columns come as rows: numpy is 2.5 times as fast with long last axes.
 
     Args:
         share: Where on the stretch, in [0, 1], (n,).
-        rise: Its value at the end.
-        first: Its slope at the beginning.
-        last: Its slope at the end.
+        rise: Value of the cubic at the end, (k, n) or (n,).
+        first: Its slope at the beginning, (k, n) or (n,).
+        last: Its slope at the end, (k, n) or (n,).
     """
     bow = rise - first
     cube = (last - rise) - bow
@@ -67,7 +67,7 @@ def cubic(share: Floats, rise: Floats, first: Floats, last: Floats) -> tuple[Flo
 
 
 def smooth_slopes(knots: Floats, values: Floats) -> Floats:
-    """Slopes of the cubic spline with continuous second derivative, (n,).
+    """Return the slopes of the cubic spline with continuous second derivative, (n,).
 
     The ends are parabolic: the slope of the outer stretch is the mean of its two slopes.
     """
@@ -85,7 +85,7 @@ def smooth_slopes(knots: Floats, values: Floats) -> Floats:
 
 
 def monotone_slopes(knots: Floats, values: Floats) -> Floats:
-    """Slopes that overshoot nothing, level at both ends, (n, k) or (n,) (PCHIP)."""
+    """Return slopes without overshoot, zero at both ends, (n, k) or (n,) (PCHIP)."""
     slopes = np.zeros_like(values)
     if len(knots) < 3:
         return slopes
@@ -100,7 +100,7 @@ def monotone_slopes(knots: Floats, values: Floats) -> Floats:
 
 
 def even_slopes(knots: Floats, values: Floats) -> Floats:
-    """Slopes of the parabolas through three values each, level where values stand, (n, k)."""
+    """Return slopes of parabolas through three values each, zero where they stand, (n, k)."""
     steps = np.diff(knots)[:, None]
     rates = np.diff(values, axis=0) / steps
     slopes = np.concatenate([rates[:1], rates])
@@ -111,11 +111,11 @@ def even_slopes(knots: Floats, values: Floats) -> Floats:
 
 
 def forward_slopes(slopes: Floats, rates: Floats) -> Floats:
-    """Slopes limited so that a Hermite curve through rising values never falls, (n,).
+    """Return slopes limited so that a Hermite curve through rising values never falls, (n,).
 
     Args:
-        slopes: Wanted at the knots, (n,).
-        rates: Of the stretches between them, (n - 1,), >= 0.
+        slopes: Wanted slopes at the knots, (n,).
+        rates: Rates of the stretches between knots, (n - 1,), >= 0.
 
     References:
         F. N. Fritsch and R. E. Carlson, SIAM J. Numer. Anal. 17 (1980): slopes up to
@@ -126,12 +126,12 @@ def forward_slopes(slopes: Floats, rates: Floats) -> Floats:
 
 
 def eased(share: Floats) -> Floats:
-    """From 0 to 1 with level first and second derivatives at both ends: u^3 (10 - 15 u + 6 u^2)."""
+    """Return u^3 (10 - 15 u + 6 u^2): 0 to 1, both derivatives zero at both ends."""
     share = np.clip(share, 0.0, 1.0)
     return share**3 * (10.0 + share * (6.0 * share - 15.0))
 
 
 def eased_rate(share: Floats) -> Floats:
-    """Derivative of `eased`: 30 u^2 (1 - u)^2 between 0 and 1, else 0."""
+    """Return the derivative of `eased`: 30 u^2 (1 - u)^2 between 0 and 1, else 0."""
     share = np.clip(share, 0.0, 1.0)
     return 30.0 * (share * (1.0 - share)) ** 2

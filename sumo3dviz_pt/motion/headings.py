@@ -1,12 +1,9 @@
-"""Headings of bodies: the chord behind the front, a dragged rear axle, or what the log says.
+"""Headings of bodies: the chord behind the front, a dragged rear axle, or the log's angles.
 
-A heading is a curve of yaw and pitch over time, through what is known every 0.1 s.
-
-References:
-    shared facts on motion, section 5.5. The chord from the rear to the front along the
-    driven path is SUMO's own definition of the angle; on the displayed path it holds while
-    standing, turns into changes of lanes by itself and never flips. The tractrix is what a
-    rear axle does that cannot slip sideways.
+A heading is a curve of yaw and pitch over time. The chord from the rear to the front along the
+driven path is SUMO's own definition of the angle. On the shown path the chord keeps still while
+the body stands, turns into changes of lanes by itself, and never flips. The tractrix is the curve
+of a rear axle that cannot slip sideways.
 """
 
 from __future__ import annotations
@@ -17,60 +14,56 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
-from sumo3dviz_pt.motion.driven import Driven, absolute_times
-from sumo3dviz_pt.motion.samples import LoggedSamples
+from sumo3dviz_pt.motion.driven import STEP, Driven
+from sumo3dviz_pt.motion.samples import LoggedSamples, absolute_times
 
 Heading = Literal["chord", "tractrix"]
 
 STEEPEST = np.radians(30.0)
-"""No road is steeper; SUMO logs up to 90 degrees at kerbs and stairs [rad]."""
+"""Steepest pitch that is shown [rad]; SUMO logs up to 90 degrees at kerbs and stairs."""
 
 FASTEST_TURN = np.radians(130.0)
-"""No body turns faster, whatever the path does: a lane's corners can [rad/s]."""
+"""Fastest turn of a body [rad/s]; the corners of a lane can turn faster."""
 
 REAR_AXLE = 0.78
-"""Where the rear axle is, as a share of the length behind the front."""
+"""Distance of the rear axle from the front as a share of the body's length."""
 
 _STEP = 0.04
-"""Between the places over which the rear axle is dragged [s]."""
+"""Time between the positions over which the rear axle is dragged [s]."""
 
 _LEAST_LEVEL = 0.2
-"""A chord shorter than this share of the length says nothing about the slope."""
+"""A chord shorter than this share of the longest one says nothing about the slope."""
 
 _EASED = 9
-"""Knots of an eased turn."""
+"""Number of knots of an eased turn."""
 
 
 def chords(driven: Driven, length: float) -> Floats:
-    """From the point of the path one length behind to the front, at the knots, (n, 3) [m]."""
-    return driven.places.values - driven.points_at(driven.ways - length)
+    """Return vectors from the path's point one length [m] behind to the front, (n, 3) [m]."""
+    return driven.places.values - driven.points_at(driven.travelled - length)
 
 
 def chord(driven: Driven, ahead: Floats) -> Hermite:
-    """Along the chords.
-
-    Args:
-        driven: The path.
-        ahead: From `chords`.
+    """Return the headings along chords, which come from `chords`.
 
     Returns:
-        Yaw and pitch, (n, 2) [rad], unwrapped.
+        Yaw and pitch over time, (n, 2) [rad], unwrapped.
     """
     yaws = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     return _curve(driven.knots, calmed(driven.knots, yaws), slopes_of(ahead))
 
 
 def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Hermite:
-    """Along the line from a rear axle that the front drags, which never slips sideways.
+    """Return the headings from a rear axle that the front drags and that never slips sideways.
 
     Args:
-        driven: The path.
-        ahead: From `chords`; says the pitch.
-        length: Of the body [m].
-        yaw: At the beginning [rad].
+        driven: The driven path.
+        ahead: Vectors from `chords`, which give the pitch, (n, 3) [m].
+        length: Length of the body [m].
+        yaw: Yaw at the beginning [rad].
 
     Returns:
-        Yaw and pitch, (n, 2) [rad], unwrapped.
+        Yaw and pitch over time, (n, 2) [rad], unwrapped.
     """
     front = driven.front
     knots = np.unique(
@@ -82,7 +75,7 @@ def tractrix(driven: Driven, ahead: Floats, length: float, *, yaw: float) -> Her
 
 
 def slopes_of(ahead: Floats) -> Floats:
-    """Nose up along chords, (n, 3) [m] -> (n,) [rad]; folded ones are not steep."""
+    """Return the pitch of chords, (n, 3) [m] -> (n,) [rad]; short chords do not get steep."""
     if not np.ptp(ahead[:, 2]):
         return np.full(len(ahead), np.arctan2(ahead[0, 2], np.hypot(*ahead[0, :2])))
     level = np.hypot(ahead[:, 0], ahead[:, 1])
@@ -90,20 +83,20 @@ def slopes_of(ahead: Floats) -> Floats:
 
 
 def logged(samples: LoggedSamples, *, yaw: float, at_once: bool) -> Hermite:
-    """The log's angles, for bodies that do not follow their fronts.
+    """Return the log's angles as headings, for bodies that do not follow their fronts.
 
     Args:
-        samples: n >= 2.
-        yaw: At the beginning [rad].
+        samples: n samples, n >= 2.
+        yaw: Yaw at the beginning [rad].
         at_once: Whether only the first and the last angle count, joined by one eased turn.
 
     Returns:
-        Yaw and pitch, (n, 2) [rad], unwrapped.
+        Yaw and pitch over time, (n, 2) [rad], unwrapped.
     """
     yaws = np.unwrap(np.concatenate([[yaw], samples.yaws[1:]]))
     if not at_once:
         curve = _curve(samples.times, yaws, samples.slopes)
-        knots = absolute_times(float(samples.times[0]), float(samples.times[-1]))
+        knots = absolute_times(float(samples.times[0]), float(samples.times[-1]), step=STEP)
         shown = curve.at(knots)[0]
         return _curve(knots, calmed(knots, shown[:, 0]), shown[:, 1])
     share = np.linspace(0.0, 1.0, _EASED)
@@ -113,13 +106,14 @@ def logged(samples: LoggedSamples, *, yaw: float, at_once: bool) -> Hermite:
 
 
 def calmed(times: Floats, yaws: Floats) -> Floats:
-    """The same turns, nowhere faster than `FASTEST_TURN`, (n,) [rad].
+    """Return the same turns, nowhere faster than `FASTEST_TURN`, (n,) [rad].
 
-    The middle between the lowest and the highest curve of that slope that bound the yaws;
-    turns that are slow enough stay as they are.
+    The result is the middle between the lowest and the highest curve of that slope that bound
+    the yaws. Where all turns are slow enough, they stay as they are.
     """
     if (np.abs(np.diff(yaws)) <= FASTEST_TURN * np.diff(times)).all():
         return yaws
+    # Each yaw limits all yaws around it; far away in time it limits nothing any more.
     reach = np.ptp(yaws) / FASTEST_TURN
     low, high = yaws.copy(), yaws.copy()
     for step in range(1, len(times)):
@@ -131,19 +125,25 @@ def calmed(times: Floats, yaws: Floats) -> Floats:
         low[step:] = np.minimum(low[step:], yaws[:-step] + away)
         high[:-step] = np.maximum(high[:-step], yaws[step:] - away)
         high[step:] = np.maximum(high[step:], yaws[:-step] - away)
-    # It begins as the body stood.
+    # The first yaw stays, because the body already stands like that.
     first = FASTEST_TURN * (times - times[0])
     return np.clip((low + high) / 2.0, yaws[0] - first, yaws[0] + first)
 
 
 def _curve(times: Floats, yaws: Floats, pitches: Floats) -> Hermite:
-    """A curve that stands where its knots do."""
+    """Return a heading through knots; it stands still wherever they do."""
     values = np.column_stack([yaws, np.clip(pitches, -STEEPEST, STEEPEST)])
     return Hermite(times, values, monotone_slopes(times, values))
 
 
 def _dragged(places: Floats, base: float, yaw: float) -> Floats:
-    """Yaw at every place of a line of a length whose rear end only follows, (n,) [rad]."""
+    """Return the yaw of a dragged line at each position of its front, (n,) [rad].
+
+    Args:
+        places: Positions of the front, (n, 2) [m].
+        base: Length of the line [m].
+        yaw: Yaw at the beginning [rad].
+    """
     x, y = (places[0] - base * np.array([np.cos(yaw), np.sin(yaw)])).tolist()
     yaws = np.empty(len(places))
     for number, (front_x, front_y) in enumerate(places.tolist()):

@@ -1,15 +1,15 @@
 """Measures of sampled motion: how fast, how hard, how suddenly.
 
-All of them take motion at uniform times and give one value for each time, in the
-horizontal plane; NaN where a neighbour is missing that the formula needs, so that nothing
+Each takes motion at uniform times and gives one value for each time, in the horizontal
+plane. The value is NaN where a neighbour is missing that the formula needs, so nothing
 is ever measured across a gap. With the step h and positions p:
 
 * velocity (p[i+1] - p[i-1]) / 2h, acceleration (p[i+1] - 2 p[i] + p[i-1]) / h^2 and
   jerk (p[i+2] - 2 p[i+1] + 2 p[i-1] - p[i-2]) / 2h^3 are central differences of second
   order (Fornberg, "Generation of finite difference formulas on arbitrarily spaced grids",
   Mathematics of Computation 51, 1988, table 1);
-* jumps and heading rates are differences of following frames, as films show them: a
-  central difference would hide half of a leap.
+* jumps and heading rates are differences between one frame and the next, as films show
+  them: a central difference would hide half of a leap.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from sumo3dviz_pt.motion.headings import REAR_AXLE
 from sumo3dviz_pt.motion.samples import wrapped
 
 JUMP_FACTOR = 1.5
-"""A frame may move by this much more than the logged speed says ..."""
+"""A frame may move by this many times the logged speed x time ..."""
 
 JUMP_SLACK = 0.02
 """... and by two centimetres: SUMO rounds to one [m]."""
 
 _SLOW = 0.3
-"""Below it the direction of the velocity is noise, and the heading stands for it [m/s]."""
+"""Slower than this the velocity's direction is noise; the heading is used instead [m/s]."""
 
 _CHUNK = 32
-"""Places that are measured together: those of a stretch of road."""
+"""Number of places that are measured together; they lie on a short stretch of road."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,8 +47,8 @@ class MotionMeasures:
         sideways: Acceleration across the path, to the left, (n,) [m/s2].
         jerks: Size of the change of acceleration, (n,) [m/s3], >= 0.
         heading_rates: To the next frame, counter-clockwise, (n,) [rad/s].
-        crabs: Sideways speed of the rear axle, to the left, (n,) [m/s]; tyres allow none.
-        jumps: Way to the next frame, (n,) [m], >= 0.
+        crabs: Sideways speed of the rear axle, to the left, (n,) [m/s]; 0 for real tyres.
+        jumps: Distance to the next frame, (n,) [m], >= 0.
     """
 
     speeds: Floats
@@ -65,8 +65,8 @@ class Peak:
     """A largest value.
 
     Attributes:
-        value: With its sign.
-        time: When [s].
+        value: The value with its sign.
+        time: Its time [s].
     """
 
     value: float
@@ -74,12 +74,12 @@ class Peak:
 
 
 def measure(motion: Motion, *, step: float, length: float) -> MotionMeasures:
-    """All measures of motion at uniform times.
+    """Return all measures of motion at uniform times.
 
     Args:
-        motion: n times that follow each other by `step`.
-        step: [s], > 0.
-        length: Of the body [m].
+        motion: Motion at n times that are `step` apart.
+        step: Time between them [s], > 0.
+        length: Length of the body [m].
     """
     places, yaws = motion.positions[:, :2], motion.yaws
     moving = velocities(places, step=step)
@@ -96,21 +96,21 @@ def measure(motion: Motion, *, step: float, length: float) -> MotionMeasures:
 
 
 def velocities(places: Floats, *, step: float) -> Floats:
-    """Central differences of places, (n, 2) [m] to (n, 2) [m/s]."""
+    """Return central differences of places, (n, 2) [m] to (n, 2) [m/s]."""
     found = np.full(places.shape, np.nan)
     found[1:-1] = (places[2:] - places[:-2]) / (2.0 * step)
     return found
 
 
 def accelerations(places: Floats, yaws: Floats, *, step: float) -> tuple[Floats, Floats]:
-    """Acceleration along and across the path, (n,) [m/s2] each.
+    """Return the acceleration along and across the path, (n,) [m/s2] each.
 
-    Along is the direction of the velocity; of what hardly moves, the heading.
+    Along is the direction of the velocity, or that of the heading where it hardly moves.
 
     Args:
         places: (n, 2) [m].
         yaws: (n,) [rad].
-        step: [s].
+        step: Time between them [s].
     """
     found = np.full(places.shape, np.nan)
     found[1:-1] = (places[2:] - 2.0 * places[1:-1] + places[:-2]) / step**2
@@ -126,7 +126,7 @@ def accelerations(places: Floats, yaws: Floats, *, step: float) -> tuple[Floats,
 
 
 def jerks(places: Floats, *, step: float) -> Floats:
-    """Size of the third derivative of places, (n, 2) [m] to (n,) [m/s3]."""
+    """Return the size of the third derivative of places, (n, 2) [m] to (n,) [m/s3]."""
     found = np.full(len(places), np.nan)
     if len(places) >= 5:
         third = places[4:] - 2.0 * places[3:-1] + 2.0 * places[1:-3] - places[:-4]
@@ -135,45 +135,52 @@ def jerks(places: Floats, *, step: float) -> Floats:
 
 
 def heading_rates(yaws: Floats, *, step: float) -> Floats:
-    """Turn to the next frame, the shorter way round, (n,) [rad] to (n,) [rad/s]."""
+    """Return the turn to the next frame, the shorter way round, (n,) [rad] to (n,) [rad/s]."""
     found = np.full(yaws.shape, np.nan)
     found[:-1] = wrapped(np.diff(yaws)) / step
     return found
 
 
 def crabs(places: Floats, yaws: Floats, *, step: float, axle: float) -> Floats:
-    """Speed across the body of the point `axle` [m] behind the front, (n,) [m/s]."""
+    """Return the speed of the rear axle across the body, (n,) [m/s].
+
+    Args:
+        places: Positions of the front, (n, 2) [m].
+        yaws: (n,) [rad].
+        step: Time between them [s].
+        axle: Distance of the axle behind the front [m].
+    """
     heading = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
     moving = velocities(places - axle * heading, step=step)
     return np.asarray(moving[:, 1] * heading[:, 0] - moving[:, 0] * heading[:, 1])
 
 
 def jumps(places: Floats) -> Floats:
-    """Way to the next frame, (n, 2) [m] to (n,) [m]."""
+    """Return the distance to the next frame, (n, 2) [m] to (n,) [m]."""
     found = np.full(len(places), np.nan)
     found[:-1] = np.linalg.norm(np.diff(places, axis=0), axis=1)
     return found
 
 
-def excess(ways: Floats, speeds: Floats, *, step: float) -> Floats:
-    """How much further frames jump than 1.5 x logged speed x step + 2 cm, (n,) [m].
+def excess(jumped: Floats, speeds: Floats, *, step: float) -> Floats:
+    """Return how much further frames jump than 1.5 x logged speed x step + 2 cm, (n,) [m].
 
     Args:
-        ways: Of `jumps`, (n,) [m].
-        speeds: As logged, the larger of the samples around each frame, (n,) [m/s].
-        step: [s].
+        jumped: Distances from `jumps`, (n,) [m].
+        speeds: The larger logged speed of the samples around each frame, (n,) [m/s].
+        step: Time between the frames [s].
     """
-    return np.asarray(ways - (JUMP_FACTOR * speeds * step + JUMP_SLACK))
+    return np.asarray(jumped - (JUMP_FACTOR * speeds * step + JUMP_SLACK))
 
 
 def largest(values: Floats, times: Floats, *, count: int = 1, apart: float = 1.0) -> list[Peak]:
-    """The largest values by size, each as one peak.
+    """Return the largest values by size, each as one peak.
 
     Args:
         values: (n,), may hold NaN.
         times: (n,) [s].
-        count: At most so many.
-        apart: What lies nearer belongs to a larger peak [s].
+        count: Largest number of peaks.
+        apart: Values nearer than this to a larger peak belong to it [s].
     """
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0)
     found: list[Peak] = []
@@ -189,11 +196,11 @@ def largest(values: Floats, times: Floats, *, count: int = 1, apart: float = 1.0
 
 
 def offsets(places: Floats, lines: Sequence[Floats]) -> Floats:
-    """Distances from the nearest of some lines, positive to its left, (n,) [m].
+    """Return distances from the nearest of some lines, positive to its left, (n,) [m].
 
     Args:
         places: (n, 2) [m].
-        lines: Polylines, (k, 2) [m] each, k >= 2; none give NaN.
+        lines: Polylines, (k, 2) [m] each, k >= 2; without any the result is NaN.
     """
     if not lines:
         return np.full(len(places), np.nan)
@@ -208,7 +215,7 @@ def offsets(places: Floats, lines: Sequence[Floats]) -> Floats:
 
 
 def _candidates(places: Floats, starts: Floats, along: Floats) -> Bools:
-    """Which stretches can be the nearest of some places that lie together, (m,)."""
+    """Return which stretches can be the nearest of any place; the places lie together, (m,)."""
     middle = (places.min(axis=0) + places.max(axis=0)) / 2.0
     reach = float(np.linalg.norm(places - middle, axis=1).max())
     half = np.linalg.norm(along, axis=1) / 2.0
@@ -217,7 +224,7 @@ def _candidates(places: Floats, starts: Floats, along: Floats) -> Bools:
 
 
 def _nearest(places: Floats, starts: Floats, along: Floats) -> Floats:
-    """Signed distances from the nearest of some stretches, (n,) [m]."""
+    """Return signed distances from the nearest of some stretches, (n,) [m]."""
     lengths = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     units = along / lengths[:, None]
     part = places[:, None, :] - starts

@@ -1,8 +1,7 @@
-"""What a smoother is given and the two values that every smoother needs.
+"""Logged samples of one unbroken stretch of time, and their moving averages.
 
-A piece of a trace becomes `LoggedSamples`; moving averages of their piecewise linear
-interpolation have a closed form through its antiderivative, so that a smoothed
-value can be asked at any real time, whatever the frame rate.
+The moving average of a piecewise linear function has a closed form through its integral, so a
+smoothed value is known at any real time, whatever the frame rate.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class LoggedSamples:
         slopes: Nose up, (n,) [rad].
         speeds: (n,) [m/s]; NaN where the log has none.
         lanes: Index into the log's lane names, (n,); -1 where the log has none.
-        offsets: Place along the lane, (n,) [m]; NaN where the log has none.
+        offsets: Position along the lane, (n,) [m]; NaN where the log has none.
     """
 
     times: Floats
@@ -41,7 +40,7 @@ class LoggedSamples:
     offsets: Floats
 
     def part(self, which: slice | Ints) -> LoggedSamples:
-        """Some of the samples, in their order."""
+        """Return some of the samples, in their order."""
         return LoggedSamples(*(getattr(self, item.name)[which] for item in fields(self)))
 
 
@@ -52,8 +51,8 @@ class PiecewiseLinear:
     Attributes:
         knots: Strictly increasing, (n,) [s], n >= 2.
         values: At the knots, (n, k).
-        rates: Of each stretch, (n - 1, k).
-        integrals: From the first knot to each knot, (n, k).
+        rates: Change per second of each stretch between knots, (n - 1, k).
+        integrals: Integrals from the first knot to each knot, (n, k).
     """
 
     knots: Floats
@@ -63,7 +62,7 @@ class PiecewiseLinear:
 
     @classmethod
     def through(cls, knots: Floats, values: Floats) -> PiecewiseLinear:
-        """Join points, (n,) [s] and (n, k), by straight lines."""
+        """Join values, (n, k), at knots, (n,) [s], by straight lines."""
         steps = np.diff(knots)[:, None]
         areas = np.cumsum(steps * (values[1:] + values[:-1]) / 2.0, axis=0)
         return cls(
@@ -74,14 +73,13 @@ class PiecewiseLinear:
         )
 
     def average(self, times: Floats, *, half_width: float) -> tuple[Floats, Floats]:
-        """Centred moving average and its derivative.
+        """Return the centred moving average and its derivative.
 
-        The window shrinks symmetrically towards the ends, where it vanishes, so that the
-        first and the last value are exact and the average never runs faster than the
-        function itself.
+        The window shrinks symmetrically towards the ends, where it vanishes. So the first and
+        the last value are exact, and the average never changes faster than the function itself.
 
         Args:
-            times: Within the knots, (m,) [s].
+            times: Times within the knots, (m,) [s].
             half_width: Half the window [s].
 
         Returns:
@@ -92,7 +90,7 @@ class PiecewiseLinear:
         low, high = self._stretch(times - half), self._stretch(times + half)
         value_low, area_low = self._value_and_area(times - half, low)
         value_high, area_high = self._value_and_area(times + half, high)
-        # Within one stretch the average is the middle, without dividing by a vanishing width.
+        # Within one stretch the average is the middle value; no vanishing width divides it.
         straight = ((low == high) | (half < 1e-9))[:, None]
         width = np.where(straight, 1.0, 2.0 * half[:, None])
         averages = np.where(
@@ -108,22 +106,37 @@ class PiecewiseLinear:
         return averages, np.where(straight, self.rates[low], rates)
 
     def _stretch(self, times: Floats) -> Places:
-        """Number of the stretch in which each time lies, (m,)."""
+        """Return the number of the stretch in which each time lies, (m,)."""
         return np.searchsorted(self.knots[1:-1], times, side="right")
 
     def _value_and_area(self, times: Floats, stretch: Places) -> tuple[Floats, Floats]:
-        """Value and integral from the first knot, (m, k) each."""
+        """Return values and integrals from the first knot, (m, k) each."""
         since = (times - self.knots[stretch])[:, None]
         start, rate = self.values[stretch], self.rates[stretch]
         values = start + rate * since
         return values, self.integrals[stretch] + since * (start + values) / 2.0
 
 
+def absolute_times(begin: float, end: float, *, step: float) -> Floats:
+    """Return both ends of a time span and the multiples of `step` between them, (n,) [s].
+
+    As the times between are absolute, moving the beginning or the end moves none of them.
+
+    Args:
+        begin: First time [s].
+        end: Last time [s].
+        step: Time between the others [s].
+    """
+    inner = np.arange(np.ceil(begin / step), np.floor(end / step) + 1.0) * step
+    inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]
+    return np.concatenate([[begin], inner, [end]])
+
+
 def wrapped(angles: Floats) -> Floats:
-    """The same angles in [-pi, pi), any shape [rad]."""
+    """Return the same angles in [-pi, pi), any shape [rad]."""
     return np.mod(angles + np.pi, 2.0 * np.pi) - np.pi
 
 
 def nearest_turn(angles: Floats, reference: Floats) -> Floats:
-    """The same angles, on the turn of 2 pi that is nearest to a reference [rad]."""
+    """Return angles plus the multiples of 2 pi that bring them nearest a reference [rad]."""
     return reference + wrapped(angles - reference)

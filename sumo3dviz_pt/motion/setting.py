@@ -1,10 +1,9 @@
-"""What a smoother knows beside the samples: the lanes, and how the log means its speeds.
+"""What a smoother knows besides the samples: the lanes, and what the logged speeds mean.
 
-References:
-    shared facts on motion, section 2. A log of SUMO's default integration (Euler) that is
-    written at every step holds v_k = (s_k - s_k-1) / dt: nothing that the places do not
-    say, and wrong as a rate. Ballistic runs, action steps and logs thinner than the steps
-    hold the rate itself.
+A log of SUMO's default integration (Euler) that is written at every step holds the speeds
+v_k = (s_k - s_k-1) / dt. They say nothing that the positions do not say, and they are half a
+step late as rates. Ballistic runs, runs with action steps, and logs that leave out steps hold
+the rate itself.
 """
 
 from __future__ import annotations
@@ -16,36 +15,36 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import Trace, VehicleType
-from sumo3dviz_pt.motion.track import Tracks
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.track import Tracks
 
 _CHANGING = 0.2
-"""Only where speeds differ by more do the two meanings differ [m/s]."""
+"""The two meanings of speeds can be told apart only where speeds change by more than this [m/s]."""
 
 _EXACT = 0.01
-"""An Euler log's places and speeds agree to its rounding [m]."""
+"""Positions and speeds of an Euler log agree within this distance, its rounding [m]."""
 
 _ENOUGH = 20
-"""So many steps make a verdict on one vehicle."""
+"""Steps that are needed for a verdict on a single vehicle."""
 
 _LENGTHS: Mapping[str, float] = {"vehicle": 5.0, "person": 0.6, "container": 6.1}
-"""Where the type is not known [m]."""
+"""Length over which a body follows its front where its type is unknown, by kind [m]."""
 
 _SHORTEST = 0.6
-"""A body follows its front over at least this length [m]: SUMO's people are 0.2 m long."""
+"""Shortest length over which a body follows its front [m]: SUMO's people are 0.2 m long."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """What a smoother knows beside the samples.
+    """What a smoother knows besides the samples of one road user.
 
     Attributes:
         tracks: Lines along the lanes; None where no network is given.
-        lane_names: That the samples' lanes index.
-        euler: Whether speeds are backward differences, and so no rates.
+        lane_names: Lane ids; the lane numbers of samples index them.
+        euler: Whether speeds are backward differences of positions instead of rates.
         kind: `vehicle`, `person` or `container`.
-        length: Over which the body follows its front [m].
-        rests: Whether the samples begin and end at rest, whatever their speeds.
+        length: Length over which the body follows its front [m].
+        rests: Whether the samples begin, and whether they end, at rest whatever the speeds say.
     """
 
     tracks: Tracks | None = None
@@ -56,20 +55,20 @@ class Setting:
     rests: tuple[bool, bool] = (False, False)
 
     @property
-    def ways(self) -> Ways | None:
-        """The lanes; None where no network is given."""
-        return None if self.tracks is None else self.tracks.ways
+    def graph(self) -> LaneGraph | None:
+        """The graph of the lanes; None where no network is given."""
+        return None if self.tracks is None else self.tracks.graph
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogSettings:
-    """The settings of a whole log.
+    """What smoothers know about a whole log.
 
     Attributes:
         tracks: Lines along the lanes; None where no network is given.
-        lane_names: Of the log.
-        types: By id.
-        euler: Whether the log's speeds are backward differences.
+        lane_names: Lane ids of the log.
+        types: Vehicle types by id.
+        euler: Whether the log's speeds are backward differences of positions.
     """
 
     tracks: Tracks | None = None
@@ -78,7 +77,7 @@ class LogSettings:
     euler: bool = False
 
     def of(self, trace: Trace) -> Setting:
-        """The setting of one trace."""
+        """Return the setting of one trace."""
         verdict = is_euler([trace], least=_ENOUGH)
         return Setting(
             self.tracks if trace.kind == "vehicle" else None,
@@ -90,9 +89,9 @@ class LogSettings:
 
 
 def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
-    """The length over which a body follows its front [m].
+    """Return the length over which a body follows its front [m].
 
-    SUMO's angle of a train is that of its locomotive.
+    For a train that is its locomotive's length, because SUMO logs the locomotive's angle.
     """
     if trace.type_id not in types:
         return _LENGTHS[trace.kind]
@@ -105,14 +104,14 @@ def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
 
 
 def is_euler(traces: Iterable[Trace], *, least: int = 1) -> bool | None:
-    """Whether speeds are backward differences of places.
+    """Whether speeds are backward differences of positions.
 
     Args:
-        traces: Of one log.
-        least: So many telling steps are needed.
+        traces: Traces of one log.
+        least: Number of steps with a clear change of speed that a verdict needs.
 
     Returns:
-        None where too few steps tell.
+        The verdict, or None where there are fewer such steps.
     """
     backward, mean = [], []
     for trace in traces:
@@ -128,11 +127,11 @@ def is_euler(traces: Iterable[Trace], *, least: int = 1) -> bool | None:
 
 
 def _moved(trace: Trace) -> Floats:
-    """Way along one lane between samples, (n - 1,) [m]; NaN where it is not known."""
+    """Return the distances driven between samples, (n - 1,) [m]; NaN where they are unknown."""
     if len(trace.offsets) != len(trace.times):
-        # Without places on lanes: straight ways, which bends shorten.
+        # Without offsets on lanes only straight steps tell: a bend is longer than its chord.
         straight = np.abs(np.diff(np.unwrap(trace.yaws))) < 1e-3
-        ways = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
-        return np.where(straight, ways, np.nan)
+        lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
+        return np.where(straight, lengths, np.nan)
     same = (np.diff(trace.lanes) == 0) & (trace.lanes[1:] >= 0)
     return np.where(same, np.diff(trace.offsets), np.nan)

@@ -16,9 +16,9 @@ from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 from sumo3dviz_pt.model.trajectory import Motion, MotionPiece, Trajectory
 from sumo3dviz_pt.motion import measures
-from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
 from sumo3dviz_pt.motion.setting import body_length, is_euler
-from sumo3dviz_pt.motion.ways import Ways
 from sumo3dviz_pt.pipeline.motion.pop_ups import pop_ups
 from sumo3dviz_pt.pipeline.production import read
 from sumo3dviz_pt.report.motion.report import (
@@ -188,7 +188,7 @@ def frame_grid(piece: MotionPiece, *, step: float) -> Floats:
 def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[UserGroup, ...]:
     """Measure everyone."""
     kinds: dict[str, _KindCensus] = {}
-    keeping = LaneKeeping(Ways(network), users[0].lane_names) if users else None
+    keeping = LaneKeeping(LaneGraph(network), users[0].lane_names) if users else None
     for number, user in enumerate(users):
         announce(Doing.MEASURE, number, len(users))
         census = kinds.setdefault(user.trajectory.kind, _KindCensus())

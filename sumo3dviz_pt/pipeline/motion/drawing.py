@@ -15,8 +15,8 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.motion import measures
-from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
 from sumo3dviz_pt.pipeline.motion.checks import User, users_of
 from sumo3dviz_pt.pipeline.production import check_target, read
 from sumo3dviz_pt.report.extra import check_extra
@@ -87,7 +87,7 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) ->
         ConfigError: If it is not there at the wanted times.
     """
     first, last = _window(user, wanted)
-    keeping = LaneKeeping(Ways(scenario.network), user.lane_names)
+    keeping = LaneKeeping(LaneGraph(scenario.network), user.lane_names)
     centres = [lane.shape[:, :2] for lane in keeping.lanes_of(user.trace)]
     logged = _logged(user, first, last, centres)
     shown = _shown(user, first, last, centres)

@@ -23,7 +23,7 @@ _COLOURS: Mapping[str, str] = MappingProxyType(
         "parking": PALETTE[1],
         "reversing": PALETTE[4],
         "no lanes": "0.55",
-        "no way": "#b3a000",
+        "no route": "#b3a000",
         "off lane": "#8c564b",
         "gap": "0.25",
         "teleport": "0.25",

@@ -16,7 +16,7 @@ _MOST_LISTED = 20
 FALLBACKS: Mapping[str, str] = MappingProxyType(
     {
         "no lanes": "the log names no lanes",
-        "no way": "no way between two lanes fits",
+        "no route": "no route between two lanes fits",
         "off lane": "place contradicts the lane",
     }
 )

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from drives import Way, drive, network_of, road, trace_of
 
-from sumo3dviz_pt.motion.driven import Driven, absolute_times
-from sumo3dviz_pt.motion.hermite import bridge
-from sumo3dviz_pt.motion.pieces import split
+from sumo3dviz_pt.motion.driven import STEP, Driven
+from sumo3dviz_pt.motion.samples import absolute_times
 from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.smoothers.hermite import bridge
+from sumo3dviz_pt.motion.splitting import split
 
 RADIUS = 20.0
 
@@ -41,33 +42,33 @@ def off_circle(points):
 
 
 def test_absolute_times_do_not_depend_on_the_begin():
-    one, two = absolute_times(3.03, 9.27), absolute_times(5.55, 9.27)
+    one, two = (absolute_times(begin, 9.27, step=STEP) for begin in (3.03, 5.55))
     assert one[0] == 3.03 and one[-1] == 9.27 and two[0] == 5.55
     np.testing.assert_allclose(one[1:-1], np.arange(31, 93) / 10.0)
     assert set(two[1:].tolist()) <= set(one.tolist())
 
 
 def test_absolute_times_have_both_ends_once():
-    np.testing.assert_allclose(absolute_times(1.0, 1.3), [1.0, 1.1, 1.2, 1.3])
-    np.testing.assert_array_equal(absolute_times(1.01, 1.02), [1.01, 1.02])
+    np.testing.assert_allclose(absolute_times(1.0, 1.3, step=STEP), [1.0, 1.1, 1.2, 1.3])
+    np.testing.assert_array_equal(absolute_times(1.01, 1.02, step=STEP), [1.01, 1.02])
 
 
-# Way ---------------------------------------------------------------------------------------
+# Travelled ---------------------------------------------------------------------------------
 
 
 def test_way_on_a_circle_is_its_arc():
     driven = driven_of(on_a_circle())
     asked = np.linspace(0.0, 7.0, 61)
-    ways = driven.way_at(asked, driven.front.at(asked).positions)
-    np.testing.assert_allclose(ways, 5.0 * asked, atol=0.02)
-    assert np.diff(ways).min() >= 0.0
+    travelled = driven.travelled_at(asked, driven.front.at(asked).positions)
+    np.testing.assert_allclose(travelled, 5.0 * asked, atol=0.02)
+    assert np.diff(travelled).min() >= 0.0
 
 
 def test_way_is_level():
     times = np.arange(0.0, 6.0)
     xyz = np.column_stack([3.0 * times, 4.0 * times, 2.0 * times])
     driven = driven_of(trace_of(times, xyz, np.arctan2(4.0, 3.0), 5.0, exact=True))
-    assert driven.ways[-1] == pytest.approx(25.0, abs=1e-6)
+    assert driven.travelled[-1] == pytest.approx(25.0, abs=1e-6)
 
 
 def test_standing_adds_no_way():
@@ -75,8 +76,8 @@ def test_standing_adds_no_way():
     along = np.clip(4.0 * times, 0.0, 40.0) + np.clip(4.0 * (times - 80.0), 0.0, None)
     driven = driven_of(trace_of(times, np.column_stack([along, 0 * along]), 0.0, exact=True))
     asked = np.linspace(10.0, 80.0, 300)
-    ways = driven.way_at(asked, driven.front.at(asked).positions)
-    np.testing.assert_allclose(ways, 40.0, atol=1e-9)
+    travelled = driven.travelled_at(asked, driven.front.at(asked).positions)
+    np.testing.assert_allclose(travelled, 40.0, atol=1e-9)
     # Much of a city stands: no knots there.
     assert ((driven.knots > 11.5) & (driven.knots < 78.5)).sum() == 0
     behind = driven.points_at(np.array([35.0, 39.99, 40.0, 40.01]))
@@ -88,9 +89,9 @@ def test_standing_adds_no_way():
 
 def test_points_of_the_way_lie_where_the_front_was():
     driven = driven_of(on_a_circle())
-    ways = np.linspace(0.0, driven.ways[-1], 57)
-    points = driven.points_at(ways)
-    turned = ways / RADIUS
+    travelled = np.linspace(0.0, driven.travelled[-1], 57)
+    points = driven.points_at(travelled)
+    turned = travelled / RADIUS
     expected = RADIUS * np.column_stack([np.sin(turned), 1.0 - np.cos(turned)])
     np.testing.assert_allclose(points[:, :2], expected, atol=0.03)
 
@@ -99,8 +100,8 @@ def test_points_of_the_way_lie_where_the_front_was():
 def test_the_past_lies_on_the_circle_that_the_angles_tell(length):
     driven = driven_of(on_a_circle(length=length, speed=3.0), length=length)
     # Where the rear was at the samples of the first length: on the path.
-    assert driven.past_ways[0] == pytest.approx(-length, abs=1e-9)
-    assert driven.past_ways[-1] == 0.0 and (np.diff(driven.past_ways) > 0.0).all()
+    assert driven.past_travelled[0] == pytest.approx(-length, abs=1e-9)
+    assert driven.past_travelled[-1] == 0.0 and (np.diff(driven.past_travelled) > 0.0).all()
     assert len(driven.past) >= 3
     # The chord is a little shorter than the body's way, so the rear lies a little outside.
     slack = length**3 / RADIUS**2 / 24.0 + 0.01

@@ -16,8 +16,8 @@ from sumo3dviz_pt.motion.headings import (
     slopes_of,
     tractrix,
 )
-from sumo3dviz_pt.motion.hermite import CurveFront
-from sumo3dviz_pt.motion.pieces import split
+from sumo3dviz_pt.motion.smoothers.hermite import CurveFront
+from sumo3dviz_pt.motion.splitting import split
 
 TIMES = np.arange(0.0, 10.0, 0.1)
 

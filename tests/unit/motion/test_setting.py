@@ -8,9 +8,9 @@ from drives import TYPES, drive, log_of, road, straight, trace_of
 
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.motion import settings_of
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.track import Tracks
 from sumo3dviz_pt.motion.setting import LogSettings, Setting, body_length, is_euler
-from sumo3dviz_pt.motion.track import Tracks
-from sumo3dviz_pt.motion.ways import Ways
 
 
 def swinging(t):
@@ -113,14 +113,14 @@ def test_a_vehicle_that_tells_enough_decides_for_itself():
 
 
 def test_only_vehicles_follow_lanes():
-    tracks = Tracks(Ways(straight()))
+    tracks = Tracks(LaneGraph(straight()))
     settings = LogSettings(tracks=tracks, lane_names=("a_0",))
     vehicle, person = logged(euler=False), logged(euler=False, kind="person")
     assert settings.of(vehicle).tracks is tracks
-    assert settings.of(vehicle).ways is tracks.ways
-    assert settings.of(person).tracks is None and settings.of(person).ways is None
+    assert settings.of(vehicle).graph is tracks.graph
+    assert settings.of(person).tracks is None and settings.of(person).graph is None
     assert settings.of(person).kind == "person"
-    assert Setting().ways is None
+    assert Setting().graph is None
 
 
 def test_settings_of_a_log():
@@ -128,7 +128,7 @@ def test_settings_of_a_log():
     log = log_of(logged(euler=True), names=way.names)
     known = settings_of(log, network=network, types=TYPES)
     assert known.euler is True and known.lane_names == ("a_0",)
-    assert known.tracks.ways.network is network
+    assert known.tracks.graph.network is network
     assert settings_of(log).tracks is None
 
 

@@ -49,7 +49,7 @@ def test_lanes_that_the_network_lacks(name, heading):
     names = tuple(f"elsewhere_{k}" for k in range(len(way.names)))
     trajectory = shown(trace, "lane", network, names, heading=heading)
     assert_sound(trajectory, trace)
-    assert kinds_of(trajectory) & {"no lanes", "no way", "off lane"}
+    assert kinds_of(trajectory) & {"no lanes", "no route", "off lane"}
     assert worst(trajectory, way, steady, 20.0) <= 0.6
 
 
@@ -67,7 +67,7 @@ def test_lanes_lost_for_some_seconds(name, lost):
         trace = replace(trace, offsets=np.where(gone, 3.0, trace.offsets))
     trajectory = shown(trace, "lane", network, way.names)
     assert_sound(trajectory, trace)
-    remarks = [r for r in trajectory.remarks if r.kind in ("no lanes", "no way", "off lane")]
+    remarks = [r for r in trajectory.remarks if r.kind in ("no lanes", "no route", "off lane")]
     assert min(r.begin for r in remarks) == pytest.approx(6.0, abs=1.0)
     assert max(r.end for r in remarks) == pytest.approx(13.0, abs=1.0)
     assert worst(trajectory, way, steady, 20.0) <= 0.6

@@ -40,7 +40,7 @@ def report(**changes):
         speeds="instant",
         remarks=(
             finding("v0", "parking", value=3.2, time=2.0, end=5.0),
-            finding("v1", "no way", value=8.0, time=6.0, end=7.0),
+            finding("v1", "no route", value=8.0, time=6.0, end=7.0),
             finding("v1", "steep", value=np.pi / 4, time=3.0, end=4.0),
             finding("v1", "lane change", value=3.2, time=8.0, end=12.0),
         ),
@@ -58,7 +58,7 @@ def test_words_hold_ids_times_and_places():
         "post, 4 to 5 s: 1 appear in the picture, 0 vanish",
         "v1 appears at 3 s, 31 m away, on w_0 at 12.0, -4.8",
         "v0, 2 to 5 s: 3.20 m, on w_0 at 12.0, -4.8",
-        "no way         1 times, 1 road user, 1.0 s together (no way between two lanes fits",
+        "no route       1 times, 1 road user, 1.0 s together (no route between two lanes fits",
         "lane change    1 times, 1 road user, 4.0 s together",
         "v1, 6 to 7 s: 8.00 s, on w_0",
         "v1, 3 to 4 s: 45°, on w_0",
@@ -86,7 +86,7 @@ def test_json_knows_no_nan():
     content = json.loads(json.dumps(report().as_dict(), allow_nan=False))
     assert content["groups"][0]["extremes"][1]["p99"] is None
     assert [remark["kind"] for remark in content["remarks"]] == [
-        "parking", "no way", "steep", "lane change"
+        "parking", "no route", "steep", "lane change"
     ]  # fmt: skip
 
 

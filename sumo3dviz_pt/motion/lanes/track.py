@@ -7,9 +7,9 @@ closed form: each corner bends the line within reach of it, and nothing else cha
 
 References:
     J. W. Tukey, Exploratory Data Analysis, 1977, chapter 16 (twicing): 2 K - K * K has no
-    second moment, so that arcs stay where they are. The plain triangle of 2 m that shared
-    facts on motion, section 5.2, recommend moves a bend of 8 m by 4 cm and costs half the
-    heading's accuracy at the same jerk (docs/internals/motion.md).
+    second moment, so that arcs stay where they are. A plain triangle of 2 m would move a bend
+    of 8 m radius by 4 cm, and its headings are half as accurate at the same jerk
+    (docs/internals/motion.md).
 """
 
 from __future__ import annotations
@@ -21,41 +21,48 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.motion.curves import cubic
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
 from sumo3dviz_pt.motion.samples import Places
-from sumo3dviz_pt.motion.ways import Ways
 
 TIGHTEST, WIDEST = 2.25, 10.0
-"""Half the width of the triangle that averages, at corners and at faint bends [m]."""
+"""Half the width of the averaging triangle at corners and at faint bends [m]."""
 
 _BEND = 0.3
-"""Width times bend: a corner is cut by a tenth of it, 3 cm, where it is not tight [m]."""
+"""Half width times bend of the triangle where a corner is not tight [m].
+
+Such a corner is cut by a tenth of this, 3 cm.
+"""
 
 REACH = 2.0 * WIDEST
-"""What is further from a bend is as the polyline is [m]."""
+"""Further from a bend than this the rounded line is the polyline itself [m]."""
 
 _TOUCHING = 1e-6
-"""Points of a track at least so far apart [m]."""
+"""Smallest distance between points of a track [m]."""
 
 _GRAIN = 0.5
-"""The rounded line is known at places so far apart [m]."""
+"""Distance between the knots of the rounded line [m]."""
 
 _STRAIGHT = 1e-5
-"""Fainter bends are none [rad]."""
+"""Fainter bends count as straight [rad]."""
 
 _RAMP = 4.0
-"""Lanes that do not join are bent over so much road, and so many times the gap [m]."""
+"""Lanes that do not join are bent towards each other over this length [m].
+
+Over gaps wider than 1 m, the length is this many times the gap.
+"""
 
 _JOG_REACH, _JOG = 4.0, 0.6
-"""Corners so near to one another that lead aside by less are no bend [m]."""
+"""Corners within the first distance of each other that lead aside by less than the second are no
+bend [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Bends:
-    """Corners that are rounded alike.
+    """Corners that are rounded together.
 
     Attributes:
-        stations: Rising, (n,) [m].
-        bends: Change of tangent, (n, 3).
+        stations: Stations of the corners, rising, (n,) [m].
+        bends: Changes of tangent, (n, 3).
         widths: Half the width of the triangle at each, (n,) [m].
         reach: Twice the largest of them [m].
     """
@@ -66,7 +73,7 @@ class _Bends:
     reach: float
 
     def add(self, stations: Floats, points: Floats, tangents: Floats) -> None:
-        """Round points and tangents, (m, 3) each, in place."""
+        """Round points and tangents, (m, 3) each, at stations, (m,) [m]; both change in place."""
         first = np.searchsorted(self.stations, stations - self.reach, side="right")
         last = np.searchsorted(self.stations, stations + self.reach, side="left")
         for step in range(int((last - first).max(initial=0))):
@@ -81,12 +88,12 @@ class _Bends:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Polyline:
-    """A polyline over its stations, and the rounded line.
+    """A polyline by station, and the rounded line.
 
     Attributes:
-        stations: Strictly increasing, (n,) [m], n >= 2.
+        stations: Stations of the points, strictly increasing, (n,) [m], n >= 2.
         points: (n, 3) [m].
-        tangents: Of the stretches, (n - 1, 3).
+        tangents: Derivatives of the stretches between points, (n - 1, 3).
         knots: Evenly spaced, they cover the stations and `REACH` beyond, (m,) [m].
         rounded: Points and derivatives of the rounded line at the knots, (6, m).
     """
@@ -98,7 +105,7 @@ class Polyline:
     rounded: Floats = field(init=False)
 
     def __post_init__(self) -> None:
-        """Round once; every vehicle on these lanes asks again and again."""
+        """Round the line once for all vehicles on these lanes."""
         tangents = np.diff(self.points, axis=0) / np.diff(self.stations)[:, None]
         object.__setattr__(self, "tangents", tangents)
         count = int(np.ceil((self.stations[-1] - self.stations[0] + 2.0 * REACH) / _GRAIN)) + 1
@@ -110,15 +117,16 @@ class Polyline:
         object.__setattr__(self, "rounded", np.concatenate([points.T, ahead.T]))
 
     def corners_at(self, stations: Floats) -> tuple[Floats, Floats]:
-        """Points and derivatives of the polyline itself, as SUMO sees it, (m, 3) each."""
+        """Return points and derivatives of the unrounded polyline, (m, 3) each."""
         index = np.searchsorted(self.stations[1:-1], stations, side="right")
         tangents = self.tangents[index]
         return self.points[index] + (stations - self.stations[index])[:, None] * tangents, tangents
 
     def at(self, stations: Floats) -> tuple[Floats, Floats]:
-        """Points and derivatives of the rounded line, (m, 3) each; straight on beyond both ends.
+        """Return points and derivatives of the rounded line, (m, 3) each.
 
-        Cubic Hermite between the knots: at most 0.2 mm off the average itself.
+        Beyond both ends the line goes straight on. Between knots it is a cubic Hermite curve,
+        which is at most 0.2 mm off the average itself.
         """
         inside = np.minimum(np.maximum(stations, self.knots[0]), self.knots[-1])
         place = (inside - self.knots[0]) / _GRAIN
@@ -136,7 +144,7 @@ class Track:
     """A chain of lanes that begins at a station.
 
     Attributes:
-        line: Its stations count from 0.
+        line: The line along the lanes; its stations count from 0.
         begin: Station of its beginning [m].
     """
 
@@ -144,23 +152,23 @@ class Track:
     begin: float
 
     def corners_at(self, stations: Floats) -> tuple[Floats, Floats]:
-        """Points and derivatives of the lanes' own polylines, (m, 3) each."""
+        """Return points and derivatives of the lanes' own polylines, (m, 3) each."""
         return self.line.corners_at(stations - self.begin)
 
     def at(self, stations: Floats) -> tuple[Floats, Floats]:
-        """Points and derivatives of the rounded line, (m, 3) each."""
+        """Return points and derivatives of the rounded line, (m, 3) each."""
         return self.line.at(stations - self.begin)
 
 
 class Tracks:
-    """Centre lines of a network's lanes, each made when it is first asked for."""
+    """Centre lines of a network's lanes; each is made when it is first needed."""
 
-    def __init__(self, ways: Ways) -> None:
-        self.ways = ways
+    def __init__(self, graph: LaneGraph) -> None:
+        self.graph = graph
         self._lines: dict[tuple[str, ...], Polyline] = {}
 
     def along(self, chain: Sequence[tuple[str, float]]) -> Track:
-        """The centre line along lanes.
+        """Return the centre line along lanes.
 
         Args:
             chain: Each lane and the station of its beginning, in order.
@@ -168,12 +176,12 @@ class Tracks:
         names = tuple(name for name, _ in chain)
         begin = chain[0][1]
         if names not in self._lines:
-            self._lines[names] = _polyline(self.ways, [(n, at - begin) for n, at in chain])
+            self._lines[names] = _polyline(self.graph, [(n, at - begin) for n, at in chain])
         return Track(self._lines[names], begin)
 
 
 def _bends(stations: Floats, turned: Floats) -> Iterator[_Bends]:
-    """Corners with their changes of tangent, (n, 3): tight ones, then faint ones."""
+    """Yield tight corners, then faint ones, from stations, (n,), and changes of tangent, (n, 3)."""
     size = np.linalg.norm(turned, axis=1)
     around = np.maximum(_turning(stations, turned, size), 1e-9)
     widths = np.clip(_BEND / around, TIGHTEST, WIDEST)
@@ -185,10 +193,10 @@ def _bends(stations: Floats, turned: Floats) -> Iterator[_Bends]:
 
 
 def _turning(stations: Floats, turned: Floats, size: Floats) -> Floats:
-    """How much the line turns around each corner, (n,) [rad].
+    """Return how much the line turns around each corner, (n,) [rad].
 
-    A bend that is drawn finely is tight, however faint its corners are. A jog turns back
-    at once: if it leads aside by little, it counts as straight.
+    A bend that is drawn with many points can be tight although each corner is faint. A jog
+    turns back at once; if it leads aside by little, it counts as straight.
     """
     around = _sums(size[:, None], *_near(stations, TIGHTEST))[:, 0]
     near = _near(stations, _JOG_REACH)
@@ -200,7 +208,7 @@ def _turning(stations: Floats, turned: Floats, size: Floats) -> Floats:
 
 
 def _near(stations: Floats, reach: float) -> tuple[Places, Places]:
-    """First place within a reach of each station and first place beyond it, (n,) each."""
+    """Return for each station the first index within reach and the first beyond, (n,) each."""
     return (
         np.searchsorted(stations, stations - reach, side="left"),
         np.searchsorted(stations, stations + reach, side="right"),
@@ -208,16 +216,20 @@ def _near(stations: Floats, reach: float) -> tuple[Places, Places]:
 
 
 def _sums(values: Floats, first: Places, last: Places) -> Floats:
-    """Sums of rows from first to before last, (n, k)."""
+    """Return sums of rows from `first` to before `last`, (n, k)."""
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     return np.asarray(total[last] - total[first])
 
 
 def _rounded(away: Floats, widths: Floats) -> tuple[Floats, Floats]:
-    """What rounding adds to a ramp that begins at 0 by distance from there, and its rate, (n,).
+    """Return what rounding adds to a ramp that begins at 0, and the rate of that, (n,) each.
 
-    A ramp averaged with the B-spline of order 2 or 4 (the triangle, and the triangle
-    twice) exceeds itself by truncated powers of the distance.
+    A ramp that is averaged with the B-spline of order 2 or 4 (the triangle, and the triangle
+    twice) exceeds itself by truncated powers of the distance from its beginning.
+
+    Args:
+        away: Distance from the beginning of the ramp, (n,) [m], >= 0.
+        widths: Half widths of the triangles, (n,) [m].
     """
     share = away / widths
     near, far = np.maximum(1.0 - share, 0.0), np.maximum(2.0 - share, 0.0)
@@ -226,25 +238,25 @@ def _rounded(away: Floats, widths: Floats) -> tuple[Floats, Floats]:
     return widths * moved, turned
 
 
-def _polyline(ways: Ways, lanes: Sequence[tuple[str, float]]) -> Polyline:
-    """Lanes from the stations of their beginnings, in order.
+def _polyline(graph: LaneGraph, lanes: Sequence[tuple[str, float]]) -> Polyline:
+    """Join lanes, given with the stations of their beginnings, to one polyline.
 
-    Where lanes do not join, both are bent towards the middle of the gap.
+    Where two lanes leave a gap, both are bent towards its middle.
     """
-    stations = [ways.stations(name) + begin for name, begin in lanes]
-    points = [ways.lane(name).shape for name, _ in lanes]
+    stations = [graph.stations(name) + begin for name, begin in lanes]
+    points = [graph.lane(name).shape for name, _ in lanes]
     for number in range(len(lanes) - 1):
         gap = points[number + 1][0] - points[number][-1]
         if np.linalg.norm(gap) > _TOUCHING:
             _join(stations, points, number, gap)
     along = np.concatenate(stations)
-    # Where one lane ends the next begins; of two points at one station the first counts.
+    # One lane begins where the one before it ends; of two points at one station the first counts.
     kept = np.concatenate([[True], along[1:] > np.maximum.accumulate(along)[:-1] + _TOUCHING])
     return Polyline(along[kept], np.concatenate(points)[kept])
 
 
 def _join(stations: list[Floats], points: list[Floats], number: int, gap: Floats) -> None:
-    """Bend two lanes towards the middle of the gap between them, over no more than half of each."""
+    """Bend two lanes towards the middle of a gap, each over at most half its length."""
     ramp = max(_RAMP, _RAMP * float(np.linalg.norm(gap)))
     for lane, end, share in ((number, -1, 0.5), (number + 1, 0, -0.5)):
         along, shape = stations[lane], points[lane]

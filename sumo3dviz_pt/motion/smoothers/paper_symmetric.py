@@ -1,14 +1,14 @@
 """The founding paper's smoother in continuous time, with exact ends.
 
 The windows of 21 and 41 frames at 25 frames a second are 0.84 s and 1.64 s of
-continuous time, and shrink symmetrically towards the ends of a piece, so that the
-first and last positions are exact and neither the frame rate nor the asked window
+continuous time. They shrink symmetrically towards the ends of a motion piece, so that the
+first and last positions are exact and neither the frame rate nor the shown window of time
 changes anything. The heading is that of the smoothed velocity where it exceeds
-0.75 m/s (0.03 m a frame), else the smoothed SUMO angle; it is unwrapped towards
+0.75 m/s (0.03 m a frame), else the smoothed SUMO angle. It is unwrapped towards
 SUMO's angle, so that a car that waits or sets off never spins.
 
-A velocity far off SUMO's angle is no heading: the vehicle reverses, or changes lanes
-at walking pace within one step. SUMO's angle is kept there.
+Where the velocity points far off SUMO's angle, the vehicle reverses or changes lanes within
+one step at walking pace. SUMO's angle is kept there.
 
 The paper's networks are flat. Here height and slope have a window of their own, 0.2 s:
 over 0.84 s a car sinks up to 1.9 m into a crest that it passes at 20 m/s.
@@ -22,36 +22,41 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.front import Front, FrontMotion
-from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.samples import LoggedSamples, PiecewiseLinear, nearest_turn
+from sumo3dviz_pt.motion.samples import (
+    LoggedSamples,
+    PiecewiseLinear,
+    absolute_times,
+    nearest_turn,
+)
 from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.smoothers.front import Front, FrontMotion
+from sumo3dviz_pt.motion.smoothers.registry import register
 
 POSITION_HALF_WIDTH = 0.42
-"""Half the window of places and SUMO's angle [s]."""
+"""Half the window of positions and of SUMO's angle [s]."""
 
 HEIGHT_HALF_WIDTH = 0.1
-"""Half the window of heights and slopes [s]: rounds the road's kinks, stays on the road."""
+"""Half the window of heights and slopes [s]; rounds the road's kinks but stays on the road."""
 
 HEADING_HALF_WIDTH = 0.82
 """Half the window of the heading [s]."""
 
 SLOWEST = 0.75
-"""Below this speed the velocity says nothing about the heading [m/s]."""
+"""Slower than this the velocity says nothing about the heading [m/s]."""
 
 LARGEST_CRAB = np.pi / 3
-"""A velocity further off SUMO's angle is no heading [rad]."""
+"""Largest angle between velocity and SUMO's angle at which the velocity leads [rad]."""
 
 HEADING_STEP = 0.02
-"""Headings are known at multiples of this time, and at a piece's ends [s]."""
+"""Headings are known at multiples of this time, and at both ends of a piece [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SmoothFront:
-    """Moving averages that can be asked at any time.
+    """Moving averages that are known at any time.
 
     Attributes:
-        origin: Subtracted from all positions, (3,) [m]; keeps digits far from zero.
+        origin: Position that is subtracted from all others to keep their digits, (3,) [m].
         path: x, y and SUMO's unwrapped yaw, (n, 3).
         rise: z and slope, (n, 2).
         heading: Unwrapped yaw before its averaging, (m, 1) [rad].
@@ -90,25 +95,17 @@ class SmoothFront:
 @register("paper_symmetric", heads=True)
 def paper_symmetric(samples: LoggedSamples, setting: Setting) -> Front:
     """Smooth in continuous time, with exact ends."""
-    del setting  # the paper uses nothing but places and angles
+    del setting  # the paper uses positions and angles only
     origin = samples.positions[0]
     place = samples.positions - origin
     path = PiecewiseLinear.through(samples.times, np.column_stack([place[:, :2], samples.yaws]))
     rise = PiecewiseLinear.through(samples.times, np.column_stack([place[:, 2], samples.slopes]))
-    knots = _heading_knots(float(samples.times[0]), float(samples.times[-1]))
+    knots = absolute_times(float(samples.times[0]), float(samples.times[-1]), step=HEADING_STEP)
     return SmoothFront(origin, path, rise, PiecewiseLinear.through(knots, _headings(path, knots)))
 
 
-def _heading_knots(begin: float, end: float) -> Floats:
-    """Absolute times, so that the asked window moves none of them, (m,) [s]."""
-    first, last = np.ceil(begin / HEADING_STEP), np.floor(end / HEADING_STEP)
-    inner = np.arange(first, last + 1) * HEADING_STEP
-    inner = inner[(inner > begin + 1e-6) & (inner < end - 1e-6)]
-    return np.concatenate([[begin], inner, [end]])
-
-
 def _headings(path: PiecewiseLinear, times: Floats) -> Floats:
-    """Unwrapped yaw of the velocity, or of SUMO's angle where that is better, (m, 1) [rad]."""
+    """Return the unwrapped yaw of the velocity, or SUMO's where that is better, (m, 1) [rad]."""
     averages, rates = path.average(times, half_width=POSITION_HALF_WIDTH)
     angles = averages[:, 2]
     along = nearest_turn(np.arctan2(rates[:, 1], rates[:, 0]), angles)

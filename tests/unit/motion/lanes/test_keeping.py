@@ -6,8 +6,8 @@ from drives import network_of
 
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.model.trajectory import Remark, Trajectory
-from sumo3dviz_pt.motion.lane_keeping import LaneKeeping
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
 
 NAMES = ("a_0", "b_0", "a_1")
 NETWORK = network_of(
@@ -34,14 +34,14 @@ def trace_of(x, y, lanes):
 
 
 def strays(trace, times, places, *remarks):
-    keeping = LaneKeeping(Ways(NETWORK), NAMES)
+    keeping = LaneKeeping(LaneGraph(NETWORK), NAMES)
     shown = Trajectory("v", "vehicle", "", (), tuple(remarks))
     return keeping.strays(trace, shown, np.array(times), np.array(places, dtype=float))
 
 
 def test_lanes_are_those_logged_and_those_between():
     trace = trace_of([40.0, 70.0], [0.0, 0.0], [0, 1])
-    found = {lane.id for lane in LaneKeeping(Ways(NETWORK), NAMES).lanes_of(trace)}
+    found = {lane.id for lane in LaneKeeping(LaneGraph(NETWORK), NAMES).lanes_of(trace)}
     assert found == {"a_0", ":n_0", "b_0"}
 
 

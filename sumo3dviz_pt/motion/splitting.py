@@ -1,8 +1,7 @@
-"""Splits a trace where nothing may be interpolated: at gaps and teleports.
+"""Cut a trace where nothing may be interpolated: at gaps and teleports.
 
-References:
-    shared facts on SUMO's logs: rows are missing while a vehicle teleports, or it
-    jumps within one step; a step longer than speed x dt + 8 m is a teleport.
+When SUMO teleports a vehicle, either rows of the log are missing or the vehicle jumps within one
+step. A step longer than speed x dt + 8 m counts as such a jump.
 """
 
 from __future__ import annotations
@@ -17,31 +16,31 @@ from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.samples import LoggedSamples
 
 TELEPORT_SLACK = 8.0
-"""What a step may exceed speed x dt by, lane changes and length included [m]."""
+"""Distance by which a vehicle's step may exceed speed x dt [m]; a change of lanes needs some."""
 
 BACKWARD_SLACK = 2.0
-"""Likewise of one that leads backward: nobody backs up faster than the log says [m]."""
+"""The same for a step backward [m]: no vehicle backs up faster than the log says."""
 
 WALKING_SLACK = 2.0
-"""Likewise of persons: SUMO puts who waits at a stop on its place there [m]."""
+"""The same for a person [m]: SUMO puts people who wait at a stop on their places there."""
 
 PARKING_SLACK = 15.0
-"""Likewise of vehicles that stand before and after: places across the road are far [m]."""
+"""The same for a vehicle that stands before and after [m]: parking places lie far off lanes."""
 
 _STANDING = 0.5
-"""[m/s]."""
+"""A vehicle that is logged slower than this stands [m/s]."""
 
 UNLIKE = 2.0
-"""A step that exceeds one and a half times the logged speeds by more is remarked on [m]."""
+"""A step that exceeds 1.5 x logged speed x dt by more than this gets a remark [m]."""
 
 GAP_FACTOR = 1.5
-"""Missing rows: a step longer than this many steps of the log."""
+"""Rows are missing where a step is longer than this many steps of the log."""
 
 _ACCELERATION = 5.0
-"""Where no speed is logged: how far speeds may differ between steps [m/s2]."""
+"""Where no speed is logged: largest change of speed between steps [m/s2]."""
 
 _FASTEST = 100.0
-"""Where no speed is logged: no road or rail vehicle is faster [m/s]."""
+"""Where no speed is logged: speed that no road or rail vehicle exceeds [m/s]."""
 
 
 def split(trace: Trace, *, step: float) -> tuple[LoggedSamples, ...]:
@@ -62,7 +61,7 @@ def split(trace: Trace, *, step: float) -> tuple[LoggedSamples, ...]:
 
 
 def _samples(trace: Trace, part: slice) -> LoggedSamples:
-    """A stretch of a trace."""
+    """Return one stretch of a trace."""
     known = len(trace.offsets) == len(trace.times)
     times = trace.times[part]
     # Some tools log backing up as a negative speed.
@@ -78,7 +77,7 @@ def _samples(trace: Trace, part: slice) -> LoggedSamples:
 
 
 def breaks(trace: Trace, *, step: float) -> tuple[Remark, ...]:
-    """Where a trace was cut and why, and steps that its speeds do not explain.
+    """Return remarks on where and why a trace was cut, and on steps that its speeds do not explain.
 
     Arguments as in `split`.
     """
@@ -98,7 +97,7 @@ def breaks(trace: Trace, *, step: float) -> tuple[Remark, ...]:
 
 
 def _excess(trace: Trace) -> Floats:
-    """How far each step leads beyond one and a half times its logged speeds, (n - 1,) [m]."""
+    """Return by how much each step exceeds 1.5 x logged speed x dt, (n - 1,) [m]."""
     lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
     speeds = np.abs(trace.speeds)
     fastest = np.fmax(speeds[:-1], speeds[1:])
@@ -107,13 +106,13 @@ def _excess(trace: Trace) -> Floats:
 
 
 def _gaps(trace: Trace, *, step: float) -> Bools:
-    """Which steps between samples lack rows, (n - 1,)."""
+    """Return which steps between samples lack rows, (n - 1,)."""
     steps = np.diff(trace.times)
     return steps > GAP_FACTOR * step if step > 0.0 else np.zeros(len(steps), dtype=np.bool_)
 
 
 def _teleports(trace: Trace) -> Bools:
-    """Which steps between samples lead further than anyone drives, (n - 1,)."""
+    """Return which steps between samples are longer than any drive explains, (n - 1,)."""
     steps = np.diff(trace.times)
     level = np.diff(trace.positions[:, :2], axis=0)
     lengths = np.linalg.norm(level, axis=1)
@@ -127,17 +126,17 @@ def _teleports(trace: Trace) -> Bools:
 
 
 def _parked(trace: Trace) -> Bools:
-    """Whether a vehicle stands before and after each step, by the log's own word, (n - 1,)."""
+    """Return whether a vehicle's logged speeds say that it stands around each step, (n - 1,)."""
     standing = np.abs(trace.speeds) < _STANDING
     return np.asarray(standing[1:] & standing[:-1])
 
 
 def _reach(speeds: Floats, *, steps: Floats, lengths: Floats) -> Floats:
-    """How far each step may reach without slack, (n - 1,) [m]."""
+    """Return how long each step may be without slack, (n - 1,) [m]."""
     logged = np.fmax(speeds[:-1], speeds[1:])
     if np.isfinite(logged).all():
         return np.asarray(logged * steps)
-    # Without a speed, the steps before and after say how fast it was.
+    # Without logged speeds, the steps before and after tell how fast it was.
     shown = lengths / steps
     around = np.full(len(steps) + 2, -np.inf)
     around[1:-1] = shown

@@ -7,12 +7,11 @@ import pytest
 from drives import Way, changing, corner, drive, network_of, road, straight
 
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.motion.pieces import split
-from sumo3dviz_pt.motion.route import LaneRun, expected_ways, follow, stretches_of
+from sumo3dviz_pt.motion.lanes.graph import Hop, LaneGraph, Route
+from sumo3dviz_pt.motion.lanes.runs import LaneRun, expected_distances, follow, stretches_of
+from sumo3dviz_pt.motion.lanes.track import Tracks
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.track import Tracks
-from sumo3dviz_pt.motion.ways import Hop, Ways
-from sumo3dviz_pt.motion.ways import Way as Found
+from sumo3dviz_pt.motion.splitting import split
 
 
 def steady(t):
@@ -25,7 +24,7 @@ def samples_of(trace):
 
 
 def setting_of(network, names, *, euler=False):
-    return Setting(Tracks(Ways(network)), tuple(names), euler)
+    return Setting(Tracks(LaneGraph(network)), tuple(names), euler)
 
 
 def followed(network, names, trace):
@@ -97,11 +96,9 @@ def test_beside_inside_a_junction_lanes_keep_their_share():
         ":j_0_1": [(50, 3), (60, 3)],
         "b_0": [(60, 3), (90, 3)],
     }
-    ways = Ways(network_of(shapes))
+    graph = LaneGraph(network_of(shapes))
     run = LaneRun(0, [5.0], [[(":j_0_0", 0.0)]])
-    run.follow(
-        ways, Found((Hop(":j_0_0"), Hop(":j_0_1", beside=True), Hop("b_0")), 10.0), (5.0, 2.0)
-    )
+    run.follow(graph, Route((Hop(":j_0_0"), Hop(":j_0_1", beside=True), Hop("b_0")), 10.0), 2.0)
     # At a quarter of the first: 7.5 m of the second are left, then 2 m.
     assert run.stations == pytest.approx([5.0, 5.0 + 7.5 + 2.0])
     assert [lane for lane, _ in run.chains[1]] == [":j_0_1", "b_0"]
@@ -132,13 +129,13 @@ def test_lost_samples_part_runs(lost):
     assert [(run.first, run.last) for run in runs] == [(0, 4), (7, 11)]
 
 
-def test_where_no_lane_leads_on_there_is_no_way():
+def test_where_no_lane_leads_on_there_is_no_route():
     whole = corner()
     network = Network(whole.edges, {}, (), whole.location)
     way = Way.of(network, ("a_0", ":j_0_0", "b_0"))
     trace = drive(way, np.arange(0.0, 21.0), steady)
     runs, failed = followed(network, way.names, trace)
-    assert set(failed.values()) == {"no way"}
+    assert set(failed.values()) == {"no route"}
     lanes = trace.lanes
     assert sorted(failed) == np.flatnonzero(np.diff(lanes)).tolist()
     assert runs[0].first == 0 and runs[-1].last == 20
@@ -150,19 +147,19 @@ def test_a_way_that_no_speed_explains_is_none():
     # It stands, says the log, and comes out of the junction all the same.
     trace = replace(trace, speeds=np.zeros(21))
     _, failed = followed(network, way.names, trace)
-    assert "no way" in failed.values()
+    assert "no route" in failed.values()
 
 
 # Values ------------------------------------------------------------------------------------
 
 
-def test_expected_ways():
+def test_expected_distances():
     _, way = road("straight")
     samples = samples_of(drive(way, np.array([0.0, 1.0, 3.0, 4.0]), steady))
     samples = replace(samples, speeds=np.array([2.0, 4.0, 8.0, np.nan]))
     # A speed that is missing leaves the places: 8 m.
-    np.testing.assert_allclose(expected_ways(samples, euler=True), [4.0, 16.0, 8.0])
-    np.testing.assert_allclose(expected_ways(samples, euler=False), [3.0, 12.0, 8.0])
+    np.testing.assert_allclose(expected_distances(samples, euler=True), [4.0, 16.0, 8.0])
+    np.testing.assert_allclose(expected_distances(samples, euler=False), [3.0, 12.0, 8.0])
 
 
 def test_stretches_are_those_of_the_lanes():
@@ -172,6 +169,6 @@ def test_stretches_are_those_of_the_lanes():
     network = Network({**network.edges, ":j_0": edge}, {}, network.connections, network.location)
     samples = samples_of(drive(way, np.arange(0.0, 21.0), steady))
     samples = replace(samples, lanes=np.where(samples.times == 2.0, -1, samples.lanes))
-    found = stretches_of(samples, setting_of(network, way.names), Ways(network))
+    found = stretches_of(samples, setting_of(network, way.names), LaneGraph(network))
     np.testing.assert_allclose(found, np.where(samples.lanes == 1, 1.5, 1.0))
     assert (samples.lanes == 1).any()

@@ -1,4 +1,4 @@
-"""Where road users are in their lanes, as logged and as shown."""
+"""How far road users are from the centres of their lanes, as logged and as shown."""
 
 from __future__ import annotations
 
@@ -13,47 +13,47 @@ from sumo3dviz_pt.model.network import Lane
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.motion import measures
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
 
 _ASIDE = ("lane change", "parking", "reversing", "teleport", "gap")
-"""Where a smoother's remarks say that it leaves the lanes' centres on purpose."""
+"""Remarks which say that a smoother leaves the centres of lanes on purpose."""
 
 _INSIDE = 2
-"""A way through a junction has at most so many internal lanes."""
+"""Most internal lanes of a connection through a junction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneKeeping:
-    """Where the lanes of a network run, and how they follow one another.
+    """The lanes that a log's samples refer to.
 
     Attributes:
-        ways: The lanes.
-        names: That the samples' lanes index.
+        graph: The lanes of the network.
+        names: Lane ids; the lane numbers of samples index them.
     """
 
-    ways: Ways
+    graph: LaneGraph
     names: Sequence[str]
 
     def lanes_of(self, trace: Trace) -> list[Lane]:
-        """The lanes that a road user is logged on, and those inside junctions between them."""
+        """Return the lanes that a road user is logged on, and those in junctions between them."""
         numbers = np.unique(trace.lanes)
         between = {self.names[number] for number in numbers.tolist() if number >= 0}
         for _ in range(_INSIDE):
             between |= self._inside_after(between)
-        return [self.ways.lane(name) for name in sorted(between) if name in self.ways]
+        return [self.graph.lane(name) for name in sorted(between) if name in self.graph]
 
     def strays(self, trace: Trace, trajectory: Trajectory, times: Floats, places: Floats) -> Floats:
-        """How much farther from the lanes' centres the front is than the samples around it.
+        """Return how much farther from the lanes' centres the front is than the samples around it.
 
         Args:
-            trace: The samples.
-            trajectory: Its motion, for its remarks.
+            trace: The logged samples.
+            trajectory: The motion made of them; its remarks count.
             times: (n,) [s].
-            places: The front at those times, (n, 2) [m].
+            places: Positions of the front at those times, (n, 2) [m].
 
         Returns:
-            (n,) [m], at least 0; NaN in changes of lanes, and where the log does not tell
-            on which lanes it was.
+            Distances, (n,) [m], at least 0; NaN in changes of lanes, and where the log does not
+            tell the lanes.
         """
         found = np.full(len(times), np.nan)
         lines = [lane.shape[:, :2] for lane in self.lanes_of(trace)]
@@ -68,31 +68,31 @@ class LaneKeeping:
         return found
 
     def _linked(self, trace: Trace) -> Bools:
-        """Which steps between samples stay on a lane or lead to the next, (n - 1,)."""
+        """Return which steps between samples stay on a lane or lead to the next, (n - 1,)."""
         known = [self._follows(a, b) for a, b in pairwise(trace.lanes.tolist())]
         return np.array(known, dtype=np.bool_)
 
     def _follows(self, first: int, last: int) -> bool:
-        """Whether a lane leads to another with nothing but a junction between."""
+        """Whether a lane leads to another with at most a junction between them."""
         if min(first, last) < 0:
             return False
         if first == last:
             return True
         reached, goal = {self.names[first]}, self.names[last]
         for _ in range(_INSIDE):
-            if any(goal in self.ways.onward.get(name, ()) for name in reached):
+            if any(goal in self.graph.onward.get(name, ()) for name in reached):
                 return True
             reached = self._inside_after(reached)
-        return any(goal in self.ways.onward.get(name, ()) for name in reached)
+        return any(goal in self.graph.onward.get(name, ()) for name in reached)
 
     def _inside_after(self, names: Iterable[str]) -> set[str]:
-        """Lanes inside junctions that follow some lanes."""
-        onward = (self.ways.onward.get(name, ()) for name in names)
-        return {name for some in onward for name in some if self.ways.inside(name)}
+        """Return the lanes inside junctions that follow some lanes."""
+        onward = (self.graph.onward.get(name, ()) for name in names)
+        return {name for some in onward for name in some if self.graph.inside(name)}
 
 
 def _aside(trajectory: Trajectory, times: Floats) -> Bools:
-    """Which times lie in remarks that lead away from the centre of a lane, (n,)."""
+    """Return which times lie in remarks that lead away from the centre of a lane, (n,)."""
     found = np.zeros(len(times), dtype=np.bool_)
     for remark in trajectory.remarks:
         if remark.kind in _ASIDE:

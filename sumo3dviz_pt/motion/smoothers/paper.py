@@ -8,7 +8,7 @@ moving average over 41 frames smooths the unwrapped heading. Between its frames 
 result is interpolated linearly; after the last frame it is held.
 
 The truncated windows pull the first and last positions inwards by up to 0.2 s of
-driving; `paper_symmetric` mends that.
+driving; the smoother `paper_symmetric` avoids that.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ from scipy.ndimage import uniform_filter1d
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.front import Front, FrontMotion
-from sumo3dviz_pt.motion.registry import register
 from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.smoothers.front import Front, FrontMotion
+from sumo3dviz_pt.motion.smoothers.registry import register
 
 FRAME_RATE = 25.0
-"""[1/s]."""
+"""Frames per second of the paper's films [1/s]."""
 
 POSITION_FRAMES = 21
-"""Window of positions and angle."""
+"""Window over which positions and angle are averaged [frames]."""
 
 HEADING_FRAMES = 41
-"""Window of the heading."""
+"""Window over which the heading is averaged [frames]."""
 
 SHORTEST_STEP = 0.03
-"""Increments of up to this length say nothing about the heading [m]."""
+"""Steps between frames of up to this length say nothing about the heading [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +46,7 @@ class FrameFront:
         begin: First sample's time [s].
         end: Last sample's time [s]; up to a frame later than the last frame.
         frames: Times of the frames, (n,) [s].
-        positions: (n, 3) [m].
+        positions: Positions at the frames, (n, 3) [m].
         headings: Unwrapped, (n,) [rad].
         pitches: (n,) [rad].
         remarks: What was noticed.
@@ -71,7 +71,7 @@ class FrameFront:
         )
 
     def _speeds(self, times: Floats) -> Floats:
-        """Length of the step around each time over its duration, (n,) [m/s]."""
+        """Return the mean speed between the frames around each time, (n,) [m/s]."""
         if len(self.frames) < 2:
             return np.zeros(len(times))
         steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1) * FRAME_RATE
@@ -82,7 +82,7 @@ class FrameFront:
 @register("paper", heads=True)
 def paper(samples: LoggedSamples, setting: Setting) -> Front:
     """Smooth as the founding paper does."""
-    del setting  # the paper uses nothing but places and angles
+    del setting  # the paper uses positions and angles only
     begin, end = float(samples.times[0]), float(samples.times[-1])
     count = int(np.floor((end - begin) * FRAME_RATE + 1e-6)) + 1
     frames = begin + np.arange(count) / FRAME_RATE
@@ -97,7 +97,7 @@ def paper(samples: LoggedSamples, setting: Setting) -> Front:
 
 
 def _moving_average(values: Floats, *, window: int) -> Floats:
-    """Centred means over a window of frames, (n, k); truncated at the ends."""
+    """Return centred means over a window of frames, (n, k); the window is cut at the ends."""
 
     def sums(column: Floats) -> Floats:
         total = uniform_filter1d(column, size=window, axis=0, mode="constant", cval=0.0)
@@ -107,7 +107,7 @@ def _moving_average(values: Floats, *, window: int) -> Floats:
 
 
 def _headings(positions: Floats, *, angles: Floats) -> Floats:
-    """Direction of each increment, or SUMO's angle where it is too short; unwrapped, (n,)."""
+    """Return the direction of each step, or SUMO's angle where it is short; unwrapped, (n,)."""
     steps = np.diff(positions, axis=0, prepend=positions[:1])
     moving = np.linalg.norm(steps, axis=1) > SHORTEST_STEP
     return np.unwrap(np.where(moving, np.arctan2(steps[:, 1], steps[:, 0]), angles))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drives import arc, network_of
 
-from sumo3dviz_pt.motion.track import REACH, TIGHTEST, WIDEST, Polyline, Tracks
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.track import REACH, TIGHTEST, WIDEST, Polyline, Tracks
 
 GRAIN = 0.005
 
@@ -135,7 +135,7 @@ def test_far_from_the_origin_the_line_is_the_same(far):
 def gap_tracks():
     """Two lanes that miss each other by 1 m to the side."""
     shapes = {"a_0": [(0, 0), (50, 0)], "b_0": [(50, 1), (100, 1)]}
-    return Tracks(Ways(network_of(shapes, [("a_0", "b_0", "")])))
+    return Tracks(LaneGraph(network_of(shapes, [("a_0", "b_0", "")])))
 
 
 def test_a_track_counts_from_its_own_beginning():
@@ -167,8 +167,8 @@ def test_lanes_that_do_not_join_meet_in_the_middle():
 def test_lanes_of_a_bend_join_without_a_seam():
     whole = arc((0, 12), 12.0, -90, 90, 41)
     shapes = {"a_0": whole[:15], "b_0": whole[14:28], "c_0": whole[27:]}
-    ways = Ways(network_of(shapes, [("a_0", "b_0", ""), ("b_0", "c_0", "")]))
-    begins = np.cumsum([0.0, ways.length("a_0"), ways.length("b_0")])
-    track = Tracks(ways).along(list(zip(shapes, begins.tolist(), strict=True)))
-    asked = np.linspace(0.0, begins[2] + ways.length("c_0"), 300)
+    graph = LaneGraph(network_of(shapes, [("a_0", "b_0", ""), ("b_0", "c_0", "")]))
+    begins = np.cumsum([0.0, graph.length("a_0"), graph.length("b_0")])
+    track = Tracks(graph).along(list(zip(shapes, begins.tolist(), strict=True)))
+    asked = np.linspace(0.0, begins[2] + graph.length("c_0"), 300)
     np.testing.assert_allclose(track.at(asked)[0], line_of(whole).at(asked)[0], atol=1e-6)

@@ -1,14 +1,11 @@
 """Motion along the lanes that the log names; our best smoother.
 
-Where a vehicle is comes from its lanes and its places on them: the path is the lanes'
-centre line with rounded corners, the way along it is smooth in time and never falls, and
-changes of lanes are moves that a vehicle can drive. What the samples lie off that path
-(parking, sublane offsets, rounding) is kept, smooth in time. Steps whose lanes are missing
-or contradict the places are bridged by `hermite`.
-
-References:
-    shared facts on motion, section 5, but for changes of lanes: the two tracks are
-    blended as curves, so that lanes that are not parallel leave no step.
+A vehicle's position comes from its lanes and its offsets along them. The path is the lanes'
+centre line with rounded corners. The station along it is smooth in time and never falls. A change
+of lanes is a move that a vehicle can drive: the two tracks are blended as curves, so that lanes
+that are not parallel leave no step. What the samples lie off that path (parking, sublane
+offsets, rounding) is kept and made smooth in time. Steps whose lanes are missing or contradict
+the positions are bridged by `hermite`.
 """
 
 from __future__ import annotations
@@ -16,46 +13,47 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.along import run_along, with_rests
 from sumo3dviz_pt.motion.curves import Hermite, eased, monotone_slopes
-from sumo3dviz_pt.motion.front import Chain, Front, FrontMotion, velocity
-from sumo3dviz_pt.motion.hermite import bridge, hermite
-from sumo3dviz_pt.motion.lane_path import Blend, LanePath, lane_path
-from sumo3dviz_pt.motion.registry import register
-from sumo3dviz_pt.motion.route import LaneRun, Switch, follow, is_astray, stretches_of
+from sumo3dviz_pt.motion.lanes.path import Blend, LanePath, lane_path
+from sumo3dviz_pt.motion.lanes.runs import LaneRun, Switch, follow, is_astray, stretches_of
+from sumo3dviz_pt.motion.lanes.track import Tracks
 from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.track import Tracks
+from sumo3dviz_pt.motion.smoothers.along import run_along, with_rests
+from sumo3dviz_pt.motion.smoothers.front import Front, FrontMotion, JoinedFronts, velocity
+from sumo3dviz_pt.motion.smoothers.hermite import bridge, hermite
+from sumo3dviz_pt.motion.smoothers.registry import register
 
 _INSTANT = 1.2
-"""A sideways step between two samples of at least this is no motion of the log's [m]."""
+"""A sideways step of more than this between two samples is a jump, not a logged move [m]."""
 
 _STEEPEST = 0.35
-"""Nor is a move further aside than this share of the way ahead meanwhile."""
+"""Nor is a move whose width exceeds this share of the distance driven meanwhile a logged move."""
 
 _MOVING = 0.1
-"""Samples of one move aside differ by more [m]."""
+"""Samples that differ sideways by more than this belong to one move aside [m]."""
 
 _ENDING = 10.0
-"""Over so far what rounding misses at births and deaths is made up for [m]."""
+"""Distance over which rounding's error at the first and last sample fades out [m]."""
 
 _LONGEST = 5.0
-"""A move aside is looked for so long before and after a switch [s]."""
+"""A move aside is looked for this long before and after a switch [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LaneFront:
-    """The front along its lanes.
+    """The front of a road user along its lanes.
 
     Attributes:
         along: Stations over time.
-        path: Points by station.
-        beside: What it is off the path over time: along, to the left, up, (n, 3) [m].
+        path: The path by station.
+        beside: Offset from the path over time: along, to the left, up, (n, 3) [m].
         remarks: Its changes of lanes.
     """
 
@@ -90,7 +88,8 @@ def lane(samples: LoggedSamples, setting: Setting) -> Front:
     tracks = setting.tracks
     if tracks is None:
         return hermite(samples, setting)
-    # Nearly all samples are where their lanes say: that is seen at the end, at no cost.
+    # Nearly all samples are where their lanes say. Assume it first: the result shows whether
+    # it was true, and checking each sample beforehand would cost more.
     for trusted in (True, False):
         known, failed = _known(samples, setting, tracks, trusted=trusted)
         if not any(is_astray(front.beside.values[:, :2]) for front, _ in known.values()):
@@ -101,11 +100,29 @@ def lane(samples: LoggedSamples, setting: Setting) -> Front:
     return _joined(samples, setting, known, remarks)
 
 
+class _Known(NamedTuple):
+    """Motion along known lanes, and the number of its last sample."""
+
+    front: LaneFront
+    last: int
+
+
 def _known(
     samples: LoggedSamples, setting: Setting, tracks: Tracks, *, trusted: bool
-) -> tuple[dict[int, tuple[LaneFront, int]], dict[int, str]]:
-    """Motion where lanes are known, with its last sample, by its first; and what lacks lanes."""
-    stretches = stretches_of(samples, setting, tracks.ways)
+) -> tuple[dict[int, _Known], dict[int, str]]:
+    """Return the motion where lanes are known, and the reasons where they are not.
+
+    Args:
+        samples: The samples.
+        setting: What is known besides them.
+        tracks: Lines along the lanes.
+        trusted: Whether samples are taken to be where their lanes and offsets say.
+
+    Returns:
+        Motions by the number of their first sample; and for each step without known lanes the
+        reason, by the number of its first sample.
+    """
+    stretches = stretches_of(samples, setting, tracks.graph)
     # Lanes are as long as they are drawn; speeds are logged in SUMO's metres.
     placed = replace(samples, offsets=samples.offsets * stretches)
     runs, failed = follow(placed, setting, trusted=trusted)
@@ -113,31 +130,31 @@ def _known(
     known = {}
     for run in runs:
         part = drawn.part(slice(run.first, run.last + 1))
-        known[run.first] = _lane_front(part, setting, tracks, run), run.last
+        known[run.first] = _Known(_lane_front(part, setting, tracks, run), run.last)
     return known, failed
 
 
 def _joined(
     samples: LoggedSamples,
     setting: Setting,
-    known: Mapping[int, tuple[LaneFront, int]],
+    known: Mapping[int, _Known],
     remarks: tuple[Remark, ...],
 ) -> Front:
-    """Motion along lanes, and `hermite` between them."""
-    bounds = sorted({0, len(samples.times) - 1, *known, *(last for _, last in known.values())})
+    """Return the motion along lanes, joined by `hermite` between them."""
+    bounds = sorted({0, len(samples.times) - 1, *known, *(some.last for some in known.values())})
     fronts: list[Front] = []
     for first, last in pairwise(bounds):
         if first in known:
-            fronts.append(known[first][0])
+            fronts.append(known[first].front)
             continue
-        after = known[last][0] if last in known else None
+        after = known[last].front if last in known else None
         part = samples.part(slice(first, last + 1))
         fronts.append(_gap(part, setting, fronts[-1] if fronts else None, after))
-    return fronts[0] if len(fronts) == 1 else Chain(tuple(fronts), remarks)
+    return fronts[0] if len(fronts) == 1 else JoinedFronts(tuple(fronts), remarks)
 
 
 def _failures(samples: LoggedSamples, failed: Mapping[int, str]) -> tuple[Remark, ...]:
-    """Remarks on the steps that have no lanes, neighbours of one reason together."""
+    """Return remarks on steps without lanes; neighbours of one reason become one remark."""
     found: list[Remark] = []
     for step, reason in sorted(failed.items()):
         begin, end = float(samples.times[step]), float(samples.times[step + 1])
@@ -150,7 +167,7 @@ def _failures(samples: LoggedSamples, failed: Mapping[int, str]) -> tuple[Remark
 def _gap(
     samples: LoggedSamples, setting: Setting, before: Front | None, after: Front | None
 ) -> Front:
-    """Motion where no lanes are known, as fast at its ends as what it joins."""
+    """Return motion where no lanes are known, as fast at its ends as the motion that it joins."""
     return bridge(
         samples,
         setting,
@@ -162,7 +179,7 @@ def _gap(
 def _lane_front(
     samples: LoggedSamples, setting: Setting, tracks: Tracks, run: LaneRun
 ) -> LaneFront:
-    """Motion along known lanes."""
+    """Return motion along the known lanes of a run."""
     stations = np.array(run.stations)
     along = run_along(
         samples.times, stations, samples.speeds, euler=setting.euler, rests=setting.rests
@@ -176,21 +193,31 @@ def _lane_front(
     return LaneFront(shown, path, beside, remarks)
 
 
-def _off_path(
-    samples: LoggedSamples, path: LanePath, run: LaneRun, stations: Floats
-) -> tuple[Floats, Bools, list[tuple[float, float]]]:
-    """How far samples are off their path, which count, and when the log changes lanes.
+class _OffPath(NamedTuple):
+    """How far n samples are off their path.
 
-    Returns:
-        Along, to the left and up, (n, 3) [m]; which count, (n,); begins and ends [s].
-
-    SUMO knows a place along a lane's polyline and an offset to its side; that offset is
-    kept beside the rounded line, where corners throw nothing about. Along and up samples
-    are held against their own lanes, as lanes beside each other are not equally long. To
-    the side they are held against the path, but where no vehicle could drive a change of
-    lanes as the log has it they stay on their own lanes too, and those amid it do not
-    count: the move is ours.
+    Attributes:
+        offsets: Along, to the left and up, (n, 3) [m].
+        counts: Which samples count, (n,).
+        moved: When the log begins and ends each change of lanes [s].
     """
+
+    offsets: Floats
+    counts: Bools
+    moved: list[tuple[float, float]]
+
+
+def _off_path(samples: LoggedSamples, path: LanePath, run: LaneRun, stations: Floats) -> _OffPath:
+    """Return how far samples are off their path.
+
+    A sample has an offset along its lane's polyline, and one to its side. The offset to the
+    side is kept beside the rounded line, so that the polyline's corners do not show in it.
+    Along and up, samples are compared with their own lanes, because lanes beside each other
+    are not equally long. To the side they are compared with the path. The exception is a change
+    of lanes that no vehicle could drive as the log has it: there samples are compared with
+    their own lanes, and those amid the change do not count, because the move is ours.
+    """
+    # Begin on the first lane, and go over to the next lane at each change.
     lines = [track.corners_at(stations) for track in path.tracks]
     own, counts = np.array(run.own), np.ones(len(stations), dtype=np.bool_)
     sides, both = _Blended(lines[0]), _Blended(lines[0])
@@ -207,14 +234,15 @@ def _off_path(
             weight = eased((stations - path.begins[number]) / length)
         sides = sides.toward(lines[number], lines[number + 1], weight)
         both = both.toward(lines[number], lines[number + 1], lies)
+    # Compare the samples with those lines.
     off = both.off(samples.positions)
     off[:, 1] = sides.off(samples.positions)[:, 1]
     off += _ends_missed(samples, path, stations, off)
-    return off, counts, moved
+    return _OffPath(off, counts, moved)
 
 
 def _ends_missed(samples: LoggedSamples, path: LanePath, stations: Floats, off: Floats) -> Floats:
-    """What makes births and deaths exact: rounding missed them, fading away from both, (n, 3)."""
+    """Return what makes the first and the last position exact despite rounding, (n, 3) [m]."""
     points, ahead, _ = path.at(stations[[0, -1]])
     missed = _Blended((points, ahead)).off(samples.positions[[0, -1]]) - off[[0, -1]]
     away = np.abs(stations[:, None] - stations[[0, -1]])
@@ -225,14 +253,24 @@ def _ends_missed(samples: LoggedSamples, path: LanePath, stations: Floats, off: 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Blended:
-    """Points with directions, (n, 3) each."""
+    """Points of a line and their directions, between one lane and the next.
+
+    Attributes:
+        line: Points [m] and derivatives, (n, 3) each.
+    """
 
     line: tuple[Floats, Floats]
 
     def toward(
         self, here: tuple[Floats, Floats], there: tuple[Floats, Floats], weight: Floats
     ) -> _Blended:
-        """Moved by shares of the way from one line to another, (n,)."""
+        """Return points moved by shares, (n,), of the difference between two lines.
+
+        Args:
+            here: Points and derivatives of one line, (n, 3) each.
+            there: Points and derivatives of the other line, (n, 3) each.
+            weight: Shares, (n,).
+        """
         points, ahead = (
             mine + weight[:, None] * (b - a)
             for mine, a, b in zip(self.line, here, there, strict=True)
@@ -240,7 +278,7 @@ class _Blended:
         return _Blended((points, ahead))
 
     def off(self, positions: Floats) -> Floats:
-        """How far positions lie along, to the left and up, (n, 3) [m]."""
+        """Return how far positions lie ahead, to the left and up, (n, 3) [m]."""
         points, ahead = self.line
         return _turned(positions - points, _level(ahead) * (1.0, -1.0))
 
@@ -248,7 +286,7 @@ class _Blended:
 def _change(
     samples: LoggedSamples, track: tuple[Floats, Floats], switch: Switch
 ) -> tuple[int, int]:
-    """First and last sample of a move aside around a switch."""
+    """Return the first and the last sample of the log's move aside around a switch."""
     reach = np.abs(samples.times - samples.times[switch.step]) <= _LONGEST
     aside = np.where(reach, _aside(samples, track), 0.0)
     steps = np.diff(aside) * np.sign(aside[switch.step + 1] - aside[switch.step])
@@ -268,7 +306,18 @@ def _undrivable(
     run: LaneRun,
     switch: Switch,
 ) -> bool:
-    """Whether a change of lanes is a jump in the log, or a slide more aside than ahead."""
+    """Whether no vehicle could drive a change of lanes as the log has it.
+
+    That is a jump within one step, or a move too far aside for the distance driven meanwhile.
+
+    Args:
+        samples: The samples.
+        track: Points and derivatives of the first lane at the samples, (n, 3) each.
+        stations: Stations of the samples, (n,) [m].
+        ends: First and last sample of the move.
+        run: The run that the change is part of.
+        switch: The change.
+    """
     aside = _aside(samples, track)
     together = sum(other.step == switch.step for other in run.switches)
     if abs(aside[switch.step + 1] - aside[switch.step]) / together > _INSTANT:
@@ -278,24 +327,24 @@ def _undrivable(
 
 
 def _aside(samples: LoggedSamples, track: tuple[Floats, Floats]) -> Floats:
-    """How far samples are to the left of a track whose points and directions are given, (n,)."""
+    """Return how far samples are left of a track's points and derivatives, (n,) [m]."""
     return np.asarray(_Blended(track).off(samples.positions)[:, 1])
 
 
 def _level(ahead: Floats) -> Floats:
-    """Level unit directions, (n, 3) -> (n, 2)."""
+    """Return level unit directions, (n, 3) -> (n, 2)."""
     level = ahead.T[:2]
     return np.asarray((level / np.maximum(np.hypot(*level), 1e-9)).T)
 
 
 def _turned(values: Floats, level: Floats) -> Floats:
-    """Vectors turned about the vertical from east to level directions, (n, 3) and (n, 2)."""
+    """Return vectors, (n, 3), turned about the vertical from east to directions, (n, 2)."""
     cos, sin = level.T
     x, y, z = values.T
     return np.array([x * cos - y * sin, x * sin + y * cos, z]).T
 
 
 def _remark(blend: Blend, moved: tuple[float, float]) -> Remark:
-    """What users should know of a change of lanes, ours and the log's."""
+    """Return the remark on a change of lanes; it covers the shown move and the logged one."""
     begin, end = min(blend.times[0], moved[0]), max(blend.times[1], moved[1])
     return Remark("lane change", begin, end, blend.width)

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from drives import NAMES, changing, network_of, stopping, straight, trace_of
 
-from sumo3dviz_pt.motion.along import run_along
-from sumo3dviz_pt.motion.lane_path import lane_path
-from sumo3dviz_pt.motion.pieces import split
-from sumo3dviz_pt.motion.route import follow
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.path import lane_path
+from sumo3dviz_pt.motion.lanes.runs import follow
+from sumo3dviz_pt.motion.lanes.track import Tracks
 from sumo3dviz_pt.motion.setting import Setting
-from sumo3dviz_pt.motion.track import Tracks
-from sumo3dviz_pt.motion.ways import Ways
+from sumo3dviz_pt.motion.smoothers.along import run_along
+from sumo3dviz_pt.motion.splitting import split
 
 WIDTH = 3.2
 
 
 def made(network, trace, names=NAMES):
     """Path, moves and stations over time of a trace that is one run."""
-    tracks = Tracks(Ways(network))
+    tracks = Tracks(LaneGraph(network))
     (samples,) = split(trace, step=0.0)
     (run,), failed = follow(samples, Setting(tracks, names))
     assert not failed

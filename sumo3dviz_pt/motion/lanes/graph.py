@@ -1,10 +1,9 @@
-"""The lanes of a network as a graph, and the way that a vehicle drove between two samples.
+"""The lanes of a network as a graph, and the route that a vehicle drove between two samples.
 
-References:
-    shared facts on motion, sections 4 and 5.1: candidates are ranked by how far their
-    length is from the way that the speeds tell, plus 2 m for each change of lanes (6 m
-    within a junction); lanes beside each other inside a junction differ in length, and
-    keep the share of it.
+A route is a sequence of lanes. Several routes can lead from one sample to the next. They are
+ranked by how far their length is from the distance that the logged speeds tell, plus 2 m for each
+change of lanes (6 m inside a junction). Lanes beside each other inside a junction differ in
+length; a vehicle that changes between them keeps its share of the length.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,24 +22,30 @@ from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.model.vectors import arc_length
 
 _CHANGE_COST = {False: 6.0, True: 14.0}
-"""What a change of lanes counts in the search, on a road and inside a junction [m]."""
+"""Cost of a change of lanes in the search, on a road and inside a junction [m]."""
 
 _CHANGE_RANK = {False: 2.0, True: 6.0}
-"""What it counts in the choice among the ways found [m]."""
+"""The same in the choice among the routes that were found [m]."""
 
-_MOST_WAYS = 6
+_MOST_ROUTES = 6
+"""A search ends when it has found this many routes, ..."""
+
 _MOST_STEPS = 4000
+"""... or when it has looked at this many steps from lane to lane."""
+
 _MOST_VISITS = 3
+"""A search goes on from a lane at most this many times."""
+
 _GRAIN = 15.0
-"""Ways expected to be about equally long share a search [m]."""
+"""Routes whose expected lengths fall into the same interval of this length share a search [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Hop:
-    """A lane of a way.
+    """One lane of a route.
 
     Attributes:
-        lane: SUMO's id.
+        lane: SUMO's lane id.
         beside: Whether it was reached by a change of lanes, not by driving on.
     """
 
@@ -48,31 +54,47 @@ class Hop:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
-    """Lanes that lead from one to another.
+class Route:
+    """Lanes that lead from one lane to another.
 
     Attributes:
-        hops: From the first lane to the last, both included.
-        length: From the beginning of the first lane to that of the last [m].
+        hops: The lanes from the first to the last, both included.
+        length: Distance from the beginning of the first lane to that of the last [m].
     """
 
     hops: tuple[Hop, ...]
     length: float
 
 
-@dataclass(frozen=True, eq=False)
-class Ways:
-    """The graph of a network's lanes.
-
-    Inside some junctions SUMO gives all lanes one length, whatever their shapes; here they
-    are as long as they are drawn.
+class _Partial(NamedTuple):
+    """The beginning of a route in a search; the search goes on from the cheapest.
 
     Attributes:
-        network: The roads.
+        cost: Length plus what the changes of lanes cost [m].
+        length: Length without the last lane [m].
+        number: Number of the step that made it; decides between equals.
+        hops: The lanes of the route up to now.
+    """
+
+    cost: float
+    length: float
+    number: int
+    hops: tuple[Hop, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class LaneGraph:
+    """The graph of a network's lanes.
+
+    Inside some junctions SUMO gives all lanes the same length, whatever their shapes. Here
+    these lanes are as long as they are drawn.
+
+    Attributes:
+        network: The road network.
     """
 
     network: Network
-    _found: dict[tuple[str, str, int], tuple[Way, ...]] = field(default_factory=dict, init=False)
+    _found: dict[tuple[str, str, int], tuple[Route, ...]] = field(default_factory=dict, init=False)
     _stations: dict[str, Floats] = field(default_factory=dict, init=False)
     _stretches: dict[str, float] = field(default_factory=dict, init=False)
 
@@ -81,15 +103,15 @@ class Ways:
         return lane in self.network.lanes
 
     def lane(self, name: str) -> Lane:
-        """A lane by its id; it must exist."""
+        """Return a lane by its id; it must exist."""
         return self.network.lanes[name]
 
     def length(self, name: str) -> float:
-        """Length of a lane [m]: SUMO's, but inside junctions that of the drawn lane."""
+        """Return the length of a lane [m]: SUMO's on roads, that of the drawn lane in junctions."""
         return self.network.lanes[name].length * self.stretch(name)
 
     def stretch(self, name: str) -> float:
-        """How much longer a lane is than SUMO says; lanes of a road keep their common length."""
+        """Return a lane's length as a multiple of SUMO's; 1 outside junctions."""
         if not self.inside(name):
             return 1.0
         if name not in self._stretches:
@@ -103,7 +125,7 @@ class Ways:
         return name.startswith(":")
 
     def stations(self, name: str) -> Floats:
-        """Places of a lane's points, from 0 to its length, (n,) [m]."""
+        """Return the stations of a lane's points, from 0 to its length, (n,) [m]."""
         if name not in self._stations:
             shape = self.network.lanes[name].shape
             along = arc_length(shape)
@@ -112,7 +134,7 @@ class Ways:
 
     @cached_property
     def onward(self) -> dict[str, tuple[str, ...]]:
-        """Lanes that follow each lane."""
+        """The lanes that follow each lane."""
         found: dict[str, dict[str, None]] = defaultdict(dict)
         continued = {connection.from_lane for connection in self.network.connections}
         for connection in self.network.connections:
@@ -124,7 +146,7 @@ class Ways:
 
     @cached_property
     def before(self) -> dict[str, tuple[str, ...]]:
-        """Lanes that lead to each lane."""
+        """The lanes that lead to each lane."""
         found: dict[str, list[str]] = defaultdict(list)
         for name, others in self.onward.items():
             for other in others:
@@ -132,73 +154,74 @@ class Ways:
         return {name: tuple(others) for name, others in found.items()}
 
     def beside(self, name: str) -> tuple[str, ...]:
-        """The lanes right and left of a lane on its edge."""
+        """Return the lanes right and left of a lane on its edge."""
         lane = self.network.lanes[name]
         lanes = self.network.edges[lane.edge_id].lanes
         return tuple(other.id for other in lanes if abs(other.index - lane.index) == 1)
 
     def between(
         self, first: str, last: str, *, places: tuple[float, float], expected: float
-    ) -> tuple[Way, float] | None:
-        """The way that was driven from a place on one lane to a place on another.
+    ) -> tuple[Route, float] | None:
+        """Return the route that was driven from a place on one lane to a place on another.
 
         Args:
-            first: The first lane.
-            last: The last lane.
-            places: Along both [m].
-            expected: How long the way should be [m].
+            first: Id of the first lane.
+            last: Id of the last lane.
+            places: Places along the first and the last lane [m].
+            expected: Distance that the route should have from place to place [m].
 
         Returns:
-            The way, and how far it is from place to place [m]; None if there is none.
+            The route and its distance from place to place [m]; None if there is no route.
         """
-        best: tuple[float, Way, float] | None = None
-        for way in self._candidates(first, last, expected):
-            start = places[0] * self._stretch(way)
-            reach = way.length - start + places[1]
-            changes = sum(_CHANGE_RANK[self.inside(hop.lane)] for hop in way.hops if hop.beside)
+        best: tuple[float, Route, float] | None = None
+        for route in self._candidates(first, last, expected):
+            start = places[0] * self._stretch(route)
+            reach = route.length - start + places[1]
+            changes = sum(_CHANGE_RANK[self.inside(hop.lane)] for hop in route.hops if hop.beside)
             rank = abs(reach - expected) + changes
             if best is None or rank < best[0]:
-                best = (rank, way, reach)
+                best = (rank, route, reach)
         return None if best is None else best[1:]
 
-    def _stretch(self, way: Way) -> float:
-        """Length of the lane that a way leaves its first edge on, as a share of the first's."""
-        left = way.hops[0].lane
-        for hop in way.hops[1:]:
+    def _stretch(self, route: Route) -> float:
+        """Return the length of the lane that leaves a route's first edge over that of the first."""
+        left = route.hops[0].lane
+        for hop in route.hops[1:]:
             if not hop.beside:
                 break
             left = hop.lane
-        return self.length(left) / max(self.length(way.hops[0].lane), 1e-9)
+        return self.length(left) / max(self.length(route.hops[0].lane), 1e-9)
 
-    def _candidates(self, first: str, last: str, expected: float) -> tuple[Way, ...]:
-        """Some ways of about a length, searched once."""
+    def _candidates(self, first: str, last: str, expected: float) -> tuple[Route, ...]:
+        """Return some routes of about a length [m]; each search is made once."""
         key = (first, last, int(expected / _GRAIN))
         if key not in self._found:
             limit = 1.5 * (key[2] + 1) * _GRAIN + 40.0 + self.length(first)
             self._found[key] = tuple(self._search(first, last, limit))
         return self._found[key]
 
-    def _search(self, first: str, last: str, limit: float) -> Iterator[Way]:
-        """Ways in the order of their cost (Dijkstra; a lane may be passed more than once)."""
-        queue: list[tuple[float, float, int, tuple[Hop, ...]]] = [(0.0, 0.0, 0, (Hop(first),))]
+    def _search(self, first: str, last: str, limit: float) -> Iterator[Route]:
+        """Yield routes by cost (Dijkstra's algorithm; a lane may be passed more than once)."""
+        queue = [_Partial(0.0, 0.0, 0, (Hop(first),))]
         visits: dict[str, int] = defaultdict(int)
         found = number = 0
-        while queue and found < _MOST_WAYS and number < _MOST_STEPS:
+        while queue and found < _MOST_ROUTES and number < _MOST_STEPS:
             cost, length, _, hops = heapq.heappop(queue)
             name = hops[-1].lane
             if name == last and len(hops) > 1:
                 found += 1
-                yield Way(hops, length)
+                yield Route(hops, length)
                 continue
             visits[name] += 1
             if visits[name] > _MOST_VISITS or length > limit:
                 continue
-            for hop, extra, way in self._steps(hops):
+            for hop, extra, ahead in self._steps(hops):
                 number += 1
-                heapq.heappush(queue, (cost + extra, length + way, number, (*hops, hop)))
+                longer = _Partial(cost + extra, length + ahead, number, (*hops, hop))
+                heapq.heappush(queue, longer)
 
     def _steps(self, hops: Sequence[Hop]) -> Iterator[tuple[Hop, float, float]]:
-        """Next lanes with their cost and length [m]."""
+        """Yield the next lanes, the cost of going there, and the length driven for that [m]."""
         name = hops[-1].lane
         ahead = self.length(name)
         for other in self.onward.get(name, ()):

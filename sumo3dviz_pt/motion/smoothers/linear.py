@@ -1,4 +1,4 @@
-"""Straight lines at constant speed from sample to sample: what everything is measured against."""
+"""Straight lines at constant speed from sample to sample, the baseline for other smoothers."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
-from sumo3dviz_pt.motion.front import Front, FrontMotion
-from sumo3dviz_pt.motion.registry import register
 from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.smoothers.front import Front, FrontMotion
+from sumo3dviz_pt.motion.smoothers.registry import register
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,5 +49,5 @@ class LinearFront:
 @register("linear")
 def linear(samples: LoggedSamples, setting: Setting) -> Front:
     """Join samples by straight lines."""
-    del setting  # nothing but the places counts
+    del setting  # only positions count
     return LinearFront(samples.times, samples.positions)

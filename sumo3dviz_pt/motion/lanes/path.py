@@ -1,43 +1,48 @@
 """The path of a run along lanes: tracks, and the eased moves between them.
 
-The path is the first track plus, for every change of lanes, the eased difference to the
-next track. Driven by the arc length, nothing slides sideways while it stands.
+The path is the first track plus, for each change of lanes, the eased difference to the next
+track. As the path depends on the station only, nothing slides sideways while it stands.
 
-References:
-    shared facts on motion, section 5.4: an instant change becomes a lateral move of 4 s
-    with level acceleration at both ends, longer where less than four times its width would
-    be driven meanwhile.
+A change of lanes that SUMO makes in one step becomes a move of 4 s whose sideways acceleration
+begins and ends at zero. The move takes longer where the vehicle would drive less than four times
+the move's width in 4 s.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.motion.curves import Hermite, eased, eased_rate
+from sumo3dviz_pt.motion.lanes.graph import LaneGraph
+from sumo3dviz_pt.motion.lanes.runs import ChainLane, LaneChain, LaneRun, Switch
+from sumo3dviz_pt.motion.lanes.track import REACH, Track, Tracks
 from sumo3dviz_pt.motion.manoeuvres import AROUND, LEAST_AHEAD
-from sumo3dviz_pt.motion.route import Chain, LaneRun, Switch
-from sumo3dviz_pt.motion.track import REACH, Track, Tracks
-from sumo3dviz_pt.motion.ways import Ways
 
 CHANGE_TIME = 4.0
-"""An instant change of lanes takes so long [s]."""
+"""Duration of the move that an instant change of lanes becomes [s]."""
 
 _AHEAD = 4.0
-"""So many times its width is driven during the move, if there is time."""
+"""A move lasts until this many times its width is driven, if there is time."""
 
 _STANDING = 0.25
-"""Ways between samples driven slower count as standing [m/s]."""
+"""Steps that are driven slower than this count as standing [m/s]."""
 
 _AMID = 0.2
-"""The switch is amid a move if at least this share of it lies before and after."""
+"""The switch is amid a move if at least this share of the move lies before it and after it."""
 
 _WIDENING = 0.5
+"""A move that is too short begins earlier and ends later in steps of this time [s]."""
+
 _SHORTEST = 0.5
-"""No move is shorter [m]."""
+"""Length of the shortest move [m]."""
+
+_NEAR = 10.0
+"""Lanes that end within this distance of a station can lie beside each other there [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,8 +52,8 @@ class Blend:
     Attributes:
         begin: Station where it begins [m].
         end: Where it ends [m].
-        width: How far the tracks are apart, positive to the left [m].
-        times: When it begins and ends [s].
+        width: Distance from the first track to the next, positive to the left [m].
+        times: Times at which it begins and ends [s].
     """
 
     begin: float
@@ -57,32 +62,45 @@ class Blend:
     times: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LanePath:
-    """Points by station.
+class PathPoints(NamedTuple):
+    """A path at n stations.
 
     Attributes:
-        tracks: m + 1 of them.
+        points: (n, 3) [m].
+        ahead: Derivatives of the road by station, without the moves aside, (n, 3).
+        rates: Derivatives of the path by station, with the moves aside, (n, 3).
+    """
+
+    points: Floats
+    ahead: Floats
+    rates: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LanePath:
+    """A path by station.
+
+    Attributes:
+        tracks: m + 1 tracks, in order.
         begins: Stations where the moves between them begin, never falling, (m,) [m].
-        ends: Where they end, likewise.
+        ends: Stations where the moves end, never falling, (m,) [m].
     """
 
     tracks: tuple[Track, ...]
     begins: Floats
     ends: Floats
 
-    def at(self, stations: Floats) -> tuple[Floats, Floats, Floats]:
-        """Points, directions of the road and derivatives by station, (n, 3) each.
-
-        The direction leaves the sideways move out; the derivative has it.
-        """
+    def at(self, stations: Floats) -> PathPoints:
+        """Return the path at stations, (n,) [m]."""
         if len(self.tracks) == 1:
             points, ahead = self.tracks[0].at(stations)
-            return points, ahead, ahead
+            return PathPoints(points, ahead, ahead)
+        # Begin on the track of the last move that has ended.
         done = np.searchsorted(self.ends, stations, side="right")
         begun = np.searchsorted(self.begins, stations, side="left")
         points, ahead = self._on(done, stations)
         rates = ahead.copy()
+        # Add the eased differences of the moves that have begun since.
         for step in range(int((begun - done).max(initial=0))):
             moving = np.flatnonzero(done + step < begun)
             number, at = done[moving] + step, stations[moving]
@@ -94,10 +112,10 @@ class LanePath:
             ahead[moving] += weight * (onward - toward)
             rate = (eased_rate(share) / length)[:, None]
             rates[moving] += weight * (onward - toward) + rate * (there - here)
-        return points, ahead, rates
+        return PathPoints(points, ahead, rates)
 
     def _on(self, numbers: Ints, stations: Floats) -> tuple[Floats, Floats]:
-        """Points and derivatives on tracks, each of its own, (n, 3) each."""
+        """Return points and derivatives at stations on tracks by number, (n, 3) each."""
         points, tangents = np.empty((len(stations), 3)), np.empty((len(stations), 3))
         for number, track in enumerate(self.tracks):
             inside = np.flatnonzero(numbers == number)
@@ -107,11 +125,11 @@ class LanePath:
 
 
 def lane_path(tracks: Tracks, run: LaneRun, along: Hermite) -> tuple[LanePath, tuple[Blend, ...]]:
-    """The path of a run, and the moves in it.
+    """Return the path of a run, and the moves in it.
 
     Args:
         tracks: Lines along the lanes.
-        run: Lanes and stations.
+        run: The lanes and the stations of the samples.
         along: Stations over time.
     """
     chains = [list(chain) for chain in run.chains]
@@ -125,30 +143,33 @@ def lane_path(tracks: Tracks, run: LaneRun, along: Hermite) -> tuple[LanePath, t
 
 
 def _blend(
-    tracks: Tracks, chains: list[Chain], number: int, along: Hermite, switch: Switch
+    tracks: Tracks, chains: list[LaneChain], number: int, along: Hermite, switch: Switch
 ) -> Blend:
-    """Where a vehicle moves from one chain to the next; both are lengthened to cover it."""
+    """Return the move from one chain to the next; both chains are lengthened to cover it."""
+    # Find the station of the switch.
     knots = along.knots
     step = float(knots[switch.step + 1] - knots[switch.step])
     middle = float(knots[switch.step]) + switch.share * step
     station = float(along.at(np.array([middle]))[0][0])
-    ways = tracks.ways
+    # Choose the times and stations of the move, around the switch and between standstills.
     width = _apart(tracks, (chains[number][-1], chains[number + 1][0]), station)
     room = _room(along, switch.step, LEAST_AHEAD * abs(width))
     times = _window(along, middle, _AHEAD * abs(width), room)
     begin, end = (float(each) for each in np.clip(along.at(np.array(times))[0], *room))
     short = max(LEAST_AHEAD * abs(width) - (end - begin), 0.0)
     begin, end = begin - short, end + short
-    _lengthen(ways, chains, number, (begin - REACH, end + REACH))
-    low = chains[number + 1][0][1]
-    high = chains[number][-1][1] + ways.length(chains[number][-1][0])
+    # Shift the move to where both chains have lanes.
+    graph = tracks.graph
+    _lengthen(graph, chains, number, (begin - REACH, end + REACH))
+    low = chains[number + 1][0].begin
+    high = _end_of(graph, chains[number])
     begin, end = _fitted((begin, end), station, room=room, lanes=(low, high))
     first, last = np.interp((begin, end), along.values, knots)
     return Blend(begin, end, width, (min(times[0], float(first)), max(times[1], float(last))))
 
 
-def _apart(tracks: Tracks, lanes: tuple[tuple[str, float], ...], station: float) -> float:
-    """How far the second of two lanes is left of the first at a station [m]."""
+def _apart(tracks: Tracks, lanes: tuple[ChainLane, ChainLane], station: float) -> float:
+    """Return how far the second of two lanes is left of the first at a station [m]."""
     (here, ahead), (there, _) = (
         tracks.along([lane]).corners_at(np.array([station])) for lane in lanes
     )
@@ -157,10 +178,17 @@ def _apart(tracks: Tracks, lanes: tuple[tuple[str, float], ...], station: float)
 
 
 def _room(along: Hermite, step: int, least: float) -> tuple[float, float]:
-    """Stations between the standstills around a step: who stands keeps its lane [m].
+    """Return the first and last station between the standstills around a step [m].
 
-    A step amid a standstill moves over after it, or before it if there is more room.
+    A vehicle changes lanes only while it drives. A switch during a standstill becomes a move
+    after the standstill, or before it if there is more room.
+
+    Args:
+        along: Stations over time.
+        step: Number of the step.
+        least: Length that a move needs at least [m].
     """
+    # Find the standstill that the step lies in, if any, and those before and after.
     standing = np.diff(along.values) < _STANDING * np.diff(along.knots)
     moving = np.flatnonzero(~standing)
     first = last = step
@@ -174,7 +202,7 @@ def _room(along: Hermite, step: int, least: float) -> tuple[float, float]:
     if not standing[step]:
         return low, high
     here, there = float(along.values[first]), float(along.values[last + 1])
-    # Rather where the standstill begins or ends with the step: nobody waits in a wrong lane.
+    # A vehicle that switches just as it stops moves before, so that it waits in the new lane.
     if first == step < last and here - low >= least:
         return low, here
     return (there, high) if high - there >= min(least, here - low) else (low, here)
@@ -183,7 +211,14 @@ def _room(along: Hermite, step: int, least: float) -> tuple[float, float]:
 def _window(
     along: Hermite, middle: float, least: float, room: tuple[float, float]
 ) -> tuple[float, float]:
-    """Begin and end of a move around a time, long enough to drive so far within a room [s]."""
+    """Return the times at which a move begins and ends [s].
+
+    Args:
+        along: Stations over time.
+        middle: Time of the switch [s].
+        least: Distance that should be driven during the move [m].
+        room: First and last station that the move keeps to [m].
+    """
     first, last = float(along.knots[0]), float(along.knots[-1])
     reach = CHANGE_TIME / 2.0
     while True:
@@ -201,13 +236,14 @@ def _fitted(
     room: tuple[float, float],
     lanes: tuple[float, float],
 ) -> tuple[float, float]:
-    """The stretch of a move [m].
+    """Return the stations where a move begins and ends [m].
 
     Args:
-        wanted: Its begin and end.
-        station: Of the switch.
-        room: First and last station that it keeps to.
-        lanes: Where both tracks have lanes. There it goes, if the switch stays amid it.
+        wanted: Stations where it should begin and end [m].
+        station: Station of the switch [m].
+        room: First and last station that the move keeps to [m].
+        lanes: First and last station where both tracks have lanes [m]; the move is shifted
+            there as far as the switch stays amid it.
     """
     wanted = max(wanted[0], min(room[0], station)), min(wanted[1], max(room[1], station))
     length = max(min(wanted[1] - wanted[0], room[1] - room[0]), _SHORTEST)
@@ -220,38 +256,54 @@ def _fitted(
     return begin, begin + length
 
 
-def _lengthen(ways: Ways, chains: list[Chain], number: int, reach: tuple[float, float]) -> None:
-    """Continue two chains beside each other, so far as lanes of the same edges lead on."""
+def _end_of(graph: LaneGraph, chain: LaneChain) -> float:
+    """Return the station at which the last lane of a chain ends [m]."""
+    return chain[-1].begin + graph.length(chain[-1].name)
+
+
+def _lengthen(
+    graph: LaneGraph, chains: list[LaneChain], number: int, reach: tuple[float, float]
+) -> None:
+    """Continue two chains beside each other as far as lanes of the same edges lead on.
+
+    Args:
+        graph: The lanes.
+        chains: Chains; the one of the number grows at its end, the next one at its beginning.
+        number: Number of the chain that the vehicle leaves.
+        reach: First and last station that the chains should cover [m].
+    """
     old, new = chains[number], chains[number + 1]
-    while new[0][1] > reach[0]:
-        found = _matching(ways, ways.before.get(new[0][0], ()), old, new[0][1], ends=True)
+    while new[0].begin > reach[0]:
+        before = graph.before.get(new[0].name, ())
+        found = _matching(graph, before, old, new[0].begin, ends=True)
         if found is None:
             break
-        new.insert(0, (found, new[0][1] - ways.length(found)))
-    while (end := old[-1][1] + ways.length(old[-1][0])) < reach[1]:
-        found = _matching(ways, ways.onward.get(old[-1][0], ()), new, end, ends=False)
+        new.insert(0, ChainLane(found, new[0].begin - graph.length(found)))
+    while (end := _end_of(graph, old)) < reach[1]:
+        onward = graph.onward.get(old[-1].name, ())
+        found = _matching(graph, onward, new, end, ends=False)
         if found is None:
             break
-        old.append((found, end))
+        old.append(ChainLane(found, end))
 
 
 def _matching(
-    ways: Ways, names: Sequence[str], chain: Chain, station: float, *, ends: bool
+    graph: LaneGraph, names: Sequence[str], chain: LaneChain, station: float, *, ends: bool
 ) -> str | None:
-    """The lane of some that lies on an edge of a chain's lanes near a station."""
-    edges = set(_edges_near(ways, chain, station, ends=ends))
-    return next((name for name in names if ways.lane(name).edge_id in edges), None)
+    """Return the first lane of some that is on the same edge as a chain's lane near a station."""
+    edges = set(_edges_near(graph, chain, station, ends=ends))
+    return next((name for name in names if graph.lane(name).edge_id in edges), None)
 
 
-def _edges_near(ways: Ways, chain: Chain, station: float, *, ends: bool) -> Iterator[str]:
-    """Edges of a chain's lanes that end (or begin) within 10 m of a station."""
+def _edges_near(graph: LaneGraph, chain: LaneChain, station: float, *, ends: bool) -> Iterator[str]:
+    """Yield edges of a chain's lanes that end (or begin) near a station."""
     for name, begin in chain:
-        place = begin + ways.length(name) if ends else begin
-        if abs(place - station) < 10.0:
-            yield ways.lane(name).edge_id
+        place = begin + graph.length(name) if ends else begin
+        if abs(place - station) < _NEAR:
+            yield graph.lane(name).edge_id
 
 
 def _after(blend: Blend, earlier: Blend) -> Blend:
-    """The same move, not begun or ended before an earlier one."""
+    """Return the same move, but neither begun nor ended before an earlier one."""
     begin, end = max(blend.begin, earlier.begin), max(blend.end, earlier.end)
     return Blend(min(begin, end - 1e-6), end, blend.width, blend.times)

@@ -1,4 +1,4 @@
-"""What a smoother makes: the motion of the middle of the front bumper."""
+"""What a smoother makes: the motion of a road user's front, the middle of its front bumper."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.trajectory import Remark
 
 _INSTANT = 1e-4
-"""Short against all that happens on roads, long against rounding [s]."""
+"""Half the time over which a velocity is measured: short for traffic, long for rounding [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +22,7 @@ class FrontMotion:
         positions: (n, 3) [m].
         speeds: Along the path, (n,) [m/s].
         yaws: (n,) [rad]; None where the body follows its front.
-        pitches: Likewise.
+        pitches: Nose up, (n,) [rad]; None where the body follows its front.
     """
 
     positions: Floats
@@ -51,11 +51,11 @@ class Front(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Chain:
+class JoinedFronts:
     """Fronts that follow one another without a gap.
 
     Attributes:
-        fronts: In time order; each begins where the one before it ends.
+        fronts: Fronts in time order; each begins where the one before it ends.
         noted: What was noticed of the whole.
     """
 
@@ -90,7 +90,7 @@ class Chain:
 
 
 def velocity(front: Front, time: float) -> Floats:
-    """How fast a front moves at a time within it, (3,) [m/s]."""
+    """Return the velocity of a front at a time within it, (3,) [m/s]."""
     low, high = max(time - _INSTANT, front.begin), min(time + _INSTANT, front.end)
     positions = front.at(np.array([low, high])).positions
     return np.asarray((positions[1] - positions[0]) / (high - low))

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sumo3dviz_pt.motion.front import Front
 from sumo3dviz_pt.motion.samples import LoggedSamples
 from sumo3dviz_pt.motion.setting import Setting
+from sumo3dviz_pt.motion.smoothers.front import Front
 
 Make = Callable[[LoggedSamples, Setting], Front]
-"""Makes continuous motion of the front of an unbroken stretch of two samples or more."""
+"""A function that makes continuous motion of the front from two or more unbroken samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +18,8 @@ class Smoother:
     """A way to make continuous motion.
 
     Attributes:
-        make: Does it.
-        heads: Whether it has a rule of its own for headings; else bodies follow their fronts.
+        make: The function that makes the motion.
+        heads: Whether it has its own rule for headings; else bodies follow their fronts.
     """
 
     make: Make
@@ -27,11 +27,11 @@ class Smoother:
 
 
 SMOOTHERS: dict[str, Smoother] = {}
-"""Filled at import, read afterwards."""
+"""Smoothers by the name that users choose; filled at import, only read afterwards."""
 
 
 def register(name: str, *, heads: bool = False) -> Callable[[Make], Make]:
-    """Offer a smoother under a name that users choose."""
+    """Register a smoother under the name that users choose."""
 
     def enter(make: Make) -> Make:
         SMOOTHERS[name] = Smoother(make, heads)
