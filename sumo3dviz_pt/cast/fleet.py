@@ -36,20 +36,13 @@ from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
 from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Ints, Transform
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Mover, Prototype, View
-from sumo3dviz_pt.model.traffic import VehicleType
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
 
 _LOG = logging.getLogger(__name__)
 
 Level = Literal["near", "far", "full"]
 """In detail, by a stand-in, in full detail."""
-
-_UNKNOWN_TYPES: Mapping[str, VehicleType] = {
-    "vehicle": VehicleType("", "passenger", 5.0, 1.8, 1.5),
-    "person": VehicleType("", "pedestrian", 0.215, 0.478, 1.719),
-    "container": VehicleType("", "container", 6.1, 2.4, 2.6),
-}
-"""SUMO's class defaults (1.28), where the type is not known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -270,7 +263,7 @@ def build_fleet(
     models = models_for({**wanted, "passenger": settings.passenger})
     if not isinstance(settings.colours, str):
         own_palette(settings.colours)
-    kinds = [vehicle_types.get(t.type_id, _UNKNOWN_TYPES[t.kind]) for t in trajectories]
+    kinds = [vehicle_types.get(t.type_id, UNKNOWN_TYPES[t.kind]) for t in trajectories]
     own = OwnLooks(settings.by_id)
     choices = [
         own.choice(k, name=t.id, walks=t.kind == "person")

@@ -11,6 +11,12 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.roster import RoadUser
 
+GAP_FACTOR = 1.5
+"""Rows are missing where two samples are more than this many steps of the log apart."""
+
+FASTEST = 100.0
+"""Speed that no road or rail vehicle exceeds; used where no speed is logged [m/s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class VehicleType:
@@ -35,6 +41,14 @@ class VehicleType:
     gui_shape: str = ""
     colour: tuple[float, float, float] | None = None
     params: Mapping[str, str] = field(default_factory=dict)
+
+
+UNKNOWN_TYPES: Mapping[str, VehicleType] = {
+    "vehicle": VehicleType("", "passenger", 5.0, 1.8, 1.5),
+    "person": VehicleType("", "pedestrian", 0.215, 0.478, 1.719),
+    "container": VehicleType("", "container", 6.096, 2.438, 2.591),
+}
+"""Stand-ins where a road user's type is not known, by kind; sizes are SUMO's (1.28)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.traffic import Trace, VehicleType
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace, VehicleType
 from sumo3dviz_pt.motion.lanes.graph import LaneGraph
 from sumo3dviz_pt.motion.lanes.track import Tracks
 
@@ -26,9 +26,6 @@ _EXACT = 0.01
 
 _ENOUGH = 20
 """Steps that are needed for a verdict on a single vehicle."""
-
-_LENGTHS: Mapping[str, float] = {"vehicle": 5.0, "person": 0.6, "container": 6.1}
-"""Length over which a body follows its front where its type is unknown, by kind [m]."""
 
 _SHORTEST = 0.6
 """Shortest length over which a body follows its front [m]: SUMO's people are 0.2 m long."""
@@ -93,9 +90,7 @@ def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
 
     For a train that is its locomotive's length, because SUMO logs the locomotive's angle.
     """
-    if trace.type_id not in types:
-        return _LENGTHS[trace.kind]
-    found = types[trace.type_id]
+    found = types.get(trace.type_id, UNKNOWN_TYPES[trace.kind])
     try:
         first = float(found.params.get("locomotiveLength", ""))
     except ValueError:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
-from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, Trace
 from sumo3dviz_pt.model.trajectory import Remark
 from sumo3dviz_pt.motion.samples import LoggedSamples
 
@@ -33,14 +33,8 @@ _STANDING = 0.5
 UNLIKE = 2.0
 """A step that exceeds 1.5 x logged speed x dt by more than this gets a remark [m]."""
 
-GAP_FACTOR = 1.5
-"""Rows are missing where a step is longer than this many steps of the log."""
-
 _ACCELERATION = 5.0
 """Where no speed is logged: largest change of speed between steps [m/s2]."""
-
-_FASTEST = 100.0
-"""Where no speed is logged: speed that no road or rail vehicle exceeds [m/s]."""
 
 
 def split(trace: Trace, *, step: float) -> tuple[LoggedSamples, ...]:
@@ -142,5 +136,5 @@ def _reach(speeds: Floats, *, steps: Floats, lengths: Floats) -> Floats:
     around[1:-1] = shown
     neighbours = np.maximum(around[:-2], around[2:])
     alone = ~np.isfinite(neighbours)
-    guessed = np.where(alone, _FASTEST, neighbours + _ACCELERATION * steps / 2.0)
-    return np.where(np.isfinite(logged), logged, np.minimum(guessed, _FASTEST)) * steps
+    guessed = np.where(alone, FASTEST, neighbours + _ACCELERATION * steps / 2.0)
+    return np.where(np.isfinite(logged), logged, np.minimum(guessed, FASTEST)) * steps

@@ -1,7 +1,7 @@
-"""SUMO's vehicle classes and what it takes for granted about them.
+"""SUMO's vehicle classes and their default sizes and shapes.
 
 References:
-    Sizes and shapes were asked from Eclipse SUMO 1.28.0 over TraCI with one empty
+    Sizes and shapes were read from Eclipse SUMO 1.28.0 over TraCI with one empty
     `<vType vClass="..."/>` per class. Obsolete names follow SUMO's
     `SumoVehicleClassStrings` (utils/common/SUMOVehicleClass.cpp).
 """
@@ -10,15 +10,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES
+
 
 @dataclass(frozen=True, slots=True)
 class ClassDefaults:
     """What a vType has when only its vClass is known.
 
     Attributes:
-        length: [m].
-        width: [m].
-        height: [m].
+        length: Length of the body [m].
+        width: Width of the body [m].
+        height: Height of the body [m].
         gui_shape: SUMO's guiShape; empty where SUMO has none.
     """
 
@@ -28,15 +30,22 @@ class ClassDefaults:
     gui_shape: str
 
 
-_CAR = (5.0, 1.8, 1.5)
+def _size_of(kind: str) -> tuple[float, float, float]:
+    """Return length, width and height of a kind of road users without a type [m]."""
+    found = UNKNOWN_TYPES[kind]
+    return found.length, found.width, found.height
+
+
+_CAR = _size_of("vehicle")
 
 CLASS_DEFAULTS: dict[str, ClassDefaults] = {
+    # vClass: length, width, height [m], guiShape
     "private": ClassDefaults(*_CAR, "passenger"),
     "emergency": ClassDefaults(6.5, 2.16, 2.86, "delivery"),
     "authority": ClassDefaults(*_CAR, ""),
     "army": ClassDefaults(*_CAR, ""),
     "vip": ClassDefaults(*_CAR, "passenger"),
-    "pedestrian": ClassDefaults(0.215, 0.478, 1.719, "pedestrian"),
+    "pedestrian": ClassDefaults(*_size_of("person"), "pedestrian"),
     "passenger": ClassDefaults(*_CAR, "passenger"),
     "hov": ClassDefaults(*_CAR, "passenger"),
     "taxi": ClassDefaults(*_CAR, "taxi"),
@@ -55,7 +64,7 @@ CLASS_DEFAULTS: dict[str, ClassDefaults] = {
     "rail_electric": ClassDefaults(200.0, 2.95, 3.89, "rail"),
     "rail_fast": ClassDefaults(200.0, 2.95, 3.89, "rail"),
     "ship": ClassDefaults(17.0, 4.0, 4.0, "ship"),
-    "container": ClassDefaults(6.096, 2.438, 2.591, ""),
+    "container": ClassDefaults(*_size_of("container"), ""),
     "cable_car": ClassDefaults(*_CAR, ""),
     "subway": ClassDefaults(109.5, 3.0, 3.6, "rail/railcar"),
     "aircraft": ClassDefaults(72.7, 79.8, 1.5, "aircraft"),
@@ -96,7 +105,7 @@ TYPE_OF_KIND = {
 
 
 def allowed_classes(allow: str, disallow: str) -> frozenset[str]:
-    """The vClasses that may use a lane.
+    """Return the vClasses that may use a lane.
 
     Args:
         allow: The lane's `allow` list; wins where it is not empty.

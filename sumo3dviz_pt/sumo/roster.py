@@ -1,4 +1,4 @@
-"""Who is in a vehicle log, read in one pass; memory grows with people, not with time."""
+"""List who is in a vehicle log in one pass; memory grows with road users, not with time."""
 
 from __future__ import annotations
 
@@ -7,25 +7,20 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
-from sumo3dviz_pt.model.traffic import VehicleType, unique_ids
+from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, VehicleType, unique_ids
 from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import stream_rows
 from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, table_of
 from sumo3dviz_pt.sumo.types import default_vehicle_type
 
-_GAP = 1.5
-"""A step longer than this many steps of the log lacks rows."""
-
 _LEAP = 15.0
-"""What a step may exceed one and a half times speed x time by, before it is a leap [m]."""
-
-_FASTEST = 100.0
-"""Where no speed is logged: no road or rail vehicle is faster [m/s]."""
+"""A step that exceeds 1.5 x speed x time by more than this is a leap [m]."""
 
 
 def read_roster(
@@ -38,19 +33,20 @@ def read_roster(
 ) -> tuple[RoadUser, ...]:
     """Read who is in vehicle logs.
 
-    Ways are sums of straight lines between samples. Steps in which rows are missing, or that
-    lead further than anyone drives, count neither as way nor as time.
+    The distance that a road user drives is the sum of the straight lines between its samples.
+    Steps in which rows are missing, and steps too long for any vehicle, add neither distance
+    nor time.
 
     Args:
-        paths: Logs that belong together, such as vehicles and persons apart.
-        types: Known vTypes; others get SUMO's defaults.
-        near: Note who passes this point, and when.
-        at: Note where everyone is at this time [s].
-        allow_truncated: Use the complete steps of a log that breaks off.
+        paths: Logs that belong together, such as one of vehicles and one of persons.
+        types: Known vTypes by id; others get SUMO's defaults.
+        near: A point; the result says who passes it, and when.
+        at: A time [s]; the result says where everyone is then.
+        allow_truncated: Whether to use the complete steps of a log that breaks off.
 
     Returns:
-        Everyone, in order of first appearance, under the ids by which cameras ride; riders
-        only while they walk.
+        Everyone in order of first appearance, under the ids that cameras use. People who ride
+        in a vehicle count only while they walk.
 
     Raises:
         InputError: If a log is damaged, breaks off or holds no step.
@@ -64,45 +60,53 @@ def read_roster(
 
 @dataclass(slots=True)
 class _UserTally:
-    """What is known of one road user so far.
+    """What the rows that were read until now say about one road user.
 
     Attributes:
-        begin: First time [s].
-        last: Its last sample, (10,).
-        way: Driven [m].
-        seconds: During which it drove that [s].
-        fastest: [m/s].
-        lanes: Indices, each unlike the one before.
-        passage: Past the asked point.
-        place: x, y [m] and lane at the asked time.
+        begin: Time of its first sample [s].
+        last: Its last sample as a row of the log, (10,).
+        travelled: Distance that it drove [m].
+        seconds: Time in which it drove that distance [s].
+        fastest: Its largest speed [m/s].
+        lanes: Indices of its lanes in order, none twice in a row.
+        passage: When and how near it passes the given point.
+        place: Where it is at the given time.
     """
 
     begin: float
     last: Floats
-    way: float = 0.0
+    travelled: float = 0.0
     seconds: float = 0.0
     fastest: float = 0.0
     lanes: array[int] = field(default_factory=lambda: array("i"))
     passage: Passage | None = None
-    place: tuple[float, float, int] | None = None
+    place: _RowPlace | None = None
+
+
+class _RowPlace(NamedTuple):
+    """A position [m] and the index of a lane, -1 for none."""
+
+    x: float
+    y: float
+    lane: int
 
 
 class _RowCensus:
-    """Counts blocks of rows."""
+    """Counts the rows of a log, block by block."""
 
     def __init__(self, near: Point | None, at: float) -> None:
         self.tallies: dict[Key, _UserTally] = {}
         self._near, self._at = near, at
 
     def count(self, rows: RowsOfUsers, steps: Sequence[float]) -> None:
-        """Count the rows of a block in."""
+        """Add the rows of a block; `steps` are the times of all steps until now [s]."""
         step = float(np.median(np.diff(np.sort(steps)))) if len(steps) > 1 else np.inf
         riding = riding_rows(rows)
         for key, buffer in rows.items():
             table = table_of(buffer)
             table = in_order(table[~riding[key]] if key in riding else table)
             tally = self.tallies.get(key)
-            # What was written out of order has been passed by.
+            # Rows that are older than the last one counted come too late.
             table = table if tally is None else table[table[:, 0] > tally.last[0]]
             if not len(table):
                 continue
@@ -111,35 +115,48 @@ class _RowCensus:
             self._add(tally, np.vstack([tally.last, table]), step)
 
     def _add(self, tally: _UserTally, table: Floats, step: float) -> None:
-        """Count samples of one road user in; the first row was counted before."""
+        """Add samples of one road user; the first row was counted before.
+
+        Args:
+            tally: What is known of the road user; it changes.
+            table: Rows of the log, (n, 10).
+            step: Median step of the log [s].
+        """
+        # Distance, time and speed.
         spans = np.diff(table[:, 0])
-        ways = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(table[:, 1:4], axis=0), axis=1)
         speeds = np.abs(table[:, 5])
-        driven = (spans <= _GAP * step) & ~_leaps(speeds, spans, ways)
-        tally.way += float(ways[driven].sum())
+        driven = (spans <= GAP_FACTOR * step) & ~_leaps(speeds, spans, lengths)
+        tally.travelled += float(lengths[driven].sum())
         tally.seconds += float(spans[driven].sum())
         moving = driven & (spans > 0.0)
-        shown = ways[moving] / spans[moving]
+        shown = lengths[moving] / spans[moving]
         known = speeds[np.isfinite(speeds)]
         tally.fastest = max(tally.fastest, *(known if len(known) else shown).tolist(), 0.0)
         tally.last = table[-1].copy()
         _note_lanes(tally.lanes, table[:, 7])
-        # After a gap one stands at the sample itself.
+        # Lanes, and where it is; a step over a gap counts as standing at its end.
         starts = np.where(driven[:, None], table[:-1], table[1:])
         if self._near is not None:
             tally.passage = _joined(tally.passage, _passage(starts, table[1:], self._near))
         tally.place = _place_at(starts, table[1:], self._at) or tally.place
 
 
-def _leaps(speeds: Floats, spans: Floats, ways: Floats) -> Bools:
-    """Which steps lead further than anyone drives, (n - 1,)."""
+def _leaps(speeds: Floats, spans: Floats, lengths: Floats) -> Bools:
+    """Return which steps are too long for any vehicle, (n - 1,).
+
+    Args:
+        speeds: Logged speeds, (n,) [m/s].
+        spans: Durations of the steps, (n - 1,) [s].
+        lengths: Lengths of the steps, (n - 1,) [m].
+    """
     fastest = np.fmax(speeds[:-1], speeds[1:])
-    fastest = np.where(np.isfinite(fastest), fastest, _FASTEST)
-    return np.asarray(ways > 1.5 * fastest * spans + _LEAP)
+    fastest = np.where(np.isfinite(fastest), fastest, FASTEST)
+    return np.asarray(lengths > 1.5 * fastest * spans + _LEAP)
 
 
 def _note_lanes(lanes: array[int], column: Floats) -> None:
-    """Add the lanes of samples to those before, each once in a row."""
+    """Add the lanes of samples, but none that repeats the lane before it."""
     known = column[column >= 0].astype(np.int64)
     if not len(known):
         return
@@ -149,7 +166,14 @@ def _note_lanes(lanes: array[int], column: Floats) -> None:
 
 
 def _passage(starts: Floats, ends: Floats, near: Point) -> Passage | None:
-    """The way past a point along straight lines, (n, 10) each; None outside its radius."""
+    """Return how straight lines pass a point; None if all stay outside its radius.
+
+    Args:
+        starts: Rows of the log at which the lines start, (n, 10).
+        ends: Rows at which they end, (n, 10).
+        near: The point and its radius.
+    """
+    # Distance of each line from the point.
     here = np.array([near.x, near.y])
     from_point, step = starts[:, 1:3] - here, ends[:, 1:3] - starts[:, 1:3]
     times, spans = starts[:, 0], ends[:, 0] - starts[:, 0]
@@ -160,7 +184,7 @@ def _passage(starts: Floats, ends: Floats, near: Point) -> Passage | None:
     inside = np.flatnonzero(distances <= near.radius)
     if not len(inside):
         return None
-    # Where each line enters and leaves the circle, as shares of the line.
+    # Shares of each line at which it enters and leaves the circle.
     rest = (from_point**2).sum(axis=1) - near.radius**2
     root = np.sqrt(np.maximum(along**2 - square * rest, 0.0))
     enters, leaves = (np.clip((-along + sign * root) / square, 0.0, 1.0) for sign in (-1, 1))
@@ -174,34 +198,34 @@ def _passage(starts: Floats, ends: Floats, near: Point) -> Passage | None:
 
 
 def _joined(before: Passage | None, after: Passage | None) -> Passage | None:
-    """Two parts of one way past a point."""
+    """Join two parts of one passage."""
     if before is None or after is None:
         return before or after
     best = min(before, after, key=lambda each: each.distance)
     return replace(best, begin=before.begin, end=after.end)
 
 
-def _place_at(starts: Floats, ends: Floats, at: float) -> tuple[float, float, int] | None:
-    """Place and lane at a time, along straight lines; None before, after and in gaps."""
+def _place_at(starts: Floats, ends: Floats, at: float) -> _RowPlace | None:
+    """Return the place at a time [s] along straight lines; None before, after and in gaps."""
     found = np.flatnonzero((starts[:, 0] <= at) & (at <= ends[:, 0]))
     if not len(found):
         return None
     start, end = starts[found[0]], ends[found[0]]
     share = (at - start[0]) / max(end[0] - start[0], 1e-9)
     x, y = start[1:3] + share * (end[1:3] - start[1:3])
-    return float(x), float(y), int((end if share > 0.5 else start)[7])
+    return _RowPlace(float(x), float(y), int((end if share > 0.5 else start)[7]))
 
 
 def _user(
     key: Key, tally: _UserTally, *, lanes: Sequence[str], types: Mapping[str, VehicleType]
 ) -> RoadUser:
-    """A tally in words."""
+    """Return what a tally says as a value."""
     kind, name, type_id = key[0], key[1], key[2] or TYPE_OF_KIND[key[0]]
     known = types.get(type_id) or default_vehicle_type(type_id, kind)
     used = [lanes[index] for index in tally.lanes if not lanes[index].startswith(":")]
     edges = [_edge_of(lane, kind) for lane in used]
     standing = abs(float(np.nan_to_num(tally.last[5])))
-    x, y, lane = tally.place or (nan, nan, -1)
+    place = tally.place
     return RoadUser(
         id=name,
         kind=kind,
@@ -209,17 +233,19 @@ def _user(
         vclass=known.vclass,
         begin=tally.begin,
         end=float(tally.last[0]),
-        length=tally.way,
-        mean_speed=tally.way / tally.seconds if tally.seconds else standing,
+        length=tally.travelled,
+        mean_speed=tally.travelled / tally.seconds if tally.seconds else standing,
         max_speed=tally.fastest,
         lanes=len(set(used)),
         edges=tuple(edge for n, edge in enumerate(edges) if not n or edge != edges[n - 1]),
-        place=None if tally.place is None else UserPlace(x, y, lanes[lane] if lane >= 0 else ""),
+        place=None
+        if place is None
+        else UserPlace(place.x, place.y, lanes[place.lane] if place.lane >= 0 else ""),
         passage=tally.passage,
     )
 
 
 def _edge_of(lane: str, kind: str) -> str:
-    """The edge of a lane; persons are logged by their edge."""
+    """Return the edge of a lane; a person is logged with the edge itself."""
     edge, _, number = lane.rpartition("_")
     return edge if edge and number.isdigit() and kind == "vehicle" else lane

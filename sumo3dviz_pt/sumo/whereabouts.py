@@ -1,4 +1,4 @@
-"""When somebody is in a vehicle log: a quick look through all of it, for messages."""
+"""Find when a road user is in a vehicle log by a quick search of the whole log, for messages."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.traffic import GAP_FACTOR
 from sumo3dviz_pt.sumo.stream import chunks
 from sumo3dviz_pt.sumo.values import parse_time
 
@@ -18,18 +19,16 @@ _TAGS = re.compile(
     rb"""<timestep\s[^>]*?\btime\s*=\s*["']([^"'>]*)["']"""
     rb"""|<(vehicle|person|container)\s(?:[^>]*?\s)?id\s*=\s*["']([^"'>]*)["']"""
 )
-_GAP = 1.5
-"""A step longer than this many steps of the log lacks rows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Whereabouts:
-    """When somebody is in a log, and who else is.
+    """When a road user is in a log, and who else is in it.
 
     Attributes:
-        spans: First and last time of every unbroken stay [s].
-        ids: Of everyone in the log.
-        end: The log's last time [s]; minus infinity of an empty one.
+        spans: First and last time of each stay without a gap [s].
+        ids: Ids of all road users in the log.
+        end: Last time of the log [s]; minus infinity if it is empty.
     """
 
     spans: tuple[tuple[float, float], ...]
@@ -39,7 +38,13 @@ class Whereabouts:
 
 @dataclass(slots=True)
 class _Sightings:
-    """What was seen so far."""
+    """What was found in the part of the log that was searched.
+
+    Attributes:
+        steps: Times of all steps [s].
+        there: Times at which the road user is there [s].
+        ids: Ids of everyone, as they are written in the file.
+    """
 
     steps: set[float] = field(default_factory=set)
     there: set[float] = field(default_factory=set)
@@ -47,11 +52,14 @@ class _Sightings:
 
 
 def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
-    """Look for somebody in vehicle logs; what breaks off or is damaged is read as far as it goes.
+    """Look for a road user in vehicle logs.
+
+    A log that breaks off or is damaged is read as far as it goes.
 
     Args:
         paths: Logs that belong together.
-        name: SUMO's id, or with its kind as in `person:walker_1`; `#2` and so on mean the same.
+        name: SUMO's id, with or without its kind, such as `person:walker_1`. An ending such as
+            `#2`, by which our ids tell road users of one id apart, is ignored.
     """
     kind, _, own = name.partition(":")
     plain, _, number = name.rpartition("#")
@@ -73,12 +81,12 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
 
 
 def _written(name: str) -> bytes:
-    """An id as SUMO writes it into XML."""
+    """Return an id as SUMO writes it into XML."""
     return html.escape(name).encode()
 
 
 def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
-    """Times of steps, and kinds and ids of rows, in file order."""
+    """Yield times of steps, with empty kind and id, and kinds and ids of rows, in file order."""
     rest = b""
     try:
         for chunk in chunks(path):
@@ -94,17 +102,17 @@ def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
                     continue
             rest = data[whole:]
     except InputError:
-        # What is wrong with the log has been said, or does not matter here.
+        # The reader of the log reports what is wrong with it.
         return
 
 
 def _spans(look: _Sightings) -> tuple[tuple[float, float], ...]:
-    """Unbroken stays."""
+    """Return first and last time of each stay without a gap [s]."""
     times = np.array(sorted(look.there))
     if not len(times):
         return ()
     steps = np.diff(sorted(look.steps))
     step = float(np.median(steps)) if len(steps) else np.inf
-    cuts = np.flatnonzero(np.diff(times) > _GAP * step)
+    cuts = np.flatnonzero(np.diff(times) > GAP_FACTOR * step)
     firsts, lasts = times[[0, *(cuts + 1)]], times[[*cuts, len(times) - 1]]
     return tuple(zip(firsts.tolist(), lasts.tolist(), strict=True))

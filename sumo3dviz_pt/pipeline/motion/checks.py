@@ -1,4 +1,4 @@
-"""Measures the motion of a whole log: what `check --motion` reports."""
+"""Measure the motion of a whole log, for `check --motion`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from sumo3dviz_pt.report.motion.report import (
 _JUMP = "jump beyond the logged speed"
 _STRAY = "farther from the lane's centre than logged"
 _STRAY_STEP = 0.2
-"""Between the times at which places in lanes are measured; it takes long [s]."""
+"""Time between places that are compared with their lanes, which takes long [s]."""
 _UNITS: Mapping[str, str] = {
     "acceleration": "m/s2",
     "sideways acceleration": "m/s2",
@@ -43,7 +43,10 @@ _UNITS: Mapping[str, str] = {
     _JUMP: "m",
     _STRAY: "m",
 }
+"""Measures and their units."""
+
 _BINS: Floats = np.geomspace(1e-4, 1e6, 1001)
+"""Borders of the bins in which sizes are counted; each bin is 2.3 % wide."""
 
 
 @dataclass(slots=True)
@@ -51,20 +54,20 @@ class _MeasureTally:
     """Collects one measure over all road users without keeping every frame.
 
     Attributes:
-        counts: Of sizes in bins 2.3 % wide, (bins + 1,).
-        worst: The largest of each road user.
+        counts: Number of sizes in each bin, (bins + 1,).
+        worst: The largest value of each road user.
     """
 
     counts: Ints = field(default_factory=lambda: np.zeros(len(_BINS) + 1, dtype=np.int64))
     worst: list[Finding] = field(default_factory=list)
 
     def add(self, values: Floats) -> None:
-        """Count sizes, (n,); NaN is passed over."""
+        """Count the sizes of values, (n,); NaN does not count."""
         sizes = np.abs(values[np.isfinite(values)])
         self.counts += np.bincount(np.searchsorted(_BINS, sizes), minlength=len(_BINS) + 1)
 
     def p99(self) -> float:
-        """The size that 99 % stay below, to 2 %; NaN of nothing."""
+        """Return the size that 99 % stay below, to 2 %; NaN if nothing was counted."""
         total = int(self.counts.sum())
         if not total:
             return float("nan")
@@ -72,14 +75,22 @@ class _MeasureTally:
         return float(_BINS[min(place, len(_BINS) - 1)]) if place else 0.0
 
     def extreme(self, name: str) -> Extreme:
-        """As a value, the worst road users only."""
+        """Return the result, with the worst road users only."""
         worst = sorted(self.worst, key=lambda each: -abs(each.value))[:WORST]
         return Extreme(name, _UNITS[name], self.p99(), tuple(worst))
 
 
 @dataclass(slots=True)
 class _KindCensus:
-    """What is known of one kind of road users."""
+    """What was measured of one kind of road users.
+
+    Attributes:
+        users: Number of road users.
+        seconds: Time for which all of them are shown together [s].
+        jumps: Frames that move further than the logged speed explains.
+        broken: Frames with a value that is not a number.
+        tallies: Measures by name.
+    """
 
     users: int = 0
     seconds: float = 0.0
@@ -90,7 +101,7 @@ class _KindCensus:
     )
 
     def group(self, kind: str) -> UserGroup:
-        """As a value."""
+        """Return the result."""
         extremes = tuple(tally.extreme(name) for name, tally in self.tallies.items())
         return UserGroup(kind, self.users, self.seconds, extremes, self.jumps, self.broken)
 
@@ -102,8 +113,8 @@ class User:
     Attributes:
         trace: The samples.
         trajectory: The motion.
-        length: Of the body [m].
-        lane_names: That the samples' lanes index.
+        length: Length of the body [m].
+        lane_names: Lane ids; the lane numbers of samples index them.
     """
 
     trace: Trace
@@ -112,7 +123,14 @@ class User:
     lane_names: Sequence[str]
 
     def found(self, kind: str, time: float, value: float, *, end: float | None = None) -> Finding:
-        """Something that it does, with the place of the sample nearest to it."""
+        """Return a finding about it, at the position of the sample nearest in time.
+
+        Args:
+            kind: What was found.
+            time: When it begins or is worst [s].
+            value: How large it is; the unit depends on the kind.
+            end: When it ends [s]; None for a moment.
+        """
         trace = self.trace
         nearest = int(np.argmin(np.abs(trace.times - time)))
         lane = int(trace.lanes[nearest])
@@ -127,19 +145,22 @@ class User:
         )
 
     def speeds_around(self, times: Floats) -> Floats:
-        """The larger logged speed of the samples around times, (n,) [m/s]; else their way tells."""
+        """Return the larger speed of the samples around times, (n,) [m/s].
+
+        Where no speed is logged, the distance between the samples gives it.
+        """
         trace = self.trace
         if len(trace.times) < 2:
             return np.zeros(len(times))
-        ways = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1)
         logged = np.fmax(trace.speeds[:-1], trace.speeds[1:])
-        logged = np.where(np.isfinite(logged), logged, ways / np.diff(trace.times))
+        logged = np.where(np.isfinite(logged), logged, lengths / np.diff(trace.times))
         place = np.searchsorted(trace.times, times, side="right") - 1
         return np.asarray(logged[np.clip(place, 0, len(logged) - 1)])
 
 
 def check_motion(job: Job) -> MotionReport:
-    """Smooth a whole log as the scene file says and measure what comes out.
+    """Smooth a whole log as the scene file says, and measure the motion.
 
     Raises:
         ConfigError: If a setting is wrong.
@@ -165,13 +186,13 @@ def check_motion(job: Job) -> MotionReport:
 
 
 def motion_report(job: Job, *, as_json: bool = False) -> str:
-    """What `check_motion` finds, in words or as JSON."""
+    """Return what `check_motion` finds, in words or as JSON."""
     report = check_motion(job)
     return json.dumps(report.as_dict(), indent=1) if as_json else in_words(report)
 
 
 def users_of(scenario: Scenario, trajectories: Sequence[Trajectory]) -> list[User]:
-    """Everyone, in the log's order."""
+    """Return all road users in the log's order."""
     names, types = scenario.traffic.lane_names, scenario.vehicle_types
     return [
         User(trace, trajectory, body_length(trace, types), names)
@@ -180,26 +201,33 @@ def users_of(scenario: Scenario, trajectories: Sequence[Trajectory]) -> list[Use
 
 
 def frame_grid(piece: MotionPiece, *, step: float) -> Floats:
-    """Times of a piece's frames from its begin on, (n,) [s]."""
+    """Return the times of a piece's frames, counted from its begin, (n,) [s]."""
     count = int((piece.end - piece.begin) / step + 1e-6) + 1
     return np.asarray(np.minimum(piece.begin + step * np.arange(count), piece.end))
 
 
 def _groups(users: Sequence[User], network: Network, *, step: float) -> tuple[UserGroup, ...]:
-    """Measure everyone."""
+    """Measure all road users; `step` is the time between frames [s]."""
     kinds: dict[str, _KindCensus] = {}
     keeping = LaneKeeping(LaneGraph(network), users[0].lane_names) if users else None
     for number, user in enumerate(users):
         announce(Doing.MEASURE, number, len(users))
         census = kinds.setdefault(user.trajectory.kind, _KindCensus())
-        # People walk where they like.
+        # People do not keep to the centres of lanes.
         drives = user.trajectory.kind == "vehicle"
         _count(census, user, keeping if drives else None, step=step)
     return tuple(kinds[kind].group(kind) for kind in sorted(kinds, reverse=True))
 
 
 def _count(census: _KindCensus, user: User, keeping: LaneKeeping | None, *, step: float) -> None:
-    """Count one road user in."""
+    """Measure one road user and add the result.
+
+    Args:
+        census: What was measured of its kind; it changes.
+        user: The road user.
+        keeping: The lanes; None if it does not keep to lanes.
+        step: Time between frames [s].
+    """
     peaks: dict[str, measures.Peak] = {}
     census.users += 1
     for piece in user.trajectory.pieces:
@@ -227,11 +255,19 @@ def _size(peak: measures.Peak) -> float:
 def _curves(
     census: _KindCensus, user: User, motion: Motion, times: Floats, *, step: float
 ) -> dict[str, Floats]:
-    """A piece's measures by name, (n,) each."""
+    """Return measures of a piece by name, (n,) each.
+
+    Args:
+        census: What was measured of its kind; broken frames and jumps are added.
+        user: The road user.
+        motion: Its motion at the times.
+        times: Times of frames, (n,) [s].
+        step: Time between frames [s].
+    """
     finite = np.isfinite(motion.positions).all(axis=1) & np.isfinite(motion.yaws)
     census.broken += int((~finite).sum())
     known = measures.measure(motion, step=step, length=user.length)
-    # The log itself does not say how a car gets off the road.
+    # A move into a parking place is no jump: the log does not say how a car gets there.
     parking = [remark for remark in user.trajectory.remarks if remark.kind == "parking"]
     aside = np.zeros(len(times), dtype=np.bool_)
     for remark in parking:
@@ -252,7 +288,10 @@ def _curves(
 def _strays(
     user: User, keeping: LaneKeeping, motion: Motion, times: Floats, *, step: float
 ) -> Floats:
-    """How much farther from the lane's centre it is than logged, (n,) [m]; at some times only."""
+    """Return how much farther from the lane's centre it is than logged, (n,) [m].
+
+    As this takes long, most times are left out; they are NaN.
+    """
     every = max(1, round(_STRAY_STEP / step))
     found = np.full(len(times), np.nan)
     places = motion.positions[::every, :2]
@@ -261,7 +300,7 @@ def _strays(
 
 
 def _ends(log: TrafficLog, users: Sequence[User]) -> tuple[list[Finding], list[Finding]]:
-    """Who appears and who vanishes within the log, gaps and teleports included."""
+    """Return all births and deaths within the log, those at gaps and teleports included."""
     births, deaths = [], []
     margin = 0.5 * log.step
     for user in users:
@@ -274,7 +313,7 @@ def _ends(log: TrafficLog, users: Sequence[User]) -> tuple[list[Finding], list[F
 
 
 def _speeds(log: TrafficLog) -> str:
-    """What the log's speeds mean."""
+    """Return what the log's speeds mean, as a key of the report's `SPEEDS`."""
     if not any(np.isfinite(trace.speeds).any() for trace in log.traces):
         return "none"
     verdict = is_euler(log.traces)
@@ -282,7 +321,7 @@ def _speeds(log: TrafficLog) -> str:
 
 
 def _remarks(users: Sequence[User]) -> Iterator[Finding]:
-    """Everything that was noticed while smoothing."""
+    """Yield everything that was noticed while smoothing."""
     for user in users:
         for remark in user.trajectory.remarks:
             yield user.found(remark.kind, remark.begin, remark.value, end=remark.end)

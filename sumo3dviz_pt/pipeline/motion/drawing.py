@@ -1,4 +1,4 @@
-"""Collects what a picture of one road user's motion needs: `sumo3dviz-pt motion`."""
+"""Collect what a picture of one road user's motion needs, for `sumo3dviz-pt motion`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES
 from sumo3dviz_pt.motion import measures
 from sumo3dviz_pt.motion.lanes.graph import LaneGraph
 from sumo3dviz_pt.motion.lanes.keeping import LaneKeeping
@@ -23,22 +24,21 @@ from sumo3dviz_pt.report.extra import check_extra
 from sumo3dviz_pt.report.motion.plot import Drive, MotionCourse, Road, motion_plot
 
 _STEP = 0.02
-"""Between the times drawn, at first [s]."""
+"""Time between the points of a curve, unless there would be too many [s]."""
 
 _MOST_TIMES = 20_000
+"""Largest number of points of a curve."""
+
 _NEAR = 60.0
-"""Lanes that come so near to the path are drawn [m]."""
+"""Lanes that come at least this near to the path are drawn [m]."""
 
 _OFF = 8.0
-"""Farther from its lanes than that, a road user is in none of them [m]."""
-
-_NO_BODY = (1.8, 0.5)
-"""Width of a vehicle, and of a person, whose type is not known [m]."""
+"""A road user that is farther than this from the centres of its lanes is in none of them [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class MotionDrawing:
-    """What to draw.
+    """Which motion to draw, and where to.
 
     Attributes:
         vehicle: SUMO's id, or the key such as `person:walker_1`.
@@ -71,7 +71,7 @@ def draw_motion(job: Job, wanted: MotionDrawing) -> None:
 
 
 def find_user(users: Sequence[User], name: str) -> User:
-    """A road user by SUMO's id, or by its key.
+    """Return a road user by SUMO's id or by its key.
 
     Raises:
         ConfigError: If the log has none of that name; the message suggests some.
@@ -81,7 +81,13 @@ def find_user(users: Sequence[User], name: str) -> User:
 
 
 def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) -> Drive:
-    """Everything that is drawn of a road user.
+    """Collect everything that is drawn of a road user.
+
+    Args:
+        user: The road user.
+        scenario: The simulation.
+        job: The scene file.
+        wanted: The window of time.
 
     Raises:
         ConfigError: If it is not there at the wanted times.
@@ -91,8 +97,8 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) ->
     centres = [lane.shape[:, :2] for lane in keeping.lanes_of(user.trace)]
     logged = _logged(user, first, last, centres)
     shown = _shown(user, first, last, centres)
-    found = scenario.vehicle_types.get(user.trajectory.type_id)
-    width = found.width if found else _NO_BODY[user.trajectory.kind == "person"]
+    unknown = UNKNOWN_TYPES[user.trajectory.kind]
+    body = scenario.vehicle_types.get(user.trajectory.type_id, unknown)
     return Drive(
         title=f"{user.trajectory.kind} {user.trajectory.id}",
         subtitle=f"{user.trajectory.type_id or 'type unknown'}, {first:g} to {last:g} s,"
@@ -101,12 +107,12 @@ def drive_of(user: User, scenario: Scenario, job: Job, wanted: MotionDrawing) ->
         logged=logged,
         roads=_roads(scenario.network, shown.places),
         remarks=[r for r in user.trajectory.remarks if r.begin <= last and r.end >= first],
-        size=(found.length if found else user.length, width),
+        size=(body.length, body.width),
     )
 
 
 def _window(user: User, wanted: MotionDrawing) -> tuple[float, float]:
-    """First and last time to draw [s]."""
+    """Return the first and the last time to draw [s]."""
     pieces = user.trajectory.pieces
     begin, end = pieces[0].begin, pieces[-1].end
     first = begin if wanted.begin is None else max(begin, wanted.begin)
@@ -120,7 +126,7 @@ def _window(user: User, wanted: MotionDrawing) -> tuple[float, float]:
 
 
 def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> MotionCourse:
-    """The displayed motion; NaN where it does not exist."""
+    """Return the displayed motion within a window; NaN where the road user does not exist."""
     count = min(int((last - first) / _STEP) + 2, _MOST_TIMES)
     times = np.linspace(first, last, count)
     step = float(times[1] - times[0]) or _STEP
@@ -139,7 +145,7 @@ def _shown(user: User, first: float, last: float, lines: Sequence[Floats]) -> Mo
 
 
 def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> MotionCourse:
-    """The samples within a window."""
+    """Return the samples within a window."""
     trace = user.trace
     inside: Bools = (trace.times >= first - 1e-6) & (trace.times <= last + 1e-6)
     if not inside.any():
@@ -158,7 +164,7 @@ def _logged(user: User, first: float, last: float, lines: Sequence[Floats]) -> M
 
 
 def _in_lane(places: Floats, lines: Sequence[Floats]) -> Floats:
-    """Signed distances from the lanes' centres, (n,) [m]; NaN where it is in no lane."""
+    """Return signed distances from the lanes' centres, (n,) [m]; NaN outside the lanes."""
     found = np.full(len(places), np.nan)
     known = np.isfinite(places).all(axis=1)
     found[known] = measures.offsets(places[known], lines)
@@ -167,7 +173,7 @@ def _in_lane(places: Floats, lines: Sequence[Floats]) -> Floats:
 
 
 def _roads(network: Network, places: Floats) -> list[Road]:
-    """Lanes near a path."""
+    """Return the lanes near a path."""
     known = places[np.isfinite(places).all(axis=1)]
     reach = max(_NEAR, 0.2 * float(np.ptp(known, axis=0).max()))
     low, high = known.min(axis=0) - reach, known.max(axis=0) + reach

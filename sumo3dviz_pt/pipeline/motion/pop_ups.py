@@ -1,4 +1,4 @@
-"""Finds who appears or vanishes within the picture of a shot, as viewers would notice."""
+"""Find road users that appear or vanish within the picture of a shot, where viewers notice it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from sumo3dviz_pt.report.motion.report import Finding, PopUps
 from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
 
 _BESIDE = 3.0
-"""What stands so far beside the picture's edge may reach into it [m]."""
+"""A body whose front is this far beside the picture can still reach into it [m]."""
 
 _FARTHEST = 1000.0
-"""Farther away a car is a few pixels high [m]."""
+"""Beyond this distance nobody notices: a car is only a few pixels high [m]."""
 
 
 def pop_ups(
@@ -32,19 +32,20 @@ def pop_ups(
     births: Sequence[Finding],
     deaths: Sequence[Finding],
 ) -> tuple[PopUps, ...]:
-    """Who appears or vanishes in the pictures of a job's shots; of all cameras if it has none.
+    """Return who appears or vanishes in the pictures of a job's shots.
 
-    What stands between the eye and them is not considered.
+    If the job has no shots, each of its cameras is one. What stands between the eye and a road
+    user is not considered.
 
     Args:
         job: The scene file.
         scenario: The simulation.
         trajectories: Its smoothed motion.
-        births: Who appears in the log.
-        deaths: Who vanishes from it.
+        births: Where and when road users appear in the log.
+        deaths: Where and when they vanish from it.
 
     Raises:
-        ConfigError: If a camera rides with somebody unknown.
+        ConfigError: If a camera rides with an unknown road user.
     """
     shots = [(shot.camera, shot.start, shot.end) for shot in job.shots]
     if not shots:
@@ -66,7 +67,7 @@ def pop_ups(
 def _camera(
     settings: CameraSettings, job: Job, scenario: Scenario, trajectories: Sequence[Trajectory]
 ) -> Camera:
-    """A camera, with only the body of who it rides with."""
+    """Build a camera with no body but that of the road user it rides with."""
     riders: tuple[Trajectory, ...] = ()
     if isinstance(settings, LagrangianCamera):
         named = (settings.vehicle,)
@@ -76,7 +77,7 @@ def _camera(
 
 
 def _seen(camera: Camera, events: Sequence[Finding], *, aspect: float) -> Iterator[Finding]:
-    """The events that lie in the picture, with their distance from the eye as value [m]."""
+    """Yield the events that lie in the picture; their value is the distance from the eye [m]."""
     for event in events:
         try:
             view = camera.view_at(event.time)
@@ -89,7 +90,7 @@ def _seen(camera: Camera, events: Sequence[Finding], *, aspect: float) -> Iterat
 
 
 def _distance(view: View, event: Finding, *, aspect: float) -> float | None:
-    """From the eye to an event [m]; None if it lies outside the picture."""
+    """Return the distance from the eye to an event [m]; None if it is outside the picture."""
     place = np.array([event.x, event.y, event.z]) - view.position
     local = place @ view.world_from_camera.matrix[:3, :3]
     inside = bool(view.lens.sees(local, aspect, margin=_BESIDE))

@@ -1,4 +1,4 @@
-"""Draws how one road user moves: on the map, and over time."""
+"""Draw how one road user moves, on a map and over time."""
 
 from __future__ import annotations
 
@@ -32,15 +32,19 @@ _COLOURS: Mapping[str, str] = MappingProxyType(
 )
 _OTHER = "#7b4fb5"
 _MOST_BODIES = 40
+"""About the largest number of outlines of the body on the map."""
+
 _MOST_LABELS = 7
+"""Largest number of clock times on the map."""
+
 _ROOM = 12.0
-"""Road round the path at least [m]."""
+"""Smallest distance between the path and the border of the map [m]."""
 
 _WIDE = 1.7
-"""A map so much wider than high lies above the panels instead of beside them."""
+"""A map whose width is more than this many times its height lies above the panels."""
 
 _FINE = 300.0
-"""On a map that is no larger than this, lanes can be told apart [m]."""
+"""Largest size of a map on which lanes can be told apart [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,12 +53,12 @@ class MotionCourse:
 
     Attributes:
         times: (n,) [s].
-        places: Of the front, (n, 2) [m].
+        places: Positions of the front, (n, 2) [m].
         yaws: (n,) [rad].
         speeds: (n,) [m/s].
-        offsets: From the centre of the lane, to the left, (n,) [m].
-        accelerations: Along the path, (n,) [m/s2]; empty where unknown.
-        sideways: Across the path, to the left, (n,) [m/s2]; likewise.
+        offsets: Distances from the lane's centre, positive to the left, (n,) [m].
+        accelerations: Accelerations along the path, (n,) [m/s2]; empty where unknown.
+        sideways: Accelerations to the left, (n,) [m/s2]; empty where unknown.
     """
 
     times: Floats
@@ -72,7 +76,7 @@ class Road:
 
     Attributes:
         shape: Centre line, (n, 2) [m].
-        width: [m].
+        width: Width of the lane [m].
         inside: Whether it lies inside a junction.
     """
 
@@ -83,13 +87,13 @@ class Road:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drive:
-    """What there is to draw of a road user.
+    """What is drawn of a road user.
 
     Attributes:
-        title: Who it is.
+        title: Name of the road user.
         subtitle: What is shown of it.
-        shown: As displayed.
-        logged: The samples.
+        shown: Its motion as displayed.
+        logged: Its samples.
         roads: Lanes near it.
         remarks: What was noticed.
         size: Length and width of the body [m].
@@ -111,6 +115,7 @@ def motion_plot(drive: Drive, path: Path) -> None:
         drive: What to draw.
         path: The PNG to write.
     """
+    # Put the map above the panels or beside them.
     low, high = _extent(drive)
     width, height = (high - low).tolist()
     figure = new_figure(14.0, 8.4)
@@ -121,10 +126,12 @@ def motion_plot(drive: Drive, path: Path) -> None:
     else:
         grid = figure.add_gridspec(4, 2, width_ratios=(1.1, 1.0))
         place, panels = grid[:, 0], [grid[row, 1] for row in range(4)]
+    # Draw the map and the panels.
     _draw_map(figure.add_subplot(place), drive, low, high)
     axes = [figure.add_subplot(panels[0])]
     axes += [figure.add_subplot(panel, sharex=axes[0]) for panel in panels[1:]]
     _draw_panels(axes, drive)
+    # Mark the remarks, and explain all colours.
     handles = _shade(axes, drive)
     handles = [*axes[0].get_legend_handles_labels()[0], *handles]
     figure.legend(handles=handles, loc="outside lower right", ncols=8, frameon=False, fontsize=9)
@@ -135,7 +142,7 @@ def motion_plot(drive: Drive, path: Path) -> None:
 
 
 def _extent(drive: Drive) -> tuple[Floats, Floats]:
-    """Corners of what the map must show, (2,) each [m]: the path with some road round it."""
+    """Return the corners of the map, (2,) each [m]: the path with some road around it."""
     places = np.concatenate([drive.shown.places, drive.logged.places])
     places = places[np.isfinite(places).all(axis=1)]
     low, high = places.min(axis=0), places.max(axis=0)
@@ -144,7 +151,14 @@ def _extent(drive: Drive) -> tuple[Floats, Floats]:
 
 
 def _draw_map(axis: Any, drive: Drive, low: Floats, high: Floats) -> None:
-    """Lanes, path, samples and bodies seen from above."""
+    """Draw lanes, path, samples and bodies seen from above.
+
+    Args:
+        axis: Where to draw.
+        drive: What to draw.
+        low: Lower left corner of the map, (2,) [m].
+        high: Upper right corner, (2,) [m].
+    """
     shown, logged = drive.shown, drive.logged
     fine = bool((high - low).max() < _FINE)
     _draw_roads(axis, drive.roads, fine=fine)
@@ -167,7 +181,7 @@ def _draw_map(axis: Any, drive: Drive, low: Floats, high: Floats) -> None:
 
 
 def _draw_roads(axis: Any, roads: Sequence[Road], *, fine: bool) -> None:
-    """Lanes as bands, with their edges and centre lines where they can be told apart."""
+    """Draw lanes as bands; on a fine map also with borders and centre lines."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     for inside, colour in ((True, "#dcdcdc"), (False, "#cfcfcf")):
@@ -182,7 +196,7 @@ def _draw_roads(axis: Any, roads: Sequence[Road], *, fine: bool) -> None:
 
 
 def _band(road: Road) -> Floats:
-    """A lane's outline, (n, 2) [m]."""
+    """Return a lane's outline, (n, 2) [m]."""
     along = np.gradient(road.shape, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
     side = 0.5 * road.width * np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -190,7 +204,7 @@ def _band(road: Road) -> Floats:
 
 
 def _draw_bodies(axis: Any, drive: Drive) -> None:
-    """Some outlines of the body, at the times of samples."""
+    """Draw outlines of the body at the times of some samples."""
     from matplotlib.collections import PolyCollection
 
     shown = drive.shown
@@ -217,11 +231,11 @@ def _rgb(colour: str) -> tuple[float, float, float]:
 
 
 def _label_times(axis: Any, logged: MotionCourse) -> None:
-    """Clock times beside some samples that lie apart."""
-    ways = arc_length(logged.places)
-    wanted = np.linspace(0.0, ways[-1], _MOST_LABELS)
-    chosen = np.unique(np.clip(np.searchsorted(ways, wanted), 0, len(ways) - 1))
-    if ways[-1] < 1.0:
+    """Write clock times beside some samples that lie apart."""
+    travelled = arc_length(logged.places)
+    wanted = np.linspace(0.0, travelled[-1], _MOST_LABELS)
+    chosen = np.unique(np.clip(np.searchsorted(travelled, wanted), 0, len(travelled) - 1))
+    if travelled[-1] < 1.0:
         chosen = chosen[:1]
     for place in chosen.tolist():
         axis.annotate(
@@ -231,7 +245,7 @@ def _label_times(axis: Any, logged: MotionCourse) -> None:
 
 
 def _halo() -> list[Any]:
-    """A white rim that keeps labels legible."""
+    """Return a white rim that keeps labels legible."""
     from matplotlib.patheffects import withStroke
 
     return [withStroke(linewidth=2.5, foreground="white")]
@@ -241,9 +255,10 @@ def _halo() -> list[Any]:
 
 
 def _draw_panels(axes: Sequence[Any], drive: Drive) -> None:
-    """Speed, acceleration, heading and place in the lane over time."""
+    """Draw speed, acceleration, heading and place in the lane over time."""
     shown, logged = drive.shown, drive.logged
     dots = {"ls": "", "marker": ".", "ms": 5, "mew": 0, "color": _LOGGED, "zorder": 4}
+    # Curves of the shown motion, and dots for samples.
     speed, push, heading, offset = axes
     speed.plot(shown.times, shown.speeds, color=_SHOWN, lw=1.5, label="shown")
     speed.plot(logged.times, logged.speeds, label="logged", **dots)
@@ -256,6 +271,7 @@ def _draw_panels(axes: Sequence[Any], drive: Drive) -> None:
     heading.plot(logged.times, np.degrees(_beside(logged, shown, turned)), **dots)
     offset.plot(shown.times, _broken(shown.offsets), color=_SHOWN, lw=1.5)
     offset.plot(logged.times, logged.offsets, **dots)
+    # Titles and scales.
     titles = ("speed [m/s]", "acceleration [m/s²]", "heading [deg, from east]",
               "left of the lane's centre [m]")  # fmt: skip
     for axis, title, least in zip(axes, titles, (2.0, 2.0, 4.0, 1.0), strict=True):
@@ -273,7 +289,7 @@ def _draw_panels(axes: Sequence[Any], drive: Drive) -> None:
 
 
 def _widen(axis: Any, least: float) -> None:
-    """Show at least so much, so that noise does not look like motion."""
+    """Make an axis span at least `least`, so that noise does not look like motion."""
     low, high = axis.get_ylim()
     if high - low < least:
         middle = (low + high) / 2.0
@@ -281,7 +297,7 @@ def _widen(axis: Any, least: float) -> None:
 
 
 def _unwrapped(yaws: Floats) -> Floats:
-    """Without turns of 360 degrees, NaN kept."""
+    """Return yaws without jumps of 360 degrees; NaN stays."""
     turned = yaws.copy()
     known = np.isfinite(yaws)
     turned[known] = np.unwrap(yaws[known])
@@ -289,7 +305,7 @@ def _unwrapped(yaws: Floats) -> Floats:
 
 
 def _beside(logged: MotionCourse, shown: MotionCourse, turned: Floats) -> Floats:
-    """Logged headings on the turn of 360 degrees nearest to those shown, (n,) [rad]."""
+    """Return logged headings plus the full turns that bring them nearest those shown [rad]."""
     known = np.isfinite(turned)
     if not known.any():
         return logged.yaws
@@ -298,14 +314,14 @@ def _beside(logged: MotionCourse, shown: MotionCourse, turned: Floats) -> Floats
 
 
 def _broken(offsets: Floats) -> Floats:
-    """Without the upright strokes where another lane becomes the nearest."""
+    """Return offsets with a gap where another lane becomes the nearest."""
     shown = offsets.copy()
     shown[1:][np.abs(np.diff(offsets)) > 0.5] = np.nan
     return shown
 
 
 def _shade(axes: Sequence[Any], drive: Drive) -> list[Any]:
-    """Shade remarks in all panels; handles of the legend."""
+    """Shade remarks in all panels, and return their handles for the legend."""
     from matplotlib.patches import Patch
 
     first, last = drive.shown.times[[0, -1]]

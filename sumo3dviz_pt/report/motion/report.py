@@ -9,9 +9,10 @@ from types import MappingProxyType
 from typing import Any
 
 WORST = 5
-"""So many of each kind are shown in words."""
+"""Number of findings of each kind that are listed in words."""
 
 _MOST_LISTED = 20
+"""The same for the kinds of `_LISTED`, which users can act on."""
 
 FALLBACKS: Mapping[str, str] = MappingProxyType(
     {
@@ -35,7 +36,7 @@ SPEEDS: Mapping[str, str] = MappingProxyType(
 
 _LISTED = ("teleport", "parking", "reversing", "steep", "unlike the log")
 _UNITS: Mapping[str, str] = MappingProxyType(dict.fromkeys(("gap", *FALLBACKS), "s"))
-"""Of what is not measured in metres; slopes are shown in degrees."""
+"""Units of remarks that are not measured in metres; slopes are shown in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,14 +44,14 @@ class Finding:
     """Something that a road user does at a time and place.
 
     Attributes:
-        id: SUMO's id of who does it.
-        kind: What.
+        id: SUMO's id of the road user.
+        kind: What it does.
         time: When it begins or is worst [s].
         value: How large; the unit depends on the kind.
         lane: The lane or edge logged there, may be empty.
-        x: Of the front [m].
-        y: Likewise.
-        z: Likewise.
+        x: Position of the front [m].
+        y: Position of the front [m].
+        z: Position of the front [m].
         end: When it ends [s]; the same time for a moment.
     """
 
@@ -70,10 +71,10 @@ class Extreme:
     """How large one measure gets among all road users of a kind.
 
     Attributes:
-        name: The measure's.
+        name: Name of the measure.
         unit: Its unit.
         p99: 99 % of all frames stay below it; NaN if there are none.
-        worst: The largest of the worst road users, each once.
+        worst: The largest value of each of the worst road users.
     """
 
     name: str
@@ -88,11 +89,11 @@ class UserGroup:
 
     Attributes:
         kind: `vehicle`, `person` or `container`.
-        users: How many.
-        seconds: That all of them are shown together [s].
-        extremes: Of each measure.
-        jumps: Frames that move further than 1.5 x logged speed / fps + 2 cm, parking aside.
-        broken: Frames with a value that is no number.
+        users: Number of road users.
+        seconds: Time for which all of them are shown together [s].
+        extremes: Extremes of each measure.
+        jumps: Frames that move further than 1.5 x logged speed / fps + 2 cm, without parking.
+        broken: Frames with a value that is not a number.
     """
 
     kind: str
@@ -108,11 +109,11 @@ class PopUps:
     """Who appears or vanishes within a shot's picture.
 
     Attributes:
-        camera: The shot's.
-        begin: Of the shot [s].
-        end: Of the shot [s].
-        births: Who appears; value is the distance from the eye [m], nearest first.
-        deaths: Who vanishes; likewise.
+        camera: Name of the shot's camera.
+        begin: First time of the shot [s].
+        end: Last time of the shot [s].
+        births: Who appears, nearest first; the value is the distance from the eye [m].
+        deaths: Who vanishes, nearest first; the value is the distance from the eye [m].
     """
 
     camera: str
@@ -124,18 +125,18 @@ class PopUps:
 
 @dataclass(frozen=True, slots=True)
 class MotionReport:
-    """What was found.
+    """What was found in the motion of a log.
 
     Attributes:
-        smoother: Its name.
+        smoother: Name of the smoother.
         fps: Frame rate at which motion was measured [1/s].
-        begin: Of the log [s].
-        end: Of the log [s].
-        step: Of the log [s].
-        groups: By kind of road user.
-        births: Who appears within the log.
-        deaths: Who vanishes within it.
-        pop_ups: In the pictures of the shots.
+        begin: First time of the log [s].
+        end: Last time of the log [s].
+        step: Step of the log [s].
+        groups: Measures by kind of road user.
+        births: Number of road users that appear within the log.
+        deaths: Number of road users that vanish within the log.
+        pop_ups: Who appears or vanishes in the pictures of the shots.
         speeds: What the log's speeds mean, a key of `SPEEDS`.
         remarks: Everything noticed, in the order of kinds and time.
     """
@@ -153,13 +154,13 @@ class MotionReport:
     remarks: tuple[Finding, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it for JSON: what is no number is null."""
+        """Return all of it for JSON; what is not a number is null."""
         content: dict[str, Any] = _finite(asdict(self))
         return content
 
 
 def _finite(value: Any) -> Any:
-    """The same without NaN and infinity, which JSON does not know."""
+    """Return the same value with None for NaN and infinity, which JSON does not have."""
     if isinstance(value, dict):
         return {key: _finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
@@ -170,7 +171,7 @@ def _finite(value: Any) -> Any:
 
 
 def in_words(report: MotionReport) -> str:
-    """The report as people read it."""
+    """Return the report as text."""
     return "\n".join(_lines(report))
 
 
@@ -190,7 +191,7 @@ def _lines(report: MotionReport) -> Iterator[str]:
 
 
 def _pop_up_lines(shot: PopUps) -> Iterator[str]:
-    """One shot."""
+    """Yield the lines of one shot."""
     yield (
         f"  {shot.camera}, {shot.begin:g} to {shot.end:g} s: {len(shot.births)} appear in the"
         f" picture, {len(shot.deaths)} vanish"
@@ -201,13 +202,13 @@ def _pop_up_lines(shot: PopUps) -> Iterator[str]:
 
 
 def _where(finding: Finding) -> str:
-    """Its place in words."""
+    """Return the place of a finding in words."""
     lane = f" on {finding.lane}" if finding.lane else ""
     return f",{lane} at {finding.x:.1f}, {finding.y:.1f}"
 
 
 def _remark_lines(remarks: Sequence[Finding]) -> Iterator[str]:
-    """Everything noticed, by kind."""
+    """Yield the lines of all remarks, by kind."""
     kinds = dict.fromkeys(["gap", *_LISTED, *FALLBACKS, "lane change"])
     kinds |= dict.fromkeys(remark.kind for remark in remarks)
     for kind in kinds:
@@ -224,7 +225,7 @@ def _remark_lines(remarks: Sequence[Finding]) -> Iterator[str]:
 
 
 def _listed(some: Sequence[Finding], most: int, unit: str) -> Iterator[str]:
-    """The largest few of a kind."""
+    """Yield the lines of the largest remarks of a kind."""
     for each in sorted(some, key=lambda each: -abs(each.value))[:most]:
         span = f"{each.time:g} to {each.end:g} s"
         size = f"{each.value:.2f} {unit}" if each.kind != "steep" else f"{degrees(each.value):.0f}°"
@@ -234,7 +235,7 @@ def _listed(some: Sequence[Finding], most: int, unit: str) -> Iterator[str]:
 
 
 def _group_lines(group: UserGroup) -> Iterator[str]:
-    """The extremes of a kind of road users."""
+    """Yield the lines of the extremes of a kind of road users."""
     yield ""
     yield f"{group.kind}s: {group.users}, {group.seconds:.0f} s of motion"
     if group.broken:
@@ -248,6 +249,6 @@ def _group_lines(group: UserGroup) -> Iterator[str]:
 
 
 def _table(some: Iterable[Finding], unit: str) -> Iterator[str]:
-    """Findings as lines."""
+    """Yield one line for each finding."""
     for each in some:
         yield f"    {each.value:9.3g} {unit}  {each.id} at {each.time:.2f} s{_where(each)}"

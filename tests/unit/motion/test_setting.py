@@ -153,7 +153,7 @@ def test_length_that_follows_the_front(found, length):
 
 
 @pytest.mark.parametrize(
-    ("kind", "length"), [("vehicle", 5.0), ("person", 0.6), ("container", 6.1)]
+    ("kind", "length"), [("vehicle", 5.0), ("person", 0.6), ("container", 6.096)]
 )
 def test_length_of_unknown_types(kind, length):
     assert body_length(logged(euler=False, last=3.0, kind=kind, type_id="?"), {}) == length
