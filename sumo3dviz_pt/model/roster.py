@@ -1,4 +1,4 @@
-"""Who is in a vehicle log: one line for each road user, without the samples."""
+"""The road users of a vehicle log, one value each, without the samples."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A place to look from, and how far.
+    """A place and a radius around it.
 
     Attributes:
         x: [m].
@@ -37,10 +37,10 @@ class UserPlace:
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """A road user's way past a point.
+    """How a road user passes a point.
 
     Attributes:
-        begin: First time within the asked radius [s].
+        begin: First time within the given radius [s].
         end: Last time within it [s].
         time: When it comes closest [s].
         distance: Its front's smallest distance, seen from above [m].
@@ -63,13 +63,13 @@ class RoadUser:
         vclass: SUMO's vClass of that.
         begin: First time in the log [s].
         end: Last time in the log [s].
-        length: Of its drive, without gaps and teleports [m].
-        mean_speed: Over that drive, waiting included [m/s].
-        max_speed: The largest that is logged, or shown where none is [m/s].
-        lanes: How many lanes it uses, those on junctions left out.
-        edges: That it uses, in order, those on junctions left out.
-        place: Where it is at the time that was asked for.
-        passage: Its way past the point that was asked for.
+        length: Distance that it drives, without gaps and teleports [m].
+        mean_speed: Mean speed over that distance, waiting included [m/s].
+        max_speed: Largest logged speed, or largest speed between samples if none is logged [m/s].
+        lanes: Number of lanes that it uses, without those on junctions.
+        edges: Edges that it uses, in order, without those on junctions.
+        place: Where it is at the given time.
+        passage: How it passes the given point.
     """
 
     id: str

@@ -20,7 +20,7 @@ class Motion:
         yaws: Counter-clockwise from east, (n,) [rad]; NaN where not alive.
         pitches: Nose up, (n,) [rad]; NaN where not alive.
         speeds: Along the path, (n,) [m/s]; NaN where not alive.
-        travelled: Way of the front since its piece began, (n,) [m]; NaN where not alive.
+        travelled: Distance that the front drove in its piece, (n,) [m]; NaN where not alive.
     """
 
     alive: Bools

@@ -28,7 +28,7 @@ _KINDS = ("poi", "poly")
 
 
 def read_additional(paths: Iterable[Path]) -> tuple[tuple[Poi, ...], tuple[Polygon, ...]]:
-    """Read the POIs and polygons of additional files; other elements are passed over.
+    """Read the POIs and polygons of additional files; other elements are ignored.
 
     POIs without x and y (lon/lat or bound to a lane), and polygons in lon/lat or with
     fewer than two points, are left out with a warning that counts them.
@@ -60,7 +60,7 @@ def read_additional(paths: Iterable[Path]) -> tuple[tuple[Poi, ...], tuple[Polyg
 
 
 def _objects(path: Path) -> list[tuple[Element, dict[str, str]]]:
-    """The POIs and polygons of a file, each with its `<param>` children."""
+    """Return the POIs and polygons of a file, each with its `<param>` children."""
     objects: list[tuple[Element, dict[str, str]]] = []
     owner: Element | None = None
     for element in read_elements(path, root=(), what="an additional file of SUMO"):
@@ -75,7 +75,7 @@ def _objects(path: Path) -> list[tuple[Element, dict[str, str]]]:
 
 
 def _unusable(element: Element) -> str:
-    """Why an object cannot be placed, or nothing."""
+    """Return why an object cannot be placed, or nothing."""
     if element.tag == "poi":
         placed = "x" in element.attributes and "y" in element.attributes
         return "" if placed else "POIs left out: only POIs with x and y are read"
@@ -120,7 +120,7 @@ def _polygon(element: Element, params: dict[str, str]) -> Polygon:
 
 
 def colour_of(element: Element) -> Colour | None:
-    """The linear sRGB of an element's `color`, or None where it has none.
+    """Return the linear sRGB of an element's `color`, or None where it has none.
 
     Raises:
         InputError: If SUMO would not understand it either.

@@ -1,4 +1,4 @@
-"""Whether a vehicle log was written with a network: a few rows tell, before all are read."""
+"""Check by a few rows whether a vehicle log belongs to a network, before all rows are read."""
 
 from __future__ import annotations
 
@@ -22,29 +22,31 @@ from sumo3dviz_pt.sumo.stream import CHUNK, feed
 logger = logging.getLogger(__name__)
 
 _ROWS = 2000
-"""So many rows are looked at."""
+"""Largest number of rows that are looked at."""
 
 _BYTES = 32 * CHUNK
-"""At most so much of a log is read for them."""
+"""Largest part of a log that is read for them [bytes]."""
 
 _MARGIN = 1000.0
-"""How far off the network something may still be part of the scenario [m]."""
+"""Largest distance from the network of anything that is part of the scenario [m]."""
 
 _OFF = 8.0
-"""Nobody who drives is farther from all lanes' centres: sublanes and wide lanes need 5 [m]."""
+"""Largest distance of a driving vehicle from a lane's centre; wide lanes need 5 m [m]."""
 
 _DRIVES = 0.5
-"""Slower vehicles may be parked beside the road [m/s]."""
+"""A vehicle that is slower than this may be parked beside the road [m/s]."""
 
 _LEAST = 20
-"""Rows that are needed to say that a log's places do not fit."""
+"""Smallest number of rows that can show that a log's positions do not fit."""
 
 _MOST = 0.5
-"""Share of rows that may name lanes that are not there."""
+"""Largest share of rows that may name lanes which the network does not have."""
 
 _ON_ROADS = (0.5, 0.1)
-"""Share of vehicles that are on roads at least, without known lanes and with them: who is steered
-from outside may drive anywhere."""
+"""Smallest share of vehicles on roads, in a log without known lanes and in one with them.
+
+The second is lower because a vehicle that is steered over TraCI may drive anywhere.
+"""
 
 _ADVICE = "use the log of this network, written without --fcd-output.geo and --fcd-output.utm"
 
@@ -66,7 +68,14 @@ class LogRows:
     speeds: list[float] = field(default_factory=list)
 
     def add(self, kind: str, place: tuple[float, float], lane: str, speed: float) -> None:
-        """One more."""
+        """Add one row.
+
+        Args:
+            kind: `vehicle`, `person` or `container`.
+            place: x and y [m].
+            lane: Lane or edge id, may be empty.
+            speed: [m/s], or NaN.
+        """
         self.kinds.append(kind)
         self.places.append(place)
         self.lanes.append(lane)
@@ -74,7 +83,7 @@ class LogRows:
 
 
 def first_rows(file: Path) -> LogRows:
-    """The first rows of a log; none of what cannot be read, which its reader explains."""
+    """Return the first rows of a log up to what cannot be read, which its reader explains."""
     rows = LogRows()
     parser = expat.ParserCreate()
 
@@ -103,10 +112,10 @@ def check_belonging(rows: LogRows, network: Network, *, network_file: Path, log:
     """Refuse a log of another network.
 
     Args:
-        rows: Some of the log.
-        network: That it should be of.
-        network_file: Where that was read.
-        log: The log.
+        rows: Some rows of the log.
+        network: The network that the log should belong to.
+        network_file: File of the network, for messages.
+        log: File of the log, for messages.
 
     Raises:
         InputError: If most rows lie far from the network or its roads, or on lanes that it
@@ -120,13 +129,19 @@ def check_belonging(rows: LogRows, network: Network, *, network_file: Path, log:
 
 
 def misfit(reason: str, *, network_file: Path, log: Path) -> InputError:
-    """Say why a log is not of a network."""
+    """Return the error that says why a log does not belong to a network.
+
+    Args:
+        reason: What does not fit.
+        network_file: File of the network.
+        log: File of the log.
+    """
     message = f"the log does not lie on the network ({network_file.name}): {reason}; {_ADVICE}"
     return InputError(message, file=log)
 
 
 def _elsewhere(rows: LogRows, network: Network) -> str:
-    """Why rows lie off the network's box: SUMO may shift vehicles but not persons."""
+    """Return why rows lie off the network's box, or nothing; kinds may be shifted differently."""
     corners = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
     places = np.array(rows.places)
@@ -140,7 +155,10 @@ def _elsewhere(rows: LogRows, network: Network) -> str:
 
 
 def _unknown(rows: LogRows, network: Network) -> str:
-    """Why rows are on lanes of another network; those on junctions differ between versions."""
+    """Return why rows are on lanes of another network, or nothing.
+
+    Lanes on junctions do not count, because their ids differ between versions of SUMO.
+    """
     named = [lane for lane in rows.lanes if lane and not lane.startswith(":")]
     missing = [lane for lane in named if lane not in network.lanes and lane not in network.edges]
     if not missing:
@@ -155,7 +173,7 @@ def _unknown(rows: LogRows, network: Network) -> str:
 
 
 def _astray(rows: LogRows, network: Network) -> str:
-    """Why vehicles that drive are off the roads."""
+    """Return why driving vehicles are off the roads, or nothing."""
     drives = [
         kind == "vehicle" and not speed <= _DRIVES
         for kind, speed in zip(rows.kinds, rows.speeds, strict=True)
@@ -170,7 +188,7 @@ def _astray(rows: LogRows, network: Network) -> str:
 
 
 def _beside(places: Floats, network: Network) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which places are beside the centre of some lane, (n,)."""
+    """Return which places are near the centre of some lane, (n,)."""
     tree = shapely.STRtree(
         [shapely.LineString(lane.shape[:, :2]) for lane in network.lanes.values()]
     )

@@ -1,7 +1,7 @@
-"""How large numbers and counts in SUMO's files may be.
+"""Allowed ranges of numbers and counts in SUMO's files.
 
-A damaged number is refused by name and line, instead of making something endless of it:
-one lane of 1e12 m would be sampled until the memory is full.
+A damaged number is refused with its name and line, because a single one can make a program run
+forever: a lane of 1e12 m would be sampled until the memory is full.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from sumo3dviz_pt.model.bounds import ANGLE, COORDINATE, HEIGHT, SECONDS, Range
 __all__ = ["ANGLE", "COORDINATE", "HEIGHT", "SECONDS", "Range"]
 
 ANY = Range(-math.inf, math.inf)
-"""For numbers that nothing is built from."""
+"""For numbers from which nothing is built."""
 
 SPEED = Range(-1000.0, 1000.0, "m/s")
 SPEED_LIMIT = Range(0.0, 1000.0, "m/s")
@@ -32,17 +32,19 @@ PRIORITY = Range(-(2**31), 2**31 - 1)
 SIGNAL_BITS = Range(-1, 2**31 - 1)
 
 MOST_POINTS = 20_000
-"""Points of one shape: coasts and woods have thousands, houses and lanes tens."""
+"""Largest number of points of a shape: coasts and woods have thousands, houses and lanes tens."""
 
 PLAIN_POINTS = 100
-"""A shape of so many points may cross itself as it likes."""
+"""A shape of at most this many points may cross itself as often as it likes."""
 
 MOST_WINDING = 50.0
-"""How many times as long as its box a shape of more points may be: roads reach 3, fjords 20, and
-3000 points at random 1000, whose millions of crossings nothing can draw."""
+"""Largest length of a shape with more points, as a multiple of its bounding box's diagonal.
 
-MOST_WAY = 2e8
-"""Length of all lanes of a network together [m]: all roads of a large country."""
+Roads reach 3 and fjords 20; 3000 random points reach 1000 and cross each other millions of times.
+"""
+
+MOST_LENGTH = 2e8
+"""Largest length of all lanes of a network together [m], that of a large country's roads."""
 
 SIGNAL_LETTERS = "rugGyYsoO"
-"""What a link's signal may be (SUMO's manual, "Signal state definitions")."""
+"""Letters of a link's signal (SUMO's manual, "Signal state definitions")."""

@@ -43,13 +43,13 @@ _RANGES = {
     "pos": bounds.ANY,
     "signals": bounds.SIGNAL_BITS,  # last: whole numbers
 }
-"""What the numbers of a row may be, by attribute; speeds that cannot be count as none."""
+"""Allowed ranges of a row's numbers by attribute; impossible speeds count as not logged."""
 
 _BLOCK = 200_000 * COLUMNS
-"""Numbers after which rows that nobody keeps are passed on: 16 MB."""
+"""Number of values after which a block of rows is passed on, 16 MB."""
 
 Drain = Callable[[RowsOfUsers, Sequence[float]], None]
-"""Takes rows, and the times of all steps so far [s]."""
+"""A function that takes rows, and the times of all steps read until then [s]."""
 
 
 def read_trajectories(
@@ -63,18 +63,18 @@ def read_trajectories(
     """Read vehicle logs.
 
     Steps out of order are sorted; of repeated ones the first counts. Persons and
-    containers that coincide with a vehicle ride in it and are left out while they do.
+    containers at the position of a vehicle ride in it and are left out while they do.
     An id that comes back with another type makes another trace with the same key.
-    With a `begin`, steps before it are not checked. With an `end`, a log is read up to
-    its first step past it, so steps written out of order behind that one are not seen,
-    and `TrafficLog.end` is the last step seen.
+    Steps before `begin` are not checked. A log is read up to its first step after `end`, so
+    steps that are written out of order behind that one are missed, and `TrafficLog.end` is the
+    last step that was read.
 
     Args:
-        paths: Logs that belong together, such as vehicles and persons apart.
+        paths: Logs that belong together, such as one of vehicles and one of persons.
         begin: First time to keep [s]; None keeps all from the start.
         end: Last time to keep [s]; None keeps all to the end.
-        margin: What to keep beyond both, for smoothing [s].
-        allow_truncated: Use the complete steps of a log that breaks off.
+        margin: Time to keep before and after these, for smoothing [s].
+        allow_truncated: Whether to use the complete steps of a log that breaks off.
 
     Returns:
         Traces with SI units, yaws counter-clockwise from east, slopes within 30 degrees.
@@ -111,15 +111,15 @@ def stream_rows(
     *,
     allow_truncated: bool = False,
 ) -> tuple[str, ...]:
-    """Pass the rows of whole vehicle logs on in blocks of whole steps, without keeping them.
+    """Pass on the rows of whole vehicle logs in blocks of whole steps, without keeping them.
 
     Args:
         paths: Logs that belong together.
-        drain: Called with the rows of a block and the times of the log's steps so far.
-        allow_truncated: Use the complete steps of a log that breaks off.
+        drain: Called with the rows of each block and the times of the log's steps until then.
+        allow_truncated: Whether to use the complete steps of a log that breaks off.
 
     Returns:
-        Ids of lanes and edges, which the rows name by their index.
+        Ids of lanes and edges; the rows hold their indices.
 
     Raises:
         InputError: If a log is damaged, breaks off or holds no step.
@@ -134,7 +134,7 @@ def stream_rows(
 
 
 def _move(source: RowsOfUsers, target: RowsOfUsers) -> None:
-    """Add rows to others; the source is emptied, so that nothing is held twice."""
+    """Move rows to others, so that nothing is held twice."""
     for key in list(source):
         buffer = source.pop(key)
         if target.setdefault(key, buffer) is not buffer:
@@ -148,7 +148,14 @@ def _check_steps(
     *,
     asked: tuple[float, float],
 ) -> None:
-    """Refuse a log without steps, or without one in the window."""
+    """Refuse a log without steps, or without a step in the window.
+
+    Args:
+        times: Times of the log's steps, (n,) [s].
+        window: First and last time to keep, margins included [s].
+        files: The logs, for messages.
+        asked: First and last time that a user asked for, for messages [s].
+    """
     file = files[0] if files else None
     if not len(times):
         raise InputError("the log holds no time step; run the simulation again", file=file)
@@ -161,7 +168,7 @@ def _check_steps(
 
 
 def _span(asked: tuple[float, float]) -> str:
-    """A stretch of time in words; either end may be open [s]."""
+    """Return a span of time [s] in words; either end may be open."""
     if asked[1] == inf:
         return f"from {asked[0]:g} s on"
     return f"up to {asked[1]:g} s" if asked[0] == -inf else f"from {asked[0]:g} s to {asked[1]:g} s"
@@ -226,8 +233,8 @@ class _Reader:
             time = parse_time(attributes["time"]) if not _OLDEST <= time <= _NEWEST else time
         except (KeyError, ValueError):
             time = self._odd_time(attributes)
-        # Once rows are kept nothing past the window matters; without any, the error
-        # message needs to know where the log ends.
+        # Once rows are kept, nothing after the window matters. Without any row, reading goes on,
+        # because the error message says where the log ends.
         if time > self._end and self._kept:
             raise _DoneError
         if self._drain is not None and sum(map(len, self.rows.values())) >= _BLOCK:
@@ -240,7 +247,7 @@ class _Reader:
         self._parser.StartElementHandler = self._row if inside else self._skip
 
     def _row(self, tag: str, attributes: dict[str, str]) -> None:
-        """Pack one row; this runs a million times, hence the plain style."""
+        """Pack one row; the code is plain because it runs a million times."""
         if tag not in KINDS:
             self._skip(tag, attributes)
             return
@@ -272,7 +279,7 @@ class _Reader:
         buffer.extend((self._time, x, y, z, angle, speed, slope, place, signals, offset))
 
     def _odd_time(self, attributes: Mapping[str, str]) -> float:
-        """A time that is not written in seconds."""
+        """Return a time that is not written in seconds."""
         text = self._element("timestep", attributes).text("time")
         try:
             return parse_time(text)
@@ -281,7 +288,7 @@ class _Reader:
             raise self._element("timestep", attributes).error(message) from None
 
     def _refuse(self, tag: str, attributes: Mapping[str, str]) -> NoReturn:
-        """Say what is wrong with a row."""
+        """Raise an error that says what is wrong with a row."""
         element = self._element(tag, attributes)
         for name in ("id", "x", "y", "angle"):
             if name not in attributes:
@@ -302,7 +309,7 @@ class _Reader:
         return Element(tag, attributes, 0, self.file, line)
 
     def _drop_last_step(self) -> None:
-        """Forget the step in which the log breaks off; nobody knows if it is complete."""
+        """Forget the step in which the log breaks off, as it may be incomplete."""
         if not self.steps:
             return
         time = self.steps.pop()

@@ -45,7 +45,7 @@ class _NamedFiles:
     trajectories: list[Path] = field(default_factory=list)
 
     def missing(self) -> tuple[Path, ...]:
-        """Those that do not exist."""
+        """Return the files that do not exist."""
         named = (*self.network, *self.inputs, *self.trajectories)
         return tuple(path for path in dict.fromkeys(named) if not path.is_file())
 
@@ -62,8 +62,8 @@ def find_scenario(
 
     Args:
         path: A .sumocfg or a folder.
-        network: Use this network instead.
-        trajectories: Use these vehicle logs instead.
+        network: Network to use instead of the one found.
+        trajectories: Vehicle logs to use instead of those found.
 
     Returns:
         The files that exist, and those named but missing.
@@ -93,7 +93,7 @@ def find_scenario(
 
 
 def _named_by(configuration: Path) -> _NamedFiles:
-    """The files that a configuration names, relative to itself."""
+    """Return the files that a configuration names, relative to itself."""
     if root_of(configuration) not in CONFIGURATION_ROOTS:
         # Complain about damage before complaining about the kind of file.
         for _ in read_elements(configuration, root=(), what="a configuration of SUMO"):
@@ -114,13 +114,13 @@ def _named_by(configuration: Path) -> _NamedFiles:
 
 
 def _path(folder: Path, name: str) -> Path:
-    """A file that SUMO names; configurations written on Windows may hold backslashes."""
+    """Return a file that SUMO names; files written on Windows may hold backslashes."""
     plain = folder / name.strip()
     return plain if plain.exists() else folder / name.strip().replace("\\", "/")
 
 
 def _signal_outputs(inputs: list[Path]) -> list[Path]:
-    """Signal logs that additional files order, relative to these."""
+    """Return the signal logs that additional files tell SUMO to write, relative to these files."""
     return [
         _path(file.parent, element.attributes["dest"])
         for file in inputs
@@ -137,7 +137,7 @@ def _existing(paths: Sequence[Path]) -> tuple[Path, ...]:
 
 
 def _only(networks: tuple[Path, ...], place: Path) -> Path:
-    """The network, if there is exactly one."""
+    """Return the network if there is exactly one."""
     if not networks:
         raise InputError("no network (.net.xml) was found; name it by --network", file=place)
     if len(networks) > 1:
@@ -146,7 +146,13 @@ def _only(networks: tuple[Path, ...], place: Path) -> Path:
 
 
 def _logs(found: tuple[Path, ...], named: Sequence[Path], place: Path) -> tuple[Path, ...]:
-    """The vehicle logs found by content; those called like the named ones are preferred."""
+    """Return the vehicle logs to use.
+
+    Args:
+        found: Logs that were found by content.
+        named: Logs that a configuration names; found logs with similar names are preferred.
+        place: Where they were looked for, for messages.
+    """
     alike = tuple(f for f in found if any(f.name.startswith(n.name.split(".")[0]) for n in named))
     logs = vehicle_logs(alike) or vehicle_logs(found)
     if not found:

@@ -1,8 +1,7 @@
 """Skip the beginning of a long vehicle log without parsing it.
 
-Between two `<timestep` tags a log may be cut without harm to the XML around it, so
-steps before the asked window are dropped as bytes. That is ten times faster than
-letting expat look at them.
+A log may be cut between two `<timestep` tags without harm to the XML around them. So steps
+before the wanted window are dropped as bytes, which is ten times faster than parsing them.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ class FastForward:
 
     Args:
         begin: First time that is needed [s].
-        steps: Where the times of dropped steps are noted [s].
+        steps: Times of steps [s]; those of dropped steps are added.
 
     Attributes:
         lines: Number of lines dropped so far.
@@ -37,7 +36,7 @@ class FastForward:
         self._done = False
 
     def __call__(self, chunk: bytes) -> bytes:
-        """What the parser has to see of the next chunk."""
+        """Return the part of the next chunk that must be parsed."""
         if self._done:
             return chunk
         data = self._tail + chunk
@@ -55,7 +54,7 @@ class FastForward:
         return head + data[rest:] if self._done else head
 
     def _first_needed(self, data: bytes, start: int, end: int) -> int:
-        """Where the first step of the window begins, or the log ends; else `end`."""
+        """Return where the first step of the window begins, or the log ends; else `end`."""
         at = _found(data, _OPEN, start, end)
         while at < end:
             time = _time_of(data, at)
@@ -67,7 +66,7 @@ class FastForward:
 
 
 def _end_of_whole_tags(data: bytes) -> int:
-    """Where an unfinished tag begins at the end of the data."""
+    """Return where an unfinished tag begins at the end of the data."""
     last = data.rfind(b"<")
     return len(data) if last < 0 or data.find(b">", last) >= 0 else last
 
@@ -78,7 +77,7 @@ def _found(data: bytes, word: bytes, start: int, end: int) -> int:
 
 
 def _time_of(data: bytes, at: int) -> float | None:
-    """The time of a step [s], or None if the parser had better look at it."""
+    """Return the time of a step [s], or None where only the parser can tell it."""
     match = _TIME.match(data, at)
     try:
         return parse_time(match[1].decode("ascii")) if match else None

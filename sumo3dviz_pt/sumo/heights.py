@@ -1,4 +1,4 @@
-"""Heights of the road under points, for logs without z in a network that has hills."""
+"""Add heights of the road to logs without z in a network that has hills."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def with_heights(traces: tuple[Trace, ...], network: Network) -> tuple[Trace, ..
     """Put traces onto the road if the log has no z but the network has.
 
     Args:
-        traces: As read.
+        traces: Traces as read.
         network: The roads.
 
     Returns:
         The same traces if the network is flat or any sample has a height, else traces
-        whose z [m] is that of the nearest lane.
+        with the z of the nearest lane [m].
     """
     points = _lane_points(network)
     flat_log = not any(trace.positions[:, 2].any() for trace in traces)
@@ -38,7 +38,7 @@ def with_heights(traces: tuple[Trace, ...], network: Network) -> tuple[Trace, ..
 
 
 def _lifted(positions: Floats, heights: Floats, tree: cKDTree) -> Floats:
-    """Positions at the heights of their nearest points, weighted by inverse distance."""
+    """Return positions at the heights of their nearest points, weighted by inverse distance."""
     # A lane has at least two points, so there always is a second one.
     distances, nearest = tree.query(positions[:, :2], k=[1, 2])
     weights = 1.0 / (np.asarray(distances) + 1e-6)
@@ -47,7 +47,7 @@ def _lifted(positions: Floats, heights: Floats, tree: cKDTree) -> Floats:
 
 
 def _lane_points(network: Network) -> Floats:
-    """Points along all lanes, at most `_SPACING` apart, (n, 3) [m]."""
+    """Return points along all lanes, at most `_SPACING` apart, (n, 3) [m]."""
     parts = []
     for lane in network.lanes.values():
         along = arc_length(lane.shape[:, :2])

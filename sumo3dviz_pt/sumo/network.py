@@ -40,7 +40,7 @@ class _Draft:
     location: Location = field(default_factory=Location)
     left_hand: bool = False
     lanes: dict[str, Lane] = field(default_factory=dict)
-    way: float = 0.0
+    length: float = 0.0
 
 
 def read_network(path: Path) -> Network:
@@ -74,17 +74,17 @@ def read_network(path: Path) -> Network:
         draft.left_hand,
     )
     _check_names(draft, network)
-    if draft.way > bounds.MOST_WAY:
+    if draft.length > bounds.MOST_LENGTH:
         raise InputError(
-            f"all lanes together are {draft.way / 1e3:,.0f} km long, and at most"
-            f" {bounds.MOST_WAY / 1e3:,.0f} km can be drawn; cut the network to the place",
+            f"all lanes together are {draft.length / 1e3:,.0f} km long, and at most"
+            f" {bounds.MOST_LENGTH / 1e3:,.0f} km can be drawn; cut the network to the place",
             file=path,
         )
     return network
 
 
 def read_location(path: Path) -> Location:
-    """Read where a road network lies on the Earth, and no more of it.
+    """Read only where a road network lies on the Earth.
 
     Raises:
         InputError: If the file is damaged or no network.
@@ -97,7 +97,7 @@ def read_location(path: Path) -> Location:
 
 
 def _check_names(draft: _Draft, network: Network) -> None:
-    """What connections and junctions name must be there; SUMO would refuse it, too."""
+    """Refuse connections and junctions that name missing lanes, as SUMO does."""
     for element, connection in draft.connections:
         for lane in (connection.from_lane, connection.to_lane, connection.via):
             if lane and lane not in network.lanes:
@@ -109,12 +109,12 @@ def _check_names(draft: _Draft, network: Network) -> None:
 
 
 def _unknown(what: str, name: str) -> str:
-    """Say that something is missing."""
+    """Return a message that something is missing."""
     return f'the network has no {what} "{cut(name)}"; write the network again with netconvert'
 
 
 def _take(draft: _Draft, element: Element) -> None:
-    """Add what one element says."""
+    """Add the content of one element."""
     match element.tag:
         case "net":
             draft.left_hand = parse_flag(element.text("lefthand", "false"))
@@ -125,11 +125,11 @@ def _take(draft: _Draft, element: Element) -> None:
         case "lane" if draft.edges:
             owner, siblings = draft.edges[next(reversed(draft.edges))]
             shape = _lane_shape(element)
-            way = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
-            lane = _lane(element, owner, shape, way=way, place=len(siblings))
+            length = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
+            lane = _lane(element, owner, shape, drawn=length, place=len(siblings))
             _add(draft.lanes, element, lane)
             siblings.append(lane)
-            draft.way += way
+            draft.length += length
         case "junction":
             _add(draft.junctions, element, (element, _junction(element)))
         case "connection":
@@ -137,7 +137,13 @@ def _take(draft: _Draft, element: Element) -> None:
 
 
 def _add(known: dict[str, _T], element: Element, made: _T) -> None:
-    """Add something under its id, which must be new."""
+    """Add an object under its element's id, which must be new.
+
+    Args:
+        known: Objects by id.
+        element: The element that the object was made from.
+        made: The object.
+    """
     if element.text("id") in known:
         raise element.error("the id stands twice in the network; remove or rename one")
     known[element.text("id")] = made
@@ -162,7 +168,8 @@ def _edge(element: Element, lanes: list[Lane]) -> Edge:
     )
 
 
-def _lane(element: Element, owner: Element, shape: Floats, *, way: float, place: int) -> Lane:
+def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, place: int) -> Lane:
+    """Make a lane; `drawn` is the length of its shape [m], `place` its position on the edge."""
     outline = _points(element, "outlineShape")
     width = element.number("width", DEFAULT_LANE_WIDTH, within=bounds.LANE_WIDTH)
     return Lane(
@@ -173,14 +180,14 @@ def _lane(element: Element, owner: Element, shape: Floats, *, way: float, place:
         # SUMO writes -1 for "not given" in some generated files.
         width=width if width >= _NARROWEST_LANE else DEFAULT_LANE_WIDTH,
         speed=element.number("speed", _DEFAULT_SPEED, within=bounds.SPEED_LIMIT),
-        length=element.number("length", way, within=bounds.LANE_LENGTH),
+        length=element.number("length", drawn, within=bounds.LANE_LENGTH),
         allowed=allowed_classes(element.text("allow", ""), element.text("disallow", "")),
         outline=outline if len(outline) >= 3 else None,
     )
 
 
 def _lane_shape(element: Element) -> Floats:
-    """A lane's shape with at least two points."""
+    """Return a lane's shape with at least two points."""
     shape = _points(element, "shape")
     if not len(shape):
         raise element.error("the lane has no shape; write the network again with netconvert")

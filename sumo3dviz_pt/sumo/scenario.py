@@ -25,7 +25,7 @@ from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
 logger = logging.getLogger(__name__)
 
 _TRACES = 700
-"""Road users of each kind that are looked at to see whether a log is of its network."""
+"""Number of road users of each kind by which a log is compared with its network."""
 
 
 def read_scenario(
@@ -44,10 +44,10 @@ def read_scenario(
 
     Args:
         files: As `find_scenario` gives them.
-        begin: First time to keep [s].
-        end: Last time to keep [s].
-        margin: What to keep beyond both, for smoothing [s].
-        allow_truncated: Use the complete steps of a log that breaks off.
+        begin: First time to keep [s]; None keeps all from the start.
+        end: Last time to keep [s]; None keeps all to the end.
+        margin: Time to keep before and after these, for smoothing [s].
+        allow_truncated: Whether to use the complete steps of a log that breaks off.
 
     Returns:
         Everything in SI units and net coordinates.
@@ -87,7 +87,7 @@ def _typed(trace: Trace) -> Trace:
 
 
 def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[str, VehicleType]:
-    """SUMO's defaults for types that no file defines, with one warning for all."""
+    """Return SUMO's defaults for types that no file defines, with one warning for all."""
     kinds = {trace.type_id: trace.kind for trace in traces if trace.type_id not in known}
     undefined = sorted(set(kinds) - set(DEFAULT_TYPES))
     if undefined:
@@ -102,7 +102,7 @@ def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[st
 def _compare_lights(
     signals: Mapping[str, SignalPhases], network: Network, files: ScenarioFiles
 ) -> None:
-    """Warn of a signal log of another network; without a log, lights are dark, too."""
+    """Warn of a signal log of another network, with which all traffic lights stay dark."""
     known = {connection.tls for connection in network.connections}
     if signals and not known & set(signals):
         logger.warning(
@@ -113,7 +113,14 @@ def _compare_lights(
 
 
 def _check_rows(rows: LogRows, network: Network, files: ScenarioFiles, path: Path) -> None:
-    """Refuse a log of another network by some of its rows."""
+    """Refuse a log of another network by some of its rows.
+
+    Args:
+        rows: Some rows of the log.
+        network: The network.
+        files: The files of the scenario, for messages.
+        path: File of the log, for messages.
+    """
     check_belonging(rows, network, network_file=files.network, log=path)
 
 
@@ -130,7 +137,7 @@ def _check_log(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
 
 
 def _some_rows(log: TrafficLog) -> LogRows:
-    """Samples from all over a log; of each kind, since SUMO shifts only vehicles."""
+    """Return samples from all over a log, of each kind, as kinds may be shifted differently."""
     rows = LogRows()
     for kind in TYPE_OF_KIND:
         traces = [trace for trace in log.traces if trace.kind == kind]
@@ -145,12 +152,12 @@ def _some_rows(log: TrafficLog) -> LogRows:
 
 
 def _in_degrees(traces: list[Trace]) -> bool:
-    """Whether road users cover far less ground than their speeds say.
+    """Whether road users cover far less distance than their speeds say.
 
-    A degree is about 1e5 m, so in longitudes and latitudes a way shrinks that much.
+    A degree is about 1e5 m, so in longitudes and latitudes distances are that much smaller.
     """
-    way = ground = 0.0
+    driven = ground = 0.0
     for trace in traces:
-        way += float(np.nansum(trace.speeds[1:] * np.diff(trace.times)))
+        driven += float(np.nansum(trace.speeds[1:] * np.diff(trace.times)))
         ground += float(np.linalg.norm(np.diff(trace.positions[:, :2], axis=0), axis=1).sum())
-    return way > 50.0 and ground < 1e-3 * way
+    return driven > 50.0 and ground < 1e-3 * driven

@@ -33,7 +33,7 @@ def read_signals(paths: Iterable[Path]) -> dict[str, SignalPhases]:
 
 
 def _read_log(path: Path) -> dict[str, list[tuple[float, str]]]:
-    """All logged changes of one file, by tls id, in file order."""
+    """Return all logged changes of one file, by tls id, in file order."""
     log: dict[str, list[tuple[float, str]]] = {}
     for element in read_elements(path, root="tlsStates", what="a log of SUMO's traffic lights"):
         if element.tag == "tlsState":
@@ -45,7 +45,7 @@ def _read_log(path: Path) -> dict[str, list[tuple[float, str]]]:
 
 
 def _phases(tls: str, states: list[tuple[float, str]]) -> SignalPhases:
-    """Order the changes; of two at the same time the later entry holds."""
+    """Put changes in order; of two at the same time the later entry counts."""
     by_time = dict(sorted(states, key=lambda entry: entry[0]))
     changes: list[tuple[float, str]] = []
     for time, state in by_time.items():
@@ -57,7 +57,7 @@ def _phases(tls: str, states: list[tuple[float, str]]) -> SignalPhases:
 
 
 def _state(element: Element) -> str:
-    """The letters of all links."""
+    """Return the letters of all links."""
     state = element.text("state")
     odd = state.strip(SIGNAL_LETTERS) and sorted(set(state) - set(SIGNAL_LETTERS))
     if odd:

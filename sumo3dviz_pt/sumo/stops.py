@@ -11,7 +11,7 @@ from sumo3dviz_pt.sumo.stream import read_elements
 
 
 def read_stops(paths: Iterable[Path]) -> tuple[Stop, ...]:
-    """Read the bus stops of additional files; other elements are passed over.
+    """Read the bus stops of additional files; other elements are ignored.
 
     Args:
         paths: Additional files, plain or gzipped.

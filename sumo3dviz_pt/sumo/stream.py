@@ -1,8 +1,8 @@
 """Stream XML files, plain or gzipped, through expat.
 
-Nothing here knows what the elements mean. Readers of small files use
-`read_elements`; the vehicle log, which can be gigabytes, drives a parser of its
-own through `feed`. No tree is ever built, so memory does not grow with the file.
+The meaning of elements is left to the readers. Readers of small files use
+`read_elements`; the reader of the vehicle log, which can have gigabytes, passes a parser of
+its own to `feed`. No tree is ever built, so memory does not grow with the file.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Element:
 
     Attributes:
         tag: Its name.
-        attributes: As text.
-        depth: 0 for the root.
-        file: Where it was read.
+        attributes: Its attributes as text.
+        depth: Number of elements around it; 0 for the root.
+        file: The file that it was read from.
         line: Line in the file, from 1.
     """
 
@@ -54,17 +54,17 @@ class Element:
     line: int
 
     def error(self, message: str) -> InputError:
-        """An error that names file, line and this element."""
+        """Return an error that names file, line and this element."""
         return InputError(message, file=self.file, line=self.line, element=self.name)
 
     @property
     def name(self) -> str:
-        """How messages call it, such as `lane "a_0"`."""
+        """Its name in messages, such as `lane "a_0"`."""
         own = self.attributes.get("id")
         return f"<{cut(self.tag)}>" if own is None else f'{cut(self.tag)} "{cut(own)}"'
 
     def text(self, key: str, default: str | None = None) -> str:
-        """An attribute; without a default it must be there.
+        """Return an attribute; without a default it must be there.
 
         Raises:
             InputError: If it is missing.
@@ -75,7 +75,12 @@ class Element:
         return value
 
     def number(self, key: str, default: float | None = None, *, within: Range = ANY) -> float:
-        """An attribute as a finite number; without a default it must be there.
+        """Return an attribute as a finite number; without a default it must be there.
+
+        Args:
+            key: Name of the attribute.
+            default: Value where it is missing.
+            within: Allowed values.
 
         Raises:
             InputError: If it is missing, not a finite number, or out of range.
@@ -94,7 +99,12 @@ class Element:
         return number
 
     def integer(self, key: str, default: int | None = None, *, within: Range) -> int:
-        """An attribute as a whole number; without a default it must be there.
+        """Return an attribute as a whole number; without a default it must be there.
+
+        Args:
+            key: Name of the attribute.
+            default: Value where it is missing.
+            within: Allowed values.
 
         Raises:
             InputError: If it is missing, not a whole number, or out of range.
@@ -108,12 +118,12 @@ class Element:
 def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None = None) -> None:
     """Run a whole file through a parser whose handlers are set.
 
-    What the handlers raise passes through, so that they can stop the reading.
+    Errors of the handlers pass through, so that a handler can stop the reading.
 
     Args:
         parser: A fresh expat parser.
         file: The XML file; gzip is recognised by its first bytes, not by its name.
-        forward: Drops the beginning of a long vehicle log.
+        forward: A filter that drops the beginning of a long vehicle log.
 
     Raises:
         TruncatedError: If the file ends too early.
@@ -124,7 +134,7 @@ def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None
 
 
 def chunks(file: Path) -> Iterator[bytes]:
-    """The bytes of a file, unpacked.
+    """Yield the unpacked bytes of a file.
 
     Raises:
         InputError: If it cannot be read.
@@ -178,6 +188,11 @@ def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iter
 def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
     """Refuse a root element that is not expected.
 
+    Args:
+        element: The root element.
+        roots: Expected tags; empty accepts all.
+        what: What the file should be, for messages.
+
     Raises:
         InputError: If its tag is not in `roots`, unless that is empty.
     """
@@ -192,7 +207,7 @@ def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
 
 
 def root_of(file: Path) -> str | None:
-    """The name of a file's root element, or None where it is no readable XML."""
+    """Return the name of a file's root element, or None where it is no readable XML."""
     try:
         return next(read_elements(file, root=(), what="XML")).tag
     except (InputError, StopIteration):

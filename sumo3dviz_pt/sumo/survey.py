@@ -18,7 +18,7 @@ ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTy
 CONFIGURATION_ROOTS = frozenset({"configuration", "sumoConfiguration"})
 _XML_HEADS = (b"\x1f\x8b", b"<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 _PEEK = 20_000
-"""Elements that are enough to tell what a log holds: some seconds of a large city."""
+"""Number of elements that show what a log holds, some seconds of a large city."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Survey:
     configurations: tuple[Path, ...] = ()
 
     def __add__(self, other: Survey) -> Survey:
-        """Both places' files, each file once, ours first."""
+        """Join the files of two places; each file stands once."""
         return Survey(
             *(_once(getattr(self, f.name) + getattr(other, f.name)) for f in fields(Survey))
         )
@@ -52,14 +52,14 @@ def survey_folder(folder: Path, *, network: Path | None = None) -> Survey:
     """Look at the files of a folder and of its subfolders, one level down.
 
     A subfolder with a network of its own is another scenario and is left out, unless
-    this network is the asked one or the folder itself has none.
+    its network is the given one, or no network is given and the folder itself has none.
 
     Args:
         folder: Where to look.
-        network: The scenario's network where it is known.
+        network: The scenario's network, if it is known.
 
     Returns:
-        What lies there; unreadable files are passed over.
+        The files of SUMO; unreadable files are left out.
     """
     top = survey_files(file for file in sorted(folder.iterdir()) if file.is_file())
     for sub in sorted(sub for sub in folder.iterdir() if _is_place(sub)):
@@ -73,7 +73,7 @@ def survey_folder(folder: Path, *, network: Path | None = None) -> Survey:
 
 
 def survey_files(files: Iterable[Path]) -> Survey:
-    """Sort files by content; what is not SUMO's is passed over."""
+    """Sort files by content; files that are not of SUMO are left out."""
     found = Survey()
     for file in files:
         root = root_of(file) if _may_be_xml(file) else None
@@ -83,14 +83,14 @@ def survey_files(files: Iterable[Path]) -> Survey:
 
 
 def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Logs that belong together: one with vehicles, and any with persons only.
+    """Return logs that belong together: one with vehicles, and any with persons only.
 
     Args:
         logs: All vehicle logs of a place.
 
     Returns:
-        The one with vehicles first; empty where several hold vehicles, or none does
-        and there are several, because then nobody can tell which is meant.
+        The one with vehicles first. The result is empty where several hold vehicles, or
+        several logs hold none, because then it is not clear which is meant.
     """
     if len(logs) < 2:
         return logs
@@ -102,7 +102,7 @@ def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
 
 
 def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
-    """The logs to use, those with every step before those with switches only.
+    """Return the signal logs to use, those with every step before those with switches only.
 
     Returns:
         Logs in order of entries per second; one that adds no light is left out.
@@ -119,7 +119,7 @@ def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
 
 
 def _sorted_in(file: Path, root: str) -> Survey:
-    """Put one file where its content belongs."""
+    """Return a survey of one file whose root element is given."""
     one = (file,)
     if root in CONFIGURATION_ROOTS:
         # Other tools of SUMO use the same root for their own configurations.
@@ -141,7 +141,7 @@ def _sorted_in(file: Path, root: str) -> Survey:
 
 
 def readable_elements(file: Path) -> Iterator[Element]:
-    """Elements up to where a file breaks; whoever reads it in earnest will complain."""
+    """Yield the elements of a file up to damage, which its own reader will report."""
     try:
         yield from read_elements(file, root=(), what="a file of SUMO")
     except InputError as error:
@@ -153,7 +153,7 @@ def _peek(file: Path) -> list[Element]:
 
 
 def _density(entries: list[Element]) -> float:
-    """Entries per second; 0 where all are of one time."""
+    """Return the entries per second; 0 where all are of one time."""
     try:
         times = [parse_time(entry.text("time", "")) for entry in (*entries[:1], *entries[-1:])]
     except ValueError:
@@ -163,7 +163,7 @@ def _density(entries: list[Element]) -> float:
 
 
 def _may_be_xml(file: Path) -> bool:
-    """A cheap look at the first bytes; folders may hold thousands of frames."""
+    """Whether the first bytes look like XML; fast, as folders may hold thousands of files."""
     try:
         with file.open("rb") as stream:
             return stream.read(64).lstrip().startswith(_XML_HEADS)
@@ -176,7 +176,7 @@ def _is_place(path: Path) -> bool:
 
 
 def _once(files: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Each file once, under the first of its names."""
+    """Return each file once, under the first of its names."""
     first: dict[Path, Path] = {}
     for file in files:
         first.setdefault(file.resolve(), file)

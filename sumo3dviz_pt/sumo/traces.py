@@ -17,15 +17,16 @@ Key = tuple[str, str, str]
 """Kind, id and type: an id that comes back with another type is another road user."""
 
 RowsOfUsers = dict[Key, "array[float]"]
-"""Packed rows: time, x, y, z, angle, speed, slope, lane, signals, place on it."""
+"""Packed rows by road user: time, x, y, z, angle, speed, slope, lane, signals, offset on it."""
 
 COLUMNS = 10
+"""Number of values of a packed row."""
 
 STEEPEST = np.radians(30.0)
-"""SUMO logs slopes up to 90 degrees on walking areas and at kerbs; no road has them [rad]."""
+"""Steepest slope that is kept [rad]; SUMO logs up to 90 degrees at kerbs and on walking areas."""
 
 _TOUCH = 0.01
-"""A rider is written at the reference point of the vehicle; rounding is all that differs [m]."""
+"""Largest distance of a rider from the logged position of the vehicle, due to rounding [m]."""
 
 
 _SHIFTS = ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5))
@@ -58,12 +59,12 @@ def build_traces(rows: RowsOfUsers) -> tuple[Trace, ...]:
 
 
 def table_of(buffer: array[float]) -> Floats:
-    """Packed rows as a table, (n, 10)."""
+    """Return packed rows as a table, (n, 10)."""
     return np.frombuffer(buffer, dtype=np.float64).reshape(-1, COLUMNS)
 
 
 def in_order(table: Floats) -> Floats:
-    """Rows in time order; of several at one time the first that was written."""
+    """Return rows in time order; of several at one time, the first that was written."""
     times = table[:, 0]
     if (np.diff(times) > 0).all():
         return table
@@ -89,12 +90,12 @@ def _trace(key: Key, table: Floats) -> Trace:
 
 
 def _possible(values: Floats, within: Range) -> Floats:
-    """Values; NaN, which stands for none, where they are out of range, (n,)."""
+    """Return values with NaN, which stands for none, where they are out of range, (n,)."""
     return frozen(np.where(np.abs(values) <= within.high, values, np.nan))
 
 
 def riding_rows(rows: RowsOfUsers) -> dict[Key, Bools]:
-    """Which rows lie where a vehicle is at the same time, for all that is no vehicle."""
+    """Return for each person and container which rows lie where a vehicle is at that time."""
     riding = {
         key: np.zeros(len(buffer) // COLUMNS, dtype=np.bool_)
         for key, buffer in rows.items()
@@ -115,7 +116,7 @@ def riding_rows(rows: RowsOfUsers) -> dict[Key, Bools]:
 
 
 def _place_keys(table: Floats, shift: tuple[float, float]) -> Ints:
-    """One 64-bit key per row for its time and grid cell; different rows hardly ever collide."""
+    """Return a 64-bit key of each row's time and grid cell; different rows hardly ever collide."""
     time = np.ascontiguousarray(table[:, 0]).view(np.int64)
     x, y = (
         np.floor(table[:, 1 + axis] / (2 * _TOUCH) + shift[axis]).astype(np.int64)

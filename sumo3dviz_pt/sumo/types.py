@@ -23,7 +23,7 @@ _UNITS = {
     "carriageLength": bounds.UNIT_LENGTH,
     "carriageGap": bounds.UNIT_GAP,
 }
-"""How a train is split, and what these may be; below 0 stands for not given."""
+"""Lengths that tell how a train is split, and their ranges; a negative one is not given."""
 
 _DRAWN = ("locomotiveLength", "carriageLength", "carriageGap", "seatingWidth", "imgFile", "osgFile")
 
@@ -48,10 +48,10 @@ def read_vehicle_types(paths: Iterable[Path]) -> dict[str, VehicleType]:
 
 
 def default_vehicle_type(type_id: str, kind: str) -> VehicleType:
-    """What SUMO would take for a type that no file defines.
+    """Return the type that SUMO assumes where no file defines it.
 
     Args:
-        type_id: SUMO's id; `DEFAULT_PEDTYPE` and its like have their own vClass.
+        type_id: SUMO's id; `DEFAULT_PEDTYPE` and similar ids have their own vClass.
         kind: `vehicle`, `person` or `container`.
 
     Returns:
@@ -63,7 +63,7 @@ def default_vehicle_type(type_id: str, kind: str) -> VehicleType:
 
 
 def _definitions(path: Path) -> list[tuple[Element, dict[str, str]]]:
-    """The vTypes of a file, each with its `<param>` children."""
+    """Return the vTypes of a file, each with its `<param>` children."""
     found: list[tuple[Element, dict[str, str]]] = []
     owner: Element | None = None
     for element in read_elements(path, root=(), what="a route or additional file of SUMO"):
@@ -96,7 +96,7 @@ def _vehicle_type(element: Element, params: dict[str, str]) -> VehicleType:
 
 
 def _check_units(element: Element) -> None:
-    """Refuse lengths of carriages that no train has."""
+    """Refuse impossible lengths of carriages."""
     for key, within in _UNITS.items():
         if element.number(key, -1.0) > 0.0:
             element.number(key, within=within)

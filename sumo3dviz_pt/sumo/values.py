@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.colour import linear_from_srgb
+from sumo3dviz_pt.model.geometry import Colour
 from sumo3dviz_pt.sumo.bounds import (
     COORDINATE,
     HEIGHT,
@@ -24,8 +25,6 @@ from sumo3dviz_pt.sumo.bounds import (
     PLAIN_POINTS,
     SECONDS,
 )
-
-Colour = tuple[float, float, float]
 
 _NAMED: dict[str, tuple[int, int, int]] = {
     "red": (255, 0, 0),
@@ -46,13 +45,13 @@ _TRUE = frozenset({"1", "true", "yes", "on", "x", "t"})
 
 
 def parse_time(text: str) -> float:
-    """A time as SUMO writes it.
+    """Return a time that is written as SUMO does.
 
     Args:
         text: Seconds (`12.50`), `h:m:s` or `d:h:m:s`.
 
     Returns:
-        [s], within `bounds.SECONDS`.
+        The time within `bounds.SECONDS` [s].
 
     Raises:
         ValueError: If it is none of these.
@@ -74,7 +73,7 @@ def parse_time(text: str) -> float:
 
 
 def parse_colour(text: str) -> Colour | None:
-    """A colour as SUMO writes it.
+    """Return a colour that is written as SUMO does.
 
     Args:
         text: A name (`red`), `#rrggbb`, or `r,g,b[,a]` in 0-255 or 0-1; SUMO takes
@@ -101,12 +100,12 @@ def parse_colour(text: str) -> Colour | None:
 
 
 def parse_flag(text: str) -> bool:
-    """SUMO's truth values: 1, true, yes, on, x, t."""
+    """Whether a word is one of SUMO's words for true: 1, true, yes, on, x, t."""
     return text.strip().lower() in _TRUE
 
 
 def parse_points(text: str) -> NDArray[np.float64]:
-    """A shape as SUMO writes it.
+    """Return a shape that is written as SUMO does.
 
     Args:
         text: `x,y x,y` or `x,y,z x,y,z` [m]; SUMO leaves out a z of 0.
@@ -143,15 +142,15 @@ def parse_points(text: str) -> NDArray[np.float64]:
 
 
 def _check_winding(shape: NDArray[np.float64]) -> None:
-    """Refuse a shape that goes to and fro without end."""
-    way = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
+    """Refuse a shape that goes to and fro far too often."""
+    length = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
     across = float(np.linalg.norm(np.ptp(shape, axis=0)))
-    if way > MOST_WINDING * across:
-        raise ValueError(f"these go to and fro: {way:,.0f} m within {across:,.0f} m")
+    if length > MOST_WINDING * across:
+        raise ValueError(f"these go to and fro: {length:,.0f} m within {across:,.0f} m")
 
 
 def yaw_from_angle_deg(angle_deg: float) -> float:
-    """Yaw [rad, -pi to pi] from SUMO's angle, degrees clockwise from north."""
+    """Return the yaw in [-pi, pi] of SUMO's angle, which is degrees clockwise from north [rad]."""
     return math.remainder(math.pi / 2 - math.radians(angle_deg), 2 * math.pi)
 
 
