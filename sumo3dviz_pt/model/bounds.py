@@ -1,4 +1,4 @@
-"""How far numbers may go, wherever they are written: nothing that drives lies beyond."""
+"""Ranges of numbers in all files; everything that can drive lies within them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """What a number may be.
+    """A range of allowed numbers.
 
     Attributes:
-        low: The least.
-        high: The greatest.
-        unit: Of both, for messages; empty for counts and bits.
+        low: Smallest allowed number.
+        high: Largest allowed number.
+        unit: Unit of both, for messages; empty for counts and bits.
     """
 
     low: float
@@ -24,21 +24,21 @@ class Range:
         return self.low <= number <= self.high
 
     def __str__(self) -> str:
-        """In words, such as `from 0 to 1000 m/s`."""
+        """Return the range in words, such as `from 0 to 1000 m/s`."""
         return f"from {self.low:.10g} to {self.high:.10g} {self.unit}".rstrip()
 
 
 COORDINATE = Range(-2e7, 2e7, "m")
-"""Half of the Earth's circumference: no map projection reaches farther."""
+"""Coordinates: half of the Earth's circumference, as far as any map projection reaches."""
 
 HEIGHT = Range(-2e4, 2e4, "m")
-"""Twice that of the highest mountain."""
+"""Heights: twice that of the highest mountain."""
 
 SECONDS = Range(-1e9, 1e9, "s")
-"""Thirty years to either side."""
+"""Times: thirty years before and after zero."""
 
 ANGLE = Range(-3600.0, 3600.0, "degrees")
-"""Ten turns."""
+"""Angles: ten turns."""
 
 MOST_FRAMES = 1_000_000
-"""Frames of one film: eleven hours at 25 a second."""
+"""Largest number of frames of a film, eleven hours at 25 a second."""

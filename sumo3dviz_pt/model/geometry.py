@@ -30,19 +30,22 @@ GRID = 2.0**-20
 """Step of `settled` [m]: about a micrometre, and exact in binary."""
 
 _ROUND_UP = 0.618033988749895
-"""From this share of a step on, values go up. Halves, thirds and quarters of a step are common
-results, such as middles and means; nobody's last bit may decide about them."""
+"""Share of a step from which on values are rounded up.
+
+It is not near a half, a third or a quarter, because these are common results, such as middles and
+means, and their last bits must not decide.
+"""
 
 
 def settled(values: ArrayLike, step: float = GRID) -> Floats:
-    """Values on a grid, where processors agree: their last bits differ, a millionth does not.
+    """Return values rounded to a grid, so that they are the same on every processor.
 
-    Whatever is decided by a comparison is decided on such values: on which side a point lies,
-    which of two distances is the smaller.
+    The last bits of a result can differ between processors, but not a whole step of the grid.
+    Comparisons that decide something, such as which of two distances is smaller, use these values.
 
     Args:
-        values: Any shape.
-        step: Of the grid; a power of two, so that results are exact.
+        values: Values of any shape.
+        step: Step of the grid; a power of two, so that results are exact.
     """
     return np.asarray(np.floor(np.asarray(values) / step + (1.0 - _ROUND_UP)) * step)
 
@@ -57,19 +60,19 @@ def frozen(values: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
 def turned(vectors: Floats, matrix: Floats) -> Floats:
     """Multiply vectors, (..., 3), by a matrix, (3, 3), in one order on every processor.
 
-    A library of linear algebra adds in the order that suits the processor.
+    A library of linear algebra would add in whatever order is fastest on the processor.
     """
     x, y, z = (vectors[..., k, None] * matrix[:, k] for k in range(3))
     return np.asarray(x + y + z)
 
 
 def product(one: Floats, other: Floats) -> Floats:
-    """The product of small matrices, (..., k, m) and (..., m, n), as in `turned`."""
+    """Return the product of small matrices, (..., k, m) and (..., m, n), added as in `turned`."""
     return np.asarray((one[..., :, :, None] * other[..., None, :, :]).sum(axis=-2))
 
 
 def _cofactors(matrix: Floats) -> Floats:
-    """What carries normals where a matrix, (3, 3), carries points: as long as it likes, (3, 3)."""
+    """Return the matrix that transforms normals, not unit length, for that of points, (3, 3)."""
     x, y, z = matrix.T
     found = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
     return np.asarray(found * np.sign((x * found[:, 0]).sum()))
@@ -160,9 +163,16 @@ class Transform:
         roll: float = 0.0,
         scale: ArrayLike = 1.0,
     ) -> Transform:
-        """Place a body at a position [m]; angles [rad], pitch is nose up, roll is right side down.
+        """Return the placement of a body.
 
         Rotations apply in the order roll, pitch, yaw (aerospace order, z up).
+
+        Args:
+            position: Position of its origin, (3,) [m].
+            yaw: Counter-clockwise from east [rad].
+            pitch: Nose up [rad].
+            roll: Right side down [rad].
+            scale: Factors along its own axes; one number for all three.
         """
         cy, sy = np.cos(yaw), np.sin(yaw)
         cp, sp = np.cos(pitch), np.sin(pitch)
@@ -178,7 +188,7 @@ class Transform:
 
     @property
     def position(self) -> Floats:
-        """Where the body's origin lies, (3,) [m]."""
+        """Position of the body's origin, (3,) [m]."""
         return self.matrix[:3, 3]
 
     def __matmul__(self, other: Transform) -> Transform:
@@ -186,15 +196,15 @@ class Transform:
         return Transform(product(self.matrix, other.matrix))
 
     def points(self, points: Floats) -> Floats:
-        """Carry points, (n, 3) [m], from the body into the world."""
+        """Transform points, (n, 3) [m], from the body into the world."""
         return turned(points, self.matrix[:3, :3]) + self.matrix[:3, 3]
 
     def directions(self, directions: Floats) -> Floats:
-        """Carry directions, (n, 3), without the translation."""
+        """Transform directions, (n, 3), without the translation."""
         return turned(directions, self.matrix[:3, :3])
 
     def mesh(self, mesh: Mesh) -> Mesh:
-        """Carry a mesh; normals go by the inverse transpose and stay unit."""
+        """Transform a mesh; normals use the inverse transpose and stay unit vectors."""
         normals = mesh.normals
         if normals is not None:
             normals = turned(normals, _cofactors(self.matrix[:3, :3]))

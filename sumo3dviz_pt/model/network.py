@@ -82,14 +82,14 @@ class Junction:
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """A way from lane to lane.
+    """A connection from lane to lane.
 
     Attributes:
         from_lane: Lane id.
         to_lane: Lane id.
         via: Internal lane id, or empty.
-        tls: Id of the traffic light that rules it, or empty.
-        link_index: Place of its letter in the state string, or -1.
+        tls: Id of the traffic light that controls it, or empty.
+        link_index: Index of its letter in the state string, or -1.
         direction: SUMO's `dir`: s, r, l, R, L, t (turn), invalid.
         state: SUMO's `state` letter.
     """

@@ -1,7 +1,7 @@
-"""What long work tells about itself.
+"""News of long work: which step begins, and how far it is.
 
-Work announces its steps as it logs: to whoever listens, and without a parameter in every call
-between the two.
+Work announces its steps much as it logs. A function that listens receives them, without a
+parameter in every call between the two.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from enum import StrEnum
 
 
 class Doing(StrEnum):
-    """What is being done, in the words that people read."""
+    """The steps of long work, in the words that people read."""
 
     READ = "reading the simulation"
     BUILD = "building the scene"
@@ -32,8 +32,8 @@ class News:
 
     Attributes:
         doing: The step.
-        done: Frames, passes or whatever it counts that are done.
-        total: Of them in all; 0 where nothing is counted.
+        done: Number of frames, passes or other parts that are done.
+        total: Number of all parts; 0 where nothing is counted.
         what: What is rendered, measured or made, where there are several.
     """
 
@@ -53,7 +53,7 @@ Tell = Callable[[News], None]
 
 
 def _silent(_: News) -> None:
-    """Tell nobody."""
+    """Ignore news, where no function listens."""
 
 
 _LISTENER: ContextVar[Tell] = ContextVar("listener", default=_silent)
@@ -61,7 +61,7 @@ _LISTENER: ContextVar[Tell] = ContextVar("listener", default=_silent)
 
 @contextmanager
 def heard_by(tell: Tell) -> Iterator[None]:
-    """Let a function hear what work in this thread tells within the `with` statement."""
+    """Pass the news of this thread to a function within the `with` statement."""
     before = _LISTENER.set(tell)
     try:
         yield
@@ -70,5 +70,12 @@ def heard_by(tell: Tell) -> Iterator[None]:
 
 
 def announce(doing: Doing, done: int = 0, total: int = 0, *, what: str = "") -> None:
-    """Tell whoever listens what is being done, and how far it is."""
+    """Pass news to the function that listens, if there is one.
+
+    Args:
+        doing: The step of the work.
+        done: Number of parts that are done.
+        total: Number of all parts; 0 where nothing is counted.
+        what: What is rendered, measured or made, where there are several.
+    """
     _LISTENER.get()(News(doing, done, total, what))

@@ -1,4 +1,4 @@
-"""Chance that depends on a seed and names only, never on order or process."""
+"""Random numbers that depend on a seed and names only, never on order or process."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from itertools import accumulate
 
 
 def share_of(seed: int, *words: str) -> float:
-    """A number in [0, 1) that is always the same for the same seed and words."""
+    """Return a number in [0, 1) that is always the same for the same seed and words."""
     text = ":".join([str(seed), *words]).encode("utf-8")
     return int.from_bytes(hashlib.blake2b(text, digest_size=6).digest(), "big") / 2.0**48
 
 
 def pick(weights: Sequence[float], share: float) -> int:
-    """The index that a share in [0, 1) falls on, each as likely as its weight.
+    """Return the index that a share in [0, 1) falls on, each as likely as its weight.
 
     Args:
-        weights: Non-negative, with a positive sum.
-        share: In [0, 1).
+        weights: Weights of the indices, not negative, with a positive sum.
+        share: A number in [0, 1).
     """
     sums = list(accumulate(weights))
     return min(bisect_right(sums, share * sums[-1]), len(sums) - 1)

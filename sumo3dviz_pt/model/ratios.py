@@ -12,13 +12,13 @@ Ratio = Fraction | float | str
 
 
 def ratio_of(value: Ratio) -> Fraction:
-    """A number exactly as it is written: 29.97 is 2997/100, `30000/1001` is that.
+    """Return a number exactly as it is written: 29.97 becomes 2997/100.
 
     Args:
         value: A number, a ratio, or text of one.
 
     Raises:
-        ValueError: If it is none, or not positive.
+        ValueError: If it is no number, or not positive.
     """
     text = f"{value:.9f}" if isinstance(value, float) and abs(value) < 1e9 else str(value).strip()
     plain = not isinstance(value, bool) and _WRITTEN.fullmatch(text) is not None
@@ -29,7 +29,7 @@ def ratio_of(value: Ratio) -> Fraction:
 
 
 def in_short(ratio: Fraction) -> int | float | str:
-    """A ratio as a number where that says all of it, else as text such as `30000/1001`."""
+    """Return a ratio as a number where that is exact, else as text such as `30000/1001`."""
     if ratio.denominator == 1:
         return int(ratio)
     number = float(ratio)

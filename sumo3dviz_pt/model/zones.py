@@ -8,16 +8,17 @@ import re
 import zoneinfo
 
 SOLAR = "solar"
-"""Mean solar time of the place: noon is when the sun stands highest, but for 16 minutes."""
+"""Mean solar time of the place: the sun stands highest within 16 minutes of noon."""
 
 _FIXED = re.compile(r"([+-])(\d{1,2})(?::?([0-5]\d))?")
 
 
 def zone_named(name: str) -> dt.tzinfo:
-    """A time zone.
+    """Return a time zone.
 
     Args:
-        name: Of the IANA's data base, such as `Europe/Berlin`, or ahead of UTC, such as `+02:00`.
+        name: A name of the IANA time zones, such as `Europe/Berlin`, or an offset from UTC, such
+            as `+02:00`.
 
     Raises:
         ValueError: If there is none of that name; the message suggests one.

@@ -8,12 +8,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from sumo3dviz_pt.errors import cut
-from sumo3dviz_pt.model.geometry import frozen
+from sumo3dviz_pt.model.geometry import Colour, frozen
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import (
-    Colour,
     parse_colour,
     parse_flag,
     parse_points,

@@ -73,7 +73,13 @@ class _Bends:
     reach: float
 
     def add(self, stations: Floats, points: Floats, tangents: Floats) -> None:
-        """Round points and tangents, (m, 3) each, at stations, (m,) [m]; both change in place."""
+        """Round a line in place.
+
+        Args:
+            stations: (m,) [m].
+            points: Points of the line at the stations, (m, 3) [m]; they change.
+            tangents: Its derivatives there, (m, 3); they change.
+        """
         first = np.searchsorted(self.stations, stations - self.reach, side="right")
         last = np.searchsorted(self.stations, stations + self.reach, side="left")
         for step in range(int((last - first).max(initial=0))):
