@@ -79,8 +79,8 @@ FAULTS = {
         "matrices[:, :3, 3] = positions + [0.5, 0, 0]", (FRAMES,),
     ),
     "teleports are driven across": Fault(
-        "motion/pieces.py", "(lengths > reach + slack) | thrown", "lengths > 1e9",
-        ("tests/unit/motion/test_pieces.py", STIFF),
+        "motion/splitting.py", "(lengths > reach + slack) | thrown", "lengths > 1e9",
+        ("tests/unit/motion/test_splitting.py", STIFF),
     ),
     "dashes begin without half a gap": Fault(
         "library/mesh/bands.py", "self.stations[0] + 0.5 * gap", "self.stations[0] + 0.9 * gap",
@@ -226,13 +226,13 @@ FAULTS = {
         (STIFF, DRIVES),
     ),
     "lanes are changed in half a second": Fault(
-        "motion/lane_path.py", "CHANGE_TIME = 4.0", "CHANGE_TIME = 0.5", (DRIVES,),
+        "motion/lanes/path.py", "CHANGE_TIME = 4.0", "CHANGE_TIME = 0.5", (DRIVES,),
     ),
     "lanes are changed at walking pace as on a motorway": Fault(
-        "motion/lane_path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
+        "motion/lanes/path.py", "\n_AHEAD = 4.0", "\n_AHEAD = 0.0", (DRIVES,),
     ),
     "places on lanes are measured on the map": Fault(
-        "motion/ways.py", "along = arc_length(shape)", "along = arc_length(shape[:, :2])",
+        "motion/lanes/graph.py", "along = arc_length(shape)", "along = arc_length(shape[:, :2])",
         (MANOEUVRES,),
     ),
     "bodies follow their fronts at half their length": Fault(
@@ -247,7 +247,7 @@ FAULTS = {
         (STIFF, MANOEUVRES),
     ),
     "corners are not rounded": Fault(
-        "motion/track.py", "TIGHTEST, WIDEST = 2.25, 10.0", "TIGHTEST, WIDEST = 0.05, 0.1",
+        "motion/lanes/track.py", "TIGHTEST, WIDEST = 2.25, 10.0", "TIGHTEST, WIDEST = 0.05, 0.1",
         (MANOEUVRES,),
     ),
     "who parks jumps aside": Fault(
