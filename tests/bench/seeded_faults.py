@@ -289,7 +289,7 @@ FAULTS = {
         ("tests/unit/pipeline/test_worlds.py",),
     ),
     "another seed finds the old world": Fault(
-        "pipeline/worlds.py", "json.dumps([settings, stamps]", "json.dumps([stamps]",
+        "pipeline/worlds.py", "json.dumps([settings, stamps, cameras]", "json.dumps([stamps, cameras]",
         ("tests/unit/pipeline/test_worlds.py",),
     ),
     "rows of houses ignore other cameras": Fault(
