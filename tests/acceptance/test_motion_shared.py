@@ -49,9 +49,9 @@ CHANGE_WAY, CHANGE_TIME, LONGEST_CHANGE = 13.0, 2.0, 8.5
 BUNDLED = ("crossing", "ronda")
 """Smaller ones that are always there; fewer vehicles of them are shown."""
 
-elsewhere = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
+absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
 NAMES = [
-    name if name in BUNDLED else pytest.param(name, marks=[pytest.mark.slow, elsewhere])
+    name if name in BUNDLED else pytest.param(name, marks=[absent, pytest.mark.slow])
     for name in VEHICLES
 ]
 
@@ -377,7 +377,7 @@ def test_nothing_on_wheels_floats_or_sinks(name):
 
 
 @pytest.mark.slow
-@elsewhere
+@absent
 def test_no_walker_floats_or_sinks():
     read = scenario("monaco_west_hills")
     log, ways = read.traffic, Ways(read.network)

@@ -19,10 +19,10 @@ from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 ROOT = Path(__file__).parents[2]
 DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"
 BUNDLED = ["crossing", "ronda"]
-elsewhere = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data is not here")
+absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data is not here")
 SHARED = ["barcelona", "doerpfeldstr", "bologna_acosta", "badhersfeld"]
-FLAT = [*BUNDLED, *(pytest.param(name, marks=elsewhere) for name in SHARED)]
-HILLS = pytest.param("monaco_west_hills", marks=elsewhere)
+FLAT = [*BUNDLED, *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in SHARED)]
+HILLS = pytest.param("monaco_west_hills", marks=[absent, pytest.mark.slow])
 
 
 @cache
@@ -66,7 +66,8 @@ def test_every_lane_lies_on_a_surface(name):
     assert missing / count < 1e-4
 
 
-@elsewhere
+@pytest.mark.slow
+@absent
 def test_two_kilometres_of_motorway_stay_within_the_budget():
     net = network("barcelona")
     region = (18000.0, 16500.0, 20000.0, 18500.0)
@@ -74,7 +75,8 @@ def test_two_kilometres_of_motorway_stay_within_the_budget():
     assert sum(len(p.part.mesh.faces) for p in roads.static) < 150_000
 
 
-@elsewhere
+@pytest.mark.slow
+@absent
 def test_hills_have_no_overlap_on_one_level():
     cells = layout("monaco_west_hills").cells
     # A handful of places are 2.5 m apart at one end and less at the other.

@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[2]
 DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"
 BUNDLED = ["crossing", "ronda"]
 SHARED = ["doerpfeldstr", "bologna_acosta", "badhersfeld", "barcelona"]
-elsewhere = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
-NAMES = [*BUNDLED, *(pytest.param(name, marks=elsewhere) for name in SHARED)]
+absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
+NAMES = [*BUNDLED, *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in SHARED)]
 SHOWN = {
     "r": "red",
     "s": "red",
