@@ -1,4 +1,4 @@
-"""Roads of the shared networks: no overlaps, no gaps, within the budget."""
+"""Roads of the bundled and the shared networks: no overlaps, no gaps, within the budget."""
 
 from __future__ import annotations
 
@@ -10,20 +10,31 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.roads.build import build_roads
 from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-FLAT = ["barcelona", "doerpfeldstr", "bologna_acosta", "badhersfeld"]
+ROOT = Path(__file__).parents[2]
+DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"
+BUNDLED = ["crossing", "ronda"]
+absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data is not here")
+SHARED = ["barcelona", "doerpfeldstr", "bologna_acosta", "badhersfeld"]
+FLAT = [*BUNDLED, *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in SHARED)]
+HILLS = pytest.param("monaco_west_hills", marks=[absent, pytest.mark.slow])
 
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared data is not here")
+
+@cache
+def network(name: str) -> Network:
+    if name in BUNDLED:
+        return read_network(EXAMPLES / name / f"{name}.net.xml.gz")
+    return read_network(DATA / name / "net.net.xml.gz")
 
 
 @cache
 def layout(name: str) -> RoadLayout:
-    return layout_roads(read_network(DATA / name / "net.net.xml.gz"), RoadSettings())
+    return layout_roads(network(name), RoadSettings())
 
 
 @pytest.mark.parametrize("name", FLAT)
@@ -34,9 +45,9 @@ def test_no_two_pieces_share_area(name):
     assert shapely.area(cells.polygons).sum() == pytest.approx(whole, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", [*FLAT, "monaco_west_hills"])
+@pytest.mark.parametrize("name", [*FLAT, HILLS])
 def test_every_lane_lies_on_a_surface(name):
-    net = read_network(DATA / name / "net.net.xml.gz")
+    net = network(name)
     tree = shapely.STRtree(layout(name).cells.polygons)
     missing, count = 0, 0
     for lane in net.lanes.values():
@@ -49,19 +60,23 @@ def test_every_lane_lies_on_a_surface(name):
         along = (ahead - here) / np.maximum(np.linalg.norm(ahead - here, axis=1), 1e-9)[:, None]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         points = np.concatenate([here + k * lane.width * across for k in (-0.45, 0.0, 0.45)])
-        hit = tree.query(shapely.points(points), predicate="dwithin", distance=0.002)[0]
+        hit = tree.query(shapely.points(points), predicate="dwithin", distance=0.005)[0]
         missing += len(points) - len(np.unique(hit))
         count += len(points)
     assert missing / count < 1e-4
 
 
+@pytest.mark.slow
+@absent
 def test_two_kilometres_of_motorway_stay_within_the_budget():
-    net = read_network(DATA / "barcelona" / "net.net.xml.gz")
+    net = network("barcelona")
     region = (18000.0, 16500.0, 20000.0, 18500.0)
     roads = build_roads(net, RoadSettings(), textured=True, region=region)
     assert sum(len(p.part.mesh.faces) for p in roads.static) < 150_000
 
 
+@pytest.mark.slow
+@absent
 def test_hills_have_no_overlap_on_one_level():
     cells = layout("monaco_west_hills").cells
     # A handful of places are 2.5 m apart at one end and less at the other.

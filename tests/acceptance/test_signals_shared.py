@@ -11,8 +11,12 @@ from sumo3dviz_pt.sumo import read_network, read_signals
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.signals.build import build_signals
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-NAMES = ["doerpfeldstr", "bologna_acosta", "badhersfeld", "barcelona"]
+ROOT = Path(__file__).parents[2]
+DATA, EXAMPLES = ROOT.parent / "shared" / "data", ROOT / "examples"
+BUNDLED = ["crossing", "ronda"]
+SHARED = ["doerpfeldstr", "bologna_acosta", "badhersfeld", "barcelona"]
+absent = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
+NAMES = [*BUNDLED, *(pytest.param(name, marks=[absent, pytest.mark.slow]) for name in SHARED)]
 SHOWN = {
     "r": "red",
     "s": "red",
@@ -25,13 +29,13 @@ SHOWN = {
 }
 WALKED = {**SHOWN, "u": "red", "y": "red", "Y": "red"}
 
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
-
 
 @cache
 def loaded(name):
-    network = read_network(DATA / name / "net.net.xml.gz")
-    return network, read_signals([DATA / name / "tls_states.xml.gz"])
+    files = [DATA / name / "net.net.xml.gz", DATA / name / "tls_states.xml.gz"]
+    if name in BUNDLED:
+        files = [EXAMPLES / name / f"{name}.net.xml.gz", EXAMPLES / name / "signals.xml.gz"]
+    return read_network(files[0]), read_signals(files[1:])
 
 
 def lamps_of(signals):

@@ -23,7 +23,10 @@ DATA = Path(__file__).parents[2].parent / "shared" / "data"
 EDGE = DATA / "edge_cases"
 NAMES = ["barcelona", "doerpfeldstr", "bologna_acosta", "monaco_west_hills", "badhersfeld"]
 
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here")
+pytestmark = [
+    pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here"),
+    pytest.mark.slow,
+]
 
 
 @cache

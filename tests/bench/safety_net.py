@@ -1,13 +1,14 @@
 """Stores pictures and plans of many scenes, and compares them bit by bit.
 
     python tests/bench/safety_net.py store FOLDER [--only WORD ...]
-    python tests/bench/safety_net.py compare FOLDER OTHER
+    python tests/bench/safety_net.py compare FOLDER OTHER [--only WORD ...]
 
 Store before a change that must not change pictures, store again after it, compare. Only
 pictures of one machine can be compared: processors round differently. Each case runs in a
 process of its own, small and without denoiser, which would hide what differs. `compare`
 names the parts, bodies and poses that differ, counts pixels, and writes old, new and
-difference side by side into OTHER; its exit code is 1 if anything differs. Costs are printed
+difference side by side into OTHER; its exit code is 1 if anything differs, or if one folder
+lacks a case or a picture that the other has (`--only` compares some cases). Costs are printed
 beside each other. Cases of the shared networks are left out where those are missing.
 """
 
@@ -157,16 +158,32 @@ def _built(production: Any, times: Sequence[float]) -> dict[str, Any]:
     return digests
 
 
-def compare(old: Path, new: Path) -> Iterator[str]:
-    """What differs between two stores, in words."""
-    for path in sorted(old.glob("*.json")):
-        other = new / path.name
-        if not other.exists():
-            continue
+def compare(old: Path, new: Path, only: Sequence[str] = ()) -> Iterator[str]:
+    """What differs between two stores, in words.
+
+    Args:
+        old: A folder of `store`.
+        new: Another one.
+        only: Parts of the names of the cases to compare; all if empty.
+    """
+    names = [
+        {path.name for path in folder.glob("*.json") if _is_among(path.stem, only)}
+        for folder in (old, new)
+    ]
+    for name in sorted(names[0] ^ names[1]):
+        yield f"{Path(name).stem}: only in {(old if name in names[0] else new).name}"
+    for name in sorted(names[0] & names[1]):
+        path, other = old / name, new / name
         one, two = (json.loads(p.read_text(encoding="utf-8")) for p in (path, other))
         yield from (f"{path.stem}: {text}" for text in _changes(one["built"], two["built"]))
-        for picture in sorted(old.glob(f"{path.stem}.*.exr")):
-            yield from _pixels(picture, new / picture.name)
+        pictures = {p.name for folder in (old, new) for p in folder.glob(f"{path.stem}.*.exr")}
+        for picture in sorted(pictures):
+            yield from _pixels(old / picture, new / picture)
+
+
+def _is_among(name: str, only: Sequence[str]) -> bool:
+    """Whether a case is asked for."""
+    return not only or any(word in name for word in only)
 
 
 def _changes(one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[str]:
@@ -182,6 +199,9 @@ def _pixels(one: Path, two: Path) -> Iterator[str]:
     from sumo3dviz_pt.image.exr import read_exr
     from sumo3dviz_pt.image.png import write_png
 
+    if lacking := [path.parent.name for path in (one, two) if not path.exists()]:
+        yield f"{one.name}: missing in {', '.join(lacking)}"
+        return
     (old, _), (new, _) = read_exr(one), read_exr(two)
     if old.shape != new.shape:
         yield f"{one.name}: {old.shape} then, {new.shape} now"
@@ -220,7 +240,7 @@ def store(folder: Path, only: Sequence[str]) -> None:
     """Render all cases, each in a process of its own."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, case in CASES.items():
-        if only and not any(word in name for word in only):
+        if not _is_among(name, only):
             continue
         if case.scene in _RIDES and not SHARED.is_dir():
             print(f"{name}: left out, {SHARED.name} is not there", flush=True)
@@ -244,7 +264,7 @@ def main(arguments: Sequence[str]) -> int:
     if chosen.what == "store":
         store(chosen.folder, chosen.only)
         return 0
-    found = list(compare(chosen.folder, Path(chosen.other)))
+    found = list(compare(chosen.folder, Path(chosen.other), chosen.only))
     print("\n".join(costs_of(chosen.folder, Path(chosen.other))))
     print("\n".join(found) if found else "nothing differs")
     return 1 if found else 0

@@ -142,8 +142,10 @@ def here(tmp_path_factory: pytest.TempPathFactory) -> Path:
     "processor",
     [
         "Prescott",
-        "old",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("Haswell", "SkylakeX", "shaken")),
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("old", "Haswell", "SkylakeX", "shaken")
+        ),
     ],
 )
 def test_other_processors_build_the_same(processor: str, here: Path, tmp_path: Path) -> None:

@@ -11,13 +11,23 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from builders import write_scenario
 from manual import DOCS, ROOT, blocks, text_of
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 
 README = text_of(ROOT / "README.md")
-SMALLER = (("(960, 540)", "(64, 36)"), ("(640, 360)", "(64, 36)"), ("end=462", "end=460.08"))
+SMALLER = {"(960, 540)": "(64, 36)", "(640, 360)": "(64, 36)", "end=462": "end=460.08"}
+"""What examples are changed to, so that they render few pixels and frames."""
+
+STREET = {
+    "examples/ronda/scene.yaml": "scene.yaml",
+    "time=460": "time=4",
+    "start=460": "start=4",
+    "end=460.08": "end=4.2",
+}
+"""The same of a street with a few cars, for a tenth of the time; CI renders the real ones too."""
 
 
 def test_two_commands_set_a_fresh_machine_up() -> None:
@@ -64,23 +74,35 @@ def test_preset_table_holds_what_was_measured() -> None:
         assert result["compiled"] == 0
 
 
-def run(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Run an example beside a copy of the bundled scenario, with few pixels and frames."""
-    for long, short in SMALLER:
-        code = code.replace(long, short)
-    shutil.copytree(ROOT / "examples" / "ronda", folder / "examples" / "ronda")
+def replaced(code: str, changes: dict[str, str]) -> str:
+    """Code in which some words are others."""
+    for old, new in changes.items():
+        code = code.replace(old, new)
+    return code
+
+
+def run(code: str, scene: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Run an example beside a street, or a copy of the bundled scenario, with few pixels."""
+    code = replaced(code, SMALLER)
+    if scene == "street":
+        write_scenario(folder, vehicles=4)
+        code = replaced(code, STREET)
+        assert "ronda" not in code
+    else:
+        shutil.copytree(ROOT / "examples" / scene, folder / "examples" / scene)
     (folder / "example.py").write_text(code, encoding="utf-8")
     monkeypatch.chdir(folder)
     return runpy.run_path("example.py")
 
 
+@pytest.mark.parametrize("scene", ["street", pytest.param("ronda", marks=pytest.mark.slow)])
 def test_python_example_has_about_ten_lines_and_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    scene: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (code,) = blocks("python", README)
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
-    assert all(long in code for long, _ in SMALLER)
-    names = run(code, tmp_path, monkeypatch)
+    assert all(long in code for long in SMALLER)
+    names = run(code, scene, tmp_path, monkeypatch)
     assert names["image"].radiance.shape == (36, 64, 3)
     assert (tmp_path / "driver.exr").stat().st_size > 0
     assert (tmp_path / "driver.png").read_bytes().startswith(b"\x89PNG")
@@ -88,7 +110,8 @@ def test_python_example_has_about_ten_lines_and_runs(
     assert len(list((tmp_path / "drive.frames").glob("*.exr"))) == 2
 
 
+@pytest.mark.slow
 def test_python_example_of_the_manual_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (code,) = blocks("python", text_of(DOCS / "first_film.md"))
-    run(code, tmp_path, monkeypatch)
+    run(code, "ronda", tmp_path, monkeypatch)
     assert (tmp_path / "above.png").stat().st_size > 0

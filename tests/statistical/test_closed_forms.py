@@ -61,7 +61,7 @@ def ground_points(view, size, *, z=0.0):
     return view.position[:2] + reach[..., None] * rays[..., :2]
 
 
-def agree(radiance, expected, *, rounding=ROUNDING, blocks=(4, 4)):
+def assert_agree(radiance, expected, *, rounding=ROUNDING, blocks=(4, 4)):
     """Blocks of pixels against a formula, each by its own noise; Sidak over all blocks.
 
     Args:
@@ -100,7 +100,7 @@ def test_a_black_wall_takes_its_share_of_the_sky(height):
     distance = -ground_points(view, size)[..., 1]
     clear = (distance > 0.03).all(axis=1)
     share = 0.5 * (1 + distance / np.hypot(distance, height))
-    agree(radiance[clear], 0.6 * share[clear])
+    assert_agree(radiance[clear], 0.6 * share[clear])
     assert np.ptp(share[clear]) > 0.2
 
 
@@ -110,7 +110,7 @@ def test_next_to_a_high_wall_half_of_the_sky_is_left():
     scene = scene_of(parts, {"g": diffuse(0.6), "black": diffuse(0.0)})
     with session_of(scene, size=(32, 32), quality=quality(64)) as session:
         radiance = session.render(frame_of(down(4.0, at=(0.0, -4.0)))).radiance
-    agree(radiance, np.full((32, 32), 0.3), rounding=0.004)
+    assert_agree(radiance, np.full((32, 32), 0.3), rounding=0.004)
 
 
 # Cavities -----------------------------------------------------------------------------------
@@ -133,7 +133,7 @@ def test_a_closed_cavity_sums_the_geometric_series(albedo, depth, sampled):
     with session_of(scene, size=(24, 24), quality=quality(64, max_depth=depth)) as session:
         frame = frame_of(view, lamps={"walls": np.ones((1, 3))})
         radiance = session.render(frame).radiance
-    agree(radiance, np.full((24, 24), (albedo ** np.arange(depth)).sum()))
+    assert_agree(radiance, np.full((24, 24), (albedo ** np.arange(depth)).sum()))
 
 
 @pytest.mark.parametrize("albedo", [0.3, 0.8])
@@ -158,7 +158,7 @@ def test_an_integrating_sphere(albedo):
     known = albedo * share / (1 - albedo * (1 - share))
     assert 0.1 < share < 0.3
     # The mesh is a little smaller than the sphere.
-    agree(radiance, np.full((32, 32), known), rounding=0.01)
+    assert_agree(radiance, np.full((32, 32), known), rounding=0.01)
 
 
 def test_two_parallel_planes_of_which_one_shines():
@@ -172,7 +172,7 @@ def test_two_parallel_planes_of_which_one_shines():
         frame = frame_of(view_at([0, 0, 1.0], pitch=-90, fov=60), lamps={"c": np.ones((1, 3))})
         radiance = session.render(frame).radiance
     # Floor = rho_f x ceiling, ceiling = 1 + rho_c x floor.
-    agree(radiance, np.full((32, 32), 0.5 / (1 - 0.5 * 0.4)), rounding=0.01)
+    assert_agree(radiance, np.full((32, 32), 0.5 / (1 - 0.5 * 0.4)), rounding=0.01)
 
 
 # The sun ------------------------------------------------------------------------------------
@@ -380,7 +380,7 @@ def test_a_square_lamp_lights_the_ground_by_its_form_factor(sampled, height, hal
         frame = frame_of(view, lamps={"l": np.full((1, 3), 7.0)})
         radiance = session.render(frame).radiance
     points = ground_points(view, size)
-    agree(radiance, 7.0 * 0.5 * square_factor(points, height, half))
+    assert_agree(radiance, 7.0 * 0.5 * square_factor(points, height, half))
 
 
 @pytest.mark.parametrize("sampled", SAMPLED[1:])
@@ -399,4 +399,4 @@ def test_a_far_lamp_follows_the_inverse_square(distance, sampled):
             frame = frame_of(view, lamps={"l": np.full((1, 3), 300.0)})
             radiance = session.render(frame).radiance
             known = 0.5 / np.pi * 300.0 * (2 * half) ** 2 * cosine**4 / distance**2
-            agree(radiance, np.full((8, 8), known), rounding=0.005)
+            assert_agree(radiance, np.full((8, 8), known), rounding=0.005)

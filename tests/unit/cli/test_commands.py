@@ -14,6 +14,7 @@ from sumo3dviz_pt.pipeline.production import Request, check_target, frame_times,
 from sumo3dviz_pt.pipeline.scene_file import load_job
 
 
+@pytest.mark.slow
 def test_init_writes_a_scene_that_runs(tmp_path, capsys):
     write_scenario(tmp_path, signals=True, trees=True, vehicles=8, end=30.0)
     (tmp_path / "scene.yaml").unlink()

@@ -36,7 +36,7 @@ def values_of(eye):
     return np.array([*eye.position, eye.heading, eye.pitch, eye.roll, eye.fov])
 
 
-def same(one, other, **tolerance):
+def assert_same(one, other, **tolerance):
     difference = values_of(one) - values_of(other)
     for k in (3, 5):
         difference[k] = (difference[k] + 180.0) % 360.0 - 180.0
@@ -111,7 +111,7 @@ def test_the_way_ahead_is_level_and_by_the_heading():
 
 def test_turning_while_moving_leads_round_a_circle():
     eye = moved(EAST, frozenset({"KeyW", "KeyL"}), 6.0)
-    same(eye, EAST)
+    assert_same(eye, EAST)
     half = moved(EAST, frozenset({"KeyW", "KeyL"}), 3.0)
     np.testing.assert_allclose(half.position - EAST.position, [0, -60 / np.pi, 0], atol=1e-9)
 
@@ -121,7 +121,7 @@ def test_turning_while_moving_leads_round_a_circle():
 def test_time_steps_add_up(eye, keys, first, second, ground):
     at_once = moved(eye, keys, first + second, ground=ground)
     in_steps = moved(moved(eye, keys, first, ground=ground), keys, second, ground=ground)
-    same(at_once, in_steps)
+    assert_same(at_once, in_steps)
 
 
 @settings(deadline=None)
@@ -141,7 +141,7 @@ def test_eyes_stay_above_the_ground_and_level_enough(eye, keys, seconds, ground)
 def test_an_eye_is_what_its_view_says(eye):
     view = eye.view()
     again = Eye.of(view)
-    same(again, eye)
+    assert_same(again, eye)
     np.testing.assert_allclose(
         again.view().world_from_camera.matrix, view.world_from_camera.matrix, atol=1e-12
     )
@@ -165,7 +165,7 @@ def test_angles_are_those_of_a_scene_file():
         mode="eulerian", position=(1, 2, 3), heading=200, pitch=-20, roll=5, lens={"fov": 70}
     )
     view = build_camera(settings, fleet=nobody).view_at(0.0)
-    same(Eye.of(view), Eye(np.array([1.0, 2.0, 3.0]), 200.0, -20.0, 5.0, 70.0), atol=1e-12)
+    assert_same(Eye.of(view), Eye(np.array([1.0, 2.0, 3.0]), 200.0, -20.0, 5.0, 70.0), atol=1e-12)
 
 
 @settings(deadline=None)

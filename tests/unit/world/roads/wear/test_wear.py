@@ -107,6 +107,7 @@ def test_without_a_camera_nothing_near_is_built():
     assert "road/wear/asphalt" in ids
 
 
+@pytest.mark.slow
 def test_a_plain_colour_shows_no_wear():
     network = read_network(EXAMPLES / "crossing" / "crossing.net.xml.gz")
     for settings, textured in ((RoadSettings(colour="#808080"), True), (RoadSettings(), False)):
