@@ -28,7 +28,7 @@ _KEPT = 30 * 86_400.0  # how long a body of another version stays [s]
 
 
 def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
-    """Bodies and wheels in full detail of vehicles of the catalogue.
+    """Return bodies and wheels in full detail of vehicles of the catalogue.
 
     Args:
         names: Of vehicles that have them.
@@ -45,7 +45,7 @@ def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
 
 
 def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
-    """Bodies and wheels in full detail by the names that units give them, lamps included.
+    """Return bodies and wheels in full detail by the names that units give them, lamps included.
 
     Args:
         units: Of models that have full detail.

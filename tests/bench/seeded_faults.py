@@ -104,7 +104,7 @@ FAULTS = {
     "far road users beyond the detailed ones are dropped": Fault(
         "shot/visibility.py", "return Choice(near & ~full, shown & ~near, full)",
         "return Choice(near & ~full, shown & ~near & (distance > NEAR_END), full)",
-        ("tests/property/test_needs_properties.py",),
+        ("tests/property/test_visibility_properties.py",),
     ),
     # Bodies on their path.
     "trailers follow a tangent, not the path": Fault(

@@ -22,13 +22,13 @@ from sumo3dviz_pt.shot.cameras.riding import build_ride
 
 
 class Camera(Protocol):
-    """Anything that can be asked for a view."""
+    """Anything that has a view at any time."""
 
     def view_at(self, time: float) -> View:
-        """The view at a time [s].
+        """Return the view at a time [s].
 
         Raises:
-            ConfigError: If the camera rides with someone who does not exist then.
+            ConfigError: If the camera rides with a road user that does not exist then.
         """
 
 
@@ -43,12 +43,12 @@ class StandingCamera:
     view: View
 
     def view_at(self, time: float) -> View:
-        """The view, whatever the time."""
+        """Return the view, whatever the time."""
         return self.view
 
 
 def standing_view(settings: EulerianCamera) -> View:
-    """What a camera that stands still sees.
+    """Return what a camera that stands still sees.
 
     Raises:
         ConfigError: If it looks at the point where it stands.
@@ -63,11 +63,11 @@ def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -
 
     Args:
         settings: One of the job's camera settings.
-        fleet: Whom a camera can ride with.
+        fleet: Road users that a camera can ride with.
         left_hand: Whether traffic keeps left, so that drivers sit on the right.
 
     Raises:
-        ConfigError: If it rides with someone unknown, asks for an unknown view, or looks
+        ConfigError: If the road user that it rides with or its view is unknown, or if it looks
             at the point where it stands.
     """
     raise TypeError(f"{type(settings).__name__} is no camera")
