@@ -17,29 +17,24 @@ from functools import partial
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.buildings.parcels import Lot, lots_along
 from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, union
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
-from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.traffic import Poi, Polygon
-from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.kinds import kind_of
-from sumo3dviz_pt.world.placement.nearest import Nearest
 from sumo3dviz_pt.world.placement.sightlines import hides
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.placement.tiles import Tile, edges_in, tiles_seen
+from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
+from sumo3dviz_pt.world.rows.streets import AROUND, Streets, streets_in
 
 REACH = 620.0
 """Houses stand at most this far from a camera [m]."""
 
 SOURCE = "street_fronts"
 """The `source` of areas that rows take."""
-
-FASTEST = 61.0 / 3.6
-"""Along faster roads no houses stand at the kerb [m/s]."""
 
 DEPTHS = (12.5, 9.5, 7.0)
 """Depths of houses, the first that fits [m]."""
@@ -48,8 +43,6 @@ _SETBACK, _BARE = 2.2, 4.2  # between pavement, or kerb, and houses [m]
 _ROW, _TRUNK = 9.0, 2.6  # trees nearer to a pavement are street trees; houses keep off them [m]
 _SLIT = 4.0  # narrower gaps between pavements are no land [m]
 _RIM = 0.17  # how far forecourts cover the stones at the back of pavements [m]
-_NOISE = 16.0  # distance from fast roads [m]
-_DENSE, _AROUND = 2200.0, 200.0  # metres of streets within a radius that make a town [m]
 _YARDS = 0.06  # share of lots that stay open
 _TILE = 500.0  # tiles of houses [m]
 _MARGIN = 250.0  # blocks of land up to this size belong to one tile [m]
@@ -126,26 +119,6 @@ class Rows:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Streets:
-    """Sampled streets and what they are."""
-
-    tree: Nearest
-    city: Bools
-    main: Bools
-    walks: Bools
-    fast: shapely.Geometry
-
-    def fit(self, places: Floats, reach: float) -> Bools:
-        """Whether places, (n, 2) [m], lie at a city street, not farther than a reach [m]."""
-        away, nearest = self.tree.query(places)
-        good = self.city[nearest] & (away < reach)
-        if not self.fast.is_empty:
-            shapely.prepare(self.fast)
-            good &= ~shapely.contains_xy(self.fast, places)
-        return np.asarray(good)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Given:
     """What a scenario has put somewhere; it keeps its place."""
 
@@ -213,7 +186,7 @@ def _in_tile(
     around: Surroundings,
 ) -> Rows:
     """Rows of houses in one tile; they do not depend on the cameras that look at it."""
-    streets = _streets(network, tile.box(_MARGIN + 2.0 * _AROUND), around.memory)
+    streets = streets_in(network, tile.box(_MARGIN + 2.0 * AROUND), around.memory)
     if streets is None or not streets.city.any():
         return Rows()
     # Find the land between what is paved, a setback away from it.
@@ -319,7 +292,7 @@ class _Found:
         self.areas: list[shapely.Polygon] = []
         self.bounds = np.zeros((0, 4))
 
-    def build(self, lot: Lot, streets: _Streets) -> None:
+    def build(self, lot: Lot, streets: Streets) -> None:
         """Build a house on a lot, as deep as there is room for, or leave a yard."""
         middle = settled(lot.line.mean(axis=0))
         name, fronts = f"{middle[0]:.0f}:{middle[1]:.0f}", len(lot.line) - 1
@@ -373,69 +346,7 @@ def _neighbours(houses: Sequence[House]) -> list[House]:
     return found
 
 
-def _streets(network: Network, box: shapely.Polygon, memory: Memory) -> _Streets | None:
-    """Streets in a box, sampled."""
-    points, rank, length, fast = [], [], [], []
-    for edge in edges_in(network, box, memory):
-        roads = [lane for lane in edge.lanes if lane.allowed & {"passenger", "bus", "delivery"}]
-        if edge.function != "normal" or not roads:
-            continue
-        line = shapely.LineString(roads[0].shape[:, :2])
-        at = np.linspace(0.0, line.length, max(int(line.length / 5.0), 1) + 1)
-        quick = _is_fast(edge)
-        fast += [_beyond(network, edge, end) for end in (0, -1)]
-        walks = any(lane.allowed and lane.allowed <= {"pedestrian"} for lane in edge.lanes)
-        if quick:
-            fast.append(line.buffer(_width(edge) + _NOISE, cap_style="flat"))
-        for lane in edge.lanes:  # all lanes, so that the nearest point is the nearest street's
-            track = shapely.LineString(lane.shape[:, :2])
-            spots = shapely.line_interpolate_point(track, at / line.length, normalized=True)
-            points.append(shapely.get_coordinates(spots))
-            rank += [(not quick, len(roads) > 1, walks)] * len(at)
-            own = lane is roads[0]
-            length += [line.length / len(at) * own] * len(at)
-    if not points:
-        return None
-    places, kinds = settled(np.concatenate(points)), np.array(rank, dtype=np.bool_)
-    tree = Nearest(places)
-    total = _density(places, np.array(length) * kinds[:, 0])
-    city = kinds[:, 0] & (kinds[:, 2] | (total > _DENSE))
-    return _Streets(tree, city, kinds[:, 1], kinds[:, 2], shapely.union_all(fast))
-
-
-def _density(places: Floats, length: Floats) -> Floats:
-    """Metres of streets around places, (n,), counted on a grid of cells."""
-    cell = np.floor(places / _AROUND).astype(np.int64)
-    keys, own = np.unique(cell, axis=0, return_inverse=True)
-    sums = np.bincount(own.ravel(), weights=length)
-    near = cKDTree(keys.astype(np.float64)).query_ball_point(keys, 1.01)
-    mean = np.array([sums[some].sum() / 5.0 for some in near])
-    return np.asarray(mean[own.ravel()] * np.pi)  # a disc has pi cells of its radius
-
-
-def _width(edge: Edge) -> float:
-    """Of all lanes of an edge [m]."""
-    return sum(lane.width for lane in edge.lanes)
-
-
-def _beyond(network: Network, edge: Edge, end: int) -> shapely.Geometry:
-    """Where a road that ends at the network's rim would go on."""
-    junction = network.junctions.get(edge.to_junction if end else edge.from_junction)
-    if junction is None or junction.type != "dead_end":
-        return shapely.Polygon()
-    shape = edge.lanes[0].shape[:, :2]
-    step = shape[-1] - shape[-2] if end else shape[0] - shape[1]
-    away = shape[end] + 60.0 * step / max(float(np.hypot(*step)), 1e-6)
-    return shapely.LineString([shape[end], away]).buffer(_width(edge) + 1.0, cap_style="flat")
-
-
-def _is_fast(edge: Edge) -> bool:
-    """Whether a road is too fast for houses."""
-    named = any(word in edge.type for word in ("motorway", "trunk"))
-    return named or max(lane.speed for lane in edge.lanes) > FASTEST
-
-
-def _setback(ground: shapely.Geometry, trees: Floats, streets: _Streets) -> float:
+def _setback(ground: shapely.Geometry, trees: Floats, streets: Streets) -> float:
     """How far houses stand behind pavements: behind the street trees, if there are any [m]."""
     usual = _SETBACK if streets.walks.mean() > 0.5 else _BARE
     if not len(trees):
