@@ -37,10 +37,10 @@ _MOST_LENGTH = 1.5
 """A model is stretched or squeezed to a vType's length by no more than this factor."""
 
 DEFAULT_CAR: Size = (5.0, 1.8, 1.5)
-"""SUMO's size of the class passenger: says nothing about the real car."""
+"""SUMO's size of the class passenger; the real car may have any."""
 
 DEFAULT_PERSON = 1.719
-"""SUMO's height of people: says nothing about the real person."""
+"""SUMO's height of people; the real person may have any."""
 
 _HEIGHT_SPREAD = 0.1
 """Relative difference in height at which a look becomes 1/e as likely."""
@@ -219,7 +219,7 @@ def _kept(model: Model, named: Mapping[str, frozenset[str]]) -> frozenset[str]:
 def drawn_class(kind: VehicleType) -> str:
     """Return what a vType is drawn as: a class of models or of plain bodies.
 
-    The guiShape wins over the vClass, which says first of all which lanes a vehicle may
+    The guiShape wins over the vClass, whose first purpose is to tell which lanes a vehicle may
     use; but some classes have a guiShape that is too coarse for them.
     """
     shape = kind.gui_shape.split("/")[0]

@@ -62,7 +62,7 @@ class Fleet:
         trajectories: One for each road user.
         bodies: What each shows.
         colours: Of each.
-        cockpits: Names of opened prototypes by key of who rides in them.
+        cockpits: Names of opened prototypes by key of the road user that a camera sits in.
         prototypes: By name; only those in use.
         materials: Of user models, beside `MATERIALS`.
         lights: Which lamps they light; None leaves all off.
@@ -121,7 +121,7 @@ class Fleet:
 
         Args:
             time: SUMO's time [s].
-            view: The camera; the vehicle that it rides in is opened where it says so.
+            view: The camera; the vehicle that it rides in is opened if its view is a cutaway.
         """
         present = self.presence.at(time)
         return tuple(self.wholes(present, np.arange(len(present.users)), view=view))

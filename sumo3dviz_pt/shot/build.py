@@ -303,7 +303,7 @@ def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
 
 
 def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
-    """Plan who is drawn how over the whole shot, with so many triangles."""
+    """Plan how road users are drawn over the whole shot, in a number of triangles."""
     if not fleet.keys:
         return CrowdPlan(Slots(), visibility.MOST_NEAR)
     frames = []

@@ -1,7 +1,7 @@
 """Cameras: where the eye is and what it sees with, at any time.
 
-A camera is a pure function of time. Which one a scene file asks for is decided by the
-type of its settings; a new kind is one more registered builder here.
+A camera is a pure function of time. The type of its settings decides which builder makes it;
+a new kind is one more registered builder here.
 """
 
 from __future__ import annotations
