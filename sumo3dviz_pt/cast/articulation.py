@@ -52,7 +52,7 @@ class UnitLinks:
 
 
 def unit_frames(piece: MotionPiece, times: Floats, links: UnitLinks) -> Floats:
-    """Placements of a vehicle's units, unscaled, (n, u, 4, 4).
+    """Return the placements of a vehicle's units, unscaled, (n, u, 4, 4).
 
     Args:
         piece: The vehicle's motion.
@@ -139,7 +139,7 @@ def _matrices(fronts: Floats, headings: Floats) -> Floats:
 
 
 def rigid_frames(positions: Floats, yaws: Floats, pitches: Floats) -> Floats:
-    """Placements of bodies, (n, 4, 4): pitch, then yaw.
+    """Return the placements of bodies, (n, 4, 4): pitch, then yaw.
 
     Args:
         positions: Of their fronts, (n, 3) [m].
@@ -164,5 +164,12 @@ def joined(
     *,
     hinged: bool,
 ) -> UnitLinks:
-    """Links of lists of numbers; arguments as the attributes."""
+    """Return links from lists of numbers.
+
+    Args:
+        starts: Of each unit's front behind the vehicle's front, u of them [m].
+        lengths: Of the units, u of them [m].
+        pivots: Of each unit behind its own front, u pairs [m].
+        hinged: Whether the units' ends are kept together.
+    """
     return UnitLinks(np.array(starts), np.array(lengths), np.array(pivots).reshape(-1, 2), hinged)

@@ -55,8 +55,8 @@ class Body:
         size: As drawn: length, width, height [m].
         seat: As drawn.
         materials: What the prototypes need beside `MATERIALS`.
-        stride: Length of two steps of somebody who walks, or way of a turn of the cranks of
-            somebody who pedals [m]; or None.
+        stride: Length of a walker's two steps, or of a cyclist's way during a turn of the
+            cranks [m]; or None.
         ride: What it does when it is accelerated: a name in `cast/sway.py`'s `SPRINGS`,
             `lean`, or nothing.
         vclass: What it is drawn as.
@@ -83,7 +83,7 @@ def build_body(choice: Choice, prototypes: Prototypes) -> Body:
 
     Args:
         choice: From `choose`.
-        prototypes: Prototypes made so far; new ones are added.
+        prototypes: Prototypes made before; new ones are added.
 
     Raises:
         ConfigError: If a user's file cannot be read.
@@ -151,7 +151,7 @@ def _(choice: PlainChoice, prototypes: Prototypes) -> Body:
 
 @build_body.register
 def _(choice: FigureChoice, prototypes: Prototypes) -> Body:
-    """Somebody on foot, in all poses."""
+    """A person on foot, in all poses."""
     meta = catalog.find("people", choice.look).meta
     prototype = made_once(prototypes, choice.look, lambda: person(choice.look))
     scale = choice.height / float(meta["height"])

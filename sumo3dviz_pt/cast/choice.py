@@ -38,10 +38,10 @@ _STRETCHES = (1.5, 2.0)
 only where no model would do with the first, as it still looks better than a box."""
 
 DEFAULT_CAR: BodySize = (5.0, 1.8, 1.5)
-"""SUMO's size of the class passenger: says nothing about the real car."""
+"""SUMO's size of the class passenger; the real car may have any."""
 
 DEFAULT_PERSON = 1.719
-"""SUMO's height of people: says nothing about the real person."""
+"""SUMO's height of people; the real person may have any."""
 
 _HEIGHT_SPREAD = 0.1
 """Relative difference in height at which a look becomes 1/e as likely."""
@@ -85,7 +85,7 @@ class Model:
     pitch: float = 0.0
 
     def filled(self, wanted: float) -> float:
-        """Its own length for a vType of a length, with as many units as fit best [m]."""
+        """Return its own length for a vType of a length, with as many units as fit best [m]."""
         more = spare_units(self.size[0], self.pitch, wanted=wanted)
         return self.size[0] + more * self.pitch
 
@@ -103,7 +103,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True)
 class PersonLook:
-    """How somebody on foot can look.
+    """A look of people on foot.
 
     Attributes:
         name: In `assets/people`.
@@ -145,7 +145,7 @@ class UserChoice:
 
 @dataclass(frozen=True, slots=True)
 class FigureChoice:
-    """Somebody on foot, with a look of the catalogue, of this height [m]."""
+    """A person with a look of the catalogue, of this height [m]."""
 
     look: str
     height: float
@@ -155,7 +155,7 @@ Choice = ModelChoice | PlainChoice | UserChoice | FigureChoice
 
 
 def models_for(wanted: Mapping[str, Sequence[str]]) -> tuple[Model, ...]:
-    """Vehicles to draw from.
+    """Return the vehicles that bodies are drawn from.
 
     Args:
         wanted: Names by class; all that serve a class where it names none.
@@ -176,7 +176,7 @@ def models_for(wanted: Mapping[str, Sequence[str]]) -> tuple[Model, ...]:
 
 
 def looks_for(wanted: Sequence[str]) -> tuple[PersonLook, ...]:
-    """Looks of people on foot to draw from.
+    """Return the looks that people on foot are drawn from.
 
     Args:
         wanted: Names; none stands for all.
@@ -218,9 +218,9 @@ def _kept(model: Model, named: Mapping[str, frozenset[str]]) -> frozenset[str]:
 
 
 def drawn_class(kind: VehicleType) -> str:
-    """What a vType is drawn as: a class of models or of plain bodies.
+    """Return what a vType is drawn as: a class of models or of plain bodies.
 
-    The guiShape wins over the vClass, which says first of all which lanes a vehicle may
+    The guiShape wins over the vClass, whose first purpose is to tell which lanes a vehicle may
     use; but some classes have a guiShape that is too coarse for them.
     """
     shape = kind.gui_shape.split("/")[0]
@@ -256,12 +256,14 @@ def choose(
         seed: The job's.
         looks: Of people on foot; none gives them plain bodies.
     """
+    # Users' own files and people on foot.
     vclass = drawn_class(kind)
     for pattern, path in own.items():
         if fnmatchcase(name, pattern) or fnmatchcase(kind.id, pattern):
             return UserChoice(path, vclass, kind.length)
     if vclass == "pedestrian" and looks:
         return _figure(kind, looks, share_of(seed, name, "look"))
+    # Models that serve the class and can have the length.
     size = (kind.length, kind.width, kind.height)
     cars = Carriages.of(kind.params) if vclass in RAIL_CLASSES else None
     serving = [model for model in models if vclass in model.vclasses]
@@ -273,6 +275,7 @@ def choose(
         serving = trains or able
     if not serving:
         return PlainChoice("passenger" if vclass in LIVERIES else vclass, size)
+    # Draw one of them; models of about the right length are likelier.
     serving = [model for model in serving if kind.gui_shape in model.gui_shapes] or serving
     weights = [
         model.share * _likelihood(model.filled(kind.length), wanted=kind.length)
@@ -282,7 +285,7 @@ def choose(
 
 
 def can_be(model: Model, length: float, *, most: float = _STRETCHES[0]) -> bool:
-    """Whether a model can be stretched to a length; trains gain or lose cars first.
+    """Return whether a model can be stretched to a length; trains gain or lose cars first.
 
     Args:
         model: Of the catalogue.

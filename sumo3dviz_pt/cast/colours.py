@@ -31,60 +31,61 @@ class Palette:
     shares: tuple[float, ...]
 
     def draw(self, seed: int, key: str) -> Colour:
-        """The colour of a road user: the same for the same seed and key."""
+        """Return the colour of a road user: the same for the same seed and key."""
         return self.colours[pick(self.shares, share_of(seed, key, "colour"))]
 
 
-EUROPEAN = Palette(
-    (
-        (0.62, 0.63, 0.625),  # white
-        (0.012, 0.012, 0.013),  # black
-        (0.045, 0.048, 0.052),  # anthracite
-        (0.12, 0.125, 0.13),  # mid grey
-        (0.23, 0.235, 0.24),  # light grey
-        (0.43, 0.44, 0.45),  # silver
-        (0.55, 0.535, 0.495),  # pearl
-        (0.010, 0.020, 0.055),  # night blue
-        (0.018, 0.060, 0.190),  # blue
-        (0.110, 0.190, 0.270),  # steel blue
-        (0.300, 0.013, 0.012),  # red
-        (0.110, 0.008, 0.012),  # wine
-        (0.012, 0.045, 0.025),  # racing green
-        (0.130, 0.085, 0.050),  # bronze
-        (0.330, 0.280, 0.205),  # sand
-        (0.500, 0.120, 0.015),  # orange
-    ),
-    (22.0, 17, 10, 11, 6, 8, 3, 5, 5, 2, 4, 1.5, 2, 1.5, 1, 1),
+# fmt: off
+_PAINTS = (
+    # colour                 cars   others
+    ((0.620, 0.630, 0.625),  22.0,  48.0),  # white
+    ((0.012, 0.012, 0.013),  17.0,   2.0),  # black
+    ((0.045, 0.048, 0.052),  10.0,   5.0),  # anthracite
+    ((0.120, 0.125, 0.130),  11.0,   6.0),  # mid grey
+    ((0.230, 0.235, 0.240),   6.0,   6.0),  # light grey
+    ((0.430, 0.440, 0.450),   8.0,  10.0),  # silver
+    ((0.550, 0.535, 0.495),   3.0,   3.0),  # pearl
+    ((0.010, 0.020, 0.055),   5.0,   4.0),  # night blue
+    ((0.018, 0.060, 0.190),   5.0,   6.0),  # blue
+    ((0.110, 0.190, 0.270),   2.0,   2.0),  # steel blue
+    ((0.300, 0.013, 0.012),   4.0,   5.0),  # red
+    ((0.110, 0.008, 0.012),   1.5,   1.0),  # wine
+    ((0.012, 0.045, 0.025),   2.0,   2.0),  # racing green
+    ((0.130, 0.085, 0.050),   1.5,   0.0),  # bronze
+    ((0.330, 0.280, 0.205),   1.0,   0.0),  # sand
+    ((0.500, 0.120, 0.015),   1.0,   0.0),  # orange
 )
+"""Colours of vehicles, and how common they are: among cars and two-wheelers, and others."""
+
+_COATS = (
+    # colour                 people
+    ((0.020, 0.021, 0.025),  14.0),  # black
+    ((0.055, 0.057, 0.062),  10.0),  # charcoal
+    ((0.150, 0.150, 0.155),  10.0),  # grey
+    ((0.560, 0.550, 0.530),   9.0),  # off-white
+    ((0.018, 0.028, 0.065),  13.0),  # navy
+    ((0.050, 0.085, 0.160),  12.0),  # denim
+    ((0.140, 0.215, 0.330),   6.0),  # light denim
+    ((0.270, 0.205, 0.135),   6.0),  # camel
+    ((0.075, 0.080, 0.040),   5.0),  # olive
+    ((0.030, 0.085, 0.055),   2.0),  # bottle green
+    ((0.115, 0.015, 0.022),   3.0),  # burgundy
+    ((0.310, 0.030, 0.025),   3.0),  # red
+    ((0.400, 0.250, 0.035),   2.0),  # mustard
+    ((0.330, 0.155, 0.170),   2.0),  # rose
+    ((0.090, 0.050, 0.035),   2.0),  # brown
+    ((0.200, 0.120, 0.240),   1.0),  # lilac
+)
+"""Colours of coats, and how common they are."""
+# fmt: on
+
+EUROPEAN = Palette(tuple(row[0] for row in _PAINTS), tuple(row[1] for row in _PAINTS))
 """Passenger cars and two-wheelers: 77 % achromatic."""
 
-SOBER = Palette(
-    EUROPEAN.colours,
-    (48.0, 2, 5, 6, 6, 10, 3, 4, 6, 2, 5, 1, 2, 0, 0, 0),
-)
-"""Buses, trucks, vans, trains and whatever else."""
+SOBER = Palette(tuple(row[0] for row in _PAINTS), tuple(row[2] for row in _PAINTS))
+"""Buses, trucks, vans, trains and all other vehicles."""
 
-CLOTHES = Palette(
-    (
-        (0.020, 0.021, 0.025),  # black
-        (0.055, 0.057, 0.062),  # charcoal
-        (0.150, 0.150, 0.155),  # grey
-        (0.560, 0.550, 0.530),  # off-white
-        (0.018, 0.028, 0.065),  # navy
-        (0.050, 0.085, 0.160),  # denim
-        (0.140, 0.215, 0.330),  # light denim
-        (0.270, 0.205, 0.135),  # camel
-        (0.075, 0.080, 0.040),  # olive
-        (0.030, 0.085, 0.055),  # bottle green
-        (0.115, 0.015, 0.022),  # burgundy
-        (0.310, 0.030, 0.025),  # red
-        (0.400, 0.250, 0.035),  # mustard
-        (0.330, 0.155, 0.170),  # rose
-        (0.090, 0.050, 0.035),  # brown
-        (0.200, 0.120, 0.240),  # lilac
-    ),
-    (14.0, 10, 10, 9, 13, 12, 6, 6, 5, 2, 3, 3, 2, 2, 2, 1),
-)
+CLOTHES = Palette(tuple(row[0] for row in _COATS), tuple(row[1] for row in _COATS))
 """Coats of people on foot."""
 
 SUMO_YELLOW: Colour = (0.8, 0.8, 0.02)
@@ -96,7 +97,7 @@ _COLOURFUL_CLASSES = frozenset(["passenger", "motorcycle", "moped", "bicycle", "
 def paint_of(
     vclass: str, kind: VehicleType, *, key: str, colours: str | Sequence[str], seed: int
 ) -> Colour:
-    """The colour of a road user.
+    """Return the colour of a road user.
 
     Args:
         vclass: What it is drawn as.
@@ -118,7 +119,7 @@ def paint_of(
 
 
 def own_palette(colours: Sequence[str]) -> Palette:
-    """A palette of the user's own, each colour as likely as the next.
+    """Return a palette of the user's own, each colour as likely as the next.
 
     Raises:
         ConfigError: If the list is empty or a colour is not written `#rrggbb`.
@@ -133,6 +134,6 @@ def own_palette(colours: Sequence[str]) -> Palette:
 
 
 def reflectance(colour: Colour) -> Colour:
-    """The nearest colour that a surface can have."""
+    """Return the nearest colour that a surface can have."""
     red, green, blue = (min(max(float(channel), 0.01), 0.8) for channel in colour)
     return red, green, blue

@@ -39,7 +39,7 @@ class Carriages:
         return cls(first or known, other or known, _GAP if gap is None else gap)
 
     def split(self, length: float) -> tuple[tuple[float, float], ...]:
-        """Units of a train of a length [m], as SUMO's own drawing splits it.
+        """Return units of a train of a length [m], as SUMO's own drawing splits it.
 
         Returns:
             Distance of each unit's front behind the train's front, and its length [m].
@@ -65,12 +65,12 @@ def _length(text: str | None) -> float | None:
 
 
 def pitch_of(rows: Sequence[CouplingRow]) -> float:
-    """What one more of the repeated units adds [m]; 0 where none are repeated."""
+    """Return what one more of the repeated units adds [m]; 0 where none are repeated."""
     return sum(float(row["pitch"]) for row in rows if row.get("repeat"))
 
 
 def spare_units(length: float, pitch: float, *, wanted: float) -> int:
-    """How many more of the repeated units there are to be than the asset lists.
+    """Return how many repeated units a vehicle has beyond those that the asset lists.
 
     Args:
         length: Of the asset as it is listed [m].
@@ -78,7 +78,7 @@ def spare_units(length: float, pitch: float, *, wanted: float) -> int:
         wanted: Length to fill [m].
 
     Returns:
-        The number that needs the least stretching; -1 leaves out those that are listed.
+        The number that takes the least stretching; -1 leaves out those that are listed.
     """
     if not pitch:
         return 0
@@ -90,7 +90,7 @@ def spare_units(length: float, pitch: float, *, wanted: float) -> int:
 
 
 def coupled(rows: Sequence[CouplingRow], more: int) -> list[tuple[CouplingRow, float]]:
-    """Units of a whole and where their fronts are, from front to rear.
+    """Return units of a whole and where their fronts are, from front to rear.
 
     Args:
         rows: As the asset lists them; the repeated ones follow one another.
@@ -111,7 +111,7 @@ def coupled(rows: Sequence[CouplingRow], more: int) -> list[tuple[CouplingRow, f
 
 
 def numbered(rows: Sequence[CouplingRow], count: int) -> list[CouplingRow]:
-    """So many units of a train: its first, its last, and the repeated ones between them."""
+    """Return the rows of a train of some units: its first, its last, and repeated ones between."""
     again = [row for row in rows if row.get("repeat")] or list(rows[-1:])
     tail = [row for row in rows[rows.index(again[0]) :] if not row.get("repeat")][: count - 1]
     between = [again[k % len(again)] for k in range(count - 1 - len(tail))]

@@ -48,10 +48,10 @@ _LEAST_TURN = float(np.radians(35.0))
 """Smaller changes of direction are no turns [rad]."""
 
 _WARNING_TIME, _WARNING_WAY = 3.0, 30.0
-"""Indicators are set so long or so far before a turn, whichever is earlier [s, m]."""
+"""Indicators are set this long, or on this way, before a turn, whichever is earlier [s, m]."""
 
 _LANE_CHANGE = 2.0
-"""Before a lane change, indicators are set so long [s]."""
+"""Indicators are set this long before a lane change [s]."""
 
 Spans = tuple[tuple[float, float], ...]
 """Begins and ends [s], in order."""
@@ -68,7 +68,7 @@ class DerivedLamps:
     spans: Mapping[str, Spans]
 
     def roles_at(self, time: float) -> frozenset[str]:
-        """Roles that shine at a time [s]; indicators between their blinks, too."""
+        """Return roles that shine at a time [s]; indicators between their blinks, too."""
         return frozenset(
             role
             for role, spans in self.spans.items()
@@ -95,18 +95,16 @@ def derived_lamps(
         "reverse": _during(remarks, "reversing"),
     }
     if steers:
-        turns = list(_turns(times, motion))
-        changes = list(_lane_changes(piece, remarks))
+        moves = [*_turns(times, motion), *_lane_changes(piece, remarks)]
         for role, side in (("left", 1), ("right", -1)):
-            found = [span for span, sign in (*turns, *changes) if sign == side]
-            spans[role] = _merged(found)
+            spans[role] = _merged((move.begin, move.end) for move in moves if move.side == side)
     return DerivedLamps({role: some for role, some in spans.items() if some})
 
 
 def _braking(times: Floats, speeds: Floats) -> Bools:
     """Whether brake lamps are lit, (n,)."""
     if len(times) < 3 or float(np.max(speeds)) < _STANDS:
-        return np.zeros(len(times), dtype=np.bool_)  # nobody sits in what never moves
+        return np.zeros(len(times), dtype=np.bool_)  # what never moves has no driver
     padded = np.pad(speeds, _MEAN // 2, mode="edge")
     mean = np.convolve(padded, np.ones(_MEAN) / _MEAN, mode="valid")
     change = np.gradient(mean, times)
@@ -148,8 +146,24 @@ def _spans(times: Floats, on: Bools) -> Spans:
     return tuple((float(times[a]), float(times[min(b, last)])) for a, b in _runs(on))
 
 
-def _turns(times: Floats, motion: Motion) -> Iterator[tuple[tuple[float, float], int]]:
-    """Spans of indicators for turns, with +1 for left and -1 for right."""
+@dataclass(frozen=True, slots=True)
+class _Indicated:
+    """When indicators of one side are set.
+
+    Attributes:
+        begin: [s].
+        end: [s].
+        side: 1 for left, -1 for right.
+    """
+
+    begin: float
+    end: float
+    side: int
+
+
+def _turns(times: Floats, motion: Motion) -> Iterator[_Indicated]:
+    """Indicators for turns."""
+    # Take headings of short chords along the path.
     ways = motion.travelled - motion.travelled[0]
     places = np.arange(0.0, float(ways[-1]), _WAY)
     if len(places) < 2 * _ARC / _WAY:
@@ -160,6 +174,7 @@ def _turns(times: Floats, motion: Motion) -> Iterator[tuple[tuple[float, float],
     headings = np.unwrap(np.arctan2(chords[:, 1], chords[:, 0]))
     middles = places[:-arc] + _ARC / 2.0
     curvature = np.gradient(headings, _WAY)
+    # Tight bends that turn far enough are turns.
     for side in (1, -1):
         for first, last in _runs(side * curvature > 1.0 / _WIDEST):
             turned = side * (headings[last - 1] - headings[first])
@@ -168,13 +183,11 @@ def _turns(times: Floats, motion: Motion) -> Iterator[tuple[tuple[float, float],
             begins, ends = float(middles[first]), float(middles[last - 1])
             early = float(np.interp(max(begins - _WARNING_WAY, 0.0), ways, times))
             begin = min(early, float(np.interp(begins, ways, times)) - _WARNING_TIME)
-            yield (begin, float(np.interp(ends, ways, times))), side
+            yield _Indicated(begin, float(np.interp(ends, ways, times)), side)
 
 
-def _lane_changes(
-    piece: MotionPiece, remarks: Iterable[Remark]
-) -> Iterator[tuple[tuple[float, float], int]]:
-    """Spans of indicators for lane changes; the way that the vehicle takes tells the side."""
+def _lane_changes(piece: MotionPiece, remarks: Iterable[Remark]) -> Iterator[_Indicated]:
+    """Indicators for lane changes; the way that the vehicle takes tells the side."""
     for remark in remarks:
         if remark.kind != "lane change" or remark.end < piece.begin or remark.begin > piece.end:
             continue
@@ -185,7 +198,7 @@ def _lane_changes(
         turn = (motion.yaws[1] - motion.yaws[0] + np.pi) % (2.0 * np.pi) - np.pi
         yaw = motion.yaws[0] + turn / 2.0
         side = 1 if np.cos(yaw) * move[1] - np.sin(yaw) * move[0] > 0.0 else -1
-        yield (float(ends[0]) - _LANE_CHANGE, float(ends[1])), side
+        yield _Indicated(float(ends[0]) - _LANE_CHANGE, float(ends[1]), side)
 
 
 def _during(remarks: Iterable[Remark], kind: str) -> Spans:

@@ -22,9 +22,10 @@ class Drawn:
     Attributes:
         model: What it is a copy of.
         near: Names, one for each rigid part.
-        far: One for each part.
-        full: Likewise, of rigid ones in full detail; empty if there is none.
-        deforming: Of parts that take poses, and so are never instanced, near and in full detail.
+        far: Names, one for each part.
+        full: Names, one for each rigid part in full detail; empty if there is none.
+        deforming: Names, one for each part that takes poses, near and in full detail; such parts
+            are never instanced.
         length: As drawn [m].
     """
 
@@ -43,8 +44,8 @@ class Joint:
     Attributes:
         prototype: The bellows, with its poses.
         length: Of the bellows, unscaled [m].
-        ahead: Where it hangs on the unit ahead, behind its front, unscaled [m].
-        behind: Likewise, on the unit behind [m].
+        ahead: Distance of its front end behind the front of the unit ahead, unscaled [m].
+        behind: Distance of its rear end behind the front of the unit behind, unscaled [m].
     """
 
     prototype: Prototype
@@ -62,11 +63,11 @@ class Unit:
         at: x of its front in the whole's unscaled frame [m].
         wheels: Where its wheels turn at full detail; empty where there is none.
         model: The catalogue's name, if the prototype's is another.
-        given: By which full detail is made longer or shorter; None leaves it as it is.
-        length: Unscaled [m]; needed where it has pivots.
-        pivots: Behind its front, unscaled [m]: what stays on the path; None is rigid with
-            the others.
-        stretch: Along x, beside what the whole is scaled by.
+        given: How full detail is made longer or shorter; None leaves it as it is.
+        length: Unscaled [m]; known where it has pivots.
+        pivots: Distances behind its front of the two points that stay on the path, unscaled
+            [m]; None where it is rigid with the others.
+        stretch: Factor along x beside the scale of the whole.
         joint: What hangs between it and the next unit, or None.
     """
 
@@ -82,7 +83,7 @@ class Unit:
 
     @property
     def source(self) -> str:
-        """The catalogue's name of it."""
+        """Its name in the catalogue."""
         return self.model or self.prototype.name
 
     @property
@@ -156,7 +157,7 @@ class Assembly:
         return len(self.units) > 1 and all(unit.pivots is not None for unit in self.units)
 
     def links(self, scale: Floats) -> UnitLinks:
-        """Where its units are held; only of one that bends.
+        """Return where the units are held; only of a road user that bends.
 
         Args:
             scale: Of the whole, (3,).
@@ -173,7 +174,7 @@ class Assembly:
     def movers(
         self, whole: Mover, *, full: bool = False, stance: Stance = AT_REST
     ) -> Iterator[Mover]:
-        """The parts of a road user at its place.
+        """Yield the parts of a road user at its place.
 
         Args:
             whole: The road user; its prototype names what the first unit shows.
@@ -184,6 +185,7 @@ class Assembly:
             yield whole
             return
         frames = self._frames(whole.world_from_body.matrix, stance)
+        # Bodies, each followed by its wheels.
         number = 0
         for index, unit in enumerate(self.units):
             part = f"unit{index}" if index else ""
@@ -208,6 +210,7 @@ class Assembly:
                     part=f"{part}wheel{wheel}",
                     world_from_body=Transform(matrix),
                 )
+        # Bellows.
         yield from self._folds(whole, frames)
 
     def _frames(self, whole: Floats, stance: Stance) -> Sequence[Floats]:
@@ -233,6 +236,7 @@ class Assembly:
             behind = frames[index + 1] @ [-joint.behind * _scale(whole, after)[0], 0.0, 0.0, 1.0]
             headings = frames[index][:3, 0], frames[index + 1][:3, 0]
             bend = _turn(*headings)
+            # Its x axis runs from end to end, its z axis between those of the units.
             matrix = np.eye(4)
             matrix[:3, 0] = (ahead - behind)[:3] / chord(joint.length, bend)
             ups = frames[index][:3, 2] + frames[index + 1][:3, 2]
@@ -271,7 +275,7 @@ def _turn(ahead: Floats, behind: Floats) -> float:
 def wheel_matrix(
     frame: Floats, scale: Floats, place: WheelPlace, *, turned: float = 0.0, steered: float = 0.0
 ) -> Floats:
-    """Placement of a wheel on a stretched body: round, and on the ground, (4, 4).
+    """Return the placement of a wheel on a stretched body, round and on the ground, (4, 4).
 
     Args:
         frame: Of the body, unscaled, (4, 4).

@@ -71,7 +71,7 @@ def fitted_model(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoi
 
     Args:
         entry: The vehicle.
-        prototypes: Prototypes made so far; new ones are added.
+        prototypes: Prototypes made before; new ones are added.
         choice: Says the size.
     """
     if "units" in entry.meta:
@@ -217,12 +217,17 @@ def _wheel(row: Mapping[str, Any]) -> WheelPlace:
 
 
 def model_scale(model: BodySize, *, wanted: BodySize, car: bool = True) -> Floats:
-    """Factors along x, y, z that fit a model to a vType, (3,).
+    """Return factors along x, y, z that fit a model to a vType, (3,).
 
     SUMO's default size is that of no car: the model keeps its proportions and is as
     wide as the default, or as long. Otherwise the length is exact, and so are width and
     height as long as that stretches the model by no more than a quarter. A height of
     1.5 m, SUMO's default, or one that no car has lets the height follow the others.
+
+    Args:
+        model: Size of the model [m].
+        wanted: Size of the vType [m].
+        car: Whether these rules for cars count.
     """
     if car and wanted == DEFAULT_CAR:
         return np.full(3, min(wanted[0] / model[0], wanted[1] / model[1]))
@@ -234,7 +239,13 @@ def model_scale(model: BodySize, *, wanted: BodySize, car: bool = True) -> Float
 
 
 def made_once(prototypes: Prototypes, name: str, make: Callable[[], Prototype]) -> Prototype:
-    """A prototype by name, made if it is not there."""
+    """Return the prototype of a name; make it if it is not there.
+
+    Args:
+        prototypes: Those made before; a new one is added.
+        name: Its name.
+        make: Makes it.
+    """
     if name not in prototypes:
         prototypes[name] = make()
     return prototypes[name]
@@ -267,6 +278,6 @@ def _lamp(row: Mapping[str, Any]) -> VehicleLamp:
 
 
 def sizes(sides: Floats) -> BodySize:
-    """Three numbers from an array, (3,) [m]."""
+    """Return an array, (3,) [m], as a size."""
     length, width, height = (float(side) for side in sides)
     return length, width, height

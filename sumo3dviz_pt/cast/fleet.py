@@ -15,6 +15,8 @@ from sumo3dviz_pt.cast.articulation import rigid_frames
 from sumo3dviz_pt.cast.bodies import Body, build_body
 from sumo3dviz_pt.cast.choice import (
     Choice,
+    Model,
+    PersonLook,
     PlainChoice,
     choose,
     drawn_class,
@@ -53,9 +55,9 @@ class Fleet:
         trajectories: One for each road user.
         bodies: What each shows.
         colours: Of each.
-        cockpits: Names of opened prototypes by key of who rides in them.
+        cockpits: Names of opened prototypes by key of the road user that a camera sits in.
         prototypes: By name; only those in use.
-        materials: What user models need beside `MATERIALS`.
+        materials: Of user models, beside `MATERIALS`.
         lights: Which lamps they light; None leaves all off.
         seed: Of all chance.
         suspension: Whether bodies move on their springs and riders lean.
@@ -84,7 +86,7 @@ class Fleet:
     pose_sampler: PoseSampler = field(init=False)
 
     def __post_init__(self) -> None:
-        """Index the pieces of motion, so that a frame asks only those alive."""
+        """Index the stretches of motion, so that a frame looks only at those that it is in."""
         places = {trajectory.key: k for k, trajectory in enumerate(self.trajectories)}
         presence = Presence(self.trajectories, self.times)
         pose_sampler = PoseSampler(
@@ -108,17 +110,17 @@ class Fleet:
         return np.array([body.size for body in self.bodies]).reshape(-1, 3)
 
     def movers_at(self, time: float, *, view: View | None = None) -> tuple[Mover, ...]:
-        """Everyone who exists at a time, in the order of the trajectories.
+        """Return everyone who exists at a time, in the order of the trajectories.
 
         Args:
             time: SUMO's time [s].
-            view: The camera; the vehicle that it rides in is opened where it says so.
+            view: The camera; the vehicle that it rides in is opened if its view is a cutaway.
         """
         present = self.presence.at(time)
         return tuple(self.wholes(present, np.arange(len(present.users)), view=view))
 
     def wholes(self, present: Present, rows: Ints, *, view: View | None = None) -> Iterator[Mover]:
-        """Some of those who exist at a time.
+        """Yield some of those who exist at a time, each in one piece.
 
         Args:
             present: Everyone then.
@@ -134,12 +136,12 @@ class Fleet:
     def parts(
         self, present: Present, row: int, whole: Mover, *, level: Level, ridden: bool
     ) -> Iterator[Mover]:
-        """What one of those who exist at a time is drawn with.
+        """Yield the parts that one of those who exist at a time is drawn with.
 
         Args:
             present: Everyone then.
             row: Which of them.
-            whole: It, from `wholes`.
+            whole: The road user in one piece, from `wholes`.
             level: Of detail.
             ridden: Whether the camera rides with it.
         """
@@ -152,30 +154,28 @@ class Fleet:
             whole = replace(whole, world_from_body=whole.world_from_body @ leant)
         yield from body.assembly.movers(whole, full=full, stance=stance)
 
-    def positions(self, times: Floats) -> tuple[Bools, Floats, Floats]:
-        """Where everyone is, for culling.
+    def positions(self, times: Floats) -> tuple[Bools, Floats]:
+        """Return where everyone is, for culling.
 
         Args:
             times: (t,) [s].
 
         Returns:
-            Whether each exists, (v, t); fronts, (v, t, 3) [m]; yaws, (v, t) [rad]; NaN
-            where it does not exist.
+            Whether each exists, (v, t), and fronts, (v, t, 3) [m]: NaN where it does not.
         """
         shape = (len(self.trajectories), len(times))
-        alive = np.zeros(shape, dtype=np.bool_)
-        positions, yaws = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
+        alive, positions = np.zeros(shape, dtype=np.bool_), np.full((*shape, 3), np.nan)
         for k, trajectory in enumerate(self.trajectories):
             motion = trajectory.sample(times)
-            alive[k], positions[k], yaws[k] = motion.alive, motion.positions, motion.yaws
-        return alive, positions, yaws
+            alive[k], positions[k] = motion.alive, motion.positions
+        return alive, positions
 
     def body(self, key: str) -> Body:
-        """What a road user shows; it must be one of `keys`."""
+        """Return what a road user shows; it must be one of `keys`."""
         return self.bodies[self.places[key]]
 
     def with_cockpit(self, key: str, *, left_hand: bool = False) -> Fleet:
-        """The same fleet, ready to open the vehicle that a camera sits in.
+        """Return the same fleet, ready to open the vehicle that a camera sits in.
 
         Args:
             key: One of `keys`.
@@ -192,7 +192,7 @@ class Fleet:
         )
 
     def drawn(self, k: int, *, opened: bool = False) -> Drawn:
-        """What a road user is drawn with.
+        """Return what a road user is drawn with.
 
         Args:
             k: Its index.
@@ -205,7 +205,7 @@ class Fleet:
         return replace(drawn, near=(cockpit, *drawn.near[1:]), full=())
 
     def with_full_detail(self, models: frozenset[str]) -> Fleet:
-        """The same fleet with some models in full detail, built if need be."""
+        """Return the same fleet with some models in full detail; build them if they are new."""
         made = full_bodies(
             unit
             for body in self.bodies
@@ -258,49 +258,77 @@ def build_fleet(
     Raises:
         ConfigError: If a model, colour or user's file is wrong.
     """
-    wanted = dict(settings.models)
-    looks = looks_for(wanted.pop("pedestrian", ()))
-    models = models_for({**wanted, "passenger": settings.passenger})
-    if not isinstance(settings.colours, str):
-        own_palette(settings.colours)
+    casting = _Casting.of(settings, seed)
     kinds = [vehicle_types.get(t.type_id, UNKNOWN_TYPES[t.kind]) for t in trajectories]
-    own = OwnLooks(settings.by_id)
-    choices = [
-        own.choice(k, name=t.id, walks=t.kind == "person")
-        or choose(
-            k,
-            name=t.id,
-            models=models,
-            own=settings.user_models if t.kind == "vehicle" else {},
-            seed=seed,
-            looks=looks,
-        )
-        for t, k in zip(trajectories, kinds, strict=True)
-    ]
+    members = list(zip(trajectories, kinds, strict=True))
+    choices = [casting.choice(trajectory, kind) for trajectory, kind in members]
     prototypes: Prototypes = {}
     made = {choice: build_body(choice, prototypes) for choice in dict.fromkeys(choices)}
     _announce(choices)
-    paints = [
-        own.paint(t.id, k.id)
-        or paint_of(drawn_class(k), k, key=t.id, colours=settings.colours, seed=seed)
-        for t, k in zip(trajectories, kinds, strict=True)
-    ]
-    materials = {name: bsdf for body in made.values() for name, bsdf in body.materials.items()}
-    bodies = tuple(made[choice] for choice in choices)
     return Fleet(
         tuple(trajectories),
-        bodies,
-        tuple(paints),
+        tuple(made[choice] for choice in choices),
+        tuple(casting.colour(trajectory, kind) for trajectory, kind in members),
         prototypes,
-        materials,
+        {name: bsdf for body in made.values() for name, bsdf in body.materials.items()},
         lights=lights,
         seed=seed,
         suspension=suspension,
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Casting:
+    """What decides which body and colour a road user gets.
+
+    Attributes:
+        settings: The scene file's.
+        seed: The job's.
+        own: What the scene file says of single road users.
+        models: Vehicles that bodies are drawn from.
+        looks: Looks that people are drawn from.
+    """
+
+    settings: VehicleSettings
+    seed: int
+    own: OwnLooks
+    models: tuple[Model, ...]
+    looks: tuple[PersonLook, ...]
+
+    @classmethod
+    def of(cls, settings: VehicleSettings, seed: int) -> _Casting:
+        """PersonLook up what settings name, and refuse names and colours that do not exist."""
+        wanted = dict(settings.models)
+        looks = looks_for(wanted.pop("pedestrian", ()))
+        models = models_for({**wanted, "passenger": settings.passenger})
+        if not isinstance(settings.colours, str):
+            own_palette(settings.colours)
+        return cls(settings, seed, OwnLooks(settings.by_id), models, looks)
+
+    def choice(self, trajectory: Trajectory, kind: VehicleType) -> Choice:
+        """The body of a road user of a vType: its own, or one by chance."""
+        name = trajectory.id
+        own = self.own.choice(kind, name=name, walks=trajectory.kind == "person")
+        return own or choose(
+            kind,
+            name=name,
+            models=self.models,
+            own=self.settings.user_models if trajectory.kind == "vehicle" else {},
+            seed=self.seed,
+            looks=self.looks,
+        )
+
+    def colour(self, trajectory: Trajectory, kind: VehicleType) -> Colour:
+        """The colour of a road user of a vType: its own, or one by chance."""
+        colours, seed = self.settings.colours, self.seed
+        own = self.own.paint(trajectory.id, kind.id)
+        return own or paint_of(
+            drawn_class(kind), kind, key=trajectory.id, colours=colours, seed=seed
+        )
+
+
 def find_rider(fleet: Fleet, name: str) -> Trajectory:
-    """The trajectory of a vehicle, person or container by SUMO's id, or by its key.
+    """Return the trajectory of a vehicle, person or container by SUMO's id, or by its key.
 
     Raises:
         ConfigError: If the log has none of that name; the message names some it has.
@@ -309,7 +337,7 @@ def find_rider(fleet: Fleet, name: str) -> Trajectory:
 
 
 def find_trajectory(trajectories: Sequence[Trajectory], name: str) -> Trajectory:
-    """A trajectory by SUMO's id, or by its key.
+    """Return a trajectory by SUMO's id, or by its key.
 
     Raises:
         ConfigError: If there is none of that name; the message names some.

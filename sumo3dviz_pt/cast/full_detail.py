@@ -23,7 +23,7 @@ _LEVELS = ("full", "wheel")
 
 
 def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
-    """Bodies and wheels in full detail of vehicles of the catalogue.
+    """Return bodies and wheels in full detail of vehicles of the catalogue.
 
     Args:
         names: Of vehicles that have them.
@@ -41,7 +41,7 @@ def full_prototypes(names: Iterable[str]) -> dict[str, Prototype]:
 
 
 def full_bodies(units: Iterable[Unit]) -> dict[str, Prototype]:
-    """Bodies and wheels in full detail by the names that units give them, lamps included.
+    """Return bodies and wheels in full detail by the names that units give them, lamps included.
 
     Args:
         units: Of models that have full detail.

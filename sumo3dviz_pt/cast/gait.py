@@ -9,10 +9,10 @@ _FULL_SPEED = 0.5
 
 
 def stride_phase(travelled: float, *, stride: float, start: float) -> float:
-    """Phase of the stride, [0, 1): a function of the way alone, so that no foot slides.
+    """Return the phase of the stride, [0, 1): it depends on the way only, so that no foot slides.
 
     Args:
-        travelled: How far somebody has walked [m].
+        travelled: How far a person has walked [m].
         stride: Length of two steps [m], > 0.
         start: Phase at the walk's beginning, so that not all walk in step.
     """
@@ -20,5 +20,5 @@ def stride_phase(travelled: float, *, stride: float, start: float) -> float:
 
 
 def effort(speed: float) -> float:
-    """How much of a stride is shown at a speed [m/s]: 0 standing, 1 walking."""
+    """Return how much of a stride is shown at a speed [m/s]: 0 standing, 1 walking."""
     return float(np.clip(speed / _FULL_SPEED, 0.0, 1.0))

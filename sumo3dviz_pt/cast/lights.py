@@ -40,19 +40,35 @@ FLASHES_PER_SECOND = 2.0
 _FLASHES = ((0.0, 0.2), (0.3, 0.5))
 """Shares of a period in which blue lamps shine."""
 
-_INTENSITIES: Mapping[str, tuple[float, Colour]] = {
-    "head": (25.0, (1.0, 0.96, 0.9)),
-    "tail": (10.0, (1.0, 0.02, 0.01)),
-    "brake": (110.0, (1.0, 0.02, 0.01)),
-    "left": (200.0, (1.0, 0.33, 0.0)),
-    "right": (200.0, (1.0, 0.33, 0.0)),
-    "reverse": (150.0, (1.0, 0.97, 0.92)),
-    "blue": (500.0, (0.02, 0.08, 1.0)),
-    "sign": (8.0, (1.0, 0.9, 0.6)),
-    "dials": (9.0e-5, (1.0, 0.95, 0.88)),
-    "screen": (5.0e-4, (0.35, 0.6, 1.0)),
+
+@dataclass(frozen=True, slots=True)
+class _Light:
+    """What a lamp gives.
+
+    Attributes:
+        candelas: On its axis [cd].
+        colour: Linear, of any brightness.
+    """
+
+    candelas: float
+    colour: Colour
+
+
+# fmt: off
+_LIGHTS: Mapping[str, _Light] = {
+    # role            candelas  colour
+    "head":    _Light(25.0,     (1.0, 0.96, 0.9)),
+    "tail":    _Light(10.0,     (1.0, 0.02, 0.01)),
+    "brake":   _Light(110.0,    (1.0, 0.02, 0.01)),
+    "left":    _Light(200.0,    (1.0, 0.33, 0.0)),
+    "right":   _Light(200.0,    (1.0, 0.33, 0.0)),
+    "reverse": _Light(150.0,    (1.0, 0.97, 0.92)),
+    "blue":    _Light(500.0,    (0.02, 0.08, 1.0)),
+    "sign":    _Light(8.0,      (1.0, 0.9, 0.6)),
+    "dials":   _Light(9.0e-5,   (1.0, 0.95, 0.88)),
+    "screen":  _Light(5.0e-4,   (0.35, 0.6, 1.0)),
 }
-"""Candelas on the axis and colour by role."""
+# fmt: on
 
 _LOBES: Mapping[str, Lobe] = {
     "tail": Lobe(0.25, 15.0),
@@ -73,7 +89,7 @@ _BITS: Mapping[str, int] = {"right": 1, "left": 2, "brake": 8, "reverse": 128, "
 """SUMO's signal bits (VehicleSignals)."""
 
 _AT_NIGHT = frozenset({"head", "tail", "sign", "dials", "screen"})
-"""Roles that everyone lights after sunset; the last two are before a driver's own eyes."""
+"""Roles that everyone lights after sunset; the last two are on the dashboard."""
 
 _WARNING = 4  # both indicators
 
@@ -101,19 +117,20 @@ class VehicleLights:
     seed: int
 
     def lit(self, key: str, time: float, *, derived: Callable[[], DerivedLamps]) -> frozenset[str]:
-        """Roles of the lamps of a vehicle that shine.
+        """Return roles of the lamps of a vehicle that shine.
 
         Args:
             key: The vehicle's.
             time: SUMO's time [s].
-            derived: What its motion says; asked for only where the log says nothing.
+            derived: Finds what its motion says; called only where the log says nothing.
         """
         roles = _AT_NIGHT if self.dark else frozenset[str]()
         log = self.logs.get(key)
         if log is None:
             shown = derived().roles_at(time)
         else:
-            # A row tells of the step that led to it: held after it, who sets off would brake.
+            # A row tells of the step before it: were it held after its time, vehicles that set
+            # off would still brake.
             row = min(int(np.searchsorted(log.times, time - 1e-9)), len(log.times) - 1)
             shown = _roles_of(int(log.bits[row]))
         return roles | shown - self._dark_now(key, time) if shown else roles
@@ -155,7 +172,7 @@ def vehicle_lights(traces: Sequence[Trace], *, dark: bool, seed: int) -> Vehicle
 def running_lights(
     prototypes: Iterable[Prototype], *, dark: bool, left_hand: bool
 ) -> RunningLights | None:
-    """The lamps that vehicles of a shot can light, or None if there are none.
+    """Return the lamps that vehicles of a shot can light, or None if there are none.
 
     Args:
         prototypes: What is in view.
@@ -168,11 +185,11 @@ def running_lights(
     shown = roles if dark else roles - _AT_NIGHT
     if not shown:
         return None
-    intensity = {role: _intensity(*_INTENSITIES[role]) for role in sorted(shown)}
+    intensity = {role: _intensity(_LIGHTS[role]) for role in sorted(shown)}
     if not (dark and "head" in roles):
         return RunningLights(intensity, None, dark, _LOBES)
     pattern = beam_pattern(left_hand=left_hand)
-    peak = _intensity(2.0 * PEAK, _INTENSITIES["head"][1])
+    peak = _intensity(_Light(2.0 * PEAK, _LIGHTS["head"].colour))
     beam = Beam(pattern, HALF_ANGLE, peak)
     return RunningLights(intensity, beam, dark, _LOBES, heads)
 
@@ -185,8 +202,8 @@ def _head_share(body: Prototype) -> float:
     return _BICYCLE / (2.0 * PEAK) if sizes[0] <= _SMALL else 0.5
 
 
-def _intensity(candelas: float, colour: Colour) -> Colour:
+def _intensity(light: _Light) -> Colour:
     """Radiant intensity of a lamp in scene units x m^2."""
-    scale = candelas / CANDELAS_PER_UNIT / float(np.array(colour) @ LUMINANCE)
-    red, green, blue = (scale * channel for channel in colour)
+    scale = light.candelas / CANDELAS_PER_UNIT / float(np.array(light.colour) @ LUMINANCE)
+    red, green, blue = (scale * channel for channel in light.colour)
     return red, green, blue

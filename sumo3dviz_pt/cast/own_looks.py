@@ -36,7 +36,7 @@ class OwnLooks:
     by_id: Mapping[str, OwnLook]
 
     def of(self, name: str, type_id: str) -> OwnLook | None:
-        """What is said about a road user, by its id and that of its vType."""
+        """Return what is said about a road user, by its id and that of its vType."""
         if name in self.by_id:
             return self.by_id[name]
         for pattern, look in self.by_id.items():
@@ -45,11 +45,16 @@ class OwnLooks:
         return None
 
     def choice(self, kind: VehicleType, *, name: str, walks: bool) -> Choice | None:
-        """The body that a road user is given; None leaves it to chance.
+        """Return the body that a road user is given; None leaves it to chance.
 
         A vehicle is fitted to its vType where the model serves that class and can be
-        stretched so far; else it is as large as it is. Vehicles stay vehicles and people
-        people, whatever a pattern fits.
+        stretched to that length; else it keeps its own size. Vehicles stay vehicles and
+        people stay people, whatever a pattern fits.
+
+        Args:
+            kind: The vType.
+            name: SUMO's id of the road user.
+            walks: Whether it is a person.
         """
         look = self.of(name, kind.id)
         if look is None or look.model is None:
@@ -59,7 +64,7 @@ class OwnLooks:
         return None if walks else _vehicle(look.model, kind)
 
     def paint(self, name: str, type_id: str) -> Colour | None:
-        """The colour that a road user is given, or None."""
+        """Return the colour that a road user is given, or None."""
         look = self.of(name, type_id)
         if look is None or look.colour is None:
             return None
@@ -72,7 +77,7 @@ def _model(name: str) -> Model:
 
 
 def _figure(name: str) -> FigureChoice:
-    """Somebody of the catalogue, in full height."""
+    """A person of the catalogue, in full height."""
     return FigureChoice(name, float(catalog.find("people", name).meta["height"]))
 
 
@@ -87,7 +92,7 @@ def _vehicle(name: str, kind: VehicleType) -> ModelChoice:
 
 
 def idle(by_id: Iterable[str], ids: Mapping[str, str]) -> list[str]:
-    """Ids and patterns that fit nobody.
+    """Return ids and patterns that fit no road user.
 
     Args:
         by_id: Of a scene file.

@@ -1,7 +1,7 @@
 """How road users stand at a time: bent, swaying, on wheels that roll, with lamps that shine.
 
-Everything is a function of the time alone; what is dear and belongs to a whole stretch of
-motion, such as the way of a wheel, is found when somebody first asks for it.
+Everything is a function of the time alone. What is expensive and the same for a whole stretch
+of motion, such as the way of a wheel, is computed when it is first used, and kept.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class PoseSampler:
         *,
         suspension: bool,
     ) -> None:
-        """Remember whom to ask.
+        """Keep references to what poses depend on.
 
         Args:
             trajectories: Of all road users.
@@ -50,12 +50,12 @@ class PoseSampler:
         self._derived: dict[int, DerivedLamps] = {}
 
     def stance(self, piece: int, time: float, *, full: bool, ridden: bool) -> Stance:
-        """How a road user stands.
+        """Return how a road user stands.
 
         Args:
             piece: Index of its stretch of motion.
             time: SUMO's [s].
-            full: Whether it is drawn in full detail, with wheels of their own.
+            full: Whether it is drawn in full detail, with separate wheels.
             ridden: Whether the camera rides with it.
         """
         body = self._bodies[self._presence.owners[piece]]
@@ -69,11 +69,11 @@ class PoseSampler:
         return Stance(units, sway, wheels)
 
     def lean(self, piece: int, time: float) -> Floats:
-        """What riders of a cycle add to its placement, in its frame, (4, 4)."""
+        """Return what riders of a cycle add to its placement, in its frame, (4, 4)."""
         return lean_at(self._presence.pieces[piece], time).about(0.0, 0.0)
 
     def derived(self, piece: int) -> DerivedLamps:
-        """When the lamps of a vehicle without logged signals shine."""
+        """Return when the lamps of a vehicle without logged signals shine."""
         if piece not in self._derived:
             user = int(self._presence.owners[piece])
             steers = self._bodies[user].vclass not in RAIL_CLASSES | _ON_WATER
@@ -101,22 +101,34 @@ class PoseSampler:
 
 
 def links_of(body: Body) -> UnitLinks | None:
-    """Where the units of a body are held, as drawn; None where it is rigid."""
+    """Return where the units of a body are held, as drawn; None where it is rigid."""
     return body.assembly.links(body.scale) if body.assembly.bends else None
 
 
 def springs_of(body: Body) -> Springs | None:
-    """The springs of a body, or None where it has none."""
+    """Return the springs of a body, or None where it has none."""
     return SPRINGS.get(body.ride)
 
 
 def first_frame(piece: MotionPiece, time: float, links: UnitLinks | None) -> Floats:
-    """Placement of a road user's first unit at a time [s], unscaled, (4, 4)."""
+    """Return the placement of a road user's first unit, unscaled, (4, 4).
+
+    Args:
+        piece: A stretch of its motion.
+        time: Within the stretch [s].
+        links: Where its units are held; None where it is rigid.
+    """
     return np.asarray(_frames(piece, np.array([time]), links)[0, 0])
 
 
 def sway_of(body: Body, piece: MotionPiece, time: float) -> Floats:
-    """What springs or riders do to a body's first unit, in its frame, (4, 4)."""
+    """Return what springs or riders do to a body's first unit, in its frame, (4, 4).
+
+    Args:
+        body: The body.
+        piece: A stretch of its motion.
+        time: Within the stretch [s].
+    """
     springs = springs_of(body)
     if springs is not None:
         sway = sway_at(piece, time, springs=springs)

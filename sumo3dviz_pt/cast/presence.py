@@ -1,4 +1,4 @@
-"""Who is where at a time: stretches of motion, sampled for a block of frames at once.
+"""Where road users are at a time: stretches of motion, sampled for a block of frames at once.
 
 A sample of one time costs as much as one of thirty. Blocks hold the frames of a shot,
 counted from its first one; what a frame shows does not depend on them, because motion is
@@ -63,8 +63,7 @@ class Presence:
 
         Args:
             trajectories: Of all road users.
-            times: Of a shot's frames, increasing, (n,) [s]; any other time can be asked for,
-                at a higher cost.
+            times: Of a shot's frames, increasing, (n,) [s]; other times take longer.
         """
         owned = [(k, piece) for k, t in enumerate(trajectories) for piece in t.pieces]
         self.pieces: tuple[MotionPiece, ...] = tuple(piece for _, piece in owned)
@@ -75,7 +74,7 @@ class Presence:
         self._kept: tuple[int, _Block] | None = None
 
     def at(self, time: float) -> Present:
-        """Everyone who exists at a time [s]."""
+        """Return everyone who exists at a time [s]."""
         block = self._block(time)
         alive = self._alive(np.array([time]))[block.pieces, 0]
         column = int(np.searchsorted(block.times, time))

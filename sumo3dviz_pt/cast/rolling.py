@@ -51,7 +51,13 @@ class Hub:
 
     @classmethod
     def of(cls, unit: int, place: WheelPlace, scale: Floats) -> Hub:
-        """A wheel of a stretched body, (3,): as high as the body is scaled upwards."""
+        """Return a wheel as drawn: round, and as high as the body is scaled upwards.
+
+        Args:
+            unit: The unit that it belongs to.
+            place: Where it is on that unit.
+            scale: Of the body, (3,).
+        """
         radius = place.radius * float(scale[2])
         return cls(unit, scale * np.array(place.at), radius, place.steered)
 
@@ -78,11 +84,20 @@ class Rolling:
 
     @classmethod
     def of(cls, begin: float, end: float, hubs: Sequence[Hub], frames: FramesAt) -> Rolling:
-        """Follow all wheels from the begin to the end of a stretch of motion [s]."""
+        """Follow all wheels over a stretch of motion.
+
+        Args:
+            begin: [s].
+            end: [s].
+            hubs: The wheels.
+            frames: Placements of the units they belong to.
+        """
+        # Sample the units, a chunk at a time.
         count = max(2, int(np.ceil((end - begin) / _STEP)) + 1)
         times = np.linspace(begin, end, count)
         parts = [frames(times[k : k + _CHUNK]) for k in range(0, count, _CHUNK)]
         units = np.concatenate(parts)
+        # Add up the ways of wheels and of the axle that steers.
         places = np.stack([_places(units, hub) for hub in hubs], axis=1)
         ways = _ways(places, units, hubs)
         steered = np.array([hub.steered for hub in hubs], dtype=np.bool_)
@@ -99,13 +114,13 @@ class Rolling:
         )
 
     def at(self, time: float) -> Floats:
-        """How far the wheels have turned and are steered to the left, (w, 2) [rad]."""
+        """Return how far the wheels have turned and are steered to the left, (w, 2) [rad]."""
         turned = [np.interp(time, self.times, column) for column in self.turned.T]
         angle = self.steering(time) if self.steered.any() else 0.0
         return np.column_stack([np.mod(turned, 2.0 * np.pi), np.where(self.steered, angle, 0.0)])
 
     def steering(self, time: float) -> float:
-        """Where the axle goes relative to its unit, to the left [rad]."""
+        """Return where the axle goes relative to its unit, to the left [rad]."""
         way = float(np.interp(time, self.times, self.ways))
         behind, ahead = (self._axle_at(way + side * _AROUND) for side in (-1.0, 1.0))
         across = ahead - behind

@@ -77,7 +77,7 @@ PLAIN_CLASSES = frozenset(_RULES)
 
 
 def class_seat(vclass: str, size: Floats) -> Seat:
-    """The seat in a plain body.
+    """Return the seat in a plain body.
 
     Args:
         vclass: What is drawn.
@@ -97,7 +97,7 @@ def class_seat(vclass: str, size: Floats) -> Seat:
 
 
 def car_seat(eye: Floats, *, cowl: Floats) -> Seat:
-    """The seat in a car whose eye point and windscreen's foot are known, (3,) each [m].
+    """Return the seat in a car whose eye point and windscreen's foot are known, (3,) each [m].
 
     The eye is 1.2 m above the ground, or higher where it could not look over the bonnet.
     """

@@ -38,8 +38,8 @@ class Springs:
     Attributes:
         dive: Pitch per longitudinal acceleration [rad s^2/m].
         roll: Roll per lateral acceleration [rad s^2/m].
-        most_dive: More it never pitches [rad].
-        most_roll: More it never rolls [rad].
+        most_dive: Limit of the pitch [rad].
+        most_roll: Limit of the roll [rad].
         height: Of the axis of roll over the ground [m].
     """
 
@@ -50,17 +50,19 @@ class Springs:
     height: float
 
 
-def _springs(dive: float, roll: float, most: tuple[float, float], height: float) -> Springs:
-    """Springs in degrees."""
-    dive, roll, most_dive, most_roll = np.radians([dive, roll, *most]).tolist()
+def _springs(
+    *, dive: float, roll: float, most_dive: float, most_roll: float, height: float
+) -> Springs:
+    """Springs whose angles are given in degrees."""
+    dive, roll, most_dive, most_roll = np.radians([dive, roll, most_dive, most_roll]).tolist()
     return Springs(dive, roll, most_dive, most_roll, height)
 
 
 SPRINGS: Mapping[str, Springs] = {
-    "car": _springs(0.20, 0.50, (1.5, 2.5), 0.30),
-    "heavy": _springs(0.10, 0.40, (0.8, 2.0), 0.60),
+    "car": _springs(dive=0.20, roll=0.50, most_dive=1.5, most_roll=2.5, height=0.30),
+    "heavy": _springs(dive=0.10, roll=0.40, most_dive=0.8, most_roll=2.0, height=0.60),
 }
-"""By what sort of body it is: `car` or `heavy`; `lean` is no matter of springs."""
+"""Springs by the sort of body; bodies that lean have none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,12 @@ class Sway:
     roll: float = 0.0
 
     def about(self, x: float, height: float) -> Floats:
-        """In the body's frame, (4, 4), about a point of its middle plane [m]."""
+        """Return the motion in the body's frame, (4, 4), about a point of its middle plane.
+
+        Args:
+            x: Of the point, forward [m].
+            height: Of the point [m].
+        """
         point = np.array([x, 0.0, height])
         turned = Transform.from_pose((0.0, 0.0, 0.0), pitch=self.pitch, roll=self.roll).matrix
         matrix = turned.copy()
@@ -85,7 +92,13 @@ class Sway:
 
 
 def sway_at(piece: MotionPiece, time: float, *, springs: Springs) -> Sway:
-    """What springs do to a body at a time [s] of its motion."""
+    """Return what springs do to a body.
+
+    Args:
+        piece: A stretch of its motion.
+        time: Within the stretch [s].
+        springs: The body's.
+    """
     along, across = _accelerations(piece, time - _BACK)
     dive = springs.dive * float(_ANSWER @ along)
     roll = springs.roll * float(_ANSWER @ across)
@@ -93,7 +106,7 @@ def sway_at(piece: MotionPiece, time: float, *, springs: Springs) -> Sway:
 
 
 def lean_at(piece: MotionPiece, time: float) -> Sway:
-    """How far riders lean into a bend at a time [s]."""
+    """Return how far riders lean into a bend at a time [s]."""
     _, across = _accelerations(piece, time + _AROUND)
     lean = np.arctan(float(_SHARES @ across) / _GRAVITY)
     return Sway(roll=-float(np.clip(lean, -_MOST_LEAN, _MOST_LEAN)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -34,6 +34,7 @@ from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
 from sumo3dviz_pt.shot.crowd import (
     FAR_TRIANGLES,
     SHOT_TRIANGLES,
+    CrowdFrames,
     CrowdPlan,
     can_be_full,
     fitting,
@@ -51,6 +52,21 @@ _MOST_VIEWS = 120
 
 _MOMENTS = 1
 """Moments of its exposure that a frame shows: one, its middle, as there is no motion blur."""
+
+
+@dataclass(slots=True, eq=False)
+class _Parts:
+    """Parts of road users while they are collected.
+
+    Attributes:
+        near: In detail.
+        deforming: In detail, of those that take poses.
+        far: Stand-ins.
+    """
+
+    near: list[Mover] = field(default_factory=list)
+    deforming: list[Mover] = field(default_factory=list)
+    far: list[Mover] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,30 +101,31 @@ class Shot:
     places: Floats | None = None
 
     def present_at(self, time: float) -> Present:
-        """Everyone who exists at a time [s], where they are drawn."""
+        """Return everyone who exists at a time [s], people on raised footways."""
         return self._on_footways(self.fleet.presence.at(time))
 
     def states_at(self, time: float) -> dict[str, str]:
-        """State string of every logged traffic light at a time [s], by tls id."""
+        """Return the state string of every logged traffic light at a time [s], by tls id."""
         states = {tls: phases.state_at(time) for tls, phases in self.phases.items()}
         return {tls: state for tls, state in states.items() if state is not None}
 
     def frame_at(self, time: float) -> FrameState:
-        """The state of the frame at a time [s], in the middle of its exposure.
+        """Return the state of the frame at a time [s], in the middle of its exposure.
 
         Raises:
-            ConfigError: If the camera rides with someone who does not exist then.
+            ConfigError: If the camera rides with a road user that does not exist then.
         """
         (moment,) = moments_of(self.camera, np.array([time])).tolist()
         return self.frame_of(moment, self.camera.view_at(moment))
 
     def frame_of(self, time: float, view: View) -> FrameState:
-        """The state of a frame that another camera takes.
+        """Return the state of a frame that another camera takes.
 
         Args:
             time: SUMO's [s].
             view: Of that camera; a shot has room for what its own cameras see.
         """
+        # Choose how each road user is drawn.
         present = self.present_at(time)
         drawn = [self.fleet.bodies[k].assembly.drawn for k in present.users.tolist()]
         camera_path = CameraPath.of([view], aspect=self.aspect)
@@ -124,16 +141,20 @@ class Shot:
         if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
-        near, deforming, far = self._parts(present, choice, view)
-        return FrameState(time, view, near, far, self.signals.radiance_at(time), deforming)
+        # Build the parts at the levels chosen.
+        parts = self._parts(present, choice, view)
+        return FrameState(
+            time,
+            view,
+            tuple(parts.near),
+            tuple(parts.far),
+            self.signals.radiance_at(time),
+            tuple(parts.deforming),
+        )
 
-    def _parts(
-        self, present: Present, choice: visibility.Choice, view: View
-    ) -> tuple[tuple[Mover, ...], tuple[Mover, ...], tuple[Mover, ...]]:
-        """The parts of all that is seen: in detail, in detail with poses, by stand-ins."""
-        near: list[Mover] = []
-        deforming: list[Mover] = []
-        far: list[Mover] = []
+    def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _Parts:
+        """The parts of all road users that are seen."""
+        parts = _Parts()
         whole_detail, by_proxy = choice.full[:, 0], choice.far[:, 0]
         seen = np.flatnonzero(choice.near[:, 0] | whole_detail | by_proxy)
         wholes = self.fleet.wholes(present, seen, view=view)
@@ -142,11 +163,12 @@ class Shot:
             ridden = whole.id == view.rides_in
             for part in self.fleet.parts(present, row, whole, level=level, ridden=ridden):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
-                (far if by_proxy[row] else deforming if moves else near).append(part)
-        return tuple(near), tuple(deforming), tuple(far)
+                some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
+                some.append(part)
+        return parts
 
     def under_sky(self, settings: SkySettings, lights: Lights = "auto") -> Shot | None:
-        """The same shot under another sky; nothing else is built again.
+        """Return the same shot under another sky; nothing else is built again.
 
         Args:
             settings: A preset, a file, or a sun by angles.
@@ -176,7 +198,7 @@ class Shot:
 def build_shot(
     world: World, trajectories: Sequence[Trajectory], *, camera: CameraSettings, times: Floats
 ) -> Shot:
-    """Build everything that a shot needs, and nothing else.
+    """Build everything that a shot shows or is lit by, and nothing else.
 
     Args:
         world: What exists.
@@ -219,14 +241,16 @@ class ShotBuilder:
             fleet: Everyone on the road.
             camera: Where it is seen from.
             camera_path: Where cameras are and look.
-            plan: Makes room for road users in so many triangles, `budget`.
+            plan: Makes room for road users in a number of triangles, `budget`.
         """
+        # What stands leaves some triangles for road users.
         scenario, dark = self.world.scenario, self.world.dark
         left_hand = self.world.left_hand
         place = build_place(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
+        # Put together what does not change.
         opened = _shown(fleet.prototypes, crowd.slots)
         data = SceneData(
             materials=_materials(place, opened.values(), fleet.materials),
@@ -237,7 +261,7 @@ class ShotBuilder:
             slots=crowd.slots,
             haze=Haze(),
             running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
-            left_out=place.left_out + _nobody(scenario, fleet, crowd),
+            left_out=place.left_out + _absent(scenario, fleet, crowd),
         )
         signals, footway = place.signals, place.roads.surface_height_at
         phases, limit, full_models = scenario.signals, crowd.limit, crowd.full_models
@@ -247,7 +271,7 @@ class ShotBuilder:
 
 
 def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
-    """Everyone on the road.
+    """Return everyone on the road.
 
     Args:
         world: Says which types there are, and whether they have lights on.
@@ -265,7 +289,13 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
 
 
 def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet:
-    """The same fleet; the vehicle that a camera rides in can be opened."""
+    """Return the same fleet; the vehicle that a camera rides in can be opened.
+
+    Args:
+        fleet: Everyone on the road.
+        camera: Its settings.
+        left_hand: Whether traffic keeps left, so that drivers sit on the right.
+    """
     if not isinstance(camera, LagrangianCamera):
         return fleet
     return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
@@ -284,7 +314,7 @@ def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
 
 
 def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
-    """Plan who is drawn how over the whole shot, with so many triangles."""
+    """Plan how road users are drawn over the whole shot, in a number of triangles."""
     if not fleet.keys:
         return CrowdPlan(Slots(), visibility.MOST_NEAR)
     frames = []
@@ -292,15 +322,16 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget
     for part in visibility.chunks(len(times)):
         views: list[View] = [camera.view_at(float(time)) for time in times[part]]
         riders |= {view.rides_in for view in views if view.cutaway and view.rides_in}
-        alive, positions, _ = fleet.positions(times[part])
-        frames.append((CameraPath.of(views, aspect=aspect), alive, positions))
+        alive, positions = fleet.positions(times[part])
+        camera_path = CameraPath.of(views, aspect=aspect)
+        frames.append(CrowdFrames(camera_path, alive, positions))
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
 
 
 def _shown(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
-    """The bodies that somebody shows."""
+    """The bodies that are shown."""
     names = sorted({*slots.near, *slots.far, *slots.deforming})
     return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
 
@@ -343,8 +374,8 @@ def _materials(
     return {name: known[name] for name in sorted(used)}
 
 
-def _nobody(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut, ...]:
-    """Say which road users need nothing here."""
+def _absent(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut, ...]:
+    """Say which road users the log or the view does not have."""
     out = []
     kinds = {trace.kind for trace in scenario.traffic.traces}
     if "person" not in kinds:

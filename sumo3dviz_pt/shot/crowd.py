@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,8 +34,19 @@ FAR_TRIANGLES = 110_000
 SHOT_TRIANGLES = 1_450_000
 """Of a whole shot: every update of poses rebuilds the trees over all of them."""
 
-FramesSeen = Sequence[tuple[CameraPath, Bools, Floats]]
-"""Stretches of a shot: camera path, alive (k, n), positions (k, n, 3)."""
+
+class CrowdFrames(NamedTuple):
+    """Cameras and road users in some frames of a shot.
+
+    Attributes:
+        camera_path: Where the camera is and looks, in n frames.
+        alive: Whether each of k road users exists, (k, n).
+        positions: Their fronts, (k, n, 3) [m]; NaN where they do not exist.
+    """
+
+    camera_path: CameraPath
+    alive: Bools
+    positions: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +66,7 @@ class CrowdPlan:
 
 def plan_crowd(
     bodies: Sequence[Drawn],
-    frames: FramesSeen,
+    frames: Sequence[CrowdFrames],
     *,
     triangles: Mapping[str, int] | None = None,
     budget: int = SHOT_TRIANGLES,
@@ -80,23 +92,25 @@ def plan_crowd(
 
 
 def can_be_full(bodies: Sequence[Drawn], full_models: frozenset[str]) -> Bools:
-    """Who can be drawn in full detail, (k,)."""
+    """Return which road users can be drawn in full detail, (k,)."""
     return np.array(
         [bool(body.full) and body.model in full_models for body in bodies], dtype=np.bool_
     )
 
 
 def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Floats) -> Choice:
-    """Who finds room in a scene whose slots were planned for other views: the nearest first.
+    """Return how road users are drawn in a scene whose slots were planned for other views.
 
-    Who finds none in detail is drawn by a stand-in, and who finds none at all is not drawn.
+    The nearest get room first. Those without room in detail are drawn by stand-ins, and those
+    without any room are not drawn.
 
     Args:
-        choice: Wanted, of one time, (k, 1) each.
+        choice: What is wanted at one time, (k, 1) each.
         bodies: Of each of the k road users.
         slots: The room that there is.
         distances: From the camera, (k,) [m].
     """
+    # Hand out the slots, each road user's finest level first.
     detailed, distant = Counter(slots.detailed), Counter(slots.far)
     found = {level: np.zeros_like(choice.near) for level in ("full", "near", "far")}
     wanted = choice.near | choice.full | choice.far
@@ -117,7 +131,7 @@ def fitting(choice: Choice, bodies: Sequence[Drawn], slots: Slots, distances: Fl
 
 
 def lengths_of(bodies: Sequence[Drawn]) -> Floats:
-    """How long all are, (k,) [m]."""
+    """Return the lengths of bodies, (k,) [m]."""
     return np.array([body.length for body in bodies], dtype=np.float64)
 
 
@@ -129,7 +143,9 @@ def _most_full(slots: Slots, triangles: Mapping[str, int], budget: int) -> int:
     return int(np.clip(spare // FULL_TRIANGLES, 1, MOST_FULL_MODELS))
 
 
-def _full_models(bodies: Sequence[Drawn], frames: FramesSeen, *, most: int) -> frozenset[str]:
+def _full_models(
+    bodies: Sequence[Drawn], frames: Sequence[CrowdFrames], *, most: int
+) -> frozenset[str]:
     """The models that are near enough for full detail in most frames."""
     able = np.array([bool(body.full) for body in bodies], dtype=np.bool_)
     seen: Counter[str] = Counter()
@@ -148,8 +164,10 @@ def _full_models(bodies: Sequence[Drawn], frames: FramesSeen, *, most: int) -> f
     return frozenset(ranked[:most])
 
 
-def _slots(bodies: Sequence[Drawn], frames: FramesSeen, *, limit: int, able: Bools) -> Slots:
-    """Most bodies of each kind at once."""
+def _slots(
+    bodies: Sequence[Drawn], frames: Sequence[CrowdFrames], *, limit: int, able: Bools
+) -> Slots:
+    """The most bodies of each kind at once."""
     near, far, full, moving = (
         _Members.of([getattr(body, level) for body in bodies])
         for level in ("near", "far", "full", "deforming")
@@ -172,18 +190,23 @@ def _slots(bodies: Sequence[Drawn], frames: FramesSeen, *, limit: int, able: Boo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Members:
-    """How many bodies of each prototype every road user needs."""
+    """How many bodies of each prototype road users are drawn with.
+
+    Attributes:
+        names: Of the m prototypes.
+        counts: Of each prototype for each road user, (m, k).
+    """
 
     names: tuple[str, ...]
     counts: Floats
 
     @classmethod
-    def of(cls, needed: Sequence[tuple[str, ...]]) -> _Members:
-        """Collect the names that road users need."""
-        names = sorted({name for some in needed for name in some})
+    def of(cls, drawn: Sequence[tuple[str, ...]]) -> _Members:
+        """Count the names of the prototypes of each road user."""
+        names = sorted({name for some in drawn for name in some})
         index = {name: row for row, name in enumerate(names)}
-        counts = np.zeros((len(names), len(needed)))
-        for column, some in enumerate(needed):
+        counts = np.zeros((len(names), len(drawn)))
+        for column, some in enumerate(drawn):
             for name in some:
                 counts[index[name], column] += 1.0
         return cls(tuple(names), counts)

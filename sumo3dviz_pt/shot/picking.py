@@ -1,9 +1,8 @@
-"""Who is seen at a point of a picture: the road user whose box the ray meets first.
+"""Finds the road user at a point of a picture: the one whose box the ray meets first.
 
 Boxes are as long, wide and high as what is drawn; vehicles that bend have one for each of
-their units. What is looked for in turn: a box that holds the surface seen there, any box in
-front of it, and a box that misses the point by little, because people far away are a few
-pixels wide.
+their units. A box that holds the surface seen there comes first, then any box in front of
+that, and last a box that the point misses by little: people far away are a few pixels wide.
 """
 
 from __future__ import annotations
@@ -21,16 +20,16 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
 _LEAST = 1.0
-"""Boxes may be clicked as if their sides were at least this long [m]."""
+"""Boxes can be clicked as if their sides were at least this long [m]."""
 
 _LEAST_SHARE = 0.03
-"""And at least this share of the picture's width."""
+"""Boxes can be clicked as if their sides took at least this share of the picture's width."""
 
 _MIRRORS = 0.25
-"""And what stands out of a box belongs to it [m]."""
+"""Things that stand out of a box by no more than this belong to it, such as mirrors [m]."""
 
-_SLACK = (0.3, 0.01)
-"""How far a surface may lie in front of a box [m], and how much more per metre of way."""
+_SLACK, _SLACK_SHARE = 0.3, 0.01
+"""How far a surface may lie in front of a box [m], and how much more per metre of distance."""
 
 _PARALLEL = 1e-12
 """A ray this parallel to a side of a box is taken as a little oblique."""
@@ -68,16 +67,16 @@ def pick(
     aspect: float,
     distance: float = np.inf,
 ) -> str | None:
-    """Who is seen at a point of a picture.
+    """Find the road user that is seen at a point of a picture.
 
     Args:
         present: Everyone at the picture's time.
         fleet: What they show.
-        view: The camera; nobody is found whose box it is inside of.
+        view: The camera; road users around it are not found.
         point: From the left and from the top, in [0, 1].
         aspect: Height / width of the picture.
-        distance: Along the ray to the surface that is seen there [m]; nobody behind it is
-            found.
+        distance: Along the ray to the surface that is seen there [m]; road users behind it are
+            not found.
 
     Returns:
         The road user's key, such as `vehicle:flow_0.3`, or None.
@@ -85,12 +84,14 @@ def pick(
     ray = _ray(view, point, aspect)
     boxes = _boxes(present, fleet, _near(present, fleet, ray, view.lens))
     margins = _margins(boxes, ray, view.lens)
-    slack = _SLACK[0] + _SLACK[1] * distance
+    # Cross the boxes as they are, and a little larger.
+    slack = _SLACK + _SLACK_SHARE * distance
     enter, leave = _crossed(ray, boxes, np.zeros_like(margins))
     widely, left = _crossed(ray, boxes, margins)
     near_by = (widely > 0.0) & (widely <= left) & (widely <= distance + slack)
     hit = near_by & (enter <= leave) & (enter <= distance + slack)
     seen = hit & (leave + slack >= distance)
+    # Take the nearest of the best kind of hit.
     for found, depths in ((seen, enter), (hit, enter), (near_by, widely)):
         if found.any():
             first = int(np.argmin(np.where(found, depths, np.inf)))
@@ -105,7 +106,7 @@ def _ray(view: View, point: tuple[float, float], aspect: float) -> _Ray:
 
 
 def _near(present: Present, fleet: Fleet, ray: _Ray, lens: Lens) -> Ints:
-    """Rows of those whom the ray may meet: it passes no farther away than they reach."""
+    """Rows of those that the ray may meet: it passes no farther away than they reach."""
     to_front = present.positions - ray.origin
     along = to_front @ ray.direction
     aside = np.linalg.norm(to_front - np.maximum(along, 0.0)[:, None] * ray.direction, axis=1)

@@ -1,7 +1,7 @@
 """A shot for cameras that go anywhere, such as a client's in the viewer.
 
-Where the camera will be and look is not known: so everything around some places is built,
-in all directions, and there is room for everyone on the road at least as a stand-in.
+It is not known where the camera will be and look. So everything around some places is built,
+in all directions, and there is room for everyone on the road, at least as a stand-in.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.build import Shot, ShotBuilder, everyone, with_seat
 from sumo3dviz_pt.shot.cameras.build import StandingCamera, build_camera
-from sumo3dviz_pt.shot.crowd import CrowdPlan, plan_crowd
+from sumo3dviz_pt.shot.crowd import CrowdFrames, CrowdPlan, plan_crowd
 from sumo3dviz_pt.world.build import World
 
 _STEP = 1.0
@@ -61,13 +61,16 @@ def build_roam(
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
+    # Everyone on the road; the cabins that cameras sit in can be opened.
     scenario, job, left_hand = world.scenario, world.job, world.left_hand
     fleet = everyone(world, trajectories)
     for camera in (*job.cameras.values(), *riding):
         fleet = with_seat(fleet, camera, left_hand=left_hand)
+    # Places around which there is detail.
     views = list(_views(job, fleet, times, left_hand=left_hand)) or [_overview(scenario)]
     places = np.stack([view.position for view in views]) if eyes is None else eyes
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
+    # Build the shot.
     builder = ShotBuilder(world, job.output.size[1] / job.output.size[0])
     home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
     camera_path = CameraPath.all_round(places)
@@ -75,10 +78,16 @@ def build_roam(
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:
-    """What a camera sees of a shot at a time [s].
+    """Return the view of a camera.
+
+    Args:
+        shot: Has the road users that it may ride with.
+        camera: Its settings.
+        time: SUMO's [s].
+        left_hand: Whether traffic keeps left, so that drivers sit on the right.
 
     Raises:
-        ConfigError: If it rides with someone who is not there then.
+        ConfigError: If it rides with a road user that does not exist then.
     """
     return build_camera(camera, fleet=shot.fleet, left_hand=left_hand).view_at(time)
 
@@ -111,18 +120,18 @@ def _overview(scenario: Scenario) -> View:
 
 
 def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPlan:
-    """Room for who is near any of the places, and for everyone as a stand-in.
+    """Room for those near any of the places in detail, and for everyone as a stand-in.
 
-    Nobody is drawn in full detail, which takes instances and triangles and would be seen in
+    None are drawn in full detail, which takes instances and triangles and would be seen in
     stills only. Each opened cabin has a slot of its own, as the vehicle may also be seen closed.
     """
     bodies = [replace(fleet.drawn(k), full=()) for k in range(len(fleet.keys))]
     frames, most = [], Counter[str]()
     for part in visibility.chunks(len(times)):
-        alive, positions, _ = fleet.positions(times[part])
+        alive, positions = fleet.positions(times[part])
         for eye in eyes:
             camera_path = CameraPath.all_round(np.tile(eye, (alive.shape[1], 1)))
-            frames.append((camera_path, alive, positions))
+            frames.append(CrowdFrames(camera_path, alive, positions))
         for column in alive.T:
             there = Counter(name for k in np.flatnonzero(column) for name in bodies[k].far)
             most |= there

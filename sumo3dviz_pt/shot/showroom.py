@@ -48,7 +48,7 @@ class Exhibit:
     """One thing to look at.
 
     Attributes:
-        title: Its name, and what else tells it apart.
+        title: Its name and, where there are several of it, what tells them apart.
         parts: In a frame of their own, on the ground.
         materials: What they are made of.
     """
@@ -70,7 +70,7 @@ class Exhibit:
 
 
 def exhibits(family: str) -> Iterator[Exhibit]:
-    """Everything of a family.
+    """Yield everything of a family.
 
     Raises:
         ConfigError: If there is no such family; the message suggests one.

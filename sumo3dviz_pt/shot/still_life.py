@@ -16,8 +16,8 @@ _FAR = 3000.0
 _ROAD = (-8.6, -1.6)  # its edges, left of an eye that looks along it [m]
 _LINE = "line"
 
-# Family, title, and where it stands before the eye: ahead, left [m], yaw [rad].
 _THINGS = (
+    # family, title, place before the eye: ahead, left [m], yaw [rad]
     ("vehicles", "hatchback", (12.0, -3.3), np.pi),
     ("buildings", "homes: plaster", (31.0, 10.0), np.radians(-125.0)),
     ("trees", "lime", (36.0, -19.0), 0.4),
@@ -25,7 +25,7 @@ _THINGS = (
 
 
 def still_life(yaw: float) -> Exhibit:
-    """Everything before an eye at the origin.
+    """Return everything before an eye at the origin.
 
     Args:
         yaw: Where the eye looks to, counter-clockwise from east [rad].

@@ -1,4 +1,4 @@
-"""Decides what a shot needs: what some camera can see, or what can cast light into it.
+"""Decides which road users a shot draws, and how: what a camera sees, or casts light into it.
 
 Everything here is a pure function of the whole shot, never of what was rendered
 before, so that any part of a film can be rendered alone.
@@ -24,9 +24,9 @@ FULL_END = 32.0
 """Nearer road users are drawn in full detail through a lens of 50 degrees [m]."""
 
 _LENS = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
-_LONGEST = 14.0  # from a front bumper to what else of most bodies may be in the picture [m]
-_SHADOW = 40.0  # from a front bumper to what else may be seen of most, shadows at most hours [m]
-_CAST = 25.0  # of those beyond the rear of a longer one [m]
+_LONGEST = 14.0  # reach of most bodies from their front bumper [m]
+_SHADOW = 40.0  # reach of most bodies and, at most hours, their shadows [m]
+_CAST = 25.0  # reach of shadows beyond the rear of longer bodies [m]
 
 MOST_NEAR = 120
 """Road users in detail in one frame, at most."""
@@ -39,7 +39,7 @@ _CHUNK = 200
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """Which road users are drawn how, (k, n) each; nobody twice.
+    """How road users are drawn, (k, n) each; each in one way at most.
 
     Attributes:
         near: In detail.
@@ -68,17 +68,18 @@ def choose(
         alive: (k, n).
         positions: (k, n, 3) [m]; anything where not alive.
         limit: How many are drawn in detail at once, at most.
-        can_be_full: Who can be drawn in full detail, (k,); None is nobody.
-        lengths: Of their bodies, (k,) [m]: a train is seen long after its front; None is short.
+        can_be_full: Which road users can be drawn in full detail, (k,); None is none.
+        lengths: Of their bodies, (k,) [m]: a train is seen long after its front; None is 0.
     """
     long = np.zeros(len(alive)) if lengths is None else lengths
     places = np.where(alive[..., None], positions, 1e9)
-    # A long one may be near although its front is not.
+    # Measure distances; a long road user may be near although its front is not.
     beyond = np.maximum(long - _LONGEST, 0.0)[:, None]
     distance = settled(
         np.maximum(np.linalg.norm(places - camera_path.positions, axis=-1) - beyond, 0.0)
     )
     reach = np.maximum(_SHADOW, long + _CAST)[:, None]
+    # Choose levels from the coarsest to the finest.
     shown = alive & (distance < FAR_END) & in_view(camera_path, places, radius=reach)
     near = _nearest(distance, among=shown & (distance < near_end(camera_path)), limit=limit)
     able = (
@@ -106,11 +107,11 @@ def _full_end(camera_path: CameraPath) -> Floats:
 
 
 def near_end(camera_path: CameraPath) -> Floats:
-    """Where the middle level ends at n times, (n,) [m]; likewise."""
+    """Return where the middle level ends, (n,) [m]: a telephoto lens shows it from farther away."""
     return np.clip(NEAR_END * _LENS / np.tan(camera_path.half_angles), NEAR_END, 6.0 * NEAR_END)
 
 
 def chunks(count: int) -> Iterator[slice]:
-    """Stretches of a shot that fit into memory."""
+    """Yield stretches of a shot of so many frames that fit into memory."""
     for first in range(0, count, _CHUNK):
         yield slice(first, min(first + _CHUNK, count))

@@ -84,8 +84,8 @@ class World:
     """What exists, whatever looks at it.
 
     Attributes:
-        scenario: Roads, objects and signals. What it says of road users is the cast's.
-        job: The scene file; its shots, output and quality say nothing here.
+        scenario: Roads, objects and signals; its road users belong to the cast.
+        job: The scene file; its shots, output and quality have no effect here.
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
         memory: What was built of it. All shots of a scene file share one.
@@ -227,6 +227,7 @@ def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Pr
     """Roads and ground around a camera's path."""
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
+    # Roads first: everything else stands beside or below them.
     roads = build_roads(
         network,
         job.roads,
@@ -239,6 +240,7 @@ def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Pr
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
+    # What objects are placed by.
     around = surroundings(
         network,
         seed=job.seed,

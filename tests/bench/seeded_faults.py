@@ -104,7 +104,7 @@ FAULTS = {
     "far road users beyond the detailed ones are dropped": Fault(
         "shot/visibility.py", "return Choice(near & ~full, shown & ~near, full)",
         "return Choice(near & ~full, shown & ~near & (distance > NEAR_END), full)",
-        ("tests/property/test_needs_properties.py",),
+        ("tests/property/test_visibility_properties.py",),
     ),
     # Bodies on their path.
     "trailers follow a tangent, not the path": Fault(
@@ -289,7 +289,8 @@ FAULTS = {
         ("tests/unit/pipeline/test_worlds.py",),
     ),
     "another seed finds the old world": Fault(
-        "pipeline/worlds.py", "json.dumps([settings, stamps, cameras]", "json.dumps([stamps, cameras]",
+        "pipeline/worlds.py",
+        "json.dumps([settings, stamps, cameras]", "json.dumps([stamps, cameras]",
         ("tests/unit/pipeline/test_worlds.py",),
     ),
     "rows of houses ignore other cameras": Fault(

@@ -29,12 +29,12 @@ class Aim:
     roll: float = 0.0
 
     def placed(self, position: Floats) -> Transform:
-        """`world_from_camera` of an eye at a position, (3,) [m]."""
+        """Return `world_from_camera` of an eye at a position, (3,) [m]."""
         return Transform.from_pose(position, yaw=self.yaw, pitch=self.pitch, roll=self.roll)
 
 
 def aim_of(settings: EulerianCamera | KeyFrame) -> Aim:
-    """The aim that settings ask for.
+    """Return the aim that settings ask for.
 
     Raises:
         ConfigError: If the camera is to look at the point where it stands.

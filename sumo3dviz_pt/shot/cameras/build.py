@@ -1,7 +1,7 @@
 """Cameras: where the eye is and what it sees with, at any time.
 
-A camera is a pure function of time. Which one a scene file asks for is decided by the
-type of its settings; a new kind is one more registered builder here.
+A camera is a pure function of time. The type of its settings decides which builder makes it;
+a new kind is one more registered builder here.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class Camera(Protocol):
         """When it lets light in."""
 
     def view_at(self, time: float) -> View:
-        """The view at a time [s].
+        """Return the view at a time [s].
 
         Raises:
-            ConfigError: If the camera rides with someone who does not exist then.
+            ConfigError: If the camera rides with a road user that does not exist then.
         """
 
 
@@ -50,12 +50,12 @@ class StandingCamera:
     shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
-        """The view, whatever the time."""
+        """Return the view, whatever the time."""
         return self.view
 
 
 def standing_view(settings: EulerianCamera) -> View:
-    """What a camera that stands still sees.
+    """Return what a camera that stands still sees.
 
     Raises:
         ConfigError: If it looks at the point where it stands.
@@ -70,11 +70,11 @@ def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -
 
     Args:
         settings: One of the job's camera settings.
-        fleet: Whom a camera can ride with.
+        fleet: Road users that a camera can ride with.
         left_hand: Whether traffic keeps left, so that drivers sit on the right.
 
     Raises:
-        ConfigError: If it rides with someone unknown, asks for an unknown view, or looks
+        ConfigError: If the road user that it rides with or its view is unknown, or if it looks
             at the point where it stands.
     """
     raise TypeError(f"{type(settings).__name__} is no camera")

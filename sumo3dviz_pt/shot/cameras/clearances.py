@@ -1,4 +1,4 @@
-"""Which cameras of a scene file nothing may grow into or before."""
+"""Chooses the cameras of a scene file that must keep a clear view."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _VIEWS = 60
 
 
 def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearance:
-    """The ways of all cameras that ride in no vehicle and want a clear view.
+    """Return the ways of all cameras that ride in no vehicle and want a clear view.
 
     Args:
         cameras: All of a scene file.
@@ -39,7 +39,7 @@ def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearan
 def clearing(
     cameras: Iterable[CameraSettings],
 ) -> list[EulerianCamera | CinematicCamera]:
-    """Those of some cameras that ride in no vehicle and want a clear view."""
+    """Return those cameras that ride in no vehicle and want a clear view."""
     return [
         camera
         for camera in cameras

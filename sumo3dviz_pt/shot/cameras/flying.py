@@ -53,7 +53,7 @@ class MonotoneCurve:
         object.__setattr__(self, "_between", between)
 
     def at(self, time: float) -> Floats:
-        """The value at any time [s], (k,)."""
+        """Return the value at any time [s], (k,)."""
         if self._between is None:
             return np.asarray(self.values[0])
         inside = min(max(time, float(self.times[0])), float(self.times[-1]))
@@ -82,7 +82,7 @@ class FlyingCamera:
     shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
-        """The view at a time [s]; before the first and after the last key frame, theirs."""
+        """Return the view at a time [s]; before the first and after the last key frame, theirs."""
         position = self.path.at(time)
         yaw, pitch, roll, fov = self.angles.at(time).tolist()
         aim = Aim(yaw, pitch, roll)

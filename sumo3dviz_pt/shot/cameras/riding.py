@@ -60,14 +60,14 @@ class RidingCamera:
     """A Lagrangian camera.
 
     Attributes:
-        trajectory: Whom it rides with.
+        trajectory: Of the road user that it rides with.
         eye: In the body's frame, (3,) [m].
         aim: In the body's frame [rad].
         lens: What it sees with.
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
         cutaway: Whether the own cabin is not drawn.
         turns_about: The point that stays at rest in the picture, (3,) [m].
-        body: Whose first unit it sits in; None is a rigid one.
+        body: The body whose first unit it sits in; None is a rigid one.
         springs: Whether the body's springs move the eye and nod the view. They never roll it:
             people keep their heads upright, and a rolling horizon makes sick.
         shutter: When it lets light in.
@@ -85,7 +85,7 @@ class RidingCamera:
     shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
-        """The view at a time [s].
+        """Return the view at a time [s].
 
         Raises:
             ConfigError: If the road user does not exist then; the message says when it does.
@@ -150,13 +150,14 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     """Seat a camera.
 
     Args:
-        settings: Whom it rides with, and how.
-        fleet: Whom it can ride with.
+        settings: Which road user it rides with, and how.
+        fleet: Road users that it can ride with.
         left_hand: Whether traffic keeps left, so that drivers sit on the right.
 
     Raises:
         ConfigError: If the road user or the view is unknown; the message suggests some.
     """
+    # Find the vehicle, and the eye in it.
     preset = read_view(settings.view)
     trajectory = find_rider(fleet, settings.vehicle)
     body = fleet.body(trajectory.key)
@@ -164,6 +165,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     eye = anchor + np.array(preset.offset)
     if settings.eye_height is not None:
         eye[2] = settings.eye_height
+    # Aim it; the scene file's angles win over the preset's.
     aim = _aim(preset, anchor, eye=eye)
     pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))
     fov = preset.fov if settings.lens is None else settings.lens.fov

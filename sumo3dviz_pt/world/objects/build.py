@@ -64,7 +64,7 @@ Item = Poi | Polygon
 
 @dataclass(frozen=True, slots=True)
 class _ObjectGroup:
-    """The objects of a kind that are drawn, and what a user says of that kind."""
+    """The objects of a kind that are drawn, and the settings of that kind."""
 
     kind: Kind
     settings: ObjectSettings
@@ -321,7 +321,7 @@ def _point_parts(
 
 
 def _own_model(kind: Kind, settings: ObjectSettings, item: Poi) -> ObjectSettings:
-    """Settings with the model that an object's parameter `model` asks for, if it is one."""
+    """Settings with the model that an object's parameter `model` names, if it is one."""
     model = item.params.get("model")
     if model not in kind.models or settings.model:
         return settings

@@ -194,6 +194,7 @@ def lamp_sets(parts: Sequence[Part]) -> tuple[LampSet, ...]:
         some = [part for part in parts if part.material == material]
         if not some:
             continue
+        # Faces of one luminance are one lamp.
         luminance = np.concatenate([part.tint for part in some if part.tint is not None])
         each, lamp_of_face = np.unique(settled(luminance).round(3), axis=0, return_inverse=True)
         family = material.removeprefix("lamp:")
@@ -220,7 +221,7 @@ def painted(
     Args:
         shell: Quads by role.
         style: Says which colours it may have.
-        settings: May say its colour.
+        settings: May have a colour for it.
         chance: Chooses.
         level: Of detail.
     """

@@ -39,6 +39,7 @@ def line_parts(
             continue
         flat = fence.resampled(np.vstack([shape, shape[:1]]) if item.fill else shape)
         line = np.column_stack([flat, around.height_at(flat)])
+        # Build it piece by piece, each at its level of detail.
         sides, drop = guarded_sides(flat, around.index), fence.end_drop(line)
         model = fence_model(item, settings)
         for first in range(0, len(line) - 1, _PIECE):

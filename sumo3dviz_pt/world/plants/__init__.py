@@ -1,1 +1,1 @@
-"""What grows where a scenario says nothing."""
+"""What grows where a scenario has no plants."""

@@ -45,7 +45,7 @@ SOURCE = "planting"
 """The `source` of everything that is planted."""
 
 BEHIND = "behind"
-"""The parameter that says how many rows of plants stand before one."""
+"""The parameter with the number of rows of plants in front of a plant."""
 
 _OWN = frozenset({"trees", "homes", "shops", "blocks", "buildings"})
 _FAST = 70.0 / 3.6  # roads on which more is allowed have belts [m/s]

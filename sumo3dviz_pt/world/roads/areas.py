@@ -47,6 +47,7 @@ def junction_insides(
         settings: Surfaces and widths of lanes.
         region: A box [m]; None is everywhere.
     """
+    # Sort internal edges and walking areas by their junctions.
     ways: dict[str, list[Strip]] = {}
     walks: dict[str, list[Edge]] = {}
     for edge in network.edges.values():
@@ -58,6 +59,7 @@ def junction_insides(
         elif edge.function == "internal":
             strips = edge_strips(edge, settings, left_hand=network.left_hand)
             ways.setdefault(owner, []).extend(s for s in strips if not is_footway(s.lane))
+    # Keep junctions with any of these, or with their outline in the region.
     touched = {
         key
         for key, junction in network.junctions.items()

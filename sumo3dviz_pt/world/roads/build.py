@@ -129,11 +129,13 @@ def walking_height(layout: RoadLayout, drops: Drops) -> Callable[[Floats], Float
         spots = shapely.points(np.asarray(points, dtype=np.float64)[:, :2])
         inside = np.zeros(len(spots), dtype=bool)
         inside[tree.query(spots, predicate="intersects")[0]] = True
+        # Measure the distance from the kerb, positive on the footway.
         signed = np.where(inside, _RAMP, -_RAMP)
         (near, _), away = edge_tree.query_nearest(
             spots, max_distance=_RAMP, return_distance=True, all_matches=False
         )
         signed[near] = np.where(inside[near], away, -away)
+        # Climb across it.
         share = np.clip(signed / _RAMP + 0.5, 0.0, 1.0)
         rise = np.zeros(len(spots))
         rise[share > 0.0] = rise_at(drops, np.asarray(points)[share > 0.0, :2])

@@ -1,4 +1,4 @@
-"""The road surface as cells: small polygons that know their height and never overlap.
+"""The road surface as cells: small polygons of known height that never overlap.
 
 Lanes become quads between their borders; walking areas and junctions become whole
 polygons. Where two overlap, the later one is cut, so lanes win over footways,

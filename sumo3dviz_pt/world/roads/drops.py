@@ -150,6 +150,7 @@ def rise_at(drops: Drops, points: Floats) -> Floats:
         )
         if not len(near):
             continue
+        # Ramps rise with the distance from the crossing or from the kerb.
         away = np.full(len(near), np.inf)
         (spot, _), found = drops.roads.query_nearest(
             shapely.points(points[near]),
@@ -180,7 +181,7 @@ def cut_for_ramps(shape: shapely.Geometry, drops: Drops) -> list[shapely.Geometr
 
 
 def cut_on_grid(piece: shapely.Geometry, squares: Polygons) -> list[shapely.Geometry]:
-    """Return what of each of some squares, (n,), lies on a polygon."""
+    """Return the parts of squares, (n,), that lie on a polygon."""
     shapely.prepare(piece)
     near = squares[shapely.intersects(piece, squares)]
     whole = shapely.contains_properly(piece, near)

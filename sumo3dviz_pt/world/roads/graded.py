@@ -94,7 +94,7 @@ def graded_quads(quads: Floats, shares: Floats, wear: Floats) -> Graded:
 
 
 def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
-    """Return what of some triangles lies on a polygon, seen from above."""
+    """Return the part of some triangles that lies on a polygon, seen from above."""
     corners = piece.vertices[piece.faces]
     triangles = shapely.polygons(corners[..., :2])
     shared = shapely.intersection(triangles, polygon, grid_size=GRID)

@@ -198,6 +198,7 @@ def _signalled(
         return [], (LeftOut("signals", "the network has none"),)
     if not any(entry.states for entry in phases.values()):
         return [], (LeftOut("signals", "there is no signal log"),)
+    # Keep links whose state is in the log.
     silent = {link.tls for link in links if not (link.tls in phases and phases[link.tls].states)}
     known = [link for link in links if link.tls not in silent]
     right = [
@@ -205,6 +206,7 @@ def _signalled(
         for link in known
         if any(link.link_index < len(state) for state in phases[link.tls].states)
     ]
+    # Say what is missing.
     left_out = []
     if silent:
         left_out.append(

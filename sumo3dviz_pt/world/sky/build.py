@@ -26,7 +26,7 @@ from sumo3dviz_pt.model.scene import CloudLayer, Sky
 from sumo3dviz_pt.world.sky.sun import SunPosition, convergence, local_time, sun_position
 
 DEFAULT_PRESET = "sky_blue"
-"""Used where a scene says nothing about its sky."""
+"""Used where a scene file has no sky."""
 
 NIGHT = (4.0e-7, 5.0e-7, 8.0e-7)
 """Radiance of a moonless sky over a city, about 0.016 cd/m^2 [scene units]."""
@@ -75,7 +75,7 @@ class SkyPreset:
             that the clouds were baked for.
         turbidity: Of the clear sky behind the clouds, [1, 10].
         clouds: A sky asset's name, or None.
-        exposure: Added to the exposure that the sun asks for [EV].
+        exposure: Added to the exposure for the height of the sun [EV].
         tint: What the sun's light and sky are multiplied with.
         night: Radiance of the sky without sun and moon, scene units.
         moon: `azimuth` and `elevation` of a full moon [deg], or None.
@@ -205,6 +205,7 @@ def preset_sky(settings: SkySettings, location: Location | None) -> Sky:
     own = lit_by if preset.sun is None else _angles(preset.sun)
     if own is None:
         raise ConfigError(f"sky preset {name!r} has neither sun nor clouds")
+    # By night the moon lights the clouds; they turn with what lights them.
     sun = own if settings.sun is None else sun_of(settings.sun, location=location)
     dark = sun.elevation < DARK
     light = _angles(preset.moon) if dark and preset.moon is not None else sun
@@ -298,7 +299,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 
 
 def build_sky(settings: SkySettings, *, location: Location | None = None) -> Sky:
-    """Build the sky that a scene asks for; `sky_blue` if it says nothing.
+    """Build the sky of a scene file; `sky_blue` if it has none.
 
     Args:
         settings: The scene file's.

@@ -78,6 +78,7 @@ def build_street(
         dark: Whether lamps shine.
     """
     around, furnished = site.around, _StreetTiles(scenario, settings, site)
+    # Collect what stands in tiles that a camera sees.
     exits = [sign for tile in _tiles(around, GANTRY_REACH) for sign in furnished.exits(tile).exits]
     kerbs = [furnished.kerbs(tile) for tile in _tiles(around, REACH)]
     nearest = _tiles(around, 2 * FURNITURE_REACH)
@@ -85,6 +86,7 @@ def build_street(
     pieces += [piece for tile in nearest for piece in furnished.kerbs(tile).stops.shelters]
     signs = [sign for kerb in kerbs for sign in (*kerb.signs, *kerb.stops.signs)]
     lamps = [lamp for kerb in kerbs for lamp in kerb.lamps]
+    # Build it.
     parts: dict[str, Sequence[Part]] = {
         "street lamps": lamp_parts(lamps, around, dark=dark),
         "signs": sign_parts([*exits, *signs], around),
@@ -126,7 +128,7 @@ class _StreetTiles:
     Attributes:
         scenario: Roads, POIs and stops.
         settings: Which of them stand by themselves.
-        site: All that is given; its cameras have no say.
+        site: All that is given; what stands does not depend on its cameras.
     """
 
     scenario: Scenario

@@ -227,7 +227,7 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
 
 
 def _at_pois(pois: Sequence[Poi], site: Site) -> list[FurnitureItem]:
-    """What the scenario asks for; nothing on a road."""
+    """Furniture at the scenario's points of interest; none on a road."""
     wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
     places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
     index = site.around.index

@@ -178,7 +178,7 @@ def _ring(name: str, lamps: Sequence[Lamp], weight: float) -> LampSet:
 
 
 def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
-    """Lamps that the scenario asks for; none on a road."""
+    """Lamps at the scenario's points of interest; none on a road."""
     wanted = [poi for poi in pois if poi.type.lower().split(".")[0] in WORDS]
     places = np.array([poi.position for poi in wanted]).reshape(-1, 2)
     free = site.holds(places) & ~site.around.index.covers(places, margin=0.1)

@@ -9,6 +9,7 @@ from sumo3dviz_pt.model.scene import Slots
 from sumo3dviz_pt.shot.crowd import (
     MOST_FULL_MODELS,
     MOST_SLOTS,
+    CrowdFrames,
     CrowdPlan,
     can_be_full,
     fitting,
@@ -29,7 +30,7 @@ def frames_of(positions, *, alive=None, times=1):
     times = places.shape[1]
     here = np.ones(places.shape[:2], dtype=bool) if alive is None else np.asarray(alive, dtype=bool)
     camera_path = CameraPath.of([view_at((0.0, 0.0, 1.5), heading=90.0)] * times, aspect=9 / 16)
-    return [(camera_path, here, places)]
+    return [CrowdFrames(camera_path, here, places)]
 
 
 def in_a_row(count, *, first, step=0.0):

@@ -66,11 +66,13 @@ def worn_paint(coats: Coats, ways: shapely.STRtree) -> Graded:
     whole = whole_quads(quads, coats.polygons)
     pieces = []
     for k, quad in enumerate(quads):
+        # Cut the quad into rows and columns, with narrow rims where paint ends.
         step = _STEP if width[k] > _THIN else _LONG_STEP
         across, share = _stations(width[k], (True, True), _STEP)
         along, ending = _stations(length[k], (bool(loose[k, 0]), bool(loose[k, 1])), step)
         rows = _cut_along(quad, along)
         shares = np.tile(across, (len(rows), 1))
+        # Wear its points down.
         points = columns(rows, shares)
         rim = np.stack([np.minimum.outer(ending[:-1], share), np.minimum.outer(ending[1:], share)])
         wear = _wear_at(points, ways)

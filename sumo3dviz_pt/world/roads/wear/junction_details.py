@@ -135,9 +135,11 @@ def _rubber(ways: Sequence[Strip]) -> _Tones:
         line = without_repeats(way.lane.shape)
         if chance[0] > _RUBBED or len(line) < 2:
             continue
+        # Choose the stretch that tyres have marked.
         whole = float(arc_length(line[:, :2])[-1])
         start = 0.5 * chance[1] * whole
         long = min(3.0 + 6.0 * chance[2], whole - start)
+        # Lay both tracks.
         for side in (-TRACK_PLACE, TRACK_PLACE):
             middle = side + 0.5 * chance[3] - 0.25
             half = 0.5 * _RUBBER_WIDTH

@@ -162,6 +162,7 @@ def _worn(rows: _LaneRows, *, focus: BoundsXY | None) -> Graded:
 
 def _columned(rows: _LaneRows, stations: tuple[float, ...]) -> Graded:
     """Quads with columns at distances from their middle."""
+    # Leave out what is too narrow.
     quads = rows.quads
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).min(axis=1)
     half = np.minimum(0.5 * width - (_DUST[0][-1] if rows.dusty else _EDGE), stations[-1])
@@ -169,11 +170,13 @@ def _columned(rows: _LaneRows, stations: tuple[float, ...]) -> Graded:
     if not keep.any():
         return NOTHING
     rows, width, half = rows[keep], width[keep], half[keep]
+    # Wear on both sides of the middle.
     out = np.array(stations)[None] * (half / stations[-1])[:, None]
     place = np.concatenate([-out[:, :0:-1], out], axis=1)
     wear = np.zeros((len(place), 2, place.shape[1], 3))
     wear[..., 0] = wear_across(place[:, None], strength=rows.strength[..., None])
     wear[:, :, [0, -1], 0] = 1.0
+    # Dust along the road's own border.
     if rows.dusty:
         away, factor = (np.array(values) for values in _DUST)
         place = np.concatenate([away[:-1] - 0.5 * width[:, None], place], axis=1)

@@ -22,6 +22,7 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.land.build import build_ground
 from sumo3dviz_pt.world.land.terrain import terrain
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import layout_roads
@@ -297,6 +298,18 @@ def test_a_region_builds_only_what_touches_it():
     empty = build_roads(net, RoadSettings(), textured=True, region=(1e6, 1e6, 1e6 + 1, 1e6 + 1))
     assert empty.static == ()
     assert (empty.surface_height_at(np.zeros((3, 2))) == 0).all()
+
+
+def test_what_is_built_on_roads_is_kept_in_the_memory_of_their_world():
+    net, memory = two_way(), Memory()
+    roads = build_roads(net, RoadSettings(), textured=True, memory=memory)
+    again = build_roads(net, RoadSettings(), textured=True, memory=memory)
+    assert again.layout is roads.layout
+    thing = roads.layout.memory.of(("thing",), object)
+    assert memory.within("roads", None).of(("thing",), object) is thing
+    region = (-500.0, -500.0, 500.0, 500.0)
+    other = build_roads(net, RoadSettings(), textured=True, memory=memory, region=region)
+    assert other.layout.memory.of(("thing",), object) is not thing
 
 
 def test_sharp_bends_leave_no_gap():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from sumo3dviz_pt.cast.drawing import Drawn
 from sumo3dviz_pt.model.camera_path import AROUND, CameraPath, in_view
 from sumo3dviz_pt.shot import crowd, visibility
-from sumo3dviz_pt.shot.crowd import can_be_full, plan_crowd
+from sumo3dviz_pt.shot.crowd import CrowdFrames, can_be_full, plan_crowd
 from sumo3dviz_pt.shot.visibility import choose, chunks
 
 ASPECT = 9 / 16
@@ -138,7 +138,9 @@ def test_slots_suffice_for_every_frame(people):
     for _ in range(2):
         views = views_of(rng, 7)
         frames.append(
-            (CameraPath.of(views, aspect=ASPECT), *crowd_of(rng, people, 7, spread=250.0))
+            CrowdFrames(
+                CameraPath.of(views, aspect=ASPECT), *crowd_of(rng, people, 7, spread=250.0)
+            )
         )
     plan = plan_crowd(bodies, frames)
     assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
@@ -174,7 +176,7 @@ def test_the_limit_gives_way_where_bodies_are_many():
     alive = np.zeros((1200, 12), dtype=bool)
     for k in range(12):
         alive[100 * k : 100 * (k + 1), k] = True
-    plan = plan_crowd(bodies, [(camera_path, alive, positions)])
+    plan = plan_crowd(bodies, [CrowdFrames(camera_path, alive, positions)])
     assert sum(plan.slots.near.values()) <= crowd.MOST_SLOTS
     assert plan.limit < visibility.MOST_NEAR
     assert all(plan.slots.near[kind] + plan.slots.far[kind] == 100 for kind in kinds)
