@@ -47,7 +47,7 @@ class Present:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Block:
+class _MotionBlock:
     """Motion of all stretches that live within a block: (p,), (t,) and (p, t, columns)."""
 
     pieces: Ints
@@ -71,7 +71,7 @@ class Presence:
         lives = [(piece.begin, piece.end) for _, piece in owned]
         self.lives: Floats = np.array(lives, dtype=np.float64).reshape(-1, 2)
         self._times = np.empty(0) if times is None else np.asarray(times, dtype=np.float64)
-        self._kept: tuple[int, _Block] | None = None
+        self._kept: tuple[int, _MotionBlock] | None = None
 
     def at(self, time: float) -> Present:
         """Return everyone who exists at a time [s]."""
@@ -83,7 +83,7 @@ class Presence:
         users = self.owners[pieces]
         return Present(time, users, pieces, values[:, :3], *values[:, 3:].T)
 
-    def _block(self, time: float) -> _Block:
+    def _block(self, time: float) -> _MotionBlock:
         """The block that a time belongs to, from the last call or new."""
         index = int(np.searchsorted(self._times, time))
         if index == len(self._times) or self._times[index] != time:
@@ -95,7 +95,7 @@ class Presence:
             self._kept = kept
         return kept[1]
 
-    def _sampled(self, times: Floats) -> _Block:
+    def _sampled(self, times: Floats) -> _MotionBlock:
         """Sample everyone who exists at some of the times."""
         alive = self._alive(times)
         pieces = np.flatnonzero(alive.any(axis=1))
@@ -107,7 +107,7 @@ class Presence:
             values[row, live, :3] = motion.positions
             values[row, live, 3], values[row, live, 4] = motion.yaws, motion.pitches
             values[row, live, 5], values[row, live, 6] = motion.speeds, motion.travelled
-        return _Block(pieces, times, values)
+        return _MotionBlock(pieces, times, values)
 
     def _alive(self, times: Floats) -> Bools:
         """Which stretches exist at which times, (p, t)."""

@@ -30,7 +30,7 @@ TRIANGLE_BUDGET = 1_500_000
 
 
 @dataclass(frozen=True, slots=True)
-class _Window:
+class _Span:
     """What a shot would show, or all that a camera can show where there are no shots.
 
     Attributes:
@@ -63,11 +63,11 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
 
     check_choices(job, Request())
     # Without shots, each camera shows all that it can.
-    windows = [_Window(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
+    windows = [_Span(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
     files, scenario, trajectories = read(job)
     if not windows:
         lives = {name: life_of(camera, trajectories) for name, camera in job.cameras.items()}
-        windows = [_Window(name, *life) for name, life in lives.items()]
+        windows = [_Span(name, *life) for name, life in lives.items()]
     # Say what the simulation holds, then what each shot would cost.
     traffic = scenario.traffic
     sun = sun_report(job, location=scenario.network.location)

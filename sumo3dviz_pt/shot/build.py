@@ -55,7 +55,7 @@ _MOMENTS = 1
 
 
 @dataclass(slots=True, eq=False)
-class _Parts:
+class _SeenParts:
     """Parts of road users while they are collected.
 
     Attributes:
@@ -152,9 +152,9 @@ class Shot:
             tuple(parts.deforming),
         )
 
-    def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _Parts:
+    def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
         """The parts of all road users that are seen."""
-        parts = _Parts()
+        parts = _SeenParts()
         whole_detail, by_proxy = choice.full[:, 0], choice.far[:, 0]
         seen = np.flatnonzero(choice.near[:, 0] | whole_detail | by_proxy)
         wholes = self.fleet.wholes(present, seen, view=view)

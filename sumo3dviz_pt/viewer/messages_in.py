@@ -21,7 +21,7 @@ class _Input(Settings):
     id: InputId = 0
 
 
-class _Switch(Settings):
+class _Toggle(Settings):
     """Base of what is switched on or off."""
 
     on: bool
@@ -68,7 +68,7 @@ class SetTime(Settings):
     value: Seconds
 
 
-class Play(_Switch):
+class Play(_Toggle):
     """Let time run."""
 
     do: Literal["play"]
@@ -81,13 +81,13 @@ class StepFrames(Settings):
     frames: Whole = Field(ge=-1000, le=1000)
 
 
-class Dynamic(_Switch):
+class Dynamic(_Toggle):
     """Show road users or not."""
 
     do: Literal["dynamic"]
 
 
-class Denoise(_Switch):
+class Denoise(_Toggle):
     """Remove noise of standing pictures or not."""
 
     do: Literal["denoise"]

@@ -75,7 +75,7 @@ class _PageFile:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Site:
+class _RouteContext:
     """What the routes need.
 
     Attributes:
@@ -93,7 +93,7 @@ class _Site:
     talks: set[web.WebSocketResponse]
 
 
-_SITE = web.AppKey("site", _Site)
+_SITE = web.AppKey("site", _RouteContext)
 
 
 def application(
@@ -107,7 +107,7 @@ def application(
         proxied: Whether a notebook server passes pages' requests on, under its own name.
     """
     made = web.Application(middlewares=[_guarded])
-    made[_SITE] = _Site(render_thread, token, proxied, _page_files(), set())
+    made[_SITE] = _RouteContext(render_thread, token, proxied, _page_files(), set())
     made.on_response_prepare.append(_sign)
     made.on_shutdown.append(_say_goodbye)
     for path, handler in (

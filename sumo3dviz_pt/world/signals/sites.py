@@ -110,7 +110,7 @@ class _SignalGroup:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Design:
+class _HeadDesign:
     """How heads are made, whatever they stand at.
 
     Attributes:
@@ -189,7 +189,7 @@ def sites(
     """
     heads: list[Head] = []
     supports: list[Support] = []
-    design = _Design(index, course_of, lamps)
+    design = _HeadDesign(index, course_of, lamps)
     for edge, own in _by_edge(network, links).items():
         if network.edges[edge].function in _WALKS:
             made = _crossing(network.edges[edge], design.groups(own, lamps=2), index)
@@ -216,7 +216,7 @@ def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list
 
 
 def _approach(
-    network: Network, edge: Edge, links: list[Connection], design: _Design
+    network: Network, edge: Edge, links: list[Connection], design: _HeadDesign
 ) -> tuple[list[Head], list[Support]]:
     """Heads at the end of an edge."""
     # Choose what the heads on the pole show.

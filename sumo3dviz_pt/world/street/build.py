@@ -227,7 +227,7 @@ def site_of(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Given:
+class _Obstacles:
     """What a scenario brings that street furniture keeps off."""
 
     crossings: shapely.STRtree
@@ -235,7 +235,7 @@ class _Given:
     lines: shapely.STRtree
 
 
-def _given(scenario: Scenario) -> _Given:
+def _given(scenario: Scenario) -> _Obstacles:
     """What a scenario brings."""
     trees = [poi.position for poi in scenario.pois if kind_of(poi.type, poi.source) is not None]
     lines = [
@@ -248,7 +248,7 @@ def _given(scenario: Scenario) -> _Given:
         for item in scenario.polygons
         if len(item.shape) > 2 and kind_of(item.type, item.source) == "buildings"
     ]
-    return _Given(
+    return _Obstacles(
         crossing_areas(scenario.network),
         np.array(trees, dtype=np.float64).reshape(-1, 2),
         shapely.STRtree([*lines, *walls]),

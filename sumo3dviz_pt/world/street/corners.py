@@ -18,7 +18,7 @@ from sumo3dviz_pt.world.street.places import Site
 
 
 @dataclass(frozen=True, slots=True)
-class _Kind:
+class _CornerItem:
     """A kind of furniture on corners.
 
     Attributes:
@@ -33,14 +33,14 @@ class _Kind:
 
 
 # fmt: off
-_KINDS: Mapping[str, _Kind] = {
+_KINDS: Mapping[str, _CornerItem] = {
     #                           often room  half
-    "cabinet":            _Kind(0.75, 0.60, 0.18),
-    "advertising_column": _Kind(0.30, 0.75, 0.72),
-    "bicycle_stand":      _Kind(0.55, 0.60, 0.42),
-    "post_box":           _Kind(0.40, 0.35, 0.22),
-    "bin":                _Kind(0.70, 0.25, 0.22),
-    "bench":              _Kind(0.40, 0.95, 0.32),
+    "cabinet":            _CornerItem(0.75, 0.60, 0.18),
+    "advertising_column": _CornerItem(0.30, 0.75, 0.72),
+    "bicycle_stand":      _CornerItem(0.55, 0.60, 0.42),
+    "post_box":           _CornerItem(0.40, 0.35, 0.22),
+    "bin":                _CornerItem(0.70, 0.25, 0.22),
+    "bench":              _CornerItem(0.40, 0.95, 0.32),
 }
 # fmt: on
 
