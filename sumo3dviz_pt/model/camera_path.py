@@ -63,7 +63,16 @@ def in_view(camera_path: CameraPath, points: Floats, *, radius: float | Floats) 
 
 
 def in_picture(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:
-    """As `in_view`, but what stands nearby beside or behind the camera does not count."""
+    """Return which balls lie in a picture; what is near, but beside or behind, does not count.
+
+    Args:
+        camera_path: n times.
+        points: Centres, (k, 3) or, one for each time, (k, n, 3) [m].
+        radius: Of the balls; one, or (k, 1) [m].
+
+    Returns:
+        (k, n).
+    """
     return _within(camera_path, points, radius=radius, around=radius)
 
 

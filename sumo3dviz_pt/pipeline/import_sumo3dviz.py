@@ -283,7 +283,7 @@ def _flying(peer: _Peer, mode: str) -> dict[str, Any]:
 
 
 def _visiting(peer: _Peer, mode: str) -> dict[str, Any]:
-    """Return where a visitor begins."""
+    """Return where the interactive camera begins."""
     at = peer.at(f"{mode}.initial_camera_position.position") or [120.0, -20.0, 0.0]
     turned = peer.at(f"{mode}.initial_camera_position.orientation") or [180.0, 0.0, 0.0]
     heading = {"heading": _heading(float(turned[0])), "pitch": float(turned[1])}
