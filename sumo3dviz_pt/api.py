@@ -32,7 +32,7 @@ _SCENARIO_KEYS = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class _SceneSource:
-    """Where a scene stands written.
+    """Where the settings of a scene come from.
 
     Attributes:
         file: The scene file, if there is one.

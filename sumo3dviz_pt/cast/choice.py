@@ -187,7 +187,7 @@ def looks_for(wanted: Sequence[str]) -> tuple[PersonLook, ...]:
     known = catalog.names("people")
     for name in wanted:
         if name not in known:
-            message = f"nobody looks like {name!r}{catalog.did_you_mean(name, known)}"
+            message = f"there is no look {name!r}{catalog.did_you_mean(name, known)}"
             raise ConfigError(message, key="vehicles.models.pedestrian")
     metas = [(name, catalog.find("people", name).meta) for name in wanted or known]
     return tuple(PersonLook(n, float(m["height"]), float(m.get("share", 1.0))) for n, m in metas)

@@ -306,7 +306,7 @@ class _Casting:
         return cls(settings, seed, OwnLooks(settings.by_id), models, looks)
 
     def choice(self, trajectory: Trajectory, kind: VehicleType) -> Choice:
-        """The body of a road user of a vType: its own, or one by chance."""
+        """Return the body of a road user of a vType: its own, or one by chance."""
         name = trajectory.id
         own = self.own.choice(kind, name=name, walks=trajectory.kind == "person")
         return own or choose(
@@ -319,7 +319,7 @@ class _Casting:
         )
 
     def colour(self, trajectory: Trajectory, kind: VehicleType) -> Colour:
-        """The colour of a road user of a vType: its own, or one by chance."""
+        """Return the colour of a road user of a vType: its own, or one by chance."""
         colours, seed = self.settings.colours, self.seed
         own = self.own.paint(trajectory.id, kind.id)
         return own or paint_of(

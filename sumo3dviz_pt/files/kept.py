@@ -1,7 +1,7 @@
 """Keeps what takes long to make in folders of the user's cache, and checks it when it is read.
 
 A folder is whole if its list, written last, names every file with the digest of its content.
-It gets its name only when it is whole, so that nobody ever reads a half of it.
+It gets its name only when it is whole, so that no process reads an unfinished one.
 """
 
 from __future__ import annotations

@@ -44,12 +44,12 @@ class CameraPath:
         return cls(positions, ahead, np.full(len(positions), np.pi))
 
     def slice(self, part: slice) -> CameraPath:
-        """Some of the times."""
+        """Return some of the times."""
         return CameraPath(self.positions[part], self.forwards[part], self.half_angles[part])
 
 
 def in_view(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:
-    """Which balls can be seen at which times.
+    """Return which balls can be seen at which times.
 
     Args:
         camera_path: n times.

@@ -21,7 +21,7 @@ class Lens:
 
     @classmethod
     def of_degrees(cls, degrees: float) -> Lens:
-        """A lens of an opening angle [deg]."""
+        """Return a lens of an opening angle [deg]."""
         return cls(float(np.radians(degrees)))
 
     @property
@@ -65,7 +65,7 @@ class Lens:
         return np.asarray(local / np.linalg.norm(local))
 
     def project(self, points: Floats, size: tuple[int, int]) -> tuple[Floats, Bools]:
-        """Where points lie in a picture.
+        """Return where points lie in a picture.
 
         Args:
             points: In the camera's frame, (..., 3) [m].
@@ -86,7 +86,7 @@ class Lens:
         return np.stack([row, column]), ahead
 
     def sees(self, points: Floats, aspect: float, *, margin: float = 0.0) -> Bools:
-        """Whether points lie in the picture, or beside it by no more than a margin.
+        """Return whether points lie in the picture, or beside it by no more than a margin.
 
         Args:
             points: In the camera's frame, (..., 3) [m].

@@ -28,7 +28,7 @@ class Shutter:
         return self.opens == self.closes
 
     def at(self, time: float) -> Shutter:
-        """The same shutter for the frame of a time [s]."""
+        """Return the same shutter for the frame of a time [s]."""
         return Shutter(time + self.opens, time + self.closes)
 
     def times(self, count: int) -> tuple[float, ...]:

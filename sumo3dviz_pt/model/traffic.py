@@ -91,7 +91,7 @@ class Trace:
 
 
 def unique_ids(traces: Iterable[Trace | RoadUser]) -> Iterator[str]:
-    """An id for each trace, unique among those of its kind.
+    """Return an id for each trace, unique among those of its kind.
 
     Where an id comes back with another type, `#2` (and so on) is appended to the later one's.
     """
@@ -141,7 +141,7 @@ class SignalPhases:
     states: tuple[str, ...]
 
     def state_at(self, time: float) -> str | None:
-        """The state string at a time [s], or None before the first entry."""
+        """Return the state string at a time [s], or None before the first entry."""
         index = bisect_right(self.times, time + 1e-9) - 1
         return self.states[index] if index >= 0 else None
 

@@ -63,7 +63,7 @@ class MotionPiece(Protocol):
         """Motion at times within [begin, end], (n,) [s]; all alive."""
 
     def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Points of the path behind the front.
+        """Return points of the path behind the front.
 
         Args:
             times: Within [begin, end], (n,) [s].
@@ -135,7 +135,7 @@ class Trajectory:
         return motion
 
     def at(self, time: float) -> Pose | None:
-        """The pose at a time [s], or None outside its life."""
+        """Return the pose at a time [s], or None outside its life."""
         motion = self.sample(np.array([time]))
         if not motion.alive[0]:
             return None

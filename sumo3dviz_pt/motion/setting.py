@@ -99,7 +99,7 @@ def body_length(trace: Trace, types: Mapping[str, VehicleType]) -> float:
 
 
 def is_euler(traces: Iterable[Trace], *, least: int = 1) -> bool | None:
-    """Whether speeds are backward differences of positions.
+    """Return whether a logged speed is the mean of the step before it (SUMO's Euler method).
 
     Args:
         traces: Traces of one log.

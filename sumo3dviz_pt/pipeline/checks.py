@@ -143,7 +143,7 @@ def _parts(data: SceneData) -> dict[str, int]:
         "materials": len(data.materials),
         "near slots": sum(data.slots.near.values()),
         "far slots": sum(data.slots.far.values()),
-        "posed slots": sum(data.slots.deforming.values()),
+        "deforming slots": sum(data.slots.deforming.values()),
         "lamps": sum(len(lamps.lamps) for lamps in data.lamps),
     }
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
 
 _APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
-"""Keys of a scene file that have no influence on what exists, but for what cameras keep clear."""
+"""Keys that do not change what exists. Cameras that keep a view clear do; `world_of` adds them."""
 
 _ASPECT = 9.0 / 16.0
 """Height / width of the pictures that are kept clear, whatever size is rendered."""

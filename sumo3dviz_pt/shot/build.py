@@ -302,7 +302,7 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
 
 
 def moments_of(camera: Camera, times: Floats) -> Floats:
-    """The moments that a camera's frames at some times, (n,) [s], show, (n * `_MOMENTS`,) [s]."""
+    """Return the moments, (n * `_MOMENTS`,) [s], that a camera's frames at times, (n,) [s], show."""
     exposures = (camera.shutter.at(time) for time in times.tolist())
     return np.array([moment for exposure in exposures for moment in exposure.times(_MOMENTS)])
 
@@ -383,5 +383,5 @@ def _absent(scenario: Scenario, fleet: Fleet, crowd: CrowdPlan) -> tuple[LeftOut
     slots = crowd.slots
     unused = sorted(set(fleet.prototypes) - {*slots.near, *slots.far, *slots.deforming})
     if unused:
-        out.append(LeftOut(f"{len(unused)} bodies", "nobody in view of the shot shows them"))
+        out.append(LeftOut(f"{len(unused)} bodies", "no road user in view of the shot has them"))
     return tuple(out)

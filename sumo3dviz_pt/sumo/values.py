@@ -100,7 +100,7 @@ def parse_colour(text: str) -> Colour | None:
 
 
 def parse_flag(text: str) -> bool:
-    """Whether a word is one of SUMO's words for true: 1, true, yes, on, x, t."""
+    """Return whether a word is one of SUMO's words for true: 1, true, yes, on, x, t."""
     return text.strip().lower() in _TRUE
 
 

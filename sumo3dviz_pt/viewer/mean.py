@@ -69,10 +69,10 @@ class Mean:
 
 
 def added(one: Layers, other: Layers) -> Layers:
-    """The sums of two pictures' layers."""
+    """Return the sums of two pictures' layers."""
     return merged((one, other), np.add)
 
 
 def divided(sums: Layers, count: int) -> Layers:
-    """The means that belong to sums of so many samples."""
+    """Return the means of sums over a number of samples."""
     return merged((sums,), lambda layer: layer / count)

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, Protocol
@@ -22,6 +23,7 @@ from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.pipeline.live import Ground, Live, joined
 from sumo3dviz_pt.pipeline.production import Request, example, opened, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.viewer.mean import Mean
 
 DATA = Path(__file__).parent / "data"
 
@@ -124,11 +126,12 @@ class ViewerPicture:
             def take(seed: int, *, without: str | None = None) -> np.ndarray:
                 live._renderer.show(_without(live.shot.frame_of(time, view), without))
                 numbers = range(seed * SAMPLES, (seed + 1) * SAMPLES)
-                whole = [
+                samples = [
                     joined([live.glimpse(time, view, number=n, part=(k, 2)) for k in range(4)])
                     for n in numbers
                 ]
-                return live.develop(np.mean(whole, axis=0), view) / 255.0
+                mean = reduce(Mean.with_sample, samples[1:], Mean.of(samples[0]))
+                return live.develop(mean.value, view) / 255.0
 
             try:
                 yield take

@@ -25,7 +25,7 @@ class WheelPlace:
         at: Its centre in the body's frame [m].
         radius: Of the tyre [m]; `at` lies as high, so that it stands on the ground.
         steered: Whether it steers.
-        reversed: Whether its inner face looks outwards, as that of twin wheels does.
+        reversed: Whether the wheel is mounted inside out, as the outer one of a twin pair is.
     """
 
     at: tuple[float, float, float]

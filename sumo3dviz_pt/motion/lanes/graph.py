@@ -121,7 +121,7 @@ class LaneGraph:
         return self._stretches[name]
 
     def inside(self, name: str) -> bool:
-        """Whether a lane lies inside a junction."""
+        """Return whether a lane lies inside a junction."""
         return name.startswith(":")
 
     def stations(self, name: str) -> Floats:

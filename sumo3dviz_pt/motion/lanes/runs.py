@@ -225,7 +225,7 @@ def expected_distances(samples: LoggedSamples, *, euler: bool) -> Floats:
 
 
 def is_astray(off: Floats) -> bool:
-    """Whether some samples are not where their lanes and offsets say.
+    """Return whether some samples are not where their lanes and offsets say.
 
     Args:
         off: How far samples are ahead and to the left of their places on their lanes, (n, 2) [m].

@@ -47,7 +47,7 @@ class Front(Protocol):
         """What was noticed."""
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +78,7 @@ class JoinedFronts:
         return self.noted + tuple(remark for front in self.fronts for remark in front.remarks)
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
         joints = np.array([front.begin for front in self.fronts[1:]])
         which = np.searchsorted(joints, times, side="right")
         positions, speeds = np.empty((len(times), 3)), np.empty(len(times))

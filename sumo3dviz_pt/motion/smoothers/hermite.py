@@ -50,7 +50,7 @@ class CurveFront:
         return float(self.curve.knots[-1])
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
         positions, rates = self.curve.at(times)
         return FrontMotion(positions, np.linalg.norm(rates, axis=1))
 

@@ -73,7 +73,7 @@ class LaneFront:
         return float(self.along.knots[-1])
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
         stations, speeds = self.along.at(times)
         points, ahead, rates = self.path.at(stations)
         offsets, drifts = self.beside.at(times)

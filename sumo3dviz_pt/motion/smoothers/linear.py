@@ -39,7 +39,7 @@ class LinearFront:
         return float(self.times[-1])
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
         rates = np.diff(self.positions, axis=0) / np.diff(self.times)[:, None]
         index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(rates) - 1)
         positions = self.positions[index] + (times - self.times[index])[:, None] * rates[index]

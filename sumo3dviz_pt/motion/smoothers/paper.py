@@ -61,7 +61,7 @@ class FrameFront:
     remarks: tuple[Remark, ...] = ()
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
         columns = [np.interp(times, self.frames, column) for column in self.positions.T]
         return FrontMotion(
             np.stack(columns, axis=1),

@@ -80,7 +80,7 @@ class SmoothFront:
         return float(self.path.knots[-1])
 
     def at(self, times: Floats) -> FrontMotion:
-        """Where the front is at times within [begin, end], (n,) [s]."""
+        """Return where the front is at times within [begin, end], (n,) [s]."""
         path, rates = self.path.average(times, half_width=POSITION_HALF_WIDTH)
         rise, climbs = self.rise.average(times, half_width=HEIGHT_HALF_WIDTH)
         yaws, _ = self.heading.average(times, half_width=HEADING_HALF_WIDTH)

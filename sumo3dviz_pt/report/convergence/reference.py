@@ -101,7 +101,7 @@ class Halves:
 
     @classmethod
     def load(cls, path: Path) -> Halves:
-        """What `save` stored."""
+        """Return what `save` stored."""
         with np.load(path) as stored:
             sums = tuple({name: stored[f"{name}{half}"] for name in LAYERS} for half in (0, 1))
             return cls((sums[0], sums[1]), stored["count"].tolist())

@@ -31,7 +31,7 @@ class Relief:
     woods: Floats
 
     def heights(self, points: Floats, away: Floats) -> Floats:
-        """Height above the plain, (n,) [m], never below it.
+        """Return height above the plain, (n,) [m], never below it.
 
         Level near what is built, then low hills, and from 5 km on ridges that
         close the horizon also for eyes high above the roads.
@@ -46,7 +46,7 @@ class Relief:
         return np.asarray(rolling + ridges)
 
     def wooded(self, points: Floats, away: Floats) -> Floats:
-        """How likely a place bears forest, (n,) in [0, 1]; hills more than plains."""
+        """Return how likely a place bears forest, (n,) in [0, 1]; hills more than plains."""
         bias = 0.9 * smoothstep(500.0, 3000.0, away) - 0.55
         value = _sampled(self.woods, points, 2300.0) + bias
         return smoothstep(-0.12, 0.12, value)
@@ -54,7 +54,7 @@ class Relief:
 
 @lru_cache(maxsize=4)
 def relief(seed: int) -> Relief:
-    """The relief of a seed; the same everywhere and always."""
+    """Return the relief of a seed; the same everywhere and always."""
     swell = fractal((_SIZE, _SIZE), Spectrum(2.0, 4.0, 60.0), seed=seed)
     woods = fractal((_SIZE, _SIZE), Spectrum(1.6, 3.0, 60.0), seed=seed + 1)
     return Relief(*(ndimage.spline_filter(noise, order=3, mode=_EDGE) for noise in (swell, woods)))

@@ -72,7 +72,7 @@ def terrain(
     field = RegularGridInterpolator((y, x), z, bounds_error=False, fill_value=None)
 
     def height_at(points: Floats) -> Floats:
-        """Height of the terrain at points, (n, 2) [m], as (n,) [m]."""
+        """Return height of the terrain at points, (n, 2) [m], as (n,) [m]."""
         return np.asarray(field(np.asarray(points)[:, 1::-1]))
 
     return height_field(x, y, z), height_at

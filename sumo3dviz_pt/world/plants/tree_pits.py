@@ -20,7 +20,7 @@ REACH = 130.0
 _WIDE = 1.5  # width of a pit [m]
 _STONE = 0.12  # width of its frame [m]
 _RISE = 0.025  # how high the frame stands over the pavement [m]
-_CELLS = 9  # of its soil, each way
+_CELLS = 9  # patches of its soil along a side
 _SOIL = np.array([[0.075, 0.056, 0.038], [0.055, 0.042, 0.030], [0.10, 0.075, 0.045]])
 _GROWTH = np.array([0.07, 0.105, 0.032])
 

@@ -78,7 +78,7 @@ class _BeltSpots:
     names: tuple[str, ...]
 
     def some(self, keep: Bools | Ints) -> _BeltSpots:
-        """Those that are kept, in the order asked for."""
+        """Return those that are kept, in the order asked for."""
         index = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
         names = tuple(self.names[int(k)] for k in index)
         return _BeltSpots(self.places[index], self.rows[index], names)

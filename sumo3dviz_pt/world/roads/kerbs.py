@@ -130,13 +130,13 @@ class _Ring:
     top: Floats
 
     def band(self, ring: Floats, right: float, left: float, *, lift: float) -> Band:
-        """A band beside the outline [m], closed."""
+        """Return a band beside the outline [m], closed."""
         across = np.column_stack([mitres(ring, closed=True), np.zeros(len(ring))])
         sides = [ring + side * across + [0.0, 0.0, lift] for side in (right - lift, left)]
         return _closed(sides[0], sides[1], ring)
 
     def face(self) -> Band:
-        """The visible face, its foot to the right."""
+        """Return the visible face, its foot to the right."""
         out = _LIFT * np.column_stack([mitres(self.foot, closed=True), np.zeros(len(self.foot))])
         return _closed(self.foot - out, self.top - out + [0.0, 0.0, _LIFT], self.top)
 

@@ -183,7 +183,7 @@ def court_height(layout: RoadLayout) -> HeightAt:
     """Return the height of forecourts at places: that of the footways beside them."""
 
     def height_at(places: Floats) -> Floats:
-        """Height at places, (n, 2) -> (n,) [m]."""
+        """Return height at places, (n, 2) -> (n,) [m]."""
         if not len(places):
             return np.zeros(0)
         return heights_near(layout.cells, places) + SIDEWALK_HEIGHT + _ABOVE

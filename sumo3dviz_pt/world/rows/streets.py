@@ -35,7 +35,7 @@ class Streets:
     fast: shapely.Geometry
 
     def fit(self, places: Floats, reach: float) -> Bools:
-        """Whether places, (n, 2) [m], lie at a city street, not farther than a reach [m]."""
+        """Return whether places, (n, 2) [m], lie at a city street, not farther than a reach [m]."""
         away, nearest = self.tree.query(places)
         good = self.city[nearest] & (away < reach)
         if not self.fast.is_empty:

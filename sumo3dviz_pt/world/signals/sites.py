@@ -154,7 +154,7 @@ class _Stand:
     yaw: float
 
     def row(self, groups: Sequence[_SignalGroup], *, lamps: int) -> list[Head]:
-        """One head of so many lamps for each group."""
+        """Return one head of so many lamps for each group."""
         offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
         return [
             Head(

@@ -260,7 +260,7 @@ def standing_height(roads: RoadParts, ground: GroundParts) -> HeightAt:
     tree = shapely.STRtree(roads.layout.outline)
 
     def height_at(places: Floats) -> Floats:
-        """Height at places, (n, 2) -> (n,) [m]."""
+        """Return height at places, (n, 2) -> (n,) [m]."""
         heights = np.array(ground.height_at(places), dtype=np.float64)
         paved = np.unique(tree.query(shapely.points(places), predicate="intersects")[0])
         if len(paved):

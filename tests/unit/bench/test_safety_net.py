@@ -18,7 +18,8 @@ def stored(folder, *names, level=0.5, built="digest"):
         content = {"built": {"part": ["(3,)", built]}, "costs": {"build": 1.0}}
         (folder / f"{case}.json").write_text(json.dumps(content), encoding="utf-8")
         if number:
-            write_exr(folder / f"{name}.exr", np.full((9, 16, 3), level, np.float32), half=False)
+            layers = {"radiance": np.full((9, 16, 3), level, np.float32)}
+            write_exr(folder / f"{name}.exr", layers, half=False)
             write_png(folder / f"{name}.png", np.full((9, 16, 3), 255 * level, np.uint8))
     return folder
 

@@ -32,7 +32,8 @@ def world(scene, **changes):
     return world_of(scenario, job, scenario_files(job))
 
 
-CAMERAS = {"far": {"mode": "eulerian", "position": [40, 60, 9], "look_at": [0, 0, 0]}}
+FAR = {"mode": "eulerian", "position": [40, 60, 9], "look_at": [0, 0, 0]}
+CAMERAS = {"far": {**FAR, "clear_view": False}}
 
 
 @pytest.mark.parametrize(
@@ -52,7 +53,13 @@ def test_cameras_shots_sizes_and_traffic_share_a_world(scene, changes):
 
 @pytest.mark.parametrize(
     "changes",
-    [{"seed": 8}, {"roads__surface": "concrete"}, {"lights": "on"}, {"template": "city_night"}],
+    [
+        {"seed": 8},
+        {"roads__surface": "concrete"},
+        {"lights": "on"},
+        {"template": "city_night"},
+        {"cameras": {"far": FAR}},
+    ],
     ids=lambda changes: next(iter(changes)),
 )
 def test_another_world_begins_with_nothing(scene, changes):

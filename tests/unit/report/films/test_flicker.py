@@ -344,7 +344,7 @@ def test_a_rendered_film_is_followed():
     before, present = (
         Seen(frame, shot.distance) for frame, shot in zip(frames, shots, strict=True)
     )
-    then, now = (develop_float(shot.radiance) for shot in shots)
+    then, now = (develop_float(shot.layers["radiance"]) for shot in shots)
     flow = flow_between(present, before, body_bounds(scene.prototypes))
     followed, unmoved = (
         flicker(now, then, flow),
