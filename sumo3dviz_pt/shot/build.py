@@ -302,7 +302,7 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
 
 
 def moments_of(camera: Camera, times: Floats) -> Floats:
-    """Return the moments, (n * `_MOMENTS`,) [s], that a camera's frames at times, (n,) [s], show."""
+    """Return the moments that a camera's frames at times, (n,) [s], show, all in one array [s]."""
     exposures = (camera.shutter.at(time) for time in times.tolist())
     return np.array([moment for exposure in exposures for moment in exposure.times(_MOMENTS)])
 

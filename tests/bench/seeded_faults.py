@@ -293,6 +293,22 @@ FAULTS = {
         "json.dumps([settings, stamps, cameras]", "json.dumps([stamps, cameras]",
         ("tests/unit/pipeline/test_worlds.py",),
     ),
+    "a block of land grows houses in two tiles": Fault(
+        "world/rows/lots.py", "if own and whole else", "if whole else",
+        ("tests/unit/world/rows/test_fronts.py",),
+    ),
+    "furniture touches across tiles": Fault(
+        "world/street/places.py", "depth(places) > radius + _GAP / 2.0", "depth(places) > -1.0",
+        ("tests/unit/world/street/test_street.py",),
+    ),
+    "all tiles hold the houses of the first": Fault(
+        "world/rows/fronts.py", "memory.of((SOURCE, tile)", "memory.of((SOURCE,)",
+        ("tests/unit/world/rows/test_fronts.py",),
+    ),
+    "an open shutter shows where it opens": Fault(
+        "model/shutter.py", "(number + 0.5) * part", "number * part",
+        ("tests/unit/model/test_shutter.py",),
+    ),
     "rows of houses ignore other cameras": Fault(
         "world/placement/sightlines.py",
         "around.clearance.tracks, wide", "around.clearance.tracks[:0], wide",
