@@ -11,8 +11,12 @@ from pydantic import BaseModel, ValidationError
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import ConfigError, cut
-from sumo3dviz_pt.job.values import models_in
+from sumo3dviz_pt.job.settings import CameraSettings
+from sumo3dviz_pt.job.values import mode_of, models_in
 from sumo3dviz_pt.job.yaml12 import KeyPath, Places
+
+_MODES = tuple(str(mode_of(model)) for model in models_in(CameraSettings))
+"""The words that choose a camera's settings."""
 
 _WORDS: Mapping[str, str] = {
     "missing": "this key is missing",
@@ -34,7 +38,7 @@ _WORDS: Mapping[str, str] = {
     "too_long": "this should have at most {max_length} items, and it has {actual_length}",
     "too_short": "this should have at least {min_length} item, and it has {actual_length}",
     "union_tag_invalid": "its mode should be one of {expected_tags}, not '{tag}'",
-    "union_tag_not_found": "the key 'mode' is missing: eulerian, lagrangian or cinematic",
+    "union_tag_not_found": f"the key 'mode' is missing: {', '.join(_MODES[:-1])} or {_MODES[-1]}",
     "invalid_key": "a key should be text",
 }
 """Pydantic's kinds of errors in words that users know."""
@@ -112,11 +116,7 @@ def _alike(path: KeyPath, other: KeyPath) -> bool:
 
 def _is_branch(part: str | int) -> bool:
     """Return whether a part of pydantic's location names a branch of a union, not a key."""
-    return isinstance(part, str) and (
-        part in ("eulerian", "lagrangian", "cinematic", "[key]")
-        or "[" in part
-        or part in ("float", "tuple")
-    )
+    return isinstance(part, str) and (part in _MODES or "[" in part or part in ("float", "tuple"))
 
 
 def _alternatives(problems: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -173,7 +173,7 @@ def _descend(model: Any, part: str | int) -> Any:
         return model
     if not (isinstance(model, type) and issubclass(model, BaseModel)):
         options = models_in(model)
-        named = [m for m in options if isinstance(part, str) and _mode(m) == part]
+        named = [m for m in options if isinstance(part, str) and mode_of(m) == part]
         return named[0] if named else (options[0] if len(options) == 1 else model)
     field = model.model_fields.get(str(part))
     if field is None:
@@ -182,10 +182,3 @@ def _descend(model: Any, part: str | int) -> Any:
     if len(models) == 1 and get_origin(field.annotation) is not dict:
         return models[0]
     return get_args(field.annotation) or None
-
-
-def _mode(model: Any) -> str | None:
-    """Return the word that chooses a model out of a union."""
-    field = model.model_fields.get("mode")
-    words = get_args(field.annotation) if field is not None else ()
-    return words[0] if words else None

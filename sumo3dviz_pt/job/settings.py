@@ -218,6 +218,12 @@ class EulerianCamera(Settings):
             raise ValueError("give either heading (with pitch) or look_at")
         return self
 
+    def in_words(self) -> str:
+        """Return what it does, in one line."""
+        aim = f"heading {self.heading:g}°" if self.heading is not None else ""
+        aim = aim or f"looking at {_point(self.look_at or ())}"
+        return f"stands at {_point(self.position)}, {aim}, {self.lens.fov:g}° wide"
+
 
 class LagrangianCamera(Settings):
     """A camera that rides with a road user."""
@@ -229,6 +235,10 @@ class LagrangianCamera(Settings):
     heading: Turn = Field(0.0, description="clockwise from straight ahead [deg]")
     pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
     lens: LensSettings | None = Field(None, description="default: the view's own")
+
+    def in_words(self) -> str:
+        """Return what it does, in one line."""
+        return f"rides with {self.vehicle}, view {self.view}"
 
 
 class KeyFrame(Settings):
@@ -268,10 +278,24 @@ class CinematicCamera(Settings):
             raise ValueError("the times of keyframes must increase")
         return self
 
+    def in_words(self) -> str:
+        """Return what it does, in one line."""
+        first, last = self.keyframes[0], self.keyframes[-1]
+        ways = f"{_point(first.position)} to {_point(last.position)}"
+        many = len(self.keyframes)
+        return f"flies from {ways}, {first.time:g} to {last.time:g} s, {many} key frames"
+
 
 CameraSettings = Annotated[
     EulerianCamera | LagrangianCamera | CinematicCamera, Field(discriminator="mode")
 ]
+"""The settings of one camera; its key `mode` says which. A mode that rides in no vehicle has a
+key `clear_view`."""
+
+
+def _point(point: tuple[float, ...]) -> str:
+    """Return a point in words [m]."""
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"
 
 
 class ShotSettings(Settings):

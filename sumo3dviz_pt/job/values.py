@@ -45,6 +45,13 @@ def models_in(annotation: Any) -> list[type[BaseModel]]:
     return [model for part in parts for model in models_in(part)]
 
 
+def mode_of(model: type[BaseModel]) -> str | None:
+    """Return the word of the key `mode` that chooses a model out of a union."""
+    field = model.model_fields.get("mode")
+    words = get_args(field.annotation) if field is not None else ()
+    return words[0] if words else None
+
+
 def _listed(value: Any) -> Any:
     """Let a single word stand for a list of one."""
     return value if isinstance(value, list | tuple) or value is None else [value]

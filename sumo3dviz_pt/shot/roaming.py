@@ -13,8 +13,8 @@ from functools import partial
 
 import numpy as np
 
-from sumo3dviz_pt.cast.fleet import Fleet, find_rider
-from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, Job, LagrangianCamera
+from sumo3dviz_pt.cast.fleet import Fleet
+from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
@@ -23,7 +23,8 @@ from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.build import Shot, ShotBuilder, everyone, with_seat
-from sumo3dviz_pt.shot.cameras.build import StandingCamera, build_camera
+from sumo3dviz_pt.shot.cameras.build import build_camera
+from sumo3dviz_pt.shot.cameras.standing import StandingCamera
 from sumo3dviz_pt.shot.crowd import CrowdFrames, CrowdPlan, plan_crowd
 from sumo3dviz_pt.world.build import World
 
@@ -95,19 +96,10 @@ def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: b
 def _views(
     job: Job, fleet: Fleet, times: tuple[float, float], *, left_hand: bool
 ) -> Iterator[View]:
-    """Where the scene's cameras are at the first time that they can show; flights at all keys."""
+    """Yield the views that stand for the ways of the scene's cameras."""
     for settings in job.cameras.values():
-        moments = [times[0]]
-        if isinstance(settings, CinematicCamera):
-            moments = [key.time for key in settings.keyframes]
-        elif isinstance(settings, LagrangianCamera):
-            rider = find_rider(fleet, settings.vehicle)
-            begin, end = rider.pieces[0].begin, rider.pieces[-1].end
-            if begin > times[1] or end < times[0]:
-                continue
-            moments = [max(begin, times[0])]
         camera = build_camera(settings, fleet=fleet, left_hand=left_hand)
-        yield from (camera.view_at(time) for time in moments)
+        yield from (camera.view_at(time) for time in camera.moments(times))
 
 
 def _overview(scenario: Scenario) -> View:

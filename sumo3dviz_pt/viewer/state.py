@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, KeyFrame, LagrangianCamera
+from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LagrangianCamera
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live
 from sumo3dviz_pt.viewer import messages_in
@@ -166,7 +166,6 @@ def _(order: messages_in.GoTo, state: ViewerState, live: Live) -> ViewerState:
         time = within(camera.keyframes[0].time, live)
         state = replace(state, eye=Eye.of(live.view_of(camera, time)), time=time, playing=False)
         return state if _unsaved(state.frames, live) else replace(state, frames=_frames_of(camera))
-    assert isinstance(camera, EulerianCamera)
     return replace(state, eye=Eye.of(live.view_of(camera, state.time)))
 
 

@@ -1,25 +1,21 @@
 """Cameras: where the eye is and what it sees with, at any time.
 
 A camera is a pure function of time. The type of its settings decides which builder makes it;
-a new kind is one more registered builder here.
+each mode's module in this folder registers its own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import singledispatch
 from typing import Protocol
 
-import numpy as np
-
 from sumo3dviz_pt.cast.fleet import Fleet
-from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, LagrangianCamera, Settings
-from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.job.settings import Settings
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.model.shutter import INSTANT, Shutter
-from sumo3dviz_pt.shot.cameras.aiming import aim_of
-from sumo3dviz_pt.shot.cameras.flying import build_flight
-from sumo3dviz_pt.shot.cameras.riding import build_ride
+from sumo3dviz_pt.model.shutter import Shutter
+
+ALWAYS = (float("-inf"), float("inf"))
+"""All of time [s]."""
 
 
 class Camera(Protocol):
@@ -36,32 +32,14 @@ class Camera(Protocol):
             ConfigError: If the camera rides with a road user that does not exist then.
         """
 
+    def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
+        """Return increasing times whose views stand for all of its way [s].
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StandingCamera:
-    """An Eulerian camera: the same view at all times.
-
-    Attributes:
-        view: Where it stands and what it sees.
-        shutter: When it lets light in.
-    """
-
-    view: View
-    shutter: Shutter = INSTANT
-
-    def view_at(self, time: float) -> View:
-        """Return the view, whatever the time."""
-        return self.view
-
-
-def standing_view(settings: EulerianCamera) -> View:
-    """Return what a camera that stands still sees.
-
-    Raises:
-        ConfigError: If it looks at the point where it stands.
-    """
-    placed = aim_of(settings).placed(np.array(settings.position))
-    return View(placed, Lens.of_degrees(settings.lens.fov))
+        Args:
+            times: First and last of interest [s]. A camera that rides with a road user has no
+                moments if the road user does not exist between them; other cameras may ignore
+                them.
+        """
 
 
 @singledispatch
@@ -78,21 +56,3 @@ def build_camera(settings: Settings, *, fleet: Fleet, left_hand: bool = False) -
             at the point where it stands.
     """
     raise TypeError(f"{type(settings).__name__} is no camera")
-
-
-@build_camera.register
-def _(settings: EulerianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
-    """A camera that stands still."""
-    return StandingCamera(standing_view(settings))
-
-
-@build_camera.register
-def _(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
-    """A camera that rides with a road user."""
-    return build_ride(settings, fleet=fleet, left_hand=left_hand)
-
-
-@build_camera.register
-def _(settings: CinematicCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
-    """A camera that flies through key frames."""
-    return build_flight(settings)

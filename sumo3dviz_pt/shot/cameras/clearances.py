@@ -6,20 +6,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sumo3dviz_pt.job.settings import (
-    CameraSettings,
-    CinematicCamera,
-    EulerianCamera,
-    LagrangianCamera,
-)
+from sumo3dviz_pt.cast.fleet import Fleet
+from sumo3dviz_pt.job.settings import CameraSettings
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.scene import View
-from sumo3dviz_pt.shot.cameras.build import standing_view
-from sumo3dviz_pt.shot.cameras.flying import build_flight
+from sumo3dviz_pt.shot.cameras.build import build_camera
 from sumo3dviz_pt.world.placement.clearance import Clearance
 
 _VIEWS = 60
-"""Views that stand for a flight, beside its key frames."""
+"""Views that stand for the way of a camera that moves, beside those at its moments."""
 
 
 def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearance:
@@ -36,22 +31,14 @@ def clearance_of(cameras: Iterable[CameraSettings], *, aspect: float) -> Clearan
     return Clearance(tuple(CameraPath.of(views, aspect=aspect) for views in found if views))
 
 
-def clearing(
-    cameras: Iterable[CameraSettings],
-) -> list[EulerianCamera | CinematicCamera]:
+def clearing(cameras: Iterable[CameraSettings]) -> list[CameraSettings]:
     """Return those cameras that ride in no vehicle and want a clear view."""
-    return [
-        camera
-        for camera in cameras
-        if not isinstance(camera, LagrangianCamera) and camera.clear_view
-    ]
+    return [camera for camera in cameras if getattr(camera, "clear_view", False)]
 
 
-def _views(camera: EulerianCamera | CinematicCamera) -> list[View]:
+def _views(settings: CameraSettings) -> list[View]:
     """Views along a camera's way."""
-    if isinstance(camera, EulerianCamera):
-        return [standing_view(camera)]
-    flight = build_flight(camera)
-    keys = [key.time for key in camera.keyframes]
-    between = np.linspace(keys[0], keys[-1], _VIEWS) if len(keys) > 1 else keys
-    return [flight.view_at(time) for time in sorted({*keys, *map(float, between)})]
+    camera = build_camera(settings, fleet=Fleet((), (), (), {}))
+    moments = camera.moments()
+    between = np.linspace(moments[0], moments[-1], _VIEWS) if len(moments) > 1 else moments
+    return [camera.view_at(time) for time in sorted({*moments, *map(float, between)})]

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.ranges import Point
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
 from sumo3dviz_pt.model.geometry import Floats, frozen
@@ -26,6 +27,7 @@ from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at, aim_of
+from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
 
 _NEAR = 0.01
 """Closer than this a point says nothing about where to look [m]."""
@@ -93,6 +95,10 @@ class FlyingCamera:
                     aim = aim_at(direction, roll=roll)
         return View(aim.placed(position), Lens(fov))
 
+    def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
+        """Return the times of all key frames [s]."""
+        return tuple(self.path.times.tolist())
+
 
 def build_flight(settings: CinematicCamera) -> FlyingCamera:
     """Lay the curves through the key frames.
@@ -110,6 +116,12 @@ def build_flight(settings: CinematicCamera) -> FlyingCamera:
         MonotoneCurve(times, frozen(np.column_stack([turns, fovs]))),
         tuple(_subjects(keys)),
     )
+
+
+@build_camera.register
+def _(settings: CinematicCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """Build a camera that flies through key frames."""
+    return build_flight(settings)
 
 
 def _subjects(keys: Sequence[KeyFrame]) -> list[MonotoneCurve]:

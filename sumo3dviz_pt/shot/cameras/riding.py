@@ -25,6 +25,7 @@ from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
+from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
 
 _LAG_SAMPLES = 49
 
@@ -104,6 +105,11 @@ class RidingCamera:
             )
             placed = body @ self.aim.placed(self.eye)
         return View(placed, self.lens, rides_in=self.trajectory.key, cutaway=self.cutaway)
+
+    def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
+        """Return the first time of a span at which its road user exists, if it does [s]."""
+        begin, end = self.trajectory.pieces[0].begin, self.trajectory.pieces[-1].end
+        return () if begin > times[1] or end < times[0] else (max(begin, times[0]),)
 
     @property
     def _links(self) -> UnitLinks | None:
@@ -185,6 +191,12 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         body,
         fleet.suspension,
     )
+
+
+@build_camera.register
+def _(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """Build a camera that rides with a road user."""
+    return build_ride(settings, fleet=fleet, left_hand=left_hand)
 
 
 def read_view(name: str) -> RidingView:

@@ -8,7 +8,7 @@ from builders import write_scenario
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.pipeline.import_sumo3dviz import FOV, translate
 from sumo3dviz_pt.pipeline.scene_file import load_job
-from sumo3dviz_pt.shot.cameras.build import standing_view
+from sumo3dviz_pt.shot.cameras.standing import standing_view
 
 PLACE = {"pos_x": 10.0, "pos_y": 20.0, "pos_z": 5.0}
 

@@ -1,4 +1,4 @@
-"""The three camera modes."""
+"""The camera modes: what holds for all of them, and what each of them does."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from sumo3dviz_pt.cast.seats import car_seat, class_seat
 from sumo3dviz_pt.catalog import template_names
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import (
+    CameraSettings,
     CinematicCamera,
     EulerianCamera,
     KeyFrame,
@@ -18,14 +19,32 @@ from sumo3dviz_pt.job.settings import (
     Settings,
     VehicleSettings,
 )
+from sumo3dviz_pt.job.values import mode_of, models_in
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.scene import Part, Prototype
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.motion import smooth
+from sumo3dviz_pt.pipeline.camera_list import Cameras
+from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.shot.cameras.build import build_camera
+from sumo3dviz_pt.shot.cameras.clearances import clearance_of
 from sumo3dviz_pt.shot.cameras.riding import parse_view, read_view
 
 NOBODY = build_fleet((), {}, VehicleSettings(), seed=0)
+
+MODES = {mode_of(model): model for model in models_in(CameraSettings)}
+
+SAMPLES = {
+    "eulerian": {"position": (1, 2, 3), "heading": 90},
+    "lagrangian": {"vehicle": "ego"},
+    "cinematic": {
+        "keyframes": [
+            {"time": 3, "position": (1, 2, 3), "heading": 90},
+            {"time": 5, "position": (9, 2, 3), "look_at": (20, 2, 0)},
+        ]
+    },
+}
+"""Settings of each mode beside the mode's name; a new mode needs its own here."""
 
 
 def trajectory_of(xy, yaws, *, name="ego", kind="vehicle", times=None, slope=0.0):
@@ -62,8 +81,62 @@ def ride(view, fleet=None, *, time=15.0, left_hand=False, **more):
     return camera.view_at(time)
 
 
+def sample(mode, **more):
+    return MODES[mode].model_validate({"mode": mode, **SAMPLES[mode], **more})
+
+
 def up(view):
     return view.world_from_camera.matrix[:3, 2]
+
+
+def test_every_mode_has_a_sample():
+    assert set(SAMPLES) == set(MODES)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_every_mode_is_built_and_has_views_along_its_way(mode):
+    camera = build_camera(sample(mode), fleet=fleet_of(EAST))
+    moments = camera.moments()
+    assert moments and list(moments) == sorted(set(moments))
+    for time in moments:
+        assert np.isfinite(camera.view_at(time).world_from_camera.matrix).all()
+        assert camera.view_at(time).lens.opening > 0.0
+    assert camera.shutter.is_instant
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_every_mode_either_rides_or_can_have_a_clear_view(mode):
+    camera = build_camera(sample(mode), fleet=fleet_of(EAST))
+    rides = camera.view_at(camera.moments()[0]).rides_in is not None
+    assert rides != ("clear_view" in MODES[mode].model_fields)
+    assert len(clearance_of([sample(mode)], aspect=0.5).ways) == (0 if rides else 1)
+    if not rides:
+        assert clearance_of([sample(mode, clear_view=False)], aspect=0.5).ways == ()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_every_mode_has_words(mode):
+    (line,) = repr(Cameras({"mine": sample(mode)})).splitlines()
+    name, words = line.split("  ")
+    assert name == "mine" and words == sample(mode).in_words() and len(words) > 10
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_errors_name_every_mode_but_not_in_the_key(mode):
+    def error_of(**camera):
+        with pytest.raises(ConfigError) as caught:
+            make_job({"scenario": {"folder": "any"}, "cameras": {"mine": camera}})
+        return caught.value
+
+    assert mode in str(error_of(**SAMPLES[mode]))
+    assert mode in str(error_of(**SAMPLES[mode], mode="surely_none"))
+    assert error_of(**SAMPLES[mode], mode=mode, surplus=1).key == "cameras.mine.surplus"
+
+
+def test_a_ride_has_a_moment_only_where_its_vehicle_exists():
+    camera = build_camera(sample("lagrangian"), fleet=fleet_of(EAST))
+    spans = ((0.0, 9.0), (0.0, 30.0), (13.0, 30.0), (21.0, 30.0))
+    assert [camera.moments(span) for span in spans] == [(), (10.0,), (13.0,), ()]
 
 
 def test_eulerian_heading_pitch_roll():

@@ -1,0 +1,52 @@
+"""Cameras that stand still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.cast.fleet import Fleet
+from sumo3dviz_pt.job.settings import EulerianCamera
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.model.shutter import INSTANT, Shutter
+from sumo3dviz_pt.shot.cameras.aiming import aim_of
+from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StandingCamera:
+    """An Eulerian camera: the same view at all times.
+
+    Attributes:
+        view: Where it stands and what it sees.
+        shutter: When it lets light in.
+    """
+
+    view: View
+    shutter: Shutter = INSTANT
+
+    def view_at(self, time: float) -> View:
+        """Return the view, whatever the time."""
+        return self.view
+
+    def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
+        """Return a single time, as all views are the same."""
+        return (0.0,)
+
+
+def standing_view(settings: EulerianCamera) -> View:
+    """Return what a camera that stands still sees.
+
+    Raises:
+        ConfigError: If it looks at the point where it stands.
+    """
+    placed = aim_of(settings).placed(np.array(settings.position))
+    return View(placed, Lens.of_degrees(settings.lens.fov))
+
+
+@build_camera.register
+def _(settings: EulerianCamera, *, fleet: Fleet, left_hand: bool = False) -> Camera:
+    """Build a camera that stands still."""
+    return StandingCamera(standing_view(settings))
