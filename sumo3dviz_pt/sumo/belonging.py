@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from xml.parsers import expat
 
 import numpy as np
 import shapely
@@ -17,15 +16,16 @@ from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.sumo.bounds import COORDINATE
-from sumo3dviz_pt.sumo.stream import CHUNK, feed
+from sumo3dviz_pt.sumo.formats import ElementSink, format_of
+from sumo3dviz_pt.sumo.formats.format import KINDS
 
 logger = logging.getLogger(__name__)
 
 _ROWS = 2000
 """Largest number of rows that are looked at."""
 
-_BYTES = 32 * CHUNK
-"""Largest part of a log that is read for them [bytes]."""
+_ELEMENTS = 250_000
+"""Largest number of steps and rows that are read for them."""
 
 _MARGIN = 1000.0
 """Largest distance from the network of anything that is part of the scenario [m]."""
@@ -84,28 +84,36 @@ class LogRows:
 
 def first_rows(file: Path) -> LogRows:
     """Return the first rows of a log up to what cannot be read, which its reader explains."""
-    rows = LogRows()
-    parser = expat.ParserCreate()
+    sink = _FirstRows()
+    with suppress(_EnoughError, InputError):
+        format_of(file).read(file, sink)
+    return sink.rows
 
-    def start(tag: str, attributes: Mapping[str, str]) -> None:
-        if tag in ("vehicle", "person", "container"):
+
+class _EnoughError(Exception):
+    """There are enough rows."""
+
+
+class _FirstRows(ElementSink):
+    """Keeps the first rows of a log."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rows = LogRows()
+        self._taken = 0
+
+    def take(self, tag: str, attributes: Mapping[str, str]) -> None:
+        """Keep a row whose numbers are possible."""
+        if tag in KINDS:
             with suppress(KeyError, ValueError):
                 place = float(attributes["x"]), float(attributes["y"])
                 speed = float(attributes.get("speed", "nan"))
                 if all(abs(value) <= COORDINATE.high for value in place):
                     lane = attributes.get("lane") or attributes.get("edge") or ""
-                    rows.add(tag, place, lane, speed)
-        if len(rows.kinds) >= _ROWS or parser.CurrentByteIndex > _BYTES:
+                    self.rows.add(tag, place, lane, speed)
+        self._taken += 1
+        if len(self.rows.kinds) >= _ROWS or self._taken >= _ELEMENTS:
             raise _EnoughError
-
-    parser.StartElementHandler = start
-    with suppress(_EnoughError, InputError):
-        feed(parser, file)
-    return rows
-
-
-class _EnoughError(Exception):
-    """There are enough rows."""
 
 
 def check_belonging(rows: LogRows, network: Network, *, network_file: Path, log: Path) -> None:

@@ -1,8 +1,7 @@
-"""Read the vehicle log: SUMO's floating car data (FCD) in XML, plain or gzipped.
+"""Read the vehicle log, SUMO's floating car data (FCD), in any of the formats in `formats`.
 
-The log is streamed. Steps before the asked window are dropped unparsed, and the
-reading stops at the first step past it. Rows are packed into one buffer of doubles
-per road user.
+The log is streamed. Steps before the asked window are left out, and the reading stops at
+the first step past it. Rows are packed into one buffer of doubles per road user.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf, nan
 from pathlib import Path
 from typing import NoReturn
-from xml.parsers import expat
 
 import numpy as np
 
@@ -21,15 +19,14 @@ from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import TrafficLog
 from sumo3dviz_pt.sumo import bounds
-from sumo3dviz_pt.sumo.forward import FastForward
-from sumo3dviz_pt.sumo.stream import Element, TruncatedError, check_root, feed
+from sumo3dviz_pt.sumo.formats import ElementSink, format_of
+from sumo3dviz_pt.sumo.formats.format import KINDS, STEP
+from sumo3dviz_pt.sumo.stream import Element, TruncatedError
 from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers, build_traces
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
 
-KINDS = frozenset({"vehicle", "person", "container"})
-_WHAT = "a vehicle log of SUMO (--fcd-output)"
 _FAR, _HIGH, _TURN = bounds.COORDINATE.high, bounds.HEIGHT.high, bounds.ANGLE.high
 _OLDEST, _NEWEST = bounds.SECONDS.low, bounds.SECONDS.high
 _BITS = bounds.SIGNAL_BITS.high
@@ -178,8 +175,8 @@ class _DoneError(Exception):
     """Everything up to the end of the window has been read."""
 
 
-class _Reader:
-    """The state of reading one log."""
+class _Reader(ElementSink):
+    """Packs the rows of one log."""
 
     def __init__(
         self,
@@ -189,22 +186,20 @@ class _Reader:
         *,
         drain: Drain | None = None,
     ) -> None:
+        super().__init__(begin=window[0])
         self.file = file
-        self._drain = drain
         self.rows: RowsOfUsers = {}
-        self.steps = array("d")
-        self._begin, self._end = window
+        self._drain = drain
+        self._end = window[1]
         self._lanes = lanes
         self._time = nan
         self._kept = False
-        self._parser = expat.ParserCreate()
-        self._forward = FastForward(self._begin, self.steps) if self._begin > -inf else None
+        self._inside = False
 
     def read(self, *, allow_truncated: bool) -> None:
         """Stream the file into `rows` and `steps`."""
-        self._parser.StartElementHandler = self._root
         try:
-            feed(self._parser, self.file, forward=self._forward)
+            format_of(self.file).read(self.file, self)
         except _DoneError:
             logger.debug("%s: stopped reading past %g s", self.file, self._end)
         except TruncatedError as error:
@@ -215,15 +210,9 @@ class _Reader:
                 "%s: breaks off; its %d complete steps are used", self.file, len(self.steps)
             )
 
-    def _root(self, tag: str, attributes: dict[str, str]) -> None:
-        """Handle the root element."""
-        line = self._parser.CurrentLineNumber
-        check_root(Element(tag, attributes, 0, self.file, line), ("fcd-export",), _WHAT)
-        self._parser.StartElementHandler = self._skip
-
-    def _skip(self, tag: str, attributes: dict[str, str]) -> None:
-        """Handle elements outside the window."""
-        if tag == "timestep":
+    def _pass(self, tag: str, attributes: Mapping[str, str]) -> None:
+        """Pass over an element that is no row to keep, but enter a step."""
+        if tag == STEP:
             self._step(attributes)
 
     def _step(self, attributes: Mapping[str, str]) -> None:
@@ -242,14 +231,13 @@ class _Reader:
             self.rows.clear()
         self._time = time
         self.steps.append(time)
-        inside = self._begin <= time <= self._end
-        self._kept = self._kept or inside
-        self._parser.StartElementHandler = self._row if inside else self._skip
+        self._inside = self.begin <= time <= self._end
+        self._kept = self._kept or self._inside
 
-    def _row(self, tag: str, attributes: dict[str, str]) -> None:
+    def take(self, tag: str, attributes: Mapping[str, str]) -> None:
         """Pack one row; the code is plain because it runs a million times."""
-        if tag not in KINDS:
-            self._skip(tag, attributes)
+        if tag not in KINDS or not self._inside:
+            self._pass(tag, attributes)
             return
         get = attributes.get
         try:
@@ -280,12 +268,13 @@ class _Reader:
 
     def _odd_time(self, attributes: Mapping[str, str]) -> float:
         """Return a time that is not written in seconds."""
-        text = self._element("timestep", attributes).text("time")
+        step = self._element(STEP, attributes)
+        text = step.text("time")
         try:
             return parse_time(text)
         except ValueError:
             message = f'time="{cut(text)}" must be seconds, h:m:s or d:h:m:s, {bounds.SECONDS}'
-            raise self._element("timestep", attributes).error(message) from None
+            raise step.error(message) from None
 
     def _refuse(self, tag: str, attributes: Mapping[str, str]) -> NoReturn:
         """Raise an error that says what is wrong with a row."""
@@ -304,9 +293,7 @@ class _Reader:
         )
 
     def _element(self, tag: str, attributes: Mapping[str, str]) -> Element:
-        skipped = self._forward.lines if self._forward else 0
-        line = self._parser.CurrentLineNumber + skipped
-        return Element(tag, attributes, 0, self.file, line)
+        return Element(tag, attributes, 0, self.file, self.line())
 
     def _drop_last_step(self) -> None:
         """Forget the step in which the log breaks off, as it may be incomplete."""

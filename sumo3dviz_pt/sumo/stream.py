@@ -22,6 +22,7 @@ from sumo3dviz_pt.sumo.forward import FastForward
 
 CHUNK = 1 << 18
 _GZIP_MAGIC = b"\x1f\x8b"
+_XML_HEADS = (_GZIP_MAGIC, b"<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
 _FOREIGN = {
     b"PAR1": "a Parquet file",
     b"\x28\xb5\x2f\xfd": "a Zstandard file",
@@ -204,6 +205,15 @@ def check_root(element: Element, roots: tuple[str, ...], what: str) -> None:
             file=element.file,
             line=element.line,
         )
+
+
+def may_be_xml(file: Path) -> bool:
+    """Whether the first bytes look like XML; fast, as folders may hold thousands of files."""
+    try:
+        with file.open("rb") as stream:
+            return stream.read(64).lstrip().startswith(_XML_HEADS)
+    except OSError:
+        return False
 
 
 def root_of(file: Path) -> str | None:

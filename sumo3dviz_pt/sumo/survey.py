@@ -9,14 +9,17 @@ from itertools import islice
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.sumo.stream import Element, read_elements, root_of
+from sumo3dviz_pt.sumo.formats import format_of, is_log
+from sumo3dviz_pt.sumo.stream import Element, may_be_xml, read_elements, root_of
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
 
 ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTypes"})
 CONFIGURATION_ROOTS = frozenset({"configuration", "sumoConfiguration"})
-_XML_HEADS = (b"\x1f\x8b", b"<", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")
+_PLACES = {"net": "networks", "tlsStates": "signals", "routes": "vehicle_types"}
+"""Fields of `Survey` by the root elements that decide alone."""
+
 _PEEK = 20_000
 """Number of elements that show what a log holds, some seconds of a large city."""
 
@@ -27,7 +30,7 @@ class Survey:
 
     Attributes:
         networks: `<net>`.
-        trajectories: `<fcd-export>`.
+        trajectories: Vehicle logs in any format.
         signals: `<tlsStates>`.
         additional: Files with a POI, a polygon or a bus stop.
         vehicle_types: Route files, and additional files with a vType.
@@ -76,9 +79,7 @@ def survey_files(files: Iterable[Path]) -> Survey:
     """Sort files by content; files that are not of SUMO are left out."""
     found = Survey()
     for file in files:
-        root = root_of(file) if _may_be_xml(file) else None
-        if root is not None:
-            found = found + _sorted_in(file, root)
+        found = found + _sorted_in(file, root_of(file) if may_be_xml(file) else None)
     return found
 
 
@@ -94,7 +95,7 @@ def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
     """
     if len(logs) < 2:
         return logs
-    tags = {log: {element.tag for element in _peek(log)} for log in logs}
+    tags = {log: {e.tag for e in _peek(format_of(log).elements(log))} for log in logs}
     main = [log for log in logs if "vehicle" in tags[log]]
     others = [log for log in logs if tags[log] & {"person", "container"} and log not in main]
     together = (*main, *others)
@@ -107,7 +108,9 @@ def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
     Returns:
         Logs in order of entries per second; one that adds no light is left out.
     """
-    entries = {log: [e for e in _peek(log) if e.tag == "tlsState"] for log in logs}
+    entries = {
+        log: [e for e in _peek(readable_elements(log)) if e.tag == "tlsState"] for log in logs
+    }
     chosen: list[Path] = []
     covered: set[str] = set()
     for log in sorted(logs, key=lambda log: -_density(entries[log])):
@@ -118,8 +121,8 @@ def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
     return tuple(chosen)
 
 
-def _sorted_in(file: Path, root: str) -> Survey:
-    """Return a survey of one file whose root element is given."""
+def _sorted_in(file: Path, root: str | None) -> Survey:
+    """Return a survey of one file; its root element is given, or None if it is no XML."""
     one = (file,)
     if root in CONFIGURATION_ROOTS:
         # Other tools of SUMO use the same root for their own configurations.
@@ -131,25 +134,26 @@ def _sorted_in(file: Path, root: str) -> Survey:
             additional=one if tags & {"poi", "poly", "busStop"} else (),
             vehicle_types=one if "vType" in tags else (),
         )
-    places = {
-        "net": "networks",
-        "fcd-export": "trajectories",
-        "tlsStates": "signals",
-        "routes": "vehicle_types",
-    }
-    return Survey(**{places[root]: one}) if root in places else Survey()
+    if root in _PLACES:
+        return Survey(**{_PLACES[root]: one})
+    return Survey(trajectories=one if is_log(file) else ())
 
 
 def readable_elements(file: Path) -> Iterator[Element]:
     """Yield the elements of a file up to damage, which its own reader will report."""
+    return _up_to_damage(read_elements(file, root=(), what="a file of SUMO"))
+
+
+def _up_to_damage(elements: Iterator[Element]) -> Iterator[Element]:
     try:
-        yield from read_elements(file, root=(), what="a file of SUMO")
+        yield from elements
     except InputError as error:
         logger.debug("%s", error)
 
 
-def _peek(file: Path) -> list[Element]:
-    return list(islice(readable_elements(file), _PEEK))
+def _peek(elements: Iterator[Element]) -> list[Element]:
+    """Return the first elements up to damage."""
+    return list(islice(_up_to_damage(elements), _PEEK))
 
 
 def _density(entries: list[Element]) -> float:
@@ -160,15 +164,6 @@ def _density(entries: list[Element]) -> float:
         return 0.0
     span = times[-1] - times[0] if times else 0.0
     return len(entries) / span if span > 0 else 0.0
-
-
-def _may_be_xml(file: Path) -> bool:
-    """Whether the first bytes look like XML; fast, as folders may hold thousands of files."""
-    try:
-        with file.open("rb") as stream:
-            return stream.read(64).lstrip().startswith(_XML_HEADS)
-    except OSError:
-        return False
 
 
 def _is_place(path: Path) -> bool:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import html
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,13 +12,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.traffic import GAP_FACTOR
-from sumo3dviz_pt.sumo.stream import chunks
-from sumo3dviz_pt.sumo.values import parse_time
-
-_TAGS = re.compile(
-    rb"""<timestep\s[^>]*?\btime\s*=\s*["']([^"'>]*)["']"""
-    rb"""|<(vehicle|person|container)\s(?:[^>]*?\s)?id\s*=\s*["']([^"'>]*)["']"""
-)
+from sumo3dviz_pt.sumo.formats import format_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,14 +62,16 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
     look = _Sightings()
     for path in paths:
         time = np.nan
-        for step, tag, user in _tags(path):
-            if step is not None:
-                time = step
-                look.steps.add(time)
-                continue
-            look.ids.add(user)
-            if user in wanted or (tag, user) == keyed:
-                look.there.add(time)
+        # The reader of the log reports what is wrong with it.
+        with suppress(InputError):
+            for step, kind_of_user, user in format_of(path).sightings(path):
+                if step is not None:
+                    time = step
+                    look.steps.add(time)
+                    continue
+                look.ids.add(user)
+                if user in wanted or (kind_of_user, user) == keyed:
+                    look.there.add(time)
     ids = frozenset(html.unescape(each.decode("utf-8", errors="replace")) for each in look.ids)
     return Whereabouts(_spans(look), ids, max(look.steps, default=-np.inf))
 
@@ -83,27 +79,6 @@ def whereabouts(paths: Iterable[Path], name: str) -> Whereabouts:
 def _written(name: str) -> bytes:
     """Return an id as SUMO writes it into XML."""
     return html.escape(name).encode()
-
-
-def _tags(path: Path) -> Iterator[tuple[float | None, bytes, bytes]]:
-    """Yield times of steps, with empty kind and id, and kinds and ids of rows, in file order."""
-    rest = b""
-    try:
-        for chunk in chunks(path):
-            data = rest + chunk
-            whole = data.rfind(b">") + 1
-            for match in _TAGS.finditer(data, 0, whole):
-                if match[1] is None:
-                    yield None, match[2], match[3]
-                    continue
-                try:
-                    yield parse_time(match[1].decode("ascii", errors="replace")), b"", b""
-                except ValueError:
-                    continue
-            rest = data[whole:]
-    except InputError:
-        # The reader of the log reports what is wrong with it.
-        return
 
 
 def _spans(look: _Sightings) -> tuple[tuple[float, float], ...]:
