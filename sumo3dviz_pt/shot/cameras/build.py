@@ -14,11 +14,11 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import CinematicCamera, EulerianCamera, LagrangianCamera, Settings
-from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import aim_of
 from sumo3dviz_pt.shot.cameras.flying import build_flight
+from sumo3dviz_pt.shot.cameras.lenses import lens_of
 from sumo3dviz_pt.shot.cameras.riding import build_ride
 
 
@@ -61,7 +61,7 @@ def standing_view(settings: EulerianCamera) -> View:
         ConfigError: If it looks at the point where it stands.
     """
     placed = aim_of(settings).placed(np.array(settings.position))
-    return View(placed, Lens.of_degrees(settings.lens.fov))
+    return View(placed, lens_of(settings.lens))
 
 
 @singledispatch
