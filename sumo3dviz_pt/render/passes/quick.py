@@ -125,8 +125,7 @@ class Quick:
         origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
         parameters["to_world"] = convert.transform(convert.sensor_matrix(view, origin))
-        half = view.lens.half_width / part.of
-        parameters["x_fov"] = float(np.degrees(2.0 * np.arctan(half)))
+        parameters["x_fov"] = float(np.degrees(view.lens.middle_part(part.of).opening))
         # From the picture's middle to the part's, in widths and heights of the part.
         middle = (part.of - 1) / 2.0
         parameters["principal_point_offset_x"] = part.column - middle
