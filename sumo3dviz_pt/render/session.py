@@ -41,7 +41,8 @@ from sumo3dviz_pt.render.passes.capped import (
 )
 from sumo3dviz_pt.render.passes.denoise import denoise, mixed
 from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
-from sumo3dviz_pt.render.sky.entries import sensor_entry, sky_entry, sky_weight, sun_entry
+from sumo3dviz_pt.render.sensors import sensor_entry
+from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry
 from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
 
 

@@ -110,8 +110,7 @@ def test_nothing_heavy_is_imported_at_the_top_of_a_module() -> None:
 MAY_KNOW_THE_OPENING = {
     "model/lens.py",
     "pipeline/accounts/build.py",  # says it in accounts
-    "render/loaded.py",  # says it to Mitsuba
-    "render/passes/quick.py",
+    "render/sensors.py",  # says it to Mitsuba
     "report/stress/facts.py",
     "viewer/walk.py",  # shows it to people, in degrees
 }
