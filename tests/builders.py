@@ -277,15 +277,14 @@ RAW = Quality(spp=4, pass_spp=4, max_depth=6, denoise="none", cap=None, haze=Fal
 
 
 @contextmanager
-def session_of(
-    scene, *, size=(64, 36), quality=RAW, seed=1, variant="llvm", frozen=False, white=1.0
-):
-    """A scene in the renderer."""
+def session_of(scene, *, size=(64, 36), quality=RAW, seed=1, variant="llvm", **settings):
+    """A scene in the renderer, with further settings by name."""
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
-    settings = RenderSettings(size, quality, seed, white=white, frozen=frozen)
-    with Session(scene, choose_backend(variant), settings) as session:
+    with Session(
+        scene, choose_backend(variant), RenderSettings(size, quality, seed, **settings)
+    ) as session:
         yield session
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,18 @@ class Lens:
     def pixel_angle(self, width: int) -> float:
         """Angle of a pixel of a picture so wide [px], on average [rad]."""
         return self.opening / width
+
+    def pixel_width(self, width: float) -> float:
+        """Width of a pixel in the middle of a picture so wide [px], one metre ahead [m]."""
+        return 2.0 * self.half_width / width
+
+    def length_of(self, share: float, away: Floats) -> Floats:
+        """How long things are that take up a share of the picture's width, by distance [m]."""
+        return np.asarray(share * 2.0 * self.half_width * away)
+
+    def middle_part(self, count: int) -> Lens:
+        """Return the lens of the middle one of so many equal parts side by side."""
+        return replace(self, opening=float(2.0 * np.arctan(self.half_width / count)))
 
     def rays(self, size: tuple[int, int]) -> Floats:
         """Direction through every pixel's centre in the camera's frame, unit, (h, w, 3).
@@ -97,3 +109,26 @@ class Lens:
         half = self.half_width * forward
         beside = np.abs(left) < half + margin
         return np.asarray((forward > 0.0) & beside & (np.abs(up) < aspect * half + margin))
+
+    def off_middle(self, points: Floats) -> Floats:
+        """How far from the picture's middle points lie, across or up, in half its widths, (...).
+
+        Points behind the camera or nearer than 1 m count as 1 m ahead.
+
+        Args:
+            points: In the camera's frame, (..., 3) [m].
+        """
+        across = np.abs(points[..., 1:]).max(axis=-1) / np.maximum(points[..., 0], 1.0)
+        return np.asarray(across / self.half_width)
+
+    def is_near_columns(self, points: Floats, *, widened: float, margin: float) -> Bools:
+        """Return whether points lie in the columns of a wider picture or near them, at any height.
+
+        Args:
+            points: In the camera's frame, (..., 3) [m].
+            widened: How many times as wide the picture is taken.
+            margin: How far points may lie beside it, or behind the camera [m].
+        """
+        forward, left = points[..., 0], points[..., 1]
+        room = widened * self.half_width * np.maximum(forward, 0.0) + margin
+        return np.asarray((forward > -margin) & (np.abs(left) < room))

@@ -19,6 +19,7 @@ from sumo3dviz_pt.render.materials.compound import MergedMesh, merged_meshes
 from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
 from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.movers.crowd import Crowd
+from sumo3dviz_pt.render.sensors import view_parameters
 
 
 class LoadedScene:
@@ -103,10 +104,10 @@ class LoadedScene:
 
     def _move(self, parameters: Any, frame: FrameState) -> None:
         """Bring everything that is not fixed to a frame's state."""
-        matrix = convert.transform(convert.sensor_matrix(frame.view, frame.origin))
+        seen = view_parameters(frame.view, frame.origin)
         for sensor in ("sensor", "guide"):
-            parameters[f"{sensor}.to_world"] = matrix
-            parameters[f"{sensor}.x_fov"] = float(np.degrees(frame.view.lens.opening))
+            for name, value in seen.items():
+                parameters[f"{sensor}.{name}"] = value
         if self._pool is not None:
             self._pool.update(parameters, frame)
         for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):

@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.errors import RenderError
+from sumo3dviz_pt.catalog import did_you_mean
+from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.layers import Layers
@@ -40,7 +41,8 @@ from sumo3dviz_pt.render.passes.capped import (
 )
 from sumo3dviz_pt.render.passes.denoise import denoise, mixed
 from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
-from sumo3dviz_pt.render.sky.entries import sensor_entry, sky_entry, sky_weight, sun_entry
+from sumo3dviz_pt.render.sensors import sensor_entry
+from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry
 from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
 
 
@@ -55,7 +57,8 @@ class RenderSettings:
         white: Radiance that the film shows as white, scene units.
         frozen: Whether frames replay one recording (films); a still does not pay for it.
         pixel: Angle of a pixel, by which textures are filtered [rad].
-        layers: What `Session.render` returns; see `model/layers.py`.
+        layers: What `Session.render` returns; see `model/layers.py`. Those that the quality does
+            not need are traced, too.
     """
 
     size: tuple[int, int]
@@ -115,6 +118,9 @@ class Session:
         scene: What does not change from frame to frame.
         backend: The variant of Mitsuba.
         settings: How to render.
+
+    Raises:
+        ConfigError: If a layer is wanted that cannot be traced.
     """
 
     def __init__(self, scene: SceneData, backend: Backend, settings: RenderSettings) -> None:
@@ -209,7 +215,9 @@ class Session:
                 # Lamps are so bright that the denoiser would smear them.
                 excess = guides.excess(layers)
                 radiance = radiance - excess
-                albedo, normal = layers.get("albedo"), layers.get("normal")
+                # Layers may be here because they are wanted, not as guides.
+                known = layers if self.settings.quality.guides else Layers()
+                albedo, normal = known.get("albedo"), known.get("normal")
                 smooth = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
                 share = self.settings.quality.raw_share
                 radiance = mixed(smooth, radiance, hit=layers["hit"], share=share) + excess
@@ -229,7 +237,11 @@ class Session:
         return apply_haze(radiance, haze, depth=seen["depth"], hit=seen["hit"], behind=behind)
 
     def retune(self, quality: Quality, *, seed: int) -> None:
-        """Go on with another quality and seed; only another sampler loads the scene anew."""
+        """Go on with another quality and seed; only another sampler loads the scene anew.
+
+        Raises:
+            ConfigError: If a layer is wanted that cannot be traced with this quality.
+        """
         before = self.settings.quality
         self.settings = replace(self.settings, quality=quality, seed=seed)
         if quality == before:
@@ -249,14 +261,32 @@ class Session:
         )
         lamps = self.loaded.aimed and not apart
         jit = self.backend.jit
-        self._guide_integrator = guides.guide_integrator(quality, jit=jit, lamps=lamps)
+        self._guide_integrator = guides.guide_integrator(
+            quality, jit=jit, lamps=lamps, layers=self.settings.layers
+        )
         self._lamp_guide = guides.lamp_integrator() if lamps and not jit else None
         self._lamp_integrator = lamps_seen() if apart else None
+        self._check_layers()
         # Each pass has its own recording: a shared one would be recorded anew whenever another
         # integrator uses it.
         self._trace, self._trace_guides, self._trace_lamps = (
             tracer(recorded=self.settings.frozen) for _ in range(3)
         )
+
+    def _check_layers(self) -> None:
+        """Raise a ConfigError if a layer is wanted that is not traced."""
+        guiding = [one for one in (self._guide_integrator, self._lamp_guide) if one is not None]
+        found = guides.PICTURE | guides.found_by(guiding)
+        if self._lamp_integrator is not None:
+            found |= {"glow"}
+        if self.backend.jit:
+            found |= set(guides.SURFACE)
+        for name in self.settings.layers:
+            if name not in found:
+                raise ConfigError(
+                    f"layer {name!r} cannot be traced with this scene, quality and variant"
+                    f" ({self.backend.variant}){did_you_mean(name, found)}"
+                )
 
     @property
     def limit(self) -> float:
@@ -281,9 +311,10 @@ class Session:
         self.loaded.show(frame, {**sensors, **self._lights})
 
     def _guides(self, seed: int) -> Layers:
-        """Trace what guides denoiser, haze and cap; no layers where none of them is used."""
+        """Trace what guides denoiser, haze and cap, or is wanted; nothing where none is."""
         quality = self.settings.quality
-        if not guides.is_needed(quality, hazy=self.data.haze is not None):
+        hazy = self.data.haze is not None
+        if not guides.is_needed(quality, hazy=hazy, layers=self.settings.layers):
             return Layers()
         scene, spp = self.loaded.scene, guides.guide_spp(quality)
         sensor = scene.sensors()[1]

@@ -118,7 +118,7 @@ def _near(present: Present, fleet: Fleet, ray: _Ray, lens: Lens) -> Ints:
 
 def _least(away: Floats, lens: Lens) -> Floats:
     """How long sides of boxes must be to be clicked, by their distances, (b,) [m]."""
-    return np.asarray(np.maximum(_LEAST, _LEAST_SHARE * 2.0 * lens.half_width * away))
+    return np.asarray(np.maximum(_LEAST, lens.length_of(_LEAST_SHARE, away)))
 
 
 def _margins(boxes: _Boxes, ray: _Ray, lens: Lens) -> Floats:

@@ -166,7 +166,7 @@ def turned(eye: Eye, dx: float, dy: float, width: float) -> Eye:
     """
     if width <= 0.0 or (dx == 0.0 and dy == 0.0):
         return eye
-    pixel = 2.0 * Lens.of_degrees(eye.fov).half_width / width
+    pixel = Lens.of_degrees(eye.fov).pixel_width(width)
     across, up = -dx * pixel, -dy * pixel
     c, s = np.cos(np.radians(eye.roll)), np.sin(np.radians(eye.roll))
     left, high = c * across - s * up, s * across + c * up

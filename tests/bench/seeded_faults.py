@@ -213,7 +213,7 @@ FAULTS = {
         ("tests/statistical/test_stability_layers.py",),
     ),
     "what is 5 cm from the eye is cut open": Fault(
-        "render/sky/entries.py", '"near_clip": 0.001', '"near_clip": 0.05',
+        "render/sensors.py", '"near_clip": 0.001', '"near_clip": 0.05',
         ("tests/statistical/test_stability_cameras.py",),
     ),
     # Motion.
@@ -273,7 +273,7 @@ FAULTS = {
         ("tests/unit/shot/test_roaming.py",),
     ),
     "parts of large pictures are mirrored": Fault(
-        "render/passes/quick.py", "part.column - middle", "middle - part.column",
+        "render/sensors.py", "part.column - middle", "middle - part.column",
         ("tests/film/test_quick.py",),
     ),
     "the error is that of a single sample": Fault(

@@ -110,30 +110,29 @@ def test_nothing_heavy_is_imported_at_the_top_of_a_module() -> None:
 MAY_KNOW_THE_OPENING = {
     "model/lens.py",
     "pipeline/accounts/build.py",  # says it in accounts
-    "render/loaded.py",  # says it to Mitsuba
+    "render/sensors.py",  # says it to Mitsuba
     "report/stress/facts.py",
     "viewer/walk.py",  # shows it to people, in degrees
 }
 
 
-def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
-    readers = {
+def readers(*attributes: str) -> set[str]:
+    """Modules that read attributes of these names."""
+    return {
         name_of(path)
         for path in MODULES
         for node in ast.walk(tree_of(path))
-        if isinstance(node, ast.Attribute) and node.attr == "opening"
+        if isinstance(node, ast.Attribute) and node.attr in attributes
     }
-    assert readers <= MAY_KNOW_THE_OPENING
+
+
+def test_nobody_but_the_lens_knows_what_it_is_made_of() -> None:
+    assert readers("opening") <= MAY_KNOW_THE_OPENING
+    assert readers("half_width") == {"model/lens.py"}
 
 
 def test_nobody_but_the_shutter_knows_when_it_opens_and_closes() -> None:
-    readers = {
-        name_of(path)
-        for path in MODULES
-        for node in ast.walk(tree_of(path))
-        if isinstance(node, ast.Attribute) and node.attr in {"opens", "closes"}
-    }
-    assert readers == {"model/shutter.py"}
+    assert readers("opens", "closes") == {"model/shutter.py"}
 
 
 def test_frame_states_are_made_where_shutters_are_asked() -> None:

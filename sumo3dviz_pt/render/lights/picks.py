@@ -130,7 +130,6 @@ def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:
 def nearness(places: Floats, view: View) -> Floats:
     """Return how much the light of lamps at places, (n, 3) [m], matters in a picture, (n,)."""
     seen = (places - view.position) @ view.world_from_camera.matrix[:3, :3]
-    room = 1.15 * view.lens.half_width * np.maximum(seen[:, 0], 0.0) + _AROUND
-    inside = (seen[:, 0] > -_AROUND) & (np.abs(seen[:, 1]) < room)
+    inside = view.lens.is_near_columns(seen, widened=1.15, margin=_AROUND)
     large = 1.0 / (1.0 + np.linalg.norm(seen, axis=1) / _NEAR)
     return np.asarray(np.where(inside, large, _OUTSIDE * large))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,9 +20,20 @@ def is_guided(quality: Quality) -> bool:
     return quality.guides and quality.denoise != "none"
 
 
-def is_needed(quality: Quality, *, hazy: bool) -> bool:
-    """Return whether a frame needs the pass at all."""
-    return (hazy and quality.haze) or quality.denoise != "none" or quality.cap is not None
+PICTURE = frozenset({"radiance", "capped", "lost"})
+"""Layers that are found without the pass."""
+
+
+def is_needed(quality: Quality, *, hazy: bool, layers: Collection[str]) -> bool:
+    """Return whether a frame needs the pass at all.
+
+    Args:
+        quality: What the picture needs.
+        hazy: Whether the scene has haze.
+        layers: Those that are wanted besides.
+    """
+    needs = (hazy and quality.haze) or quality.denoise != "none" or quality.cap is not None
+    return needs or not PICTURE.issuperset(layers)
 
 
 def guide_spp(quality: Quality) -> int:
@@ -57,7 +68,7 @@ class _Aov(NamedTuple):
     channels: int
 
 
-_SURFACE = {"albedo": _Aov("albedo", 3), "normal": _Aov("sh_normal", 3)}
+SURFACE = {"albedo": _Aov("albedo", 3), "normal": _Aov("sh_normal", 3)}
 """What the pass finds of the first surface, by the layer's name; one more needs only a row."""
 
 _DISTANCE = Channels({"depth": slice(0, 1), "hit": slice(3, 4)}, 4)
@@ -72,7 +83,9 @@ _LAMPS: Mapping[str, Any] = {"type": "path", "max_depth": 1}
 """Sees what emits, and only that: paths end at the first surface."""
 
 
-def guide_integrator(quality: Quality, *, jit: bool, lamps: bool = False) -> Integrator:
+def guide_integrator(
+    quality: Quality, *, jit: bool, lamps: bool = False, layers: Collection[str] = ()
+) -> Integrator:
     """Load the integrator of the pass, for an `rgba` film.
 
     Args:
@@ -81,20 +94,28 @@ def guide_integrator(quality: Quality, *, jit: bool, lamps: bool = False) -> Int
             every `aov` sample waits for Python's lock there: it took five times as long as
             the picture.
         lamps: Whether it also finds where lamps are seen directly.
+        layers: Those that are wanted besides what the quality needs.
     """
-    if not jit or not (is_guided(quality) or lamps):
+    surface_wanted = not SURFACE.keys().isdisjoint(layers)
+    if not jit or not (is_guided(quality) or lamps or surface_wanted):
         return Integrator(load(_DEPTH), _DISTANCE)
     nested, channels = {"depth": _DEPTH}, _DISTANCE
     if lamps:
         nested, channels = {**nested, "lamps": _LAMPS}, channels + _EMISSION
-    aovs = ",".join(f"{layer}:{aov.name}" for layer, aov in _SURFACE.items())
-    surface = Channels.in_order(**{layer: aov.channels for layer, aov in _SURFACE.items()})
+    aovs = ",".join(f"{layer}:{aov.name}" for layer, aov in SURFACE.items())
+    surface = Channels.in_order(**{layer: aov.channels for layer, aov in SURFACE.items()})
     return Integrator(load({"type": "aov", "aovs": aovs, **nested}), channels + surface)
 
 
 def lamp_integrator() -> Integrator:
     """Load what finds `emitted` in a pass of its own, for an `rgba` film."""
     return Integrator(load(_LAMPS), _EMISSION)
+
+
+def found_by(integrators: Iterable[Integrator]) -> set[str]:
+    """Return the layers that `as_guides` makes of what the pass's integrators trace."""
+    names = {name for integrator in integrators for name in integrator.channels.places}
+    return names | {"lamp"} if "emitted" in names else names
 
 
 def as_guides(traced: Layers) -> Layers:

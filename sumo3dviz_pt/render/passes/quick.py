@@ -10,7 +10,6 @@ haze needs, are traced with the picture.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -20,38 +19,20 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, merged
 from sumo3dviz_pt.model.scene import FrameState, View
-from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.integrator import Integrator
 from sumo3dviz_pt.render.kernels import load, settle, tracer
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.capped import path_integrator
 from sumo3dviz_pt.render.passes.denoise import denoise
+from sumo3dviz_pt.render.sensors import WHOLE, PicturePart, part_parameters, sensor_entry
 from sumo3dviz_pt.render.session import Session
-from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE, sensor_entry
+from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE
 
 Size = tuple[int, int]
 
 _PLUGIN = "sumo3dviz_quick"
 _CHANNELS = Channels.in_order(radiance=3, depth=1, hit=1)
 """What the integrator finds: the radiance, then its `aov_names`."""
-
-
-@dataclass(frozen=True, slots=True)
-class PicturePart:
-    """A part of a picture that is cut into as many rows as columns.
-
-    Attributes:
-        row: From the top, from 0.
-        column: From the left, from 0.
-        of: Rows, and columns.
-    """
-
-    row: int = 0
-    column: int = 0
-    of: int = 1
-
-
-WHOLE = PicturePart()
 
 
 def parts_of(count: int) -> tuple[PicturePart, ...]:
@@ -124,13 +105,8 @@ class Quick:
         parameters = mi.traverse(sensor)
         origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
-        parameters["to_world"] = convert.transform(convert.sensor_matrix(view, origin))
-        half = view.lens.half_width / part.of
-        parameters["x_fov"] = float(np.degrees(2.0 * np.arctan(half)))
-        # From the picture's middle to the part's, in widths and heights of the part.
-        middle = (part.of - 1) / 2.0
-        parameters["principal_point_offset_x"] = part.column - middle
-        parameters["principal_point_offset_y"] = part.row - middle
+        for name, value in part_parameters(view, origin, part).items():
+            parameters[name] = value
         parameters.update()
         return sensor
 

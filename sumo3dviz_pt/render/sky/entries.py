@@ -1,4 +1,4 @@
-"""Sky, sun and sensors as Mitsuba's objects and dicts."""
+"""Sky and sun as Mitsuba's objects and dicts."""
 
 from __future__ import annotations
 
@@ -31,34 +31,6 @@ _MARIA = (
     (-0.22, -0.28, 0.26, 0.16, 0.34),  # Nubium
     (-0.52, -0.36, 0.12, 0.12, 0.40),  # Humorum
 )
-
-
-def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) -> dict[str, Any]:
-    """Return a pinhole camera; place and opening angle come with each frame.
-
-    Args:
-        size: Width, height [px].
-        pixels: `rgb` or `rgba`.
-        sampler: Mitsuba's name of it.
-        spp: Samples per pass.
-    """
-    width, height = size
-    return {
-        "type": "perspective",
-        "fov": 50.0,
-        "near_clip": 0.001,
-        "far_clip": 1e7,
-        "film": {
-            "type": "hdrfilm",
-            "width": width,
-            "height": height,
-            "component_format": "float32",
-            "pixel_format": pixels,
-            # OIDN needs uncorrelated pixels; every filter but the box splats.
-            "rfilter": {"type": "box"},
-        },
-        "sampler": {"type": sampler, "sample_count": spp},
-    }
 
 
 def sky_weight(sky: SkyMap, *, lamps: bool) -> float:

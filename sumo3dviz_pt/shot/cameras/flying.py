@@ -14,7 +14,7 @@ References:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -28,6 +28,7 @@ from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at, aim_of
 from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
+from sumo3dviz_pt.shot.cameras.lenses import lens_of
 
 _NEAR = 0.01
 """Closer than this a point says nothing about where to look [m]."""
@@ -75,25 +76,27 @@ class FlyingCamera:
         angles: Unwrapped yaw, pitch and roll, and the opening angle, k = 4 [rad].
         subjects: Points looked at, k = 3 [m], with the times from the first to the last
             of neighbouring key frames that look at points.
+        lens: What it sees with, but for the opening angle.
         shutter: When it lets light in.
     """
 
     path: MonotoneCurve
     angles: MonotoneCurve
     subjects: tuple[MonotoneCurve, ...]
+    lens: Lens
     shutter: Shutter = INSTANT
 
     def view_at(self, time: float) -> View:
         """Return the view at a time [s]; before the first and after the last key frame, theirs."""
         position = self.path.at(time)
-        yaw, pitch, roll, fov = self.angles.at(time).tolist()
+        yaw, pitch, roll, opening = self.angles.at(time).tolist()
         aim = Aim(yaw, pitch, roll)
         for subject in self.subjects:
             if subject.times[0] <= time <= subject.times[-1]:
                 direction = subject.at(time) - position
                 if np.linalg.norm(direction) > _NEAR:
                     aim = aim_at(direction, roll=roll)
-        return View(aim.placed(position), Lens(fov))
+        return View(aim.placed(position), replace(self.lens, opening=opening))
 
     def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
         """Return the times of all key frames [s]."""
@@ -115,6 +118,7 @@ def build_flight(settings: CinematicCamera) -> FlyingCamera:
         MonotoneCurve(times, frozen([key.position for key in keys])),
         MonotoneCurve(times, frozen(np.column_stack([turns, fovs]))),
         tuple(_subjects(keys)),
+        lens_of(settings.lens),
     )
 
 

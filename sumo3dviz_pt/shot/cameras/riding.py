@@ -18,7 +18,7 @@ from sumo3dviz_pt.cast.fleet import Fleet, find_rider
 from sumo3dviz_pt.cast.pose_sampler import first_frame, links_of, sway_of
 from sumo3dviz_pt.catalog import did_you_mean, template
 from sumo3dviz_pt.errors import ConfigError
-from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.job.settings import LagrangianCamera, LensSettings
 from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
@@ -26,6 +26,7 @@ from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.model.trajectory import MotionPiece, Trajectory
 from sumo3dviz_pt.shot.cameras.aiming import Aim, aim_at
 from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
+from sumo3dviz_pt.shot.cameras.lenses import lens_of
 
 _LAG_SAMPLES = 49
 
@@ -174,7 +175,6 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     # Aim it; the scene file's angles win over the preset's.
     aim = _aim(preset, anchor, eye=eye)
     pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))
-    fov = preset.fov if settings.lens is None else settings.lens.fov
     turn = -float(np.radians(settings.heading))
     middle = np.array([-body.size[0] / 2.0, 0.0, 0.0])
     if preset.aim is not None:
@@ -184,7 +184,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         trajectory,
         eye,
         Aim(aim.yaw + turn, pitch),
-        Lens.of_degrees(fov),
+        lens_of(settings.lens or LensSettings(fov=preset.fov)),
         preset.lag,
         preset.cutaway,
         middle,

@@ -8,11 +8,11 @@ import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet
 from sumo3dviz_pt.job.settings import EulerianCamera
-from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.shot.cameras.aiming import aim_of
 from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
+from sumo3dviz_pt.shot.cameras.lenses import lens_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +43,7 @@ def standing_view(settings: EulerianCamera) -> View:
         ConfigError: If it looks at the point where it stands.
     """
     placed = aim_of(settings).placed(np.array(settings.position))
-    return View(placed, Lens.of_degrees(settings.lens.fov))
+    return View(placed, lens_of(settings.lens))
 
 
 @build_camera.register

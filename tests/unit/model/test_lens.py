@@ -45,3 +45,32 @@ def test_what_lies_behind_is_not_seen():
     assert not lens.sees(behind, 0.6, margin=100.0).any()
     (rows, columns), ahead = lens.project(behind, (64, 36))
     assert not ahead.any() and np.isfinite(rows).all() and np.isfinite(columns).all()
+
+
+@given(OPENINGS, st.floats(0.0, 1.0), st.floats(1.0, 1e3))
+def test_off_the_middle_by_half_widths(opening, left, distance):
+    """1 is at the picture's edge; across or up, whichever is more."""
+    lens = Lens(opening)
+    ray = lens.ray((left, 0.5), 0.6)
+    point = distance * ray / ray[0]
+    assert lens.off_middle(point) == pytest.approx(abs(1.0 - 2.0 * left), abs=1e-9)
+    assert lens.off_middle(point[[0, 2, 1]]) == pytest.approx(abs(1.0 - 2.0 * left), abs=1e-9)
+    assert lens.off_middle(-point) == pytest.approx(distance * lens.off_middle(ray / ray[0]))
+
+
+def test_near_the_columns():
+    lens = Lens.of_degrees(90.0)
+    points = np.array([[10.0, 11.9, 99], [10, 12.1, 0], [-0.9, 0.9, 0], [-1.1, 0, 0]])
+    near = lens.is_near_columns(points, widened=1.1, margin=1.0)
+    np.testing.assert_array_equal(near, [True, False, True, False])
+
+
+@given(OPENINGS, st.integers(1, 9))
+def test_parts_and_lengths_share_the_width(opening, count):
+    lens = Lens(opening)
+    width = lens.length_of(1.0, np.array([1.0, 7.0]))
+    np.testing.assert_allclose(width, [2.0 * lens.half_width, 14.0 * lens.half_width])
+    np.testing.assert_allclose(
+        lens.middle_part(count).length_of(1.0, np.ones(1)), lens.length_of(1.0 / count, np.ones(1))
+    )
+    assert lens.pixel_width(count) == pytest.approx(lens.length_of(1.0 / count, np.ones(1))[0])
