@@ -55,7 +55,7 @@ def test_the_reference_is_better_than_what_it_judges(measured):
     _, whole, _, (page, _) = measured
     plan = json.loads((whole / "plan.json").read_text(encoding="utf-8"))
     stored = np.load(whole / "reference.npz")
-    halves = [stored[f"kept{half}"] / stored["count"][half] for half in (0, 1)]
+    halves = [stored[f"capped{half}"] / stored["count"][half] for half in (0, 1)]
     difference = np.sqrt(np.mean((halves[0] - halves[1]) ** 2))
     assert difference <= plan["target"] == pytest.approx(plan["noise"] / 3)
     assert "Its own capped RMSE" in page
