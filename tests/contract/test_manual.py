@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 
 import make_gallery as gallery
@@ -13,6 +14,7 @@ from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import Job, Quality
 
 PACKAGE = ROOT / "sumo3dviz_pt"
+CLASSES = re.findall(r"autoclass:: (sumo3dviz_pt\S+)", (DOCS / "api.md").read_text("utf-8"))
 COMMANDS = (
     "demo", "init", "check", "still", "render", "develop", "converge", "report", "compare",
     "motion", "view", "doctor", "vehicles", "completion", "schema",
@@ -76,3 +78,9 @@ def spread(name: str) -> list[str]:
     if found is None:
         return [name]
     return [f"{found[1]}{word}{found[3]}" for word in found[2].split(",")]
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_classes_that_the_manual_shows_exist(name: str) -> None:
+    module, _, own = name.rpartition(".")
+    assert hasattr(importlib.import_module(module), own)

@@ -76,7 +76,7 @@ def test_by_day_nothing_lights_the_scene_but_the_sky(tmp_path, template):
     assert not {"head", "tail", "sign"} & set(running.intensity)
 
 
-@pytest.mark.parametrize("length", [1.0, 1.8], ids=["models", "odd lengths"])
+@pytest.mark.parametrize("length", [1.0, 2.3], ids=["models", "odd lengths"])
 @pytest.mark.parametrize("template", NIGHTS)
 def test_by_night_whoever_drives_is_lit(tmp_path, template, length):
     shot = parade(tmp_path, template=template, length=length).shot
