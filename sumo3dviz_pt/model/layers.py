@@ -89,7 +89,7 @@ class Channels:
 
     @classmethod
     def in_order(cls, **widths: int) -> Channels:
-        """Layers that follow each other, each with so many channels."""
+        """Lay out layers one after the other; the values are their numbers of channels."""
         found = cls({}, 0)
         for name, width in widths.items():
             found += cls({name: slice(0, width)}, width)

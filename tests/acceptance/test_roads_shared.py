@@ -50,6 +50,8 @@ def test_every_lane_lies_on_a_surface(name):
     net = network(name)
     tree = shapely.STRtree(layout(name).cells.polygons)
     missing, count = 0, 0
+    # Four points of `crossing` lie up to 4 mm off: SUMO wrote centimetres.
+    near = 0.005 if name in BUNDLED else 0.002
     for lane in net.lanes.values():
         if net.edges[lane.edge_id].function not in {"normal", "internal"}:
             continue
@@ -60,7 +62,7 @@ def test_every_lane_lies_on_a_surface(name):
         along = (ahead - here) / np.maximum(np.linalg.norm(ahead - here, axis=1), 1e-9)[:, None]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         points = np.concatenate([here + k * lane.width * across for k in (-0.45, 0.0, 0.45)])
-        hit = tree.query(shapely.points(points), predicate="dwithin", distance=0.005)[0]
+        hit = tree.query(shapely.points(points), predicate="dwithin", distance=near)[0]
         missing += len(points) - len(np.unique(hit))
         count += len(points)
     assert missing / count < 1e-4

@@ -89,7 +89,7 @@ def wanted(cards: Cards, away: Floats) -> Ints:
 
 
 def triangles(counts: Ints, away: Floats) -> Ints:
-    """Count the triangles of cards as so many leaves, (n,)."""
+    """Count the triangles of cards that become leaves, (n,)."""
     return np.asarray(counts * np.where(away < OUTLINE, 6, 2))
 
 

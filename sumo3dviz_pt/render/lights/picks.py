@@ -68,7 +68,7 @@ class Grid:
 
 
 def cells_for(units: int) -> int:
-    """Return how many rows, and columns, the grid has for so many units."""
+    """Return the number of rows (and of columns) that a grid of some units has."""
     return int(np.clip(np.sqrt(_ROOM / units), 1, _MOST_CELLS))
 
 

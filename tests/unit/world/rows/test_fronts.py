@@ -75,9 +75,16 @@ def test_houses_stand_side_by_side_behind_the_pavements_of_a_town(bend):
     assert len(plans) > 30
     assert all(1.2 < plan.distance(paved) < 6.0 for plan in plans)
     assert shapely.union_all(plans).area > 0.995 * sum(plan.area for plan in plans)
-    shared = sum(len(house.blind) for house in rows.houses) / len(rows.houses)
-    # Where two tiles meet, the walls of neighbours have windows; nobody sees them.
-    assert shared > 1.5
+    # Where two tiles meet, neighbours' walls touch, too, but have windows that nobody sees.
+    tree = shapely.STRtree(plans)
+    shared = [
+        sum(
+            len(tree.query(shapely.Point(wall), predicate="dwithin", distance=1.5)) > 1
+            for wall in 0.5 * (house.plan + np.roll(house.plan, -1, axis=0))[house.fronts :]
+        )
+        for house in rows.houses
+    ]
+    assert np.mean(shared) > 1.6
 
 
 def test_fronts_look_at_the_street_and_blind_walls_at_neighbours():
@@ -217,7 +224,7 @@ def test_at_night_windows_and_shops_shine():
     assert all(name.startswith("street_fronts_") for name in names)
 
 
-EYE = np.array([[-20.0, 16.0, 3.0]])
+EYE = np.array([[-14.0, 16.0, 3.0]])
 """Behind the pavement, where a house would stand."""
 
 
@@ -230,7 +237,7 @@ def test_a_house_that_any_camera_stands_in_is_missing_for_all_of_them():
     assert seen["in"] == seen["street"] == seen["both"]
     whole = {house.id: shapely.Polygon(house.plan) for house in grown(TOWN)[0].houses}
     gone = [plan for name, plan in whole.items() if name not in seen["street"]]
-    assert 0 < len(gone) < 8
+    assert 0 < len(gone) < 7
     yards = [shapely.Polygon(yard.plan) for yard in rows.yards]
     assert all(any(yard.intersects(plan) for yard in yards) for plan in gone)
     assert not any(yard.buffer(-0.5).intersects(plan) for yard in yards for plan in plans_of(rows))
