@@ -24,6 +24,8 @@ from sumo3dviz_pt.world.objects.build import BUDGET, Scenery, build_scenery
 from sumo3dviz_pt.world.objects.guard_rails import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.guard_rails import Rails, guard_rails
 from sumo3dviz_pt.world.placement.clearance import Clearance
+from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+from sumo3dviz_pt.world.placement.road_choice import RoadChoice, choose_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
 from sumo3dviz_pt.world.plants.build import Planting, plant, plot_of, why_bare, why_nowhere
 from sumo3dviz_pt.world.plants.far import plant_far
@@ -32,7 +34,7 @@ from sumo3dviz_pt.world.plants.tree_pits import tree_pits
 from sumo3dviz_pt.world.plants.verges import verges
 from sumo3dviz_pt.world.plants.wayside import wayside
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
-from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
+from sumo3dviz_pt.world.roads.build import RoadParts, build_roads, with_plain
 from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
@@ -228,27 +230,36 @@ def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Pr
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
     # Roads first: everything else stands beside or below them.
-    roads = build_roads(
-        network,
-        job.roads,
-        textured=textured,
-        region=region,
-        focus=_path(camera_path),
-        memory=world.memory,
+    lanes = world.memory.of(("lane index",), partial(build_lane_index, network))
+    given = partial(
+        surroundings, lanes, seed=job.seed, camera_path=camera_path, clearance=world.clearance
     )
+    choice = choose_roads(network, region, replace(given(), memory=world.memory))
+    roads = _roads(world, choice, camera_path)
     room = Room(occupied(scenario.pois, scenario.polygons, world.clearance.places), camera_path)
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
     # What objects are placed by.
-    around = surroundings(
-        network,
-        seed=job.seed,
-        camera_path=camera_path,
-        height_at=ground.height_at,
-        clearance=world.clearance,
-    )
+    around = given(height_at=ground.height_at)
     return _PreparedLand(roads, ground, replace(around, dark=world.dark, memory=world.memory))
+
+
+def _roads(world: World, choice: RoadChoice, camera_path: CameraPath) -> RoadParts:
+    """Roads in detail, and beyond them what shows no more than its surface."""
+    settings, textured = world.job.roads, world.job.textured
+    memory = world.memory.within("chosen", *choice.name)
+    roads = build_roads(
+        choice.detailed,
+        settings,
+        textured=textured,
+        region=choice.region,
+        focus=_path(camera_path),
+        memory=memory,
+    )
+    if choice.plain is None:
+        return roads
+    return with_plain(roads, choice.plain, settings, textured=textured, memory=memory)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -311,7 +322,7 @@ def _fronts(
         why = "switched off by `street.fronts`"
     if why is not None:
         return Rows(), Fronts(left_out=(LeftOut(FAMILY, why),))
-    paved, network = list(roads.layout.outline), scenario.network
+    paved, network = roads.layout.paved, scenario.network
     given = (*scenario.polygons, *stop_areas(network, scenario.stops))
     rows = grow_rows(network, paved, Given(scenario.pois, given), around=around)
     near = scenario.network.location.boundary[:2]
@@ -331,7 +342,7 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     """Trees and shrubs where the scenario has none."""
     if (why := _why_barren(job)) is not None:
         return Planting((), (LeftOut("planting", why),))
-    plot = plot_of(list(roads.layout.outline), scenario.pois, scenario.polygons)
+    plot = plot_of(roads.layout.paved, scenario.pois, scenario.polygons)
     belts, far = wayside(scenario.network, plot, scenario.pois, around=around)
     far = (*far, *verges(scenario.network, plot, around=around))
     own = [item for item in scenario.polygons if item.source != SOURCE]
@@ -353,7 +364,7 @@ def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
         why = "switched off by `street.furniture`"
     if why is not None:
         return Rails(left_out=(LeftOut(RAILS, why),))
-    paved = list(land.roads.layout.outline)
+    paved = land.roads.layout.paved
     return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
 
 
@@ -363,7 +374,7 @@ def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
         return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
     lawn = lawn_of(
         job.ground.texture,
-        paved=list(roads.layout.outline),
+        paved=roads.layout.paved,
         pois=scenario.pois,
         polygons=scenario.polygons,
         eyes=around.viewpoints,

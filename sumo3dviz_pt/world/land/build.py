@@ -78,6 +78,7 @@ def build_ground(
     """
     horizon = settings.horizon if textured else "flat"
     corners = built_points(roads.outline, network.location.boundary)
+    corners = np.concatenate([corners, roads.beyond.points[:, :2]])
     land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
     shape = _shape(roads, network, land)
     # Show a texture near what is built and plain colours beyond.

@@ -64,10 +64,9 @@ class LaneIndex:
 def build_lane_index(network: Network) -> LaneIndex:
     """Index every lane that is not for pedestrians only."""
     lanes = [lane for lane in _carriageways(network) if len(lane.shape) > 1]
-    areas = [
-        shapely.LineString(lane.shape[:, :2]).buffer(lane.width / 2, cap_style="flat")
-        for lane in lanes
-    ]
+    middles = [shapely.LineString(lane.shape[:, :2]) for lane in lanes]
+    half = np.array([lane.width / 2 for lane in lanes])
+    areas = shapely.buffer(np.array(middles, dtype=object), half, cap_style="flat")
     if not lanes:
         return LaneIndex(shapely.STRtree([]), np.zeros((0, 3)), np.zeros((0, 2)), None)
     sampled = [_sampled(lane.shape) for lane in lanes]

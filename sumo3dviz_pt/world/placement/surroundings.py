@@ -79,7 +79,7 @@ class Surroundings:
 
 
 def surroundings(
-    network: Network,
+    lanes: Network | LaneIndex,
     *,
     seed: int,
     viewpoints: Floats | None = None,
@@ -87,17 +87,17 @@ def surroundings(
     height_at: HeightAt | None = None,
     clearance: Clearance | None = None,
 ) -> Surroundings:
-    """Index a network for placing objects.
+    """Return what objects of a network are placed by.
 
     Args:
-        network: Gives the roads that houses face, and heights unless they are given.
+        lanes: The roads that houses face; they give heights unless those are given.
         seed: Of sizes, models and colours.
         viewpoints: Cameras of the shot, (n, 3) [m]; default the camera path's, else none.
         camera_path: Where the cameras look; what they never see is left out.
         height_at: Height of the ground; default a little below the nearest road.
         clearance: Cameras that nothing grows into or before; default those of the shot.
     """
-    index = build_lane_index(network)
+    index = lanes if isinstance(lanes, LaneIndex) else build_lane_index(lanes)
     if viewpoints is None:
         viewpoints = np.zeros((0, 3)) if camera_path is None else camera_path.positions
     ground = height_at or (lambda places: index.heights(places) - _SINK)

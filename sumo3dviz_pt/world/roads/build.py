@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -21,6 +21,7 @@ from sumo3dviz_pt.world.roads.kerbs import kerb_parts
 from sumo3dviz_pt.world.roads.layers import Layer, make_base, road_layers, unworn
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 from sumo3dviz_pt.world.roads.mesh import kerb_faces, surface_meshes, verges
+from sumo3dviz_pt.world.roads.plain import plain_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
 
 _RAMP = 0.4
@@ -100,6 +101,34 @@ def build_roads(
     names = {part.part.material for part in static}
     materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
     return RoadParts(static, materials, layout, walking_height(layout, drops))
+
+
+def with_plain(
+    roads: RoadParts, network: Network, settings: RoadSettings, *, textured: bool, memory: Memory
+) -> RoadParts:
+    """Return roads with others beyond them that show no more than their surface.
+
+    Args:
+        roads: Those in detail.
+        network: The others.
+        settings: Surfaces and widths.
+        textured: False gives matt constant colours.
+        memory: Where the plain roads of this network are kept.
+    """
+    near = network.location.boundary[:2]
+    make = partial(plain_roads, network, settings, near=near, textured=textured)
+    beyond = memory.of(("plain",), make)
+    static = tuple(
+        StaticPart(f"road/beyond/{key}", "roads", Part(mesh, _material(key)))
+        for key, mesh in beyond.meshes.items()
+    )
+    names = {part.part.material for part in static}
+    return replace(
+        roads,
+        static=(*roads.static, *static),
+        materials={**roads.materials, **{n: _bsdf(n, textured=textured) for n in sorted(names)}},
+        layout=replace(roads.layout, beyond=beyond),
+    )
 
 
 def _material(surface: str) -> str:

@@ -62,6 +62,21 @@ class Cells:
         values = values[np.isfinite(values)]
         return not len(values) or float(np.ptp(values)) < 1e-3
 
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """Of all polygons."""
+        return shapely.STRtree(self.polygons)
+
+    @cached_property
+    def lanes(self) -> Ints:
+        """Numbers of the cells that are lanes, (k,)."""
+        return np.flatnonzero(~np.isnan(self.quads[:, 0, 0]))
+
+    @cached_property
+    def lane_tree(self) -> shapely.STRtree:
+        """Of the whole quads of `lanes`."""
+        return shapely.STRtree(quad_polygons(self.quads[self.lanes]))
+
     def heights(self, index: Ints, points: Floats) -> Floats:
         """Return the height of cells at points that lie on them or near them.
 

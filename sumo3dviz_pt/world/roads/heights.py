@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
-from sumo3dviz_pt.world.roads.cells import STOREY, Cells, quad_polygons
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells
 
 
 def surface_heights(cells: Cells, index: Ints, points: Floats) -> Floats:
@@ -22,11 +22,10 @@ def surface_heights(cells: Cells, index: Ints, points: Floats) -> Floats:
     if cells.is_flat:
         return np.full(len(points), _any_height(cells))
     heights = cells.heights(index, points)
-    quads = np.flatnonzero(~np.isnan(cells.quads[:, 0, 0]))
-    tree = shapely.STRtree(quad_polygons(cells.quads[quads]))
     area = np.flatnonzero(np.isnan(cells.quads[index, 0, 0]))
-    near, lane = tree.query(shapely.points(points[area]), predicate="dwithin", distance=0.02)
-    offered = cells.heights(quads[lane], points[area[near]])
+    spots = shapely.points(points[area])
+    near, lane = cells.lane_tree.query(spots, predicate="dwithin", distance=0.02)
+    offered = cells.heights(cells.lanes[lane], points[area[near]])
     fits = np.abs(offered - heights[area[near]]) < STOREY
     # Written in reverse, so that the cell with the highest precedence wins.
     order = np.lexsort((-lane[fits], near[fits]))
@@ -53,8 +52,7 @@ def heights_near(cells: Cells, points: Floats) -> Floats:
     """
     if cells.is_flat:
         return np.full(len(points), _any_height(cells))
-    tree = shapely.STRtree(cells.polygons)
-    asked, cell = tree.query_nearest(shapely.points(points), all_matches=False)
+    asked, cell = cells.tree.query_nearest(shapely.points(points), all_matches=False)
     heights = np.zeros(len(points))
     heights[asked] = surface_heights(cells, cell, points[asked])
     return heights

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import shapely
+
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.world.memory import Memory
@@ -23,6 +25,7 @@ from sumo3dviz_pt.world.roads.cells import (
     without_overlaps,
 )
 from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area
+from sumo3dviz_pt.world.roads.plain import PlainRoads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
 
 
@@ -35,8 +38,9 @@ class RoadLayout:
         strips: Lanes of normal edges, from right to left, by edge id.
         insides: Contents of junctions, by junction id.
         raised: Connected footways from above, (n,) polygons.
-        outline: Connected pieces of everything that is paved, (n,) polygons.
+        outline: Connected pieces of everything that is paved and built in detail, (n,) polygons.
         memory: What was built on it, by cells and strips; a part of the world's memory.
+        beyond: Roads farther away, which show no more than their surface.
     """
 
     cells: Cells
@@ -45,6 +49,12 @@ class RoadLayout:
     raised: Polygons
     outline: Polygons
     memory: Memory = field(default_factory=Memory)
+    beyond: PlainRoads = field(default_factory=PlainRoads)
+
+    @property
+    def paved(self) -> list[shapely.Polygon]:
+        """Everything that is paved, in detail or not; pieces beyond may overlap."""
+        return [*self.outline, *self.beyond.outlines]
 
 
 def layout_roads(

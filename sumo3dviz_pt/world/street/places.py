@@ -202,8 +202,11 @@ def borders_near(network: Network, around: Surroundings, *, reach: float) -> lis
         reach: A point of the edge lies within this distance of a camera [m].
     """
     found: list[Border] = []
-    for _, edge in sorted(network.edges.items()):
-        if edge.function != "normal" or not edge.lanes:
+    box = shapely.box(-np.inf, -np.inf, np.inf, np.inf)
+    if len(eyes := around.viewpoints[:, :2]):
+        box = shapely.box(*(eyes.min(axis=0) - reach), *(eyes.max(axis=0) + reach))
+    for edge in edges_in(network, box, around.memory):
+        if edge.function != "normal":
             continue
         shape = edge.lanes[0].shape[:, :2]
         if around.distances(_dense(shape)).min() > reach:
