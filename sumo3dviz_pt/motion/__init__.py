@@ -9,12 +9,13 @@ Inside a piece, a smoother moves the front of the road user and the body follows
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.model.geometry import Bools
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog, VehicleType, unique_ids
 from sumo3dviz_pt.model.trajectory import Trajectory
@@ -28,6 +29,7 @@ from sumo3dviz_pt.motion.splitting import breaks, split
 
 __all__ = [
     "MARGIN",
+    "LogMotion",
     "LogSettings",
     "check_smoother",
     "settings_of",
@@ -118,6 +120,72 @@ def smooth(
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LogMotion:
+    """Makes continuous motion of the traces of a log, of all or of some.
+
+    Attributes:
+        log: Logged samples.
+        smoother: One of `smoother_names()`.
+        heading: How bodies follow their fronts, `chord` or `tractrix`.
+        settings: What smoothers need to know about the log.
+        ids: Of all traces, unique: where an id comes back with another type, the later one
+            ends in `#2` (and so on).
+    """
+
+    log: TrafficLog
+    smoother: str
+    heading: Heading
+    settings: LogSettings
+    ids: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        log: TrafficLog,
+        *,
+        smoother: str,
+        network: Network | None = None,
+        types: Mapping[str, VehicleType] | None = None,
+        heading: Heading = "chord",
+    ) -> LogMotion:
+        """Prepare the smoothing of a log.
+
+        Args:
+            log: Logged samples.
+            smoother: One of `smoother_names()`.
+            network: The road network; None leaves the lanes unknown.
+            types: Vehicle types by id, which say how long bodies are.
+            heading: How bodies follow their fronts, `chord` or `tractrix`.
+
+        Raises:
+            ConfigError: If there is no such smoother; the message suggests one.
+        """
+        _find(smoother)
+        settings = settings_of(log, network=network, types=types)
+        return cls(log, smoother, heading, settings, tuple(unique_ids(log.traces)))
+
+    def named(self, name: str) -> Bools:
+        """Return which traces, (n,), have an id or a key such as `vehicle:flow_0.3`."""
+        pairs = zip(self.ids, self.log.traces, strict=True)
+        return np.array([name in (each, f"{trace.kind}:{each}") for each, trace in pairs], bool)
+
+    def smooth(self, which: Bools | None = None) -> tuple[Trajectory, ...]:
+        """Return one trajectory for each trace, or for each of some, (n,), in the log's order."""
+        chosen = range(len(self.ids)) if which is None else np.flatnonzero(which).tolist()
+        return tuple(replace(self._smooth(k), id=self.ids[k]) for k in chosen)
+
+    def _smooth(self, number: int) -> Trajectory:
+        """The trajectory of one trace."""
+        return smooth(
+            self.log.traces[number],
+            smoother=self.smoother,
+            step=self.log.step,
+            settings=self.settings,
+            heading=self.heading,
+        )
+
+
 def smooth_log(
     log: TrafficLog,
     *,
@@ -126,7 +194,7 @@ def smooth_log(
     types: Mapping[str, VehicleType] | None = None,
     heading: Heading = "chord",
 ) -> tuple[Trajectory, ...]:
-    """Make continuous motion of all traces of a log.
+    """Make continuous motion of all traces of a log; see `LogMotion.of`.
 
     Args:
         log: Logged samples.
@@ -134,22 +202,10 @@ def smooth_log(
         network: The road network; None leaves the lanes unknown.
         types: Vehicle types by id, which say how long bodies are.
         heading: How bodies follow their fronts, `chord` or `tractrix`.
-
-    Returns:
-        One trajectory for each trace, in the log's order. Ids are unique: where an id
-        comes back with another type, the later trajectory's id ends in `#2` (and so on).
-
-    Raises:
-        ConfigError: If there is no such smoother; the message suggests one.
     """
-    _find(smoother)
-    settings = settings_of(log, network=network, types=types)
-    ids = unique_ids(log.traces)
-    made = (
-        smooth(each, smoother=smoother, step=log.step, settings=settings, heading=heading)
-        for each in log.traces
-    )
-    return tuple(replace(trajectory, id=name) for trajectory, name in zip(made, ids, strict=True))
+    return LogMotion.of(
+        log, smoother=smoother, network=network, types=types, heading=heading
+    ).smooth()
 
 
 def _find(name: str) -> Smoother:

@@ -39,6 +39,7 @@ from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
 from sumo3dviz_pt.pipeline.worlds import world_of
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.motion import LogMotion
     from sumo3dviz_pt.render.backend import Backend
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
@@ -178,7 +179,15 @@ def read(
         begin: First time to show [s]; the margin that smoothing needs is added.
         end: Last time to show [s].
     """
-    from sumo3dviz_pt.motion import MARGIN, smooth_log
+    files, scenario = _read_files(job, begin=begin, end=end)
+    return files, scenario, _motion(job, scenario).smooth()
+
+
+def _read_files(
+    job: Job, *, begin: float | None = None, end: float | None = None
+) -> tuple[ScenarioFiles, Scenario]:
+    """Read a simulation's window, and the margin that smoothing needs."""
+    from sumo3dviz_pt.motion import MARGIN
     from sumo3dviz_pt.sumo import read_scenario
 
     announce(Doing.READ)
@@ -186,15 +195,22 @@ def read(
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
     truncated = job.scenario.allow_truncated
-    scenario = read_scenario(files, begin=begin, end=end, margin=MARGIN, allow_truncated=truncated)
-    trajectories = smooth_log(
+    return files, read_scenario(
+        files, begin=begin, end=end, margin=MARGIN, allow_truncated=truncated
+    )
+
+
+def _motion(job: Job, scenario: Scenario) -> LogMotion:
+    """Return what makes continuous motion of a simulation's log."""
+    from sumo3dviz_pt.motion import LogMotion
+
+    return LogMotion.of(
         scenario.traffic,
         smoother=job.motion.smoother,
         network=scenario.network,
         types=scenario.vehicle_types,
         heading=job.motion.heading,
     )
-    return files, scenario, trajectories
 
 
 def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction(1)) -> Floats:
@@ -236,19 +252,25 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
     import time
 
     from sumo3dviz_pt.shot.build import build_shot
+    from sumo3dviz_pt.shot.in_view import users_in_view
 
     started = time.process_time()
     check_choices(job, request)
     job = request.applied(job)
     quality = quality_preset(job.quality, spp=request.spp)
     name, camera = camera_settings(job, request.camera)
-    files, scenario, trajectories = read(job, begin=float(times[0]), end=float(times[-1]))
+    files, scenario = _read_files(job, begin=float(times[0]), end=float(times[-1]))
     _check_window(scenario, times)
     if film:
         times = _within_log(scenario, times)
-    check_rider(camera, name=name, times=times, trajectories=trajectories, logs=files.trajectories)
+    # Whom the camera rides with says where it is, and so who else is in view.
+    motion = _motion(job, scenario)
+    riders = motion.smooth(motion.named(getattr(camera, "vehicle", "")))
+    check_rider(camera, name=name, times=times, trajectories=riders, logs=files.trajectories)
     announce(Doing.BUILD)
     world = world_of(scenario, job, files)
+    seen = users_in_view(world, riders, camera=camera, times=times)
+    trajectories = motion.smooth(seen | motion.named(getattr(camera, "vehicle", "")))
     shot = build_shot(world, trajectories, camera=camera, times=times)
     spent = time.process_time() - started
     return Production(

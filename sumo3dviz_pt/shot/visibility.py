@@ -106,6 +106,11 @@ def _full_end(camera_path: CameraPath) -> Floats:
     return np.clip(FULL_END * _LENS / np.tan(camera_path.half_angles), 12.0, 120.0)
 
 
+def reach(length: float) -> float:
+    """Return the radius around a front that holds a body of a length [m] and its shadow [m]."""
+    return max(_SHADOW, length + _CAST)
+
+
 def near_end(camera_path: CameraPath) -> Floats:
     """Return where the middle level ends, (n,) [m]: a telephoto lens shows it from farther away."""
     return np.clip(NEAR_END * _LENS / np.tan(camera_path.half_angles), NEAR_END, 6.0 * NEAR_END)
