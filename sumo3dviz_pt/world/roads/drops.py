@@ -142,7 +142,10 @@ def rise_at(drops: Drops, points: Floats) -> Floats:
         (n,) [m].
     """
     share = np.ones(len(points))
-    for k in range(len(drops.ends)):
+    if not len(points):
+        return LOWEST + (SIDEWALK_HEIGHT - LOWEST) * share
+    low, high = points[:, :2].min(axis=0) - 0.05, points[:, :2].max(axis=0) + 0.05
+    for k in sorted(drops.ramps.query(shapely.box(*low, *high)).tolist()):
         place = drops.local(k, points)
         beside = (np.abs(place[:, 1]) - drops.halves[k]) / _BESIDE
         near = np.flatnonzero(

@@ -305,5 +305,5 @@ def _stood(
 
 def _room(name: str, places: Floats, road: Floats, site: Site) -> bool:
     """Whether a piece has room at a place, (1, 2) [m]."""
-    good = site.free(places, radius=RADII[name]) & site.level_with(places, road)
-    return bool(good[0])
+    free = site.free(places, radius=RADII[name])
+    return bool(free[0]) and bool(site.level_with(places, road)[0])
