@@ -20,7 +20,8 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.traffic import TrafficLog
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.formats import ElementSink, format_of
-from sumo3dviz_pt.sumo.formats.format import KINDS, STEP
+from sumo3dviz_pt.sumo.formats.format import KINDS, STEP, Rows
+from sumo3dviz_pt.sumo.logs.packing import NEEDED, BadRowsError, RowPacker
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError
 from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers, build_traces
 from sumo3dviz_pt.sumo.values import parse_time
@@ -192,6 +193,7 @@ class _Reader(ElementSink):
         self._drain = drain
         self._end = window[1]
         self._lanes = lanes
+        self._packer = RowPacker(self.rows, lanes)
         self._time = nan
         self._kept = False
         self._inside = False
@@ -199,7 +201,10 @@ class _Reader(ElementSink):
     def read(self, *, allow_truncated: bool) -> None:
         """Stream the file into `rows` and `steps`."""
         try:
-            format_of(self.file).read(self.file, self)
+            try:
+                format_of(self.file).read(self.file, self)
+            finally:
+                self._flush()
         except _DoneError:
             logger.debug("%s: stopped reading past %g s", self.file, self._end)
         except TruncatedError as error:
@@ -226,19 +231,50 @@ class _Reader(ElementSink):
         # because the error message says where the log ends.
         if time > self._end and self._kept:
             raise _DoneError
-        if self._drain is not None and sum(map(len, self.rows.values())) >= _BLOCK:
+        if self._drain is not None and self._held() >= _BLOCK:
+            self._flush()
             self._drain(self.rows, self.steps)
             self.rows.clear()
+            self._packer.forget_users()
         self._time = time
         self.steps.append(time)
         self._inside = self.begin <= time <= self._end
         self._kept = self._kept or self._inside
+
+    def take_rows(self, rows: Rows) -> None:
+        """Collect rows, which are packed when there are many."""
+        if not self._inside:
+            return
+        if any(name not in rows.columns for name in NEEDED):
+            super().take_rows(rows)
+            return
+        try:
+            self._packer.add(self._time, rows)
+        except BadRowsError as error:
+            self._take_singly(error)
+
+    def _held(self) -> int:
+        """Return the number of values of all rows that were not passed on."""
+        return self._packer.collected * COLUMNS + sum(map(len, self.rows.values()))
+
+    def _flush(self) -> None:
+        """Pack the rows that were collected."""
+        try:
+            self._packer.flush()
+        except BadRowsError as error:
+            self._take_singly(error)
+
+    def _take_singly(self, error: BadRowsError) -> None:
+        """Take rows one by one, so that the bad one among them is named."""
+        for self._time, rows in error.runs:
+            super().take_rows(rows)
 
     def take(self, tag: str, attributes: Mapping[str, str]) -> None:
         """Pack one row; the code is plain because it runs a million times."""
         if tag not in KINDS or not self._inside:
             self._pass(tag, attributes)
             return
+        self._flush()
         get = attributes.get
         try:
             x, y = float(attributes["x"]), float(attributes["y"])
