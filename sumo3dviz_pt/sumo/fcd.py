@@ -17,11 +17,13 @@ import numpy as np
 
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import TrafficLog
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.formats import ElementSink, format_of
 from sumo3dviz_pt.sumo.formats.format import KINDS, STEP, Rows
 from sumo3dviz_pt.sumo.logs.packing import NEEDED, BadRowsError, RowPacker
+from sumo3dviz_pt.sumo.places.coordinates import coordinates_of, put_in_net
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError
 from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers, build_traces
 from sumo3dviz_pt.sumo.values import parse_time
@@ -57,6 +59,7 @@ def read_trajectories(
     end: float | None = None,
     margin: float = 0.0,
     allow_truncated: bool = False,
+    location: Location | None = None,
 ) -> TrafficLog:
     """Read vehicle logs.
 
@@ -73,6 +76,8 @@ def read_trajectories(
         end: Last time to keep [s]; None keeps all to the end.
         margin: Time to keep before and after these, for smoothing [s].
         allow_truncated: Whether to use the complete steps of a log that breaks off.
+        location: Of the network, so that longitudes and latitudes, or positions without the
+            net's offset, become net coordinates.
 
     Returns:
         Traces with SI units, yaws counter-clockwise from east, slopes within 30 degrees.
@@ -91,6 +96,7 @@ def read_trajectories(
         reader = _Reader(file, window, lanes)
         reader.read(allow_truncated=allow_truncated)
         steps.update(reader.steps)
+        put_in_net(reader.rows, coordinates_of(file, location), location)
         _move(reader.rows, rows)
     times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
     _check_steps(times, window, files, asked=asked)
@@ -108,6 +114,7 @@ def stream_rows(
     drain: Drain,
     *,
     allow_truncated: bool = False,
+    location: Location | None = None,
 ) -> tuple[str, ...]:
     """Pass on the rows of whole vehicle logs in blocks of whole steps, without keeping them.
 
@@ -115,6 +122,7 @@ def stream_rows(
         paths: Logs that belong together.
         drain: Called with the rows of each block and the times of the log's steps until then.
         allow_truncated: Whether to use the complete steps of a log that breaks off.
+        location: Of the network, so that all positions become net coordinates.
 
     Returns:
         Ids of lanes and edges; the rows hold their indices.
@@ -124,11 +132,23 @@ def stream_rows(
     """
     lanes: dict[str, int] = {}
     for file in map(Path, paths):
-        reader = _Reader(file, (-inf, inf), lanes, drain=drain)
+        placed = _placing(drain, file, location)
+        reader = _Reader(file, (-inf, inf), lanes, drain=placed)
         reader.read(allow_truncated=allow_truncated)
         _check_steps(np.array(reader.steps), (-inf, inf), [file], asked=(-inf, inf))
-        drain(reader.rows, reader.steps)
+        placed(reader.rows, reader.steps)
     return tuple(lanes)
+
+
+def _placing(drain: Drain, file: Path, location: Location | None) -> Drain:
+    """Return a drain that gets net coordinates."""
+    known = coordinates_of(file, location)
+
+    def placed(rows: RowsOfUsers, steps: Sequence[float]) -> None:
+        put_in_net(rows, known, location)
+        drain(rows, steps)
+
+    return placed
 
 
 def _move(source: RowsOfUsers, target: RowsOfUsers) -> None:

@@ -167,11 +167,16 @@ def chunks(file: Path) -> Iterator[bytes]:
         InputError: If it cannot be read.
     """
     try:
-        with _opened(file) as stream:
-            while chunk := _chunk(stream):
-                yield chunk
+        yield from unpacked(file)
     except (EOFError, OSError, zlib.error) as error:
         raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
+
+
+def unpacked(file: Path) -> Iterator[bytes]:
+    """Yield the unpacked bytes of a file; EOFError, OSError and zlib.error are not translated."""
+    with _opened(file) as stream:
+        while chunk := _chunk(stream):
+            yield chunk
 
 
 def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iterator[Element]:

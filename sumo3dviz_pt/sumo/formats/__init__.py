@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from sumo3dviz_pt.sumo.formats.csv import CsvFormat
 from sumo3dviz_pt.sumo.formats.format import ElementSink, LogFormat
+from sumo3dviz_pt.sumo.formats.parquet import ParquetFormat
 from sumo3dviz_pt.sumo.formats.xml import XmlFormat
 
-FORMATS: tuple[LogFormat, ...] = (XmlFormat(),)
+FORMATS: tuple[LogFormat, ...] = (CsvFormat(), ParquetFormat(), XmlFormat())
 """All formats; the last one also reads what none recognises, so that it says what is wrong."""
 
 

@@ -64,7 +64,7 @@ def test_damage_is_named(tmp_path):
         read_signals([write(tmp_path, [("x", "a", 0, "G")])])
     assert caught.value.line == 2
     path = tmp_path / "other.xml"
-    path.write_text("<tlsSwitches/>", encoding="utf-8")
+    path.write_text("<tlsPrograms/>", encoding="utf-8")
     with pytest.raises(InputError, match="not a log of SUMO's traffic lights"):
         read_signals([path])
     assert read_signals([]) == {}
