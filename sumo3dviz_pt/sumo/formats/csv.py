@@ -108,10 +108,14 @@ def _way(file: Path) -> _Way | None:
 
 
 def _known(file: Path) -> _Way:
-    """Return how a file is written that is known to be a table."""
+    """Return how a file is written that must be a log."""
     way = _way(file)
-    if way is None:
-        raise InputError("is no table with a header; write it again", file=file)
+    if way is None or not way.header.is_log:
+        raise InputError(
+            "its first line does not name the columns of a vehicle log (time, id, x, y, ...);"
+            " write it with --output.column-header plain",
+            file=file,
+        )
     return way
 
 
