@@ -47,8 +47,10 @@ class ScenarioSettings(Settings):
     sumocfg: File | None = Field(None, description="SUMO configuration; names the rest")
     folder: File | None = Field(None, description="folder that is searched by content")
     network: File | None = Field(None, description=".net.xml or .net.xml.gz")
-    trajectories: OneOrMoreFiles = Field((), description="FCD logs (.xml, .xml.gz)")
-    signals: OneOrMoreFiles = Field((), description="SaveTLSStates or SaveTLSSwitchStates logs")
+    trajectories: OneOrMoreFiles = Field((), description="FCD logs (.xml, .csv, .parquet; .gz)")
+    signals: OneOrMoreFiles = Field(
+        (), description="logs of SaveTLSStates, SaveTLSSwitchStates or SaveTLSSwitchTimes"
+    )
     additional: OneOrMoreFiles = Field((), description="POIs, polygons and vTypes")
     vehicle_types: OneOrMoreFiles = Field((), description="files that hold vTypes")
     allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")

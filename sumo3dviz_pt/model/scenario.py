@@ -17,7 +17,7 @@ class ScenarioFiles:
     Attributes:
         network: The .net.xml(.gz).
         trajectories: FCD files, in order (SUMO can write persons apart).
-        signals: SaveTLSStates or SaveTLSSwitchStates logs.
+        signals: Logs of SaveTLSStates, SaveTLSSwitchStates or SaveTLSSwitchTimes.
         additional: POIs, polygons, vTypes.
         vehicle_types: Route or additional files that hold vTypes.
         missing: Files that a .sumocfg names but that do not exist.

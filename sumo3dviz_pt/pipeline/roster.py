@@ -103,7 +103,7 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         ConfigError: If there is no such order.
         InputError: If a file is missing or damaged.
     """
-    from sumo3dviz_pt.sumo import read_roster, read_vehicle_types
+    from sumo3dviz_pt.sumo import read_location, read_roster, read_vehicle_types
 
     wanted = wanted or RosterQuery()
     order = _order(wanted)
@@ -114,6 +114,7 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         near=wanted.near,
         at=wanted.at,
         allow_truncated=job.scenario.allow_truncated,
+        location=read_location(files.network),
     )
     return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
 

@@ -9,8 +9,10 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import cut
 from sumo3dviz_pt.model.geometry import Colour, frozen
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.traffic import Poi, Polygon
 from sumo3dviz_pt.sumo import bounds
+from sumo3dviz_pt.sumo.places.objects import is_geo, poi_position, shape_in_net, unplaced
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import (
     parse_colour,
@@ -21,19 +23,24 @@ from sumo3dviz_pt.sumo.values import (
 
 logger = logging.getLogger(__name__)
 
-_POI_FIELDS = frozenset({"id", "type", "x", "y", "color", "angle"})
-_POLYGON_FIELDS = frozenset({"id", "type", "shape", "color", "fill"})
+_POI_FIELDS = frozenset(
+    {"id", "type", "x", "y", "lon", "lat", "lane", "pos", "posLat", "color", "angle"}
+)
+_POLYGON_FIELDS = frozenset({"id", "type", "shape", "geo", "color", "fill"})
 _KINDS = ("poi", "poly")
 
 
-def read_additional(paths: Iterable[Path]) -> tuple[tuple[Poi, ...], tuple[Polygon, ...]]:
+def read_additional(
+    paths: Iterable[Path], network: Network | None = None
+) -> tuple[tuple[Poi, ...], tuple[Polygon, ...]]:
     """Read the POIs and polygons of additional files; other elements are ignored.
 
-    POIs without x and y (lon/lat or bound to a lane), and polygons in lon/lat or with
-    fewer than two points, are left out with a warning that counts them.
+    POIs and polygons whose place is not known, and polygons with fewer than two points, are
+    left out with a warning that counts them.
 
     Args:
         paths: Additional files, plain or gzipped.
+        network: Places what is given by longitude and latitude, or by a lane.
 
     Returns:
         POIs and polygons in file order.
@@ -46,13 +53,13 @@ def read_additional(paths: Iterable[Path]) -> tuple[tuple[Poi, ...], tuple[Polyg
     for path in paths:
         left_out: Counter[str] = Counter()
         for element, params in _objects(path):
-            reason = _unusable(element)
+            reason = _unusable(element, network)
             if reason:
                 left_out[reason] += 1
             elif element.tag == "poi":
-                pois.append(_poi(element, params))
+                pois.append(_poi(element, params, network))
             else:
-                polygons.append(_polygon(element, params))
+                polygons.append(_polygon(element, params, network))
         for reason, count in left_out.items():
             logger.warning("%s: %d %s", path, count, reason)
     return tuple(pois), tuple(polygons)
@@ -73,28 +80,22 @@ def _objects(path: Path) -> list[tuple[Element, dict[str, str]]]:
     return objects
 
 
-def _unusable(element: Element) -> str:
+def _unusable(element: Element, network: Network | None) -> str:
     """Return why an object cannot be placed, or nothing."""
-    if element.tag == "poi":
-        placed = "x" in element.attributes and "y" in element.attributes
-        return "" if placed else "POIs left out: only POIs with x and y are read"
-    if parse_flag(element.text("geo", "false")):
-        return "polygons left out: their shapes are in longitude and latitude"
-    if len(element.text("shape", "").split()) < 2:
-        return "polygons left out: they have fewer than two points"
-    return ""
+    what = "POIs" if element.tag == "poi" else "polygons"
+    reason = unplaced(element, network)
+    if not reason and what == "polygons" and len(element.text("shape", "").split()) < 2:
+        reason = "they have fewer than two points"
+    return reason and f"{what} left out: {reason}"
 
 
-def _poi(element: Element, params: dict[str, str]) -> Poi:
+def _poi(element: Element, params: dict[str, str], network: Network | None) -> Poi:
     given = "angle" in element.attributes
     angle = element.number("angle", within=bounds.ANGLE) if given else None
     return Poi(
         id=element.text("id"),
         type=element.text("type", ""),
-        position=(
-            element.number("x", within=bounds.COORDINATE),
-            element.number("y", within=bounds.COORDINATE),
-        ),
+        position=poi_position(element, network),
         yaw=None if angle is None else yaw_from_angle_deg(angle),
         colour=colour_of(element),
         source=str(element.file),
@@ -102,15 +103,17 @@ def _poi(element: Element, params: dict[str, str]) -> Poi:
     )
 
 
-def _polygon(element: Element, params: dict[str, str]) -> Polygon:
+def _polygon(element: Element, params: dict[str, str], network: Network | None) -> Polygon:
     try:
-        shape = parse_points(element.text("shape"))
+        shape = parse_points(element.text("shape"))[:, :2]
     except ValueError as error:
         raise element.error(f"shape must hold points such as 1.0,2.0, but {error}") from None
+    if network is not None and is_geo(element):
+        shape = shape_in_net(element, shape, network.location)
     return Polygon(
         id=element.text("id"),
         type=element.text("type", ""),
-        shape=frozen(shape[:, :2]),
+        shape=frozen(shape),
         fill=parse_flag(element.text("fill", "false")),
         colour=colour_of(element),
         source=str(element.file),

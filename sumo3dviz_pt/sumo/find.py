@@ -9,6 +9,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.scenario import ScenarioFiles
+from sumo3dviz_pt.sumo.outputs import Affixes
 from sumo3dviz_pt.sumo.stream import read_elements, root_of
 from sumo3dviz_pt.sumo.survey import (
     CONFIGURATION_ROOTS,
@@ -33,7 +34,7 @@ _OPTIONS = {
 }
 """SUMO's option names and their synonyms."""
 
-_SIGNAL_EVENTS = frozenset({"SaveTLSStates", "SaveTLSSwitchStates"})
+_SIGNAL_EVENTS = frozenset({"SaveTLSStates", "SaveTLSSwitchStates", "SaveTLSSwitchTimes"})
 
 
 @dataclass(slots=True)
@@ -43,6 +44,7 @@ class _NamedFiles:
     network: list[Path] = field(default_factory=list)
     inputs: list[Path] = field(default_factory=list)
     trajectories: list[Path] = field(default_factory=list)
+    affixes: Affixes = field(default_factory=Affixes)
 
     def missing(self) -> tuple[Path, ...]:
         """Return the files that do not exist."""
@@ -82,10 +84,11 @@ def find_scenario(
         return find_scenario(found.configurations[0], network=network, trajectories=trajectories)
     inputs = survey_files(file for file in named.inputs if file.is_file())
     logs = tuple(trajectories) or _existing(named.trajectories)
+    outputs = [named.affixes.written(file) for file in _signal_outputs(named.inputs)]
     return ScenarioFiles(
         network=first or _only(found.networks, path),
         trajectories=logs or _logs(found.trajectories, named.trajectories, path),
-        signals=signal_logs(_existing(_signal_outputs(named.inputs)) or found.signals),
+        signals=signal_logs(_existing(outputs) or found.signals),
         additional=(inputs + found).additional,
         vehicle_types=(inputs + found).vehicle_types,
         missing=named.missing(),
@@ -102,14 +105,19 @@ def _named_by(configuration: Path) -> _NamedFiles:
             "is not a configuration of SUMO; give a .sumocfg or a folder", file=configuration
         )
     named = _NamedFiles()
+    affixes: dict[str, str] = {}
     for element in read_elements(
         configuration, root=tuple(CONFIGURATION_ROOTS), what="a configuration of SUMO"
     ):
         target = _OPTIONS.get(element.tag)
         value = element.text("value", element.text("v", ""))
+        if element.tag in ("output-prefix", "output-suffix"):
+            affixes[element.tag.removeprefix("output-")] = value
         if target is not None and value:
             paths = [_path(configuration.parent, name) for name in value.split(",") if name.strip()]
             getattr(named, target).extend(paths)
+    named.affixes = Affixes(**affixes)
+    named.trajectories = [named.affixes.written(path) for path in named.trajectories]
     return named
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
 from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, VehicleType, unique_ids
 from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
@@ -30,6 +31,7 @@ def read_roster(
     near: Point | None = None,
     at: float | None = None,
     allow_truncated: bool = False,
+    location: Location | None = None,
 ) -> tuple[RoadUser, ...]:
     """Read who is in vehicle logs.
 
@@ -43,6 +45,7 @@ def read_roster(
         near: A point; the result says who passes it, and when.
         at: A time [s]; the result says where everyone is then.
         allow_truncated: Whether to use the complete steps of a log that breaks off.
+        location: Of the network, so that all positions become net coordinates.
 
     Returns:
         Everyone in order of first appearance, under the ids that cameras use. People who ride
@@ -52,7 +55,7 @@ def read_roster(
         InputError: If a log is damaged, breaks off or holds no step.
     """
     census = _RowCensus(near, nan if at is None else at)
-    lanes = stream_rows(paths, census.count, allow_truncated=allow_truncated)
+    lanes = stream_rows(paths, census.count, allow_truncated=allow_truncated, location=location)
     found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
     found.sort(key=lambda user: user.begin)
     return tuple(replace(user, id=own) for user, own in zip(found, unique_ids(found), strict=True))

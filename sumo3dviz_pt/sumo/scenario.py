@@ -18,6 +18,7 @@ from sumo3dviz_pt.sumo.classes import DEFAULT_TYPES, TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.heights import with_heights
 from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.sumo.places.coordinates import rows_in_net
 from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.sumo.stops import read_stops
 from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
@@ -57,19 +58,21 @@ def read_scenario(
     """
     network = read_network(files.network)
     for path in files.trajectories:
-        _check_rows(first_rows(path), network, files, path)
+        rows = rows_in_net(first_rows(path), path, network.location)
+        _check_rows(rows, network, files, path)
     log = read_trajectories(
         files.trajectories,
         begin=begin,
         end=end,
         margin=margin,
         allow_truncated=allow_truncated,
+        location=network.location,
     )
     _check_log(log, network, files)
     traces = with_heights(tuple(_typed(trace) for trace in log.traces), network)
     types = read_vehicle_types(files.vehicle_types)
-    pois, polygons = read_additional(files.additional)
-    signals = read_signals(files.signals)
+    pois, polygons = read_additional(files.additional, network)
+    signals = read_signals(files.signals, network)
     _compare_lights(signals, network, files)
     return Scenario(
         network=network,

@@ -2,7 +2,8 @@
 
 The meaning of elements is left to the readers. Readers of small files use
 `read_elements`; the reader of the vehicle log, which can have gigabytes, passes a parser of
-its own to `feed`. No tree is ever built, so memory does not grow with the file.
+its own to `feed`, and a `Sieve` that takes out what need not be parsed. No tree is ever built,
+so memory does not grow with the file.
 """
 
 from __future__ import annotations
@@ -10,15 +11,14 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import BinaryIO, Protocol, cast
 from xml.parsers import expat
 
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.sumo.bounds import ANY, Range
-from sumo3dviz_pt.sumo.forward import FastForward
 
 CHUNK = 1 << 18
 _GZIP_MAGIC = b"\x1f\x8b"
@@ -34,6 +34,32 @@ _FOREIGN = {
 
 class TruncatedError(InputError):
     """The file ends before its last element is closed."""
+
+
+class Sieve(Protocol):
+    """Takes out parts of a file before they are parsed; what is left must still be XML."""
+
+    @property
+    def lines(self) -> int:
+        """Number of lines that were taken out."""
+
+    def left(self, chunk: bytes) -> Iterable[bytes]:
+        """Yield what must be parsed of the next chunk; each part is parsed before the next."""
+
+    def rest(self) -> Iterable[bytes]:
+        """Yield what must be parsed after the last chunk."""
+
+
+class _Everything:
+    """A sieve that takes out nothing."""
+
+    lines = 0
+
+    def left(self, chunk: bytes) -> Iterable[bytes]:
+        return (chunk,)
+
+    def rest(self) -> Iterable[bytes]:
+        return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +142,7 @@ class Element:
         return int(number)
 
 
-def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None = None) -> None:
+def feed(parser: expat.XMLParserType, file: Path, *, sieve: Sieve) -> None:
     """Run a whole file through a parser whose handlers are set.
 
     Errors of the handlers pass through, so that a handler can stop the reading.
@@ -124,13 +150,13 @@ def feed(parser: expat.XMLParserType, file: Path, *, forward: FastForward | None
     Args:
         parser: A fresh expat parser.
         file: The XML file; gzip is recognised by its first bytes, not by its name.
-        forward: A filter that drops the beginning of a long vehicle log.
+        sieve: What takes out parts of the file that need not be parsed.
 
     Raises:
         TruncatedError: If the file ends too early.
         InputError: If it cannot be read or is not XML.
     """
-    for _ in _steps(parser, file, forward):
+    for _ in _steps(parser, file, sieve):
         pass
 
 
@@ -141,11 +167,16 @@ def chunks(file: Path) -> Iterator[bytes]:
         InputError: If it cannot be read.
     """
     try:
-        with _opened(file) as stream:
-            while chunk := _chunk(stream):
-                yield chunk
+        yield from unpacked(file)
     except (EOFError, OSError, zlib.error) as error:
         raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
+
+
+def unpacked(file: Path) -> Iterator[bytes]:
+    """Yield the unpacked bytes of a file; EOFError, OSError and zlib.error are not translated."""
+    with _opened(file) as stream:
+        while chunk := _chunk(stream):
+            yield chunk
 
 
 def read_elements(file: Path, *, root: str | tuple[str, ...], what: str) -> Iterator[Element]:
@@ -224,31 +255,33 @@ def root_of(file: Path) -> str | None:
         return None
 
 
-def _steps(
-    parser: expat.XMLParserType, file: Path, forward: FastForward | None = None
-) -> Iterator[None]:
+def _steps(parser: expat.XMLParserType, file: Path, sieve: Sieve | None = None) -> Iterator[None]:
     """Feed a file, pausing after each chunk."""
+    sieve = sieve or _Everything()
 
-    def lines() -> int:
-        return forward.lines if forward else 0
+    def parse(parts: Iterable[bytes]) -> None:
+        for part in parts:
+            try:
+                parser.Parse(part, False)
+            except expat.ExpatError as error:
+                raise _not_xml(error, file, sieve.lines) from None
 
     try:
         with _opened(file) as stream:
             while chunk := _chunk(stream):
-                try:
-                    parser.Parse(forward(chunk) if forward else chunk, False)
-                except expat.ExpatError as error:
-                    raise _not_xml(error, file, lines()) from None
+                parse(sieve.left(chunk))
                 yield
     except EOFError:
-        raise _truncated(parser, file, lines()) from None
+        parse(sieve.rest())
+        raise _truncated(parser, file, sieve.lines) from None
     except (OSError, zlib.error) as error:
         raise InputError(f"cannot be read ({error}); copy it again", file=file) from error
+    parse(sieve.rest())
     try:
         parser.Parse(b"", True)
     except expat.ExpatError:
         # The bytes were fine until they stopped.
-        raise _truncated(parser, file, lines()) from None
+        raise _truncated(parser, file, sieve.lines) from None
     yield
 
 

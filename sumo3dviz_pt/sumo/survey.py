@@ -17,8 +17,16 @@ logger = logging.getLogger(__name__)
 
 ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTypes"})
 CONFIGURATION_ROOTS = frozenset({"configuration", "sumoConfiguration"})
-_PLACES = {"net": "networks", "tlsStates": "signals", "routes": "vehicle_types"}
+_PLACES = {
+    "net": "networks",
+    "tlsStates": "signals",
+    "tlsSwitches": "signals",
+    "routes": "vehicle_types",
+}
 """Fields of `Survey` by the root elements that decide alone."""
+
+_ENTRIES = ("tlsState", "tlsSwitch")
+"""Entries of signal logs; the first tell more."""
 
 _PEEK = 20_000
 """Number of elements that show what a log holds, some seconds of a large city."""
@@ -31,7 +39,7 @@ class Survey:
     Attributes:
         networks: `<net>`.
         trajectories: Vehicle logs in any format.
-        signals: `<tlsStates>`.
+        signals: `<tlsStates>` and `<tlsSwitches>`.
         additional: Files with a POI, a polygon or a bus stop.
         vehicle_types: Route files, and additional files with a vType.
         configurations: SUMO's configurations.
@@ -103,17 +111,15 @@ def vehicle_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
 
 
 def signal_logs(logs: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Return the signal logs to use, those with every step before those with switches only.
+    """Return the signal logs to use: with every step, then with switches, then with green times.
 
     Returns:
         Logs in order of entries per second; one that adds no light is left out.
     """
-    entries = {
-        log: [e for e in _peek(readable_elements(log)) if e.tag == "tlsState"] for log in logs
-    }
+    entries = {log: [e for e in _peek(readable_elements(log)) if e.tag in _ENTRIES] for log in logs}
     chosen: list[Path] = []
     covered: set[str] = set()
-    for log in sorted(logs, key=lambda log: -_density(entries[log])):
+    for log in sorted(logs, key=lambda log: _rank(entries[log])):
         lights = {element.text("id", "") for element in entries[log]}
         if lights - covered:
             chosen.append(log)
@@ -154,6 +160,12 @@ def _up_to_damage(elements: Iterator[Element]) -> Iterator[Element]:
 def _peek(elements: Iterator[Element]) -> list[Element]:
     """Return the first elements up to damage."""
     return list(islice(_up_to_damage(elements), _PEEK))
+
+
+def _rank(entries: list[Element]) -> tuple[int, float]:
+    """Return a number that is smaller for a log that tells more."""
+    tags = [_ENTRIES.index(entry.tag) for entry in entries[:1]]
+    return (*tags, len(_ENTRIES))[0], -_density(entries)
 
 
 def _density(entries: list[Element]) -> float:

@@ -12,6 +12,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.colour import linear_from_srgb
 from sumo3dviz_pt.sumo import (
     find_scenario,
+    read_additional,
     read_network,
     read_scenario,
     read_signals,
@@ -207,12 +208,25 @@ def test_killed_simulations(name, steps):
 
 
 @pytest.mark.parametrize(
-    "name", ["default.csv", "default.csv.gz", "default.parquet", "killed_0byte.parquet", "add.xml",
-             "empty_skip.xml", "rh.net.xml", "README.md"]
-)  # fmt: skip
+    "name", ["killed_0byte.parquet", "add.xml", "empty_skip.xml", "rh.net.xml", "README.md"]
+)
 def test_what_is_no_log_is_refused(name):
     with pytest.raises(InputError):
         read_trajectories([EDGE / name])
+
+
+def test_every_edge_case_is_read_or_refused_in_a_sentence():
+    """Of each file, nothing but values or one clear message comes."""
+    read = 0
+    for file in sorted(EDGE.iterdir()):
+        for reader in (read_trajectories, read_vehicle_types, read_additional, read_signals):
+            try:
+                reader([file])
+                read += 1
+            except InputError as error:
+                message = str(error)
+                assert file.name in message and "\n" not in message and ";" in message
+    assert read >= 60
 
 
 def test_edge_networks():
@@ -222,16 +236,31 @@ def test_edge_networks():
     assert max(lane.shape[:, 2].max() for lane in hill.lanes.values()) == pytest.approx(20)
 
 
-@pytest.mark.parametrize("name", ["geo.xml.gz", "utm.xml.gz"])
-def test_geo_and_utm_logs_are_refused(name):
-    net = DATA / "bologna_acosta" / "net.net.xml.gz"
-    files = find_scenario(
-        EDGE,
-        network=net,
-        trajectories=[EDGE / name],
-    )
-    with pytest.raises(InputError, match="written without --fcd-output"):
-        read_scenario(files)
+def test_geo_and_utm_logs_are_the_same_traffic():
+    pytest.importorskip("pyproj")
+    network = DATA / "bologna_acosta" / "net.net.xml.gz"
+    logs = {}
+    for name in ("geo.xml.gz", "utm.xml.gz"):
+        files = find_scenario(EDGE, network=network, trajectories=[EDGE / name])
+        traces = read_scenario(files).traffic.traces
+        logs[name] = {trace.key: trace for trace in traces}
+    geo, utm = logs.values()
+    assert len(geo) == 835 and set(geo) == set(utm)
+    for key, trace in geo.items():
+        np.testing.assert_allclose(trace.positions, utm[key].positions, atol=0.1)
+
+
+@pytest.mark.parametrize("name", ["default.csv", "default.csv.gz", "default.parquet"])
+def test_tables_equal_xml(name):
+    if name.endswith("parquet"):
+        pytest.importorskip("pyarrow")
+    expected = read_trajectories([EDGE / "default.xml.gz"])
+    found = read_trajectories([EDGE / name])
+    assert [t.key for t in found.traces] == [t.key for t in expected.traces]
+    for trace, other in zip(found.traces, expected.traces, strict=True):
+        np.testing.assert_array_equal(trace.times, other.times)
+        np.testing.assert_allclose(trace.positions, other.positions, atol=0.0051)
+        np.testing.assert_allclose(np.cos(trace.yaws - other.yaws), 1.0, atol=1e-6)
 
 
 def test_minimal_log_is_put_onto_the_hill():

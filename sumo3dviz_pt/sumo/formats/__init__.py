@@ -7,17 +7,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from sumo3dviz_pt.sumo.formats.csv import CsvFormat
 from sumo3dviz_pt.sumo.formats.format import ElementSink, LogFormat
+from sumo3dviz_pt.sumo.formats.parquet import ParquetFormat
 from sumo3dviz_pt.sumo.formats.xml import XmlFormat
+from sumo3dviz_pt.sumo.stream import may_be_xml
 
-FORMATS: tuple[LogFormat, ...] = (XmlFormat(),)
+FORMATS: tuple[LogFormat, ...] = (CsvFormat(), ParquetFormat(), XmlFormat())
 """All formats; the last one also reads what none recognises, so that it says what is wrong."""
 
 
 def format_of(file: Path) -> LogFormat:
     """Return the format that reads a vehicle log."""
     *others, last = FORMATS
-    return next((each for each in others if each.recognises(file)), last)
+    found = next((each for each in others if each.recognises(file)), None)
+    if found is None and file.suffix == ".csv" and not may_be_xml(file):
+        return CsvFormat()  # says that the header is missing
+    return found or last
 
 
 def is_log(file: Path) -> bool:

@@ -2,7 +2,8 @@
 
 Whatever a log looks like in its file, a format turns it into the elements of SUMO's XML log:
 `timestep` with the attribute `time`, followed by one `vehicle`, `person` or `container` for
-each row of that step, with SUMO's names of attributes and all values as text.
+each row of that step, with SUMO's names of attributes and all values as text. A format that
+has many rows at hand may pass them on by columns instead.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import html
 from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
@@ -20,6 +23,43 @@ from sumo3dviz_pt.sumo.values import parse_time
 
 STEP = "timestep"
 KINDS = frozenset({"vehicle", "person", "container"})
+ATTRIBUTES = frozenset(
+    {
+        *("id", "x", "y", "z", "angle", "type", "speed", "slope", "pos", "lane", "edge"),
+        *("signals", "vehicle", "stage"),
+    }
+)
+"""Attributes of rows that anything is made from."""
+
+Cells = list[str] | list[float]
+"""A column of rows: text as SUMO writes it, or numbers that need not be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Successive rows of one kind in one step, by columns.
+
+    Attributes:
+        kind: `vehicle`, `person` or `container`.
+        count: Number of rows, n >= 1.
+        columns: Values of all rows by attribute, (n,) each; only `ATTRIBUTES` are there.
+        line: Line of the first row in the file, from 1.
+        lines: Number of lines of a row.
+    """
+
+    kind: str
+    count: int
+    columns: Mapping[str, Cells]
+    line: int
+    lines: int = 1
+
+    def attributes(self, row: int) -> dict[str, str]:
+        """Return one row as the attributes of its element."""
+        return {name: str(cells[row]) for name, cells in self.columns.items()}
+
+    def line_of(self, row: int) -> int:
+        """Return the line of a row in the file, from 1."""
+        return self.line + row * self.lines
 
 
 class ElementSink(ABC):
@@ -42,6 +82,14 @@ class ElementSink(ABC):
     @abstractmethod
     def take(self, tag: str, attributes: Mapping[str, str]) -> None:
         """Take the next element; those with unknown tags have no meaning."""
+
+    def take_rows(self, rows: Rows) -> None:
+        """Take rows of the current step; a sink overrides this to be faster than row by row."""
+        line = self.line
+        for row in range(rows.count):
+            self.line = partial(rows.line_of, row)
+            self.take(rows.kind, rows.attributes(row))
+        self.line = line
 
 
 class Sighting(NamedTuple):

@@ -9,7 +9,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from sumo3dviz_pt.sumo.formats.format import ElementSink, LogFormat, Sighting
-from sumo3dviz_pt.sumo.forward import FastForward
+from sumo3dviz_pt.sumo.formats.forward import FastForward
+from sumo3dviz_pt.sumo.formats.regular import RegularSteps
 from sumo3dviz_pt.sumo.stream import (
     Element,
     check_root,
@@ -41,12 +42,13 @@ class XmlFormat(LogFormat):
         return read_elements(file, root=_ROOT, what=_WHAT)
 
     def read(self, file: Path, sink: ElementSink) -> None:
-        """Pass elements straight from the parser to the sink; early steps are not parsed."""
+        """Pass elements to the sink; of regular steps rows, of others what the parser finds."""
         parser = expat.ParserCreate()
-        forward = FastForward(sink.begin, sink.steps) if sink.begin > -inf else None
+        early = FastForward(sink.begin, sink.steps) if sink.begin > -inf else None
+        steps = RegularSteps(sink, early)
 
         def line() -> int:
-            return parser.CurrentLineNumber + (forward.lines if forward else 0)
+            return parser.CurrentLineNumber + steps.lines if steps.line is None else steps.line
 
         def start(tag: str, attributes: dict[str, str]) -> None:
             check_root(Element(tag, attributes, 0, file, line()), (_ROOT,), _WHAT)
@@ -54,7 +56,7 @@ class XmlFormat(LogFormat):
 
         sink.line = line
         parser.StartElementHandler = start
-        feed(parser, file, forward=forward)
+        feed(parser, file, sieve=steps)
 
     def sightings(self, file: Path) -> Iterator[Sighting]:
         """Yield steps and road users by a search of the bytes, which need not be parsed."""

@@ -1,5 +1,7 @@
 """Finding a scenario's files."""
 
+import os
+
 import pytest
 
 from sumo3dviz_pt.errors import InputError
@@ -172,3 +174,53 @@ def test_clear_errors(tmp_path):
 def test_damaged_additional_files_are_found_all_the_same(tmp_path):
     lay(tmp_path, n=NET, log=CARS, trees_xml=POIS.replace("</additional>", "<po"))
     assert names(find_scenario(tmp_path).additional) == ["trees.xml"]
+
+
+@pytest.mark.parametrize(
+    ("affixes", "cars", "states_of"),
+    [
+        ({"output_prefix": "run_"}, "run_log.xml.gz", "run_states.xml"),
+        ({"output_suffix": ".7"}, "log.7.xml.gz", "states.7.xml"),
+        ({"output_prefix": "TIME_"}, "2026-01-02_log.xml.gz", "2026-01-02_states.xml"),
+        ({"output_prefix": "run_"}, "log.xml.gz", "states.xml"),  # renamed
+    ],
+)
+def test_what_a_configuration_adds_to_names(tmp_path, affixes, cars, states_of):
+    lay(
+        tmp_path,
+        c_sumocfg=config(net_file="n", additional_files="tls", fcd_output="log.xml.gz", **affixes),
+        n=NET,
+        tls='<additional><timedEvent type="SaveTLSStates" dest="states.xml"/></additional>',
+    )
+    (tmp_path / cars).write_text(CARS, encoding="utf-8")
+    (tmp_path / states_of).write_text(states([0, 1]), encoding="utf-8")
+    (tmp_path / "another").write_text(CARS, encoding="utf-8")
+    files = find_scenario(tmp_path / "c.sumocfg")
+    assert names(files.trajectories) == [cars]
+    assert names(files.signals) == [states_of]
+    assert files.missing == ()
+
+
+def test_of_several_runs_the_last_counts(tmp_path):
+    lay(tmp_path, c_sumocfg=config(net_file="n", fcd_output="log", output_prefix="TIME_"), n=NET)
+    for number, name in enumerate(["2026-01-03_log", "2026-01-02_log"]):
+        (tmp_path / name).write_text(CARS, encoding="utf-8")
+        os.utime(tmp_path / name, (number, number))
+    assert names(find_scenario(tmp_path).trajectories) == ["2026-01-02_log"]
+
+
+def test_a_missing_output_is_named_as_sumo_would_write_it(tmp_path):
+    lay(
+        tmp_path,
+        c_sumocfg=config(net_file="n", fcd_output="out/log.xml", output_prefix="run_"),
+        n=NET,
+        other=CARS,
+    )
+    assert find_scenario(tmp_path).missing == (tmp_path / "out" / "run_log.xml",)
+
+
+def test_logs_of_states_come_before_logs_of_green_times(tmp_path):
+    green = '<tlsSwitch id="{}" fromLane="a" toLane="b" begin="0" end="1"/>'
+    greens = f"<tlsSwitches>{green}</tlsSwitches>"
+    lay(tmp_path, n=NET, log=CARS, a=greens.format("a"), b=states([0, 30]), c=greens.format("c"))
+    assert names(find_scenario(tmp_path).signals) == ["b", "c"]

@@ -6,6 +6,7 @@ import pytest
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.roster import Point
 from sumo3dviz_pt.sumo import fcd, read_roster, read_trajectories
+from sumo3dviz_pt.sumo.logs import reader
 
 
 def vehicle(name, x, y=0.0, *, of="car", speed=10.0, lane="a_0"):
@@ -57,7 +58,7 @@ def test_blocks_change_nothing(tmp_path, monkeypatch):
     ]
     path, asked = log(tmp_path, *steps), {"near": Point(200, 0, 35), "at": 20.4}
     whole = roster(path, **asked)
-    monkeypatch.setattr(fcd, "_BLOCK", 60)
+    monkeypatch.setattr(reader, "_BLOCK", 60)
     parts = roster(path, **asked)
     assert parts.keys() == whole.keys() and len(whole) == 5
     for name, user in whole.items():
@@ -72,7 +73,7 @@ def test_blocks_change_nothing(tmp_path, monkeypatch):
 
 def test_memory_holds_a_block_and_no_more(tmp_path, monkeypatch):
     held = []
-    monkeypatch.setattr(fcd, "_BLOCK", 100)
+    monkeypatch.setattr(reader, "_BLOCK", 100)
     path = log(tmp_path, *((t, vehicle("v", 10 * t)) for t in range(200)))
     fcd.stream_rows([path], lambda rows, _: held.append(sum(map(len, rows.values()))))
     assert max(held) == 100 and sum(held) == 200 * 10

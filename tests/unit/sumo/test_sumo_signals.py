@@ -3,6 +3,7 @@
 import pytest
 
 from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.network import Connection, Location, Network
 from sumo3dviz_pt.sumo import read_signals
 
 
@@ -64,7 +65,50 @@ def test_damage_is_named(tmp_path):
         read_signals([write(tmp_path, [("x", "a", 0, "G")])])
     assert caught.value.line == 2
     path = tmp_path / "other.xml"
-    path.write_text("<tlsSwitches/>", encoding="utf-8")
+    path.write_text("<tlsPrograms/>", encoding="utf-8")
     with pytest.raises(InputError, match="not a log of SUMO's traffic lights"):
         read_signals([path])
     assert read_signals([]) == {}
+
+
+GREENS = """<tlsSwitches>
+<tlsSwitch id="t" programID="0" fromLane="a_0" toLane="b_0" begin="5.00" end="20.00"/>
+<tlsSwitch id="t" programID="0" fromLane="c_0" toLane="b_0" begin="00:00:23" end="30.00"/>
+<tlsSwitch id="t" programID="0" fromLane="c_1" toLane="b_0" begin="25.00" end="40.00"/>
+<tlsSwitch id="u" programID="0" fromLane="x_0" toLane="y_0" begin="0" end="9"/>
+</tlsSwitches>"""
+LINKS = [("a_0", 0), ("c_0", 2), ("c_1", 2), ("d_0", 1)]
+
+
+def junction():
+    """A network in which two lanes share a link, and one link is never green."""
+    links = (Connection(lane, "b_0", "", "t", index, "s", "o") for lane, index in LINKS)
+    return Network({}, {}, tuple(links), Location(), False)
+
+
+def test_green_times_become_states(tmp_path):
+    path = tmp_path / "greens.xml"
+    path.write_text(GREENS, encoding="utf-8")
+    signals = read_signals([path], junction())
+    assert set(signals) == {"t"}
+    assert signals["t"].times == (0, 5, 20, 23, 40)
+    assert signals["t"].states == ("rrr", "Grr", "rrr", "rrG", "rrr")
+
+
+def test_states_win_over_green_times(tmp_path):
+    path = tmp_path / "greens.xml"
+    path.write_text(GREENS, encoding="utf-8")
+    states = write(tmp_path, [(0, "t", 0, "GGG")])
+    assert read_signals([states, path], junction())["t"].states == ("GGG",)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [('begin="5.00"', 'begin="soon"', "begin=.soon."), ('end="20.00"', "", '"end" is missing')],
+)
+def test_damaged_green_times_are_named(tmp_path, old, new, words):
+    path = tmp_path / "greens.xml"
+    path.write_text(GREENS.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=words) as caught:
+        read_signals([path], junction())
+    assert caught.value.line == 2

@@ -24,7 +24,7 @@ class FastForward:
         steps: Times of steps [s]; those of dropped steps are added.
 
     Attributes:
-        lines: Number of lines dropped so far.
+        lines: Number of lines that were dropped.
     """
 
     def __init__(self, begin: float, steps: array[float]) -> None:

@@ -1,0 +1,1 @@
+"""What is made from the rows of vehicle logs: packed rows, and logs that are kept on disk."""

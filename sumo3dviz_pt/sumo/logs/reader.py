@@ -1,0 +1,233 @@
+"""Read the rows of one vehicle log that lie in a window of time."""
+
+from __future__ import annotations
+
+import logging
+from array import array
+from collections.abc import Callable, Mapping, Sequence
+from math import nan
+from pathlib import Path
+from typing import NoReturn
+
+from sumo3dviz_pt.errors import InputError, cut
+from sumo3dviz_pt.sumo import bounds
+from sumo3dviz_pt.sumo.formats import ElementSink, format_of
+from sumo3dviz_pt.sumo.formats.format import KINDS, STEP, Rows
+from sumo3dviz_pt.sumo.logs.packing import NEEDED, BadRowsError, RowPacker
+from sumo3dviz_pt.sumo.stream import Element, TruncatedError
+from sumo3dviz_pt.sumo.traces import COLUMNS, RowsOfUsers
+from sumo3dviz_pt.sumo.values import parse_time
+
+logger = logging.getLogger(__name__)
+
+_FAR, _HIGH, _TURN = bounds.COORDINATE.high, bounds.HEIGHT.high, bounds.ANGLE.high
+_OLDEST, _NEWEST = bounds.SECONDS.low, bounds.SECONDS.high
+_BITS = bounds.SIGNAL_BITS.high
+_RANGES = {
+    "x": bounds.COORDINATE,
+    "y": bounds.COORDINATE,
+    "z": bounds.HEIGHT,
+    "angle": bounds.ANGLE,
+    "speed": bounds.ANY,
+    "slope": bounds.ANGLE,
+    "pos": bounds.ANY,
+    "signals": bounds.SIGNAL_BITS,  # last: whole numbers
+}
+"""Allowed ranges of a row's numbers by attribute; impossible speeds count as not logged."""
+
+_BLOCK = 200_000 * COLUMNS
+"""Number of values after which a block of rows is passed on, 16 MB."""
+
+Drain = Callable[[RowsOfUsers, Sequence[float]], None]
+"""A function that takes rows, and the times of all steps read until then [s]."""
+
+
+class _DoneError(Exception):
+    """Everything up to the end of the window has been read."""
+
+
+class LogReader(ElementSink):
+    """Packs the rows of one log.
+
+    Args:
+        file: The log.
+        window: First and last time to keep [s].
+        lanes: Indices of lanes and edges; new ones are added.
+        drain: Takes blocks of rows; None keeps all.
+
+    Attributes:
+        rows: The packed rows.
+        breaks_off: Whether the log ends in the middle.
+    """
+
+    def __init__(
+        self,
+        file: Path,
+        window: tuple[float, float],
+        lanes: dict[str, int],
+        *,
+        drain: Drain | None = None,
+    ) -> None:
+        super().__init__(begin=window[0])
+        self.file = file
+        self.rows: RowsOfUsers = {}
+        self.breaks_off = False
+        self._drain = drain
+        self._end = window[1]
+        self._lanes = lanes
+        self._packer = RowPacker(self.rows, lanes)
+        self._time = nan
+        self._kept = False
+        self._inside = False
+
+    def read(self, *, allow_truncated: bool) -> None:
+        """Stream the file into `rows` and `steps`."""
+        try:
+            try:
+                format_of(self.file).read(self.file, self)
+            finally:
+                self._flush()
+        except _DoneError:
+            logger.debug("%s: stopped reading past %g s", self.file, self._end)
+        except TruncatedError as error:
+            self.breaks_off = True
+            self._drop_last_step()
+            if not allow_truncated:
+                raise self._broken_off(error) from None
+            logger.warning(
+                "%s: breaks off; its %d complete steps are used", self.file, len(self.steps)
+            )
+
+    def _pass(self, tag: str, attributes: Mapping[str, str]) -> None:
+        """Pass over an element that is no row to keep, but enter a step."""
+        if tag == STEP:
+            self._step(attributes)
+
+    def _step(self, attributes: Mapping[str, str]) -> None:
+        """Enter a time step and choose whether its rows are kept."""
+        try:
+            time = float(attributes["time"])
+            time = parse_time(attributes["time"]) if not _OLDEST <= time <= _NEWEST else time
+        except (KeyError, ValueError):
+            time = self._odd_time(attributes)
+        # Once rows are kept, nothing after the window matters. Without any row, reading goes on,
+        # because the error message says where the log ends.
+        if time > self._end and self._kept:
+            raise _DoneError
+        if self._drain is not None and self._held() >= _BLOCK:
+            self._flush()
+            self._drain(self.rows, self.steps)
+            self.rows.clear()
+            self._packer.forget_users()
+        self._time = time
+        self.steps.append(time)
+        self._inside = self.begin <= time <= self._end
+        self._kept = self._kept or self._inside
+
+    def take_rows(self, rows: Rows) -> None:
+        """Collect rows, which are packed when there are many."""
+        if not self._inside:
+            return
+        if any(name not in rows.columns for name in NEEDED):
+            super().take_rows(rows)
+            return
+        try:
+            self._packer.add(self._time, rows)
+        except BadRowsError as error:
+            self._take_singly(error)
+
+    def _held(self) -> int:
+        """Return the number of values of all rows that were not passed on."""
+        return self._packer.collected * COLUMNS + sum(map(len, self.rows.values()))
+
+    def _flush(self) -> None:
+        """Pack the rows that were collected."""
+        try:
+            self._packer.flush()
+        except BadRowsError as error:
+            self._take_singly(error)
+
+    def _take_singly(self, error: BadRowsError) -> None:
+        """Take rows one by one, so that the bad one among them is named."""
+        for self._time, rows in error.runs:
+            super().take_rows(rows)
+
+    def take(self, tag: str, attributes: Mapping[str, str]) -> None:
+        """Pack one row; the code is plain because it runs a million times."""
+        if tag not in KINDS or not self._inside:
+            self._pass(tag, attributes)
+            return
+        self._flush()
+        get = attributes.get
+        try:
+            x, y = float(attributes["x"]), float(attributes["y"])
+            z = float(get("z", 0.0))
+            angle = float(attributes["angle"])
+            speed, slope = float(get("speed", nan)), float(get("slope", 0.0))
+            offset = float(get("pos", nan))
+            signals = int(get("signals", -1))
+            key = (tag, attributes["id"], get("type", ""))
+        except (KeyError, ValueError):
+            self._refuse(tag, attributes)
+        # Written so that NaN fails too.
+        if not (-_FAR <= x <= _FAR and -_FAR <= y <= _FAR and -_HIGH <= z <= _HIGH):
+            self._refuse(tag, attributes)
+        if not (-_TURN <= angle <= _TURN and -_TURN <= slope <= _TURN):
+            self._refuse(tag, attributes)
+        if not -1 <= signals <= _BITS:
+            self._refuse(tag, attributes)
+        if tag != "vehicle" and get("vehicle") and get("stage", "driving") == "driving":
+            return
+        lane = get("lane") or get("edge")
+        place = self._lanes.setdefault(lane, len(self._lanes)) if lane else -1
+        buffer = self.rows.get(key)
+        if buffer is None:
+            buffer = self.rows[key] = array("d")
+        buffer.extend((self._time, x, y, z, angle, speed, slope, place, signals, offset))
+
+    def _odd_time(self, attributes: Mapping[str, str]) -> float:
+        """Return a time that is not written in seconds."""
+        step = self._element(STEP, attributes)
+        text = step.text("time")
+        try:
+            return parse_time(text)
+        except ValueError:
+            message = f'time="{cut(text)}" must be seconds, h:m:s or d:h:m:s, {bounds.SECONDS}'
+            raise step.error(message) from None
+
+    def _refuse(self, tag: str, attributes: Mapping[str, str]) -> NoReturn:
+        """Raise an error that says what is wrong with a row."""
+        element = self._element(tag, attributes)
+        for name in ("id", "x", "y", "angle"):
+            if name not in attributes:
+                raise element.error(
+                    f'the attribute "{name}" is missing; log at least x,y,angle '
+                    "(--fcd-output.attributes)"
+                )
+        for name, within in _RANGES.items():
+            if element.number(name, 0.0) not in within:
+                break
+        raise element.error(
+            f'{name}="{cut(attributes[name])}" cannot be: {_RANGES[name]}; run the simulation again'
+        )
+
+    def _element(self, tag: str, attributes: Mapping[str, str]) -> Element:
+        return Element(tag, attributes, 0, self.file, self.line())
+
+    def _drop_last_step(self) -> None:
+        """Forget the step in which the log breaks off, as it may be incomplete."""
+        if not self.steps:
+            return
+        time = self.steps.pop()
+        for buffer in self.rows.values():
+            while buffer and buffer[-COLUMNS] == time:
+                del buffer[-COLUMNS:]
+
+    def _broken_off(self, error: TruncatedError) -> InputError:
+        last = f" (the last at {self.steps[-1]:g} s)" if self.steps else ""
+        return InputError(
+            f"the log breaks off after {len(self.steps)} complete time steps{last}; run the "
+            "simulation again, or set scenario.allow_truncated to use these",
+            file=self.file,
+            line=error.line,
+        )

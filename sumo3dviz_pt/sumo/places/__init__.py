@@ -1,0 +1,1 @@
+"""Places that SUMO's files give in other ways than by net coordinates."""
