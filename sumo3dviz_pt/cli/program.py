@@ -119,7 +119,11 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
 
 
 class _WarningPrinter(logging.Handler):
-    """Prints warnings as plain sentences to the present standard error, each of them once."""
+    """Prints warnings as plain sentences to the present standard error, each of them once.
+
+    Records that differ only in what part of a file was read have the same attribute `once`;
+    the first of them is printed.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -128,8 +132,9 @@ class _WarningPrinter(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Print one."""
         text = record.getMessage()
-        if text not in self._said:
-            self._said.add(text)
+        subject = getattr(record, "once", text)
+        if subject not in self._said:
+            self._said.add(subject)
             note = "note: " if record.levelno >= logging.WARNING else ""
             line = f"{PROGRAM}: {note}{text}"
             bars = sys.modules.get("tqdm")

@@ -18,7 +18,9 @@ def add_init(commands: Any) -> None:
     sub.add_argument("--network", type=Path, help="this network instead of the one found")
     sub.add_argument("--trajectories", type=Path, action="append", default=[], help="this FCD log")
     sub.add_argument("--signals", type=Path, action="append", default=[], help="this signal log")
-    sub.add_argument("--additional", type=Path, action="append", default=[], help="more POIs")
+    sub.add_argument(
+        "--additional", type=Path, action="append", default=[], help="more POIs or vTypes"
+    )
     template = default("template")
     sub.add_setting("--template", "template", default=template, after=f" [{template}]")
     _add_target(sub)

@@ -31,6 +31,7 @@ from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
 from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
+from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
 from sumo3dviz_pt.pipeline.riders import check_rider
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
@@ -186,7 +187,15 @@ def read(
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
     truncated = job.scenario.allow_truncated
-    scenario = read_scenario(files, begin=begin, end=end, margin=MARGIN, allow_truncated=truncated)
+    scenario = read_scenario(
+        files,
+        begin=begin,
+        end=end,
+        margin=MARGIN,
+        allow_truncated=truncated,
+        classes=job.vehicles.types,
+    )
+    note_guesses(scenario.guesses, log=files.trajectories[0])
     trajectories = smooth_log(
         scenario.traffic,
         smoother=job.motion.smoother,

@@ -114,6 +114,7 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         near=wanted.near,
         at=wanted.at,
         allow_truncated=job.scenario.allow_truncated,
+        classes=job.vehicles.types,
     )
     return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
 

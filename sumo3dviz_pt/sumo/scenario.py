@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,16 +11,17 @@ import numpy as np
 
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
-from sumo3dviz_pt.model.traffic import SignalPhases, Trace, TrafficLog, VehicleType
+from sumo3dviz_pt.model.traffic import SignalPhases, Trace, TrafficLog
 from sumo3dviz_pt.sumo.additional import read_additional
 from sumo3dviz_pt.sumo.belonging import LogRows, check_belonging, first_rows, misfit
-from sumo3dviz_pt.sumo.classes import DEFAULT_TYPES, TYPE_OF_KIND
+from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.heights import with_heights
 from sumo3dviz_pt.sumo.network import read_network
 from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.sumo.stops import read_stops
-from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
+from sumo3dviz_pt.sumo.types import read_vehicle_types
 
 logger = logging.getLogger(__name__)
 
@@ -35,12 +36,13 @@ def read_scenario(
     end: float | None = None,
     margin: float = 0.0,
     allow_truncated: bool = False,
+    classes: Mapping[str, str] | None = None,
 ) -> Scenario:
     """Read a scenario.
 
     Every trace's type is in `vehicle_types`: types that no file defines get SUMO's
-    defaults, and traces without a type get SUMO's default type of their kind. A log
-    without z in a network that has hills is put onto the road.
+    defaults of the class that `classes` or the words of their ids tell, else of their kind.
+    A log without z in a network that has hills is put onto the road.
 
     Args:
         files: As `find_scenario` gives them.
@@ -48,6 +50,7 @@ def read_scenario(
         end: Last time to keep [s]; None keeps all to the end.
         margin: Time to keep before and after these, for smoothing [s].
         allow_truncated: Whether to use the complete steps of a log that breaks off.
+        classes: vClasses by type id or pattern, for types that no file defines.
 
     Returns:
         Everything in SI units and net coordinates.
@@ -66,37 +69,22 @@ def read_scenario(
         allow_truncated=allow_truncated,
     )
     _check_log(log, network, files)
-    traces = with_heights(tuple(_typed(trace) for trace in log.traces), network)
-    types = read_vehicle_types(files.vehicle_types)
+    known = TypesOfUsers(read_vehicle_types(files.vehicle_types), classes or {})
+    traces, types = known.typed(log.traces)
+    traces = with_heights(traces, network)
     pois, polygons = read_additional(files.additional)
     signals = read_signals(files.signals)
     _compare_lights(signals, network, files)
     return Scenario(
         network=network,
         traffic=replace(log, traces=traces),
-        vehicle_types=types | _defaults(traces, types),
+        vehicle_types=dict(known.defined) | types,
         signals=signals,
         pois=pois,
         polygons=polygons,
         stops=read_stops(files.additional),
+        guesses=known.guesses(log.traces),
     )
-
-
-def _typed(trace: Trace) -> Trace:
-    return trace if trace.type_id else replace(trace, type_id=TYPE_OF_KIND[trace.kind])
-
-
-def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[str, VehicleType]:
-    """Return SUMO's defaults for types that no file defines, with one warning for all."""
-    kinds = {trace.type_id: trace.kind for trace in traces if trace.type_id not in known}
-    undefined = sorted(set(kinds) - set(DEFAULT_TYPES))
-    if undefined:
-        logger.warning(
-            "no file defines the vehicle types %s: their vehicles are drawn as cars of SUMO's"
-            " default size; name the files that define them in scenario.vehicle_types",
-            ", ".join(undefined),
-        )
-    return {type_id: default_vehicle_type(type_id, kind) for type_id, kind in kinds.items()}
 
 
 def _compare_lights(
