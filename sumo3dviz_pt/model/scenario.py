@@ -32,6 +32,19 @@ class ScenarioFiles:
 
 
 @dataclass(frozen=True, slots=True)
+class LogChoices:
+    """How a log is to be understood where its files leave that open.
+
+    Attributes:
+        allow_misfit: Whether what makes a log seem wrong, or of another network, is only noted.
+        classes: vClasses by type id or pattern, for types that no file defines.
+    """
+
+    allow_misfit: bool = False
+    classes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class TypeGuess:
     """The vClass of a vehicle type that no file defines.
 

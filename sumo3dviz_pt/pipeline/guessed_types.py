@@ -10,8 +10,10 @@ from sumo3dviz_pt.model.scenario import TypeGuess
 
 logger = logging.getLogger(__name__)
 
-_NAMED = 6
-"""Largest number of types that a note names."""
+_NAMED = 3
+"""Largest number of types that a note names for each vClass."""
+
+_UNTOLD = "cars because nothing tells what they are"
 
 
 def note_guesses(guesses: Sequence[TypeGuess], *, log: Path) -> None:
@@ -37,11 +39,11 @@ def guesses_in_words(guesses: Sequence[TypeGuess], *, remedy: str) -> str:
     if not guesses:
         return ""
     # Types that nothing tells come first, as their pictures are likeliest to be wrong.
-    ordered = sorted(guesses, key=lambda each: (bool(each.vclass), -each.count))
-    parts = [_in_words(each) for each in ordered[:_NAMED]]
-    more = len(ordered) - len(parts)
-    parts += [f"and {more} more"] if more else []
-    return f"no file defines these vehicle types: {'; '.join(parts)}. {remedy}"
+    groups: dict[tuple[str, str], list[TypeGuess]] = {}
+    for each in sorted(guesses, key=lambda each: (bool(each.vclass), -each.count)):
+        groups.setdefault((each.vclass, each.why), []).append(each)
+    parts = [_in_words(group) for group in groups.values()]
+    return f"no file defines the types of these vehicles: {'; '.join(parts)}. {remedy}"
 
 
 def guess_notes(guesses: Sequence[TypeGuess]) -> list[str]:
@@ -60,14 +62,14 @@ def type_lines(guesses: Sequence[TypeGuess]) -> list[str]:
     return ["vehicles:", "  types:  # no file defines these; correct what is wrong", *lines]
 
 
-def _in_words(guess: TypeGuess) -> str:
-    """Return what the vehicles of one type are drawn as."""
-    count = f"{guess.count} vehicle{'' if guess.count == 1 else 's'}"
-    if not guess.type_id:
-        return f"{count} without a type, drawn as {guess.vclass} because of their ids"
-    if not guess.vclass:
-        return f"{guess.type_id!r} of {count}, drawn as a car because nothing tells what it is"
-    return f"{guess.type_id!r} of {count}, drawn as {guess.vclass} because {guess.why}"
+def _in_words(group: Sequence[TypeGuess]) -> str:
+    """Return what the vehicles of types of one class are drawn as."""
+    first = group[0]
+    count = sum(each.count for each in group)
+    names = [repr(each.type_id) for each in group[:_NAMED] if each.type_id] or ["no type"]
+    more = f" and {len(group) - _NAMED} more" if len(group) > _NAMED else ""
+    told = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
+    return f"{', '.join(names)}{more} ({count} of them) drawn as {told}"
 
 
 def _quoted(text: str) -> str:

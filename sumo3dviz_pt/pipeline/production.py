@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.ratios import Ratio, ratio_of
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
 from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
@@ -193,7 +193,7 @@ def read(
         end=end,
         margin=MARGIN,
         allow_truncated=truncated,
-        classes=job.vehicles.types,
+        choices=LogChoices(job.scenario.allow_misfit, job.vehicles.types),
     )
     note_guesses(scenario.guesses, log=files.trajectories[0])
     trajectories = smooth_log(

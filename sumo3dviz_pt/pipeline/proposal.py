@@ -14,7 +14,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.meanings import default, meaning
 from sumo3dviz_pt.job.settings import ScenarioSettings
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import Trace
 from sumo3dviz_pt.pipeline.guessed_types import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.schema import LINE
@@ -82,11 +82,19 @@ def propose(
     )
     # Scene files read types from additional files, too.
     typed = replace(files, vehicle_types=files.vehicle_types + files.additional)
-    content = with_use(read_scenario(typed))
+    content = with_use(read_scenario(typed, choices=LogChoices(own.allow_misfit)))
     proposal = _proposal(content)
     notes = [f"missing, and done without: {path}" for path in files.missing]
     notes += guess_notes(content.guesses)
-    return _text(files, content, proposal, output=output, template=template), notes
+    text = _text(
+        files,
+        content,
+        proposal,
+        output=output,
+        template=template,
+        misfit=own.allow_misfit,
+    )
+    return text, notes
 
 
 def _proposal(scenario: Scenario) -> _Proposal:
@@ -158,6 +166,7 @@ def _text(
     *,
     output: Path,
     template: str,
+    misfit: bool,
 ) -> str:
     """Return the scene file."""
     traffic = scenario.traffic
@@ -168,6 +177,7 @@ def _text(
         f" a step every {traffic.step:g} s.",
         "scenario:",
         *_scenario_lines(files, output.parent),
+        *(["  allow_misfit: true"] if misfit else []),
         f"template: {template}           # one of {', '.join(catalog.template_names('scene'))}",
         f"seed: 1                         # {meaning('seed')}",
         f"quality: {default('quality')}               # one of"

@@ -92,7 +92,7 @@ class TypesOfUsers:
             if trace.kind == "vehicle" and not self._told(trace)
         )
         return tuple(
-            TypeGuess(type_id, count, vclass, f"its name says {vclass}" if vclass else "")
+            TypeGuess(type_id, count, vclass, "the names say so" if vclass else "")
             for (type_id, vclass), count in sorted(counts.items())
             if type_id or vclass
         )

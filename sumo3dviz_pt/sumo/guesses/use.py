@@ -105,12 +105,12 @@ def _with_use(guess: TypeGuess, use: _TypeUse, network: Network, *, fast: bool) 
     """
     said = _by_ids(use)
     if said:
-        return replace(guess, vclass=said, why=f"the ids of its vehicles say {said}")
+        return replace(guess, vclass=said, why="the ids of the vehicles say so")
     own = _by_lanes(use, network)
     if own:
-        return replace(guess, vclass=own, why="it only drives on lanes that are closed to cars")
+        return replace(guess, vclass=own, why="the vehicles keep to lanes that are closed to cars")
     if fast and _cycles(use, network):
-        why = f"it stays below {_CYCLING:g} m/s on lanes that bicycles may use"
+        why = f"the vehicles stay below {_CYCLING:g} m/s where bicycles may go"
         return replace(guess, vclass="bicycle", why=why)
     return guess
 

@@ -14,8 +14,8 @@ _WORDS = {
     "emergency": "ambulance ambulances ambulanz rettungswagen krankenwagen rtw fire firetruck"
     " firebrigade fireengine feuerwehr pompiers bomberos brandweer rescue samu",
     "wheelchair": "wheelchair wheelchairs rollstuhl",
-    "motorcycle": "motorcycles motorcyclist motorbike motorbikes moto motos motorrad motorraeder"
-    " motorrader kraftrad motocicleta motocicletta motociclo motorfiets motocykl",
+    "motorcycle": "motorcycles motorcyclist motorbike motorbikes mot moto motos motorrad"
+    " motorraeder motorrader kraftrad motocicleta motocicletta motociclo motorfiets motocykl",
     "moped": "mopeds mofa ciclomotor ciclomotore cyclomoteur bromfiets",
     "scooter": "scooters escooter escooters kickscooter trottinette patinete monopattino",
     "bicycle": "bicycles bike bikes cyclist cyclists ebike ebikes pedelec cargobike"
