@@ -64,7 +64,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Raises:
         BrokenPipeError: If nobody reads the output any more.
     """
-    with _notes_on_stderr():
+    with notes_on_stderr():
         return _run(arguments)
 
 
@@ -148,7 +148,7 @@ _ALL, _OURS = logging.getLogger(), logging.getLogger("sumo3dviz_pt")
 
 
 @contextmanager
-def _notes_on_stderr() -> Iterator[None]:
+def notes_on_stderr() -> Iterator[None]:
     """Show warnings as plain sentences; afterwards the caller's own loggers are as they were."""
     handlers, levels = _ALL.handlers[:], (_ALL.level, _OURS.level)
     _ALL.handlers[:] = [_WarningPrinter()]

@@ -98,9 +98,10 @@ def _words(name: str) -> list[str]:
 
 
 def _said(words: list[str], kind: str) -> str | None:
-    """Return the class of the telling word, or pair of words, with the first rank."""
+    """Return the class of the telling word with the first rank; pairs tell more than words."""
     pairs = [first + second for first, second in pairwise(words)]
-    found = {_CLASSES[word] for word in (*words, *pairs) if word in _CLASSES}
+    found = {_CLASSES[pair] for pair in pairs if pair in _CLASSES}
+    found = found or {_CLASSES[word] for word in words if word in _CLASSES}
     if kind == "person":
         found &= _OF_PEOPLE
     elif kind != "vehicle":

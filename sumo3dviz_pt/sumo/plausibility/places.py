@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import shapely
@@ -48,6 +49,16 @@ _RATIOS = (0.7, 1.4)
 """Logged speeds over distances by which an explanation is confirmed."""
 
 
+_ALIKE = 0.6
+"""Share of steps that must be shifted alike for a shift of the whole log."""
+
+_ROUNDS = 12
+"""Rounds of fitting a shift."""
+
+Geometries = Any
+"""A geometry of shapely, or an array of them."""
+
+
 class LaneMap:
     """Finds lanes near places."""
 
@@ -62,7 +73,7 @@ class LaneMap:
         return np.array([lane.width for lane in self.lanes])
 
     @cached_property
-    def lines(self) -> np.ndarray:  # type: ignore[type-arg]
+    def lines(self) -> Geometries:
         """Centre lines of all lanes, (n,)."""
         points = np.concatenate([lane.shape[:, :2] for lane in self.lanes])
         owners = np.repeat(np.arange(len(self.lanes)), [len(lane.shape) for lane in self.lanes])
@@ -84,10 +95,7 @@ class LaneMap:
         rows, found = self.tree.query(points, predicate="dwithin", distance=_REACH)
         lines, owners = self.lines[found], points[rows]
         near = shapely.distance(owners, lines) <= self.widths[found] / 2 + _BESIDE
-        # The lane's direction is that of a short piece around the nearest point.
-        along = shapely.line_locate_point(lines, owners)
-        ends = [shapely.line_interpolate_point(lines, along + by) for by in (-0.5, 0.5)]
-        ways = shapely.get_coordinates(ends[1]) - shapely.get_coordinates(ends[0])
+        ways = _ways(lines, owners)
         fits = np.zeros(len(places), dtype=np.bool_)
         fits[rows[near & _aligned(ways, moves[rows])]] = True
         return fits
@@ -108,12 +116,16 @@ class _OwnLanes:
         distances: From that lane's centre, NaN where there is none, (n,) [m].
         on: Which are on that lane, (n,).
         shifts: From the logged place on that lane to the front; NaN if unknown, (n, 3) [m].
+        sides: Unit vectors to the left of that lane, (n, 2).
+        aside: How far the front is to the left of it; NaN if unknown, (n,) [m].
     """
 
     known: Bools
     distances: Floats
     on: Bools
     shifts: Floats
+    sides: Floats
+    aside: Floats
 
 
 def place_findings(
@@ -146,8 +158,10 @@ def place_findings(
         distances[rest] = lane_map.distances(sample.places[rest, :2])
     typical = float(np.median(distances))
     why = _explained(sample, lane_map, shift, network)
-    hopeless = typical > _NONSENSE
-    return (Finding("places", _misplaced(astray, typical, why), hopeless),)
+    # Vehicles on roads along which a log is shifted stay on their lanes.
+    far_off = float(np.median(distances[~on])) if astray >= _MANY else typical
+    hopeless = max(typical, float(np.hypot(*shift))) > _NONSENSE
+    return (Finding("places", _misplaced(astray, far_off, why), hopeless),)
 
 
 def explanation(sample: LogSample, names: Sequence[str], network: Network) -> str:
@@ -175,31 +189,56 @@ def _own_lanes(sample: LogSample, lanes: Sequence[Lane | None]) -> _OwnLanes:
     """Return how fronts lie to the lanes that the log names for them."""
     count = len(sample)
     distances, on = np.full(count, np.nan), np.zeros(count, dtype=np.bool_)
-    shifts = np.full((count, 3), np.nan)
+    shifts, sides = np.full((count, 3), np.nan), np.full((count, 2), np.nan)
+    feet = np.full((count, 2), np.nan)
     for number in np.unique(sample.lanes[sample.lanes >= 0]).tolist():
         lane = lanes[number]
         if lane is None:
             continue
         rows = np.flatnonzero(sample.lanes == number)
         points = shapely.points(sample.places[rows, :2])
-        distances[rows] = shapely.distance(points, shapely.LineString(lane.shape[:, :2]))
+        line = shapely.LineString(lane.shape[:, :2])
+        distances[rows] = shapely.distance(points, line)
+        sides[rows] = _ways(line, points) @ [[0.0, 1.0], [-1.0, 0.0]]
+        feet[rows] = shapely.get_coordinates(shapely.shortest_line(line, points))[::2]
         on[rows] = distances[rows] <= lane.width / 2 + _BESIDE
         # SUMO's length of a lane may differ from that of its shape.
         along = arc_length(lane.shape[:, :2])
         at = sample.offsets[rows] * along[-1] / max(lane.length, 1e-9)
         logged = np.column_stack([np.interp(at, along, axis) for axis in lane.shape.T])
         shifts[rows] = np.where(np.isfinite(at)[:, None], sample.places[rows] - logged, np.nan)
-    return _OwnLanes(np.isfinite(distances), distances, on, shifts)
+    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+    aside = ((sample.places[:, :2] - feet) * sides).sum(axis=1)
+    return _OwnLanes(np.isfinite(distances), distances, on, shifts, sides, aside)
 
 
 def _shift(own: _OwnLanes) -> Floats:
     """Return by how much the whole log is shifted, (2,) [m]; 0 where it is not one shift."""
     shifts = own.shifts[np.isfinite(own.shifts[:, 0]), :2]
-    if len(shifts) < LEAST:
-        return np.zeros(2)
-    shift = np.median(shifts, axis=0)
-    alike = np.linalg.norm(shifts - shift, axis=1) < _SHIFT
-    return np.asarray(shift if alike.mean() > 0.6 else np.zeros(2))
+    if len(shifts) >= LEAST:
+        shift = np.median(shifts, axis=0)
+        alike = np.linalg.norm(shifts - shift, axis=1) < _SHIFT
+    else:
+        sides, aside = own.sides[own.known], own.aside[own.known]
+        shift = _sideways(sides, aside) if len(aside) >= LEAST else np.zeros(2)
+        alike = np.abs(sides @ shift - aside) < _SHIFT
+    return np.asarray(shift if len(alike) and alike.mean() > _ALIKE else np.zeros(2))
+
+
+def _sideways(sides: Floats, aside: Floats) -> Floats:
+    """Return the shift that lets most fronts lie as far aside as they do, (2,) [m].
+
+    Args:
+        sides: Unit vectors to the left of the lanes, (n, 2).
+        aside: How far the fronts are to the left, (n,) [m].
+    """
+    weights, shift = np.ones(len(aside)), np.zeros(2)
+    for _ in range(_ROUNDS):
+        # Weights that fall with the error give the least sum of absolute errors.
+        scaled = sides * weights[:, None]
+        shift = np.linalg.lstsq(scaled.T @ sides, scaled.T @ aside, rcond=1e-3)[0]
+        weights = 1.0 / np.maximum(np.abs(sides @ shift - aside), 0.05)
+    return np.asarray(shift)
 
 
 def _heights(own: _OwnLanes, on: Bools) -> tuple[Finding, ...]:
@@ -251,10 +290,13 @@ def _as_fast(moves: Floats, sample: LogSample) -> bool:
 def _changes(shift: Floats, network: Network) -> list[tuple[str, _Change]]:
     """Return what may have happened to a log, and what undoes it."""
     offset = np.array(network.location.net_offset)
+    # A shift by the offset is likelier to be that than another one.
     changes: list[tuple[str, _Change]] = [
         ("the network's netOffset seems to be missing in it", lambda p: p + offset),
         ("the network's netOffset seems to be added twice", lambda p: p - offset),
     ]
+    if np.hypot(*offset) < 10.0 * _SHIFT:
+        changes.clear()
     if shift.any():
         changes.append((f"the log lies {in_compass(shift)} of the network", lambda p: p - shift))
     shapes = np.concatenate([lane.shape[:, :2] for lane in network.lanes.values()])
@@ -283,6 +325,15 @@ def in_compass(shift: Floats) -> str:
 def _metres(length: float) -> str:
     """Return a length in words: small ones with a decimal [m]."""
     return f"{abs(length):.0f}" if abs(length) >= 10.0 else f"{abs(length):.2g}"
+
+
+def _ways(lines: Geometries, points: Geometries) -> Floats:
+    """Return the directions of lines beside points, along a short piece, (n, 2) [m]."""
+    along = shapely.line_locate_point(lines, points)
+    first = np.maximum(along - 0.5, 0.0)
+    ends = [shapely.line_interpolate_point(lines, at) for at in (first, first + 1.0)]
+    ways = shapely.get_coordinates(ends[1]) - shapely.get_coordinates(ends[0])
+    return np.asarray(ways)
 
 
 def _aligned(ways: Floats, moves: Floats) -> Bools:
