@@ -232,7 +232,8 @@ def _sideways(sides: Floats, aside: Floats) -> Floats:
         sides: Unit vectors to the left of the lanes, (n, 2).
         aside: How far the fronts are to the left, (n,) [m].
     """
-    weights, shift = np.ones(len(aside)), np.zeros(2)
+    weights: Floats = np.ones(len(aside))
+    shift: Floats = np.zeros(2)
     for _ in range(_ROUNDS):
         # Weights that fall with the error give the least sum of absolute errors.
         scaled = sides * weights[:, None]
