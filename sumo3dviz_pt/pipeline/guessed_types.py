@@ -39,9 +39,9 @@ def guesses_in_words(guesses: Sequence[TypeGuess], *, remedy: str) -> str:
     if not guesses:
         return ""
     # Types that nothing tells come first, as their pictures are likeliest to be wrong.
-    groups: dict[tuple[str, str], list[TypeGuess]] = {}
+    groups: dict[tuple[bool, str, str], list[TypeGuess]] = {}
     for each in sorted(guesses, key=lambda each: (bool(each.vclass), -each.count)):
-        groups.setdefault((each.vclass, each.why), []).append(each)
+        groups.setdefault((bool(each.type_id), each.vclass, each.why), []).append(each)
     parts = [_in_words(group) for group in groups.values()]
     return f"no file defines the types of these vehicles: {'; '.join(parts)}. {remedy}"
 
@@ -66,10 +66,12 @@ def _in_words(group: Sequence[TypeGuess]) -> str:
     """Return what the vehicles of types of one class are drawn as."""
     first = group[0]
     count = sum(each.count for each in group)
-    names = [repr(each.type_id) for each in group[:_NAMED] if each.type_id] or ["no type"]
-    more = f" and {len(group) - _NAMED} more" if len(group) > _NAMED else ""
     told = f"vClass {first.vclass} because {first.why}" if first.vclass else _UNTOLD
-    return f"{', '.join(names)}{more} ({count} of them) drawn as {told}"
+    if not first.type_id:
+        return f"{count} without a type drawn as {told}"
+    names = ", ".join(repr(each.type_id) for each in group[:_NAMED])
+    more = f" and {len(group) - _NAMED} more" if len(group) > _NAMED else ""
+    return f"{names}{more} ({count} of them) drawn as {told}"
 
 
 def _quoted(text: str) -> str:

@@ -237,9 +237,10 @@ def _sideways(sides: Floats, aside: Floats) -> Floats:
     for _ in range(_ROUNDS):
         # Weights that fall with the error give the least sum of absolute errors.
         scaled = sides * weights[:, None]
-        shift = np.linalg.lstsq(scaled.T @ sides, scaled.T @ aside, rcond=1e-3)[0]
+        solved = np.linalg.lstsq(scaled.T @ sides, scaled.T @ aside, rcond=1e-3)
+        shift = np.asarray(solved[0], dtype=np.float64)
         weights = 1.0 / np.maximum(np.abs(sides @ shift - aside), 0.05)
-    return np.asarray(shift)
+    return shift
 
 
 def _heights(own: _OwnLanes, on: Bools) -> tuple[Finding, ...]:

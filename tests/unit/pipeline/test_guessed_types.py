@@ -13,10 +13,12 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 def test_one_sentence_for_all():
     found = [TypeGuess(f"t{n}", n + 1) for n in range(5)]
     found += [TypeGuess("veh_bus", 9, "bus", "the names say so")]
+    found += [TypeGuess("", 8, "bus", "the names say so")]
     assert guesses_in_words(found, remedy="Do it") == (
         "no file defines the types of these vehicles: 't4', 't3', 't2' and 2 more (15 of them)"
         " drawn as cars because nothing tells what they are; 'veh_bus' (9 of them) drawn as vClass"
-        " bus because the names say so. Do it"
+        " bus because the names say so; 8 without a type drawn as vClass bus because the names"
+        " say so. Do it"
     )
     assert guesses_in_words([], remedy="Do it") == ""
 
