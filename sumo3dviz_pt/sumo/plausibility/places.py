@@ -152,8 +152,9 @@ def place_findings(
         return _heights(own, on)
     # The logged place on a lane tells more than the distance from it.
     far = np.linalg.norm(own.shifts[:, :2], axis=1)
-    distances = np.where(np.isfinite(far), far, own.distances)
-    rest = np.flatnonzero(~own.known)
+    aside = np.where(on, 0.0, own.distances)
+    distances = np.where(np.isfinite(far), far, aside)
+    rest = np.flatnonzero(~np.isfinite(distances))
     if len(rest):
         distances[rest] = lane_map.distances(sample.places[rest, :2])
     typical = float(np.median(distances))
