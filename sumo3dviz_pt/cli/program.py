@@ -64,7 +64,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     Raises:
         BrokenPipeError: If nobody reads the output any more.
     """
-    with _notes_on_stderr():
+    with notes_on_stderr():
         return _run(arguments)
 
 
@@ -119,7 +119,11 @@ def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
 
 
 class _WarningPrinter(logging.Handler):
-    """Prints warnings as plain sentences to the present standard error, each of them once."""
+    """Prints warnings as plain sentences to the present standard error, each of them once.
+
+    Records that differ only in what part of a file was read have the same attribute `once`;
+    the first of them is printed.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -128,8 +132,9 @@ class _WarningPrinter(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Print one."""
         text = record.getMessage()
-        if text not in self._said:
-            self._said.add(text)
+        subject = getattr(record, "once", text)
+        if subject not in self._said:
+            self._said.add(subject)
             note = "note: " if record.levelno >= logging.WARNING else ""
             line = f"{PROGRAM}: {note}{text}"
             bars = sys.modules.get("tqdm")
@@ -143,7 +148,7 @@ _ALL, _OURS = logging.getLogger(), logging.getLogger("sumo3dviz_pt")
 
 
 @contextmanager
-def _notes_on_stderr() -> Iterator[None]:
+def notes_on_stderr() -> Iterator[None]:
     """Show warnings as plain sentences; afterwards the caller's own loggers are as they were."""
     handlers, levels = _ALL.handlers[:], (_ALL.level, _OURS.level)
     _ALL.handlers[:] = [_WarningPrinter()]

@@ -18,7 +18,12 @@ def add_init(commands: Any) -> None:
     sub.add_argument("--network", type=Path, help="this network instead of the one found")
     sub.add_argument("--trajectories", type=Path, action="append", default=[], help="this FCD log")
     sub.add_argument("--signals", type=Path, action="append", default=[], help="this signal log")
-    sub.add_argument("--additional", type=Path, action="append", default=[], help="more POIs")
+    sub.add_argument(
+        "--additional", type=Path, action="append", default=[], help="more POIs or vTypes"
+    )
+    sub.add_argument(
+        "--allow-misfit", action="store_true", help="take a log that seems wrong, with a note"
+    )
     template = default("template")
     sub.add_setting("--template", "template", default=template, after=f" [{template}]")
     _add_target(sub)
@@ -70,6 +75,7 @@ def _init(options: argparse.Namespace) -> int:
             trajectories=tuple(options.trajectories),
             signals=tuple(options.signals),
             additional=tuple(options.additional),
+            allow_misfit=options.allow_misfit,
         ),
     )
     write_schema(options.output.with_name(FILE))

@@ -54,6 +54,9 @@ class ScenarioSettings(Settings):
     additional: OneOrMoreFiles = Field((), description="POIs, polygons and vTypes")
     vehicle_types: OneOrMoreFiles = Field((), description="files that hold vTypes")
     allow_truncated: bool = Field(False, description="use the complete steps of a cut-off log")
+    allow_misfit: bool = Field(
+        False, description="show a log that seems wrong or of another network; it is only noted"
+    )
 
 
 class SunSettings(Settings):
@@ -139,6 +142,13 @@ class RoadSettings(Settings):
 
 class VehicleSettings(Settings):
     """Which bodies and colours vehicles show."""
+
+    types: dict[str, str] = Field(
+        default_factory=dict,
+        max_length=MOST_ENTRIES,
+        description="vClass by vType id or pattern, where no file defines the vType; by vehicle id"
+        " in a log without types",
+    )
 
     passenger: Names = Field((), description="models to draw from; default all")
     models: dict[str, Names] = Field(

@@ -31,6 +31,36 @@ class ScenarioFiles:
     missing: tuple[Path, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class LogChoices:
+    """How a log is to be understood where its files leave that open.
+
+    Attributes:
+        allow_misfit: Whether what makes a log seem wrong, or of another network, is only noted.
+        classes: vClasses by type id or pattern, for types that no file defines.
+    """
+
+    allow_misfit: bool = False
+    classes: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class TypeGuess:
+    """The vClass of a vehicle type that no file defines.
+
+    Attributes:
+        type_id: SUMO's id; empty for vehicles without a type.
+        count: Number of its vehicles.
+        vclass: What they are drawn as; empty where nothing tells.
+        why: What tells it, as a clause.
+    """
+
+    type_id: str
+    count: int
+    vclass: str = ""
+    why: str = ""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Scenario:
     """Everything that a simulation's files say about a time window.
@@ -43,6 +73,7 @@ class Scenario:
         pois: Of all additional files.
         polygons: Of all additional files.
         stops: Bus stops of all additional files.
+        guesses: Types that no file defines, of vehicles in the window.
     """
 
     network: Network
@@ -52,3 +83,4 @@ class Scenario:
     pois: tuple[Poi, ...] = ()
     polygons: tuple[Polygon, ...] = ()
     stops: tuple[Stop, ...] = ()
+    guesses: tuple[TypeGuess, ...] = ()

@@ -161,13 +161,23 @@ def in_words(report: dict[str, Any]) -> str:
     lines += [f"sun      {report['sun']['text']}"] if report["sun"] else []
     lines += [f"missing  {path}" for path in report["missing_files"]]
     lines += [f"note     vehicles.by_id: {each!r} fits nobody" for each in report["nobody"]]
-    for shot in report["shots"]:
-        lines += _shot_lines(shot)
+    shots = report["shots"]
+    common = _common([shot["left_out"] for shot in shots])
+    lines += [f"left out of all shots  {item['what']}: {item['why']}" for item in common]
+    for shot in shots:
+        lines += _shot_lines(shot, told=common)
     return "\n".join(lines)
 
 
-def _shot_lines(shot: dict[str, Any]) -> list[str]:
-    """Return one shot as people read it."""
+def _common(lists: Sequence[list[Any]]) -> list[Any]:
+    """Return what several lists have in common; nothing of a single one."""
+    if len(lists) < 2:
+        return []
+    return [item for item in lists[0] if all(item in other for other in lists[1:])]
+
+
+def _shot_lines(shot: dict[str, Any], *, told: Sequence[Any] = ()) -> list[str]:
+    """Return one shot as people read it, without what was told of all shots."""
     triangles = dict(shot["triangles"])
     total = triangles.pop("total")
     parts = ", ".join(f"{count} {name}" for name, count in shot["parts"].items() if count)
@@ -180,7 +190,8 @@ def _shot_lines(shot: dict[str, Any]) -> list[str]:
     ]
     if shot["over_budget"]:
         lines.append(f"  note      more than {TRIANGLE_BUDGET:,} triangles make every frame slower")
-    lines += [f"  left out  {item['what']}: {item['why']}" for item in shot["left_out"]]
+    left_out = [item for item in shot["left_out"] if item not in told]
+    lines += [f"  left out  {item['what']}: {item['why']}" for item in left_out]
     return lines + _cost_lines(shot)
 
 

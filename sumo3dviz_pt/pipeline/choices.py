@@ -42,6 +42,12 @@ def _models() -> Sequence[str]:
     return (*_vehicles(), *catalog.names("people"))
 
 
+def _vclasses() -> Sequence[str]:
+    from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
+
+    return tuple(CLASS_DEFAULTS)
+
+
 NAMES: Mapping[str, Callable[[], Sequence[str]]] = MappingProxyType(
     {
         "quality": partial(catalog.template_names, "quality"),
@@ -52,6 +58,7 @@ NAMES: Mapping[str, Callable[[], Sequence[str]]] = MappingProxyType(
         "output.tone": _tones,
         "motion.smoother": _smoothers,
         "ground.texture": partial(catalog.names, "surfaces"),
+        "vehicles.types.NAME": _vclasses,
         "vehicles.passenger": partial(_vehicles, "passenger"),
         "vehicles.by_id.NAME.model": _models,
     }

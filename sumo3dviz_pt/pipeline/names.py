@@ -48,6 +48,9 @@ def _named(job: Job) -> Iterator[_Named]:
     yield _Named(("output", "tone"), job.output.tone, "tone curve", names_for("output.tone"))
     if job.sky.preset is not None:
         yield _Named(("sky", "preset"), job.sky.preset, "sky preset", names_for("sky.preset"))
+    classes = names_for("vehicles.types.NAME") if job.vehicles.types else ()
+    for type_id, vclass in job.vehicles.types.items():
+        yield _Named(("vehicles", "types", type_id), vclass, "vClass of SUMO", classes)
     for name, camera in job.cameras.items():
         if isinstance(camera, LagrangianCamera):
             views = names_for("cameras.NAME.view")

@@ -27,10 +27,11 @@ from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.ratios import Ratio, ratio_of
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
 from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
+from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
 from sumo3dviz_pt.pipeline.riders import check_rider
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
@@ -195,9 +196,17 @@ def _read_files(
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
     truncated = job.scenario.allow_truncated
-    return files, read_scenario(
-        files, begin=begin, end=end, margin=MARGIN, allow_truncated=truncated
+    choices = LogChoices(job.scenario.allow_misfit, job.vehicles.types)
+    scenario = read_scenario(
+        files,
+        begin=begin,
+        end=end,
+        margin=MARGIN,
+        allow_truncated=truncated,
+        choices=choices,
     )
+    note_guesses(scenario.guesses, log=files.trajectories[0])
+    return files, scenario
 
 
 def _motion(job: Job, scenario: Scenario) -> LogMotion:

@@ -14,8 +14,9 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.meanings import default, meaning
 from sumo3dviz_pt.job.settings import ScenarioSettings
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
 from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.pipeline.guessed_types import guess_notes, type_lines
 from sumo3dviz_pt.pipeline.schema import LINE
 from sumo3dviz_pt.pipeline.stills.still import check_writable
 
@@ -68,7 +69,7 @@ def propose(
         InputError: If network or trajectories are missing or damaged.
         ConfigError: If the template or the output's folder does not exist.
     """
-    from sumo3dviz_pt.sumo import find_scenario, read_scenario
+    from sumo3dviz_pt.sumo import find_scenario, read_scenario, with_use
 
     catalog.template("scene", template)
     check_writable(output)
@@ -79,10 +80,21 @@ def propose(
         signals=own.signals or files.signals,
         additional=files.additional + own.additional,
     )
-    content = read_scenario(files)
+    # Scene files read types from additional files, too.
+    typed = replace(files, vehicle_types=files.vehicle_types + files.additional)
+    content = with_use(read_scenario(typed, choices=LogChoices(own.allow_misfit)))
     proposal = _proposal(content)
     notes = [f"missing, and done without: {path}" for path in files.missing]
-    return _text(files, content, proposal, output=output, template=template), notes
+    notes += guess_notes(content.guesses)
+    text = _text(
+        files,
+        content,
+        proposal,
+        output=output,
+        template=template,
+        misfit=own.allow_misfit,
+    )
+    return text, notes
 
 
 def _proposal(scenario: Scenario) -> _Proposal:
@@ -154,6 +166,7 @@ def _text(
     *,
     output: Path,
     template: str,
+    misfit: bool,
 ) -> str:
     """Return the scene file."""
     traffic = scenario.traffic
@@ -164,6 +177,7 @@ def _text(
         f" a step every {traffic.step:g} s.",
         "scenario:",
         *_scenario_lines(files, output.parent),
+        *(["  allow_misfit: true"] if misfit else []),
         f"template: {template}           # one of {', '.join(catalog.template_names('scene'))}",
         f"seed: 1                         # {meaning('seed')}",
         f"quality: {default('quality')}               # one of"
@@ -171,6 +185,7 @@ def _text(
         "# sky: {preset: sky_blue}       # or:",
         '# sky: {sun: {date: 2026-06-21, time: "17:30", place: [52.5, 13.4]}}',
         "# ground: {texture: ground_grass}",
+        *type_lines(scenario.guesses),
         "cameras:",
         "  overview:",
         "    mode: eulerian",

@@ -115,6 +115,7 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         at=wanted.at,
         allow_truncated=job.scenario.allow_truncated,
         location=read_location(files.network),
+        classes=job.vehicles.types,
     )
     return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sumo3dviz_pt.sumo.additional import read_additional
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.find import find_scenario
+from sumo3dviz_pt.sumo.guesses.use import with_use
 from sumo3dviz_pt.sumo.network import read_location, read_network
 from sumo3dviz_pt.sumo.roster import read_roster
 from sumo3dviz_pt.sumo.scenario import read_scenario
@@ -27,4 +28,5 @@ __all__ = [
     "read_trajectories",
     "read_vehicle_types",
     "whereabouts",
+    "with_use",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
@@ -13,11 +14,13 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.errors import InputError, cut
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.sumo.bounds import COORDINATE
 from sumo3dviz_pt.sumo.formats import ElementSink, format_of
 from sumo3dviz_pt.sumo.formats.format import KINDS
+from sumo3dviz_pt.sumo.plausibility.places import explanation
+from sumo3dviz_pt.sumo.plausibility.sample import LogSample
 
 logger = logging.getLogger(__name__)
 
@@ -48,7 +51,13 @@ _ON_ROADS = (0.5, 0.1)
 The second is lower because a vehicle that is steered over TraCI may drive anywhere.
 """
 
-_ADVICE = "use the log of this network, written without --fcd-output.geo and --fcd-output.utm"
+OVERRIDE = "or show it nevertheless by scenario.allow_misfit (init --allow-misfit)"
+"""What a user can do who wants a log that seems wrong."""
+
+_ADVICE = (
+    "use the log of this network, written without --fcd-output.geo and --fcd-output.utm,"
+    f" {OVERRIDE}"
+)
 
 
 @dataclass(slots=True)
@@ -60,14 +69,23 @@ class LogRows:
         places: x and y, (n,) pairs [m].
         lanes: Lane or edge ids, empty where none is logged, (n,).
         speeds: NaN where none is logged, (n,) [m/s].
+        offsets: Places along the lanes; NaN where none is logged, (n,) [m].
     """
 
     kinds: list[str] = field(default_factory=list)
     places: list[tuple[float, float]] = field(default_factory=list)
     lanes: list[str] = field(default_factory=list)
     speeds: list[float] = field(default_factory=list)
+    offsets: list[float] = field(default_factory=list)
 
-    def add(self, kind: str, place: tuple[float, float], lane: str, speed: float) -> None:
+    def add(
+        self,
+        kind: str,
+        place: tuple[float, float],
+        lane: str,
+        speed: float,
+        offset: float = math.nan,
+    ) -> None:
         """Add one row.
 
         Args:
@@ -75,11 +93,13 @@ class LogRows:
             place: x and y [m].
             lane: Lane or edge id, may be empty.
             speed: [m/s], or NaN.
+            offset: Place along the lane [m], or NaN.
         """
         self.kinds.append(kind)
         self.places.append(place)
         self.lanes.append(lane)
         self.speeds.append(speed)
+        self.offsets.append(offset)
 
 
 def first_rows(file: Path) -> LogRows:
@@ -110,7 +130,8 @@ class _FirstRows(ElementSink):
                 speed = float(attributes.get("speed", "nan"))
                 if all(abs(value) <= COORDINATE.high for value in place):
                     lane = attributes.get("lane") or attributes.get("edge") or ""
-                    self.rows.add(tag, place, lane, speed)
+                    offset = float(attributes["pos"]) if "pos" in attributes else math.nan
+                    self.rows.add(tag, place, lane, speed, offset)
         self._taken += 1
         if len(self.rows.kinds) >= _ROWS or self._taken >= _ELEMENTS:
             raise _EnoughError
@@ -133,6 +154,8 @@ def check_belonging(rows: LogRows, network: Network, *, network_file: Path, log:
         return
     reason = _elsewhere(rows, network) or _unknown(rows, network) or _astray(rows, network)
     if reason:
+        why = _explained(rows, network)
+        reason += f" ({why})" if why else ""
         raise misfit(reason, network_file=network_file, log=log)
 
 
@@ -146,6 +169,32 @@ def misfit(reason: str, *, network_file: Path, log: Path) -> InputError:
     """
     message = f"the log does not lie on the network ({network_file.name}): {reason}; {_ADVICE}"
     return InputError(message, file=log)
+
+
+def _explained(rows: LogRows, network: Network) -> str:
+    """Return what may have happened to a log that does not fit, or nothing."""
+    drives = _driving(rows)
+    count = int(drives.sum())
+    if count < _LEAST:
+        return ""
+    names = list(dict.fromkeys(rows.lanes))
+    numbers = {name: number for number, name in enumerate(names)}
+    sample = LogSample(
+        places=np.column_stack([np.array(rows.places)[drives], np.zeros(count)]),
+        moves=np.zeros((count, 2)),
+        spans=np.ones(count),
+        yaws=np.zeros(count),
+        speeds=np.array(rows.speeds)[drives],
+        lanes=np.array([numbers[lane] for lane in rows.lanes])[drives],
+        offsets=np.array(rows.offsets)[drives],
+    )
+    return explanation(sample, names, network)
+
+
+def _driving(rows: LogRows) -> Bools:
+    """Return which rows are of vehicles that drive, (n,)."""
+    vehicles = np.array([kind == "vehicle" for kind in rows.kinds])
+    return np.asarray(vehicles & ~(np.array(rows.speeds) <= _DRIVES))
 
 
 def _elsewhere(rows: LogRows, network: Network) -> str:
@@ -176,17 +225,13 @@ def _unknown(rows: LogRows, network: Network) -> str:
     said += f'{cut(common)}"'
     if len(missing) > _MOST * len(named):
         return said
-    logger.warning("of the log's rows, %s", said)
+    logger.warning("of the log's rows, %s", said, extra={"once": "unknown lanes"})
     return ""
 
 
 def _astray(rows: LogRows, network: Network) -> str:
     """Return why driving vehicles are off the roads, or nothing."""
-    drives = [
-        kind == "vehicle" and not speed <= _DRIVES
-        for kind, speed in zip(rows.kinds, rows.speeds, strict=True)
-    ]
-    places = np.array(rows.places)[drives]
+    places = np.array(rows.places)[_driving(rows)]
     if len(places) < _LEAST:
         return ""
     on = int(_beside(places, network).sum())
@@ -195,7 +240,7 @@ def _astray(rows: LogRows, network: Network) -> str:
     return f"only {on} of {len(places)} vehicles that drive are on its roads"
 
 
-def _beside(places: Floats, network: Network) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _beside(places: Floats, network: Network) -> Bools:
     """Return which places are near the centre of some lane, (n,)."""
     tree = shapely.STRtree(
         [shapely.LineString(lane.shape[:, :2]) for lane in network.lanes.values()]

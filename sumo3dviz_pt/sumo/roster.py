@@ -15,10 +15,9 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
 from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, VehicleType, unique_ids
-from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import stream_rows
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, table_of
-from sumo3dviz_pt.sumo.types import default_vehicle_type
 
 _LEAP = 15.0
 """A step that exceeds 1.5 x speed x time by more than this is a leap [m]."""
@@ -32,6 +31,7 @@ def read_roster(
     at: float | None = None,
     allow_truncated: bool = False,
     location: Location | None = None,
+    classes: Mapping[str, str] | None = None,
 ) -> tuple[RoadUser, ...]:
     """Read who is in vehicle logs.
 
@@ -41,11 +41,12 @@ def read_roster(
 
     Args:
         paths: Logs that belong together, such as one of vehicles and one of persons.
-        types: Known vTypes by id; others get SUMO's defaults.
+        types: vTypes by id that files define.
         near: A point; the result says who passes it, and when.
         at: A time [s]; the result says where everyone is then.
         allow_truncated: Whether to use the complete steps of a log that breaks off.
         location: Of the network, so that all positions become net coordinates.
+        classes: vClasses by type id or pattern, for types that no file defines.
 
     Returns:
         Everyone in order of first appearance, under the ids that cameras use. People who ride
@@ -56,7 +57,8 @@ def read_roster(
     """
     census = _RowCensus(near, nan if at is None else at)
     lanes = stream_rows(paths, census.count, allow_truncated=allow_truncated, location=location)
-    found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
+    known = TypesOfUsers(types, classes or {})
+    found = [_user(key, tally, lanes=lanes, types=known) for key, tally in census.tallies.items()]
     found.sort(key=lambda user: user.begin)
     return tuple(replace(user, id=own) for user, own in zip(found, unique_ids(found), strict=True))
 
@@ -219,12 +221,10 @@ def _place_at(starts: Floats, ends: Floats, at: float) -> _RowPlace | None:
     return _RowPlace(float(x), float(y), int((end if share > 0.5 else start)[7]))
 
 
-def _user(
-    key: Key, tally: _UserTally, *, lanes: Sequence[str], types: Mapping[str, VehicleType]
-) -> RoadUser:
+def _user(key: Key, tally: _UserTally, *, lanes: Sequence[str], types: TypesOfUsers) -> RoadUser:
     """Return what a tally says as a value."""
-    kind, name, type_id = key[0], key[1], key[2] or TYPE_OF_KIND[key[0]]
-    known = types.get(type_id) or default_vehicle_type(type_id, kind)
+    kind, name = key[0], key[1]
+    known = types.of(kind, name, key[2])
     used = [lanes[index] for index in tally.lanes if not lanes[index].startswith(":")]
     edges = [_edge_of(lane, kind) for lane in used]
     standing = abs(float(np.nan_to_num(tally.last[5])))
@@ -232,7 +232,7 @@ def _user(
     return RoadUser(
         id=name,
         kind=kind,
-        type_id=type_id,
+        type_id=known.id,
         vclass=known.vclass,
         begin=tally.begin,
         end=float(tally.last[0]),

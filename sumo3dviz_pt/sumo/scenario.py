@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
-from sumo3dviz_pt.model.traffic import SignalPhases, Trace, TrafficLog, VehicleType
+from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
+from sumo3dviz_pt.model.traffic import SignalPhases, Trace, TrafficLog
 from sumo3dviz_pt.sumo.additional import read_additional
-from sumo3dviz_pt.sumo.belonging import LogRows, check_belonging, first_rows, misfit
-from sumo3dviz_pt.sumo.classes import DEFAULT_TYPES, TYPE_OF_KIND
+from sumo3dviz_pt.sumo.belonging import OVERRIDE, LogRows, check_belonging, first_rows, misfit
+from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.heights import with_heights
 from sumo3dviz_pt.sumo.network import read_network
 from sumo3dviz_pt.sumo.places.coordinates import rows_in_net
+from sumo3dviz_pt.sumo.plausibility.build import findings
 from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.sumo.stops import read_stops
-from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
+from sumo3dviz_pt.sumo.types import read_vehicle_types
 
 logger = logging.getLogger(__name__)
 
@@ -36,12 +41,13 @@ def read_scenario(
     end: float | None = None,
     margin: float = 0.0,
     allow_truncated: bool = False,
+    choices: LogChoices | None = None,
 ) -> Scenario:
     """Read a scenario.
 
     Every trace's type is in `vehicle_types`: types that no file defines get SUMO's
-    defaults, and traces without a type get SUMO's default type of their kind. A log
-    without z in a network that has hills is put onto the road.
+    defaults of the class that `choices` or the words of their ids tell, else of their kind.
+    A log without z in a network that has hills is put onto the road.
 
     Args:
         files: As `find_scenario` gives them.
@@ -49,17 +55,21 @@ def read_scenario(
         end: Last time to keep [s]; None keeps all to the end.
         margin: Time to keep before and after these, for smoothing [s].
         allow_truncated: Whether to use the complete steps of a log that breaks off.
+        choices: How to understand what the files leave open.
 
     Returns:
         Everything in SI units and net coordinates.
 
     Raises:
-        InputError: If a file is damaged or the log does not belong to the network.
+        InputError: If a file is damaged, or the log does not belong to the network or would
+            make a film of nonsense.
     """
+    choices = choices or LogChoices()
     network = read_network(files.network)
-    for path in files.trajectories:
-        rows = rows_in_net(first_rows(path), path, network.location)
-        _check_rows(rows, network, files, path)
+    with _doubts(allow=choices.allow_misfit):
+        for path in files.trajectories:
+            rows = rows_in_net(first_rows(path), path, network.location)
+            _check_rows(rows, network, files, path)
     log = read_trajectories(
         files.trajectories,
         begin=begin,
@@ -68,38 +78,27 @@ def read_scenario(
         allow_truncated=allow_truncated,
         location=network.location,
     )
-    _check_log(log, network, files)
-    traces = with_heights(tuple(_typed(trace) for trace in log.traces), network)
-    types = read_vehicle_types(files.vehicle_types)
+    with _doubts(allow=choices.allow_misfit):
+        _check_log(log, network, files)
+    # A window may be odd where the log as a whole is not, so it is never refused.
+    refuse = begin is None and end is None and not choices.allow_misfit
+    _judge(log, network, files.trajectories[0], refuse=refuse)
+    known = TypesOfUsers(read_vehicle_types(files.vehicle_types), choices.classes)
+    traces, types = known.typed(log.traces)
+    traces = with_heights(traces, network)
     pois, polygons = read_additional(files.additional, network)
     signals = read_signals(files.signals, network)
     _compare_lights(signals, network, files)
     return Scenario(
         network=network,
         traffic=replace(log, traces=traces),
-        vehicle_types=types | _defaults(traces, types),
+        vehicle_types=dict(known.defined) | types,
         signals=signals,
         pois=pois,
         polygons=polygons,
         stops=read_stops(files.additional),
+        guesses=known.guesses(log.traces),
     )
-
-
-def _typed(trace: Trace) -> Trace:
-    return trace if trace.type_id else replace(trace, type_id=TYPE_OF_KIND[trace.kind])
-
-
-def _defaults(traces: Iterable[Trace], known: dict[str, VehicleType]) -> dict[str, VehicleType]:
-    """Return SUMO's defaults for types that no file defines, with one warning for all."""
-    kinds = {trace.type_id: trace.kind for trace in traces if trace.type_id not in known}
-    undefined = sorted(set(kinds) - set(DEFAULT_TYPES))
-    if undefined:
-        logger.warning(
-            "no file defines the vehicle types %s: their vehicles are drawn as cars of SUMO's"
-            " default size; name the files that define them in scenario.vehicle_types",
-            ", ".join(undefined),
-        )
-    return {type_id: default_vehicle_type(type_id, kind) for type_id, kind in kinds.items()}
 
 
 def _compare_lights(
@@ -139,6 +138,36 @@ def _check_log(log: TrafficLog, network: Network, files: ScenarioFiles) -> None:
             raise misfit(reason, network_file=files.network, log=path)
 
 
+def _judge(log: TrafficLog, network: Network, path: Path, *, refuse: bool) -> None:
+    """Note what seems wrong with a log.
+
+    Args:
+        log: The log, or a window of it.
+        network: The network.
+        path: File of the log, for messages.
+        refuse: Whether to refuse it if a film of it would be nonsense.
+
+    Raises:
+        InputError: If it is refused.
+    """
+    for finding in findings(log, network):
+        if finding.hopeless and refuse:
+            raise InputError(f"{finding.text}, {OVERRIDE}", file=path)
+        once = {"once": f"{finding.about} of {path}"}
+        logger.warning("%s: %s", path, finding.text, extra=once)
+
+
+@contextmanager
+def _doubts(*, allow: bool) -> Iterator[None]:
+    """Turn the refusal of a log into a note where that is allowed."""
+    try:
+        yield
+    except InputError as error:
+        if not allow:
+            raise
+        logger.warning("%s", error, extra={"once": f"misfit of {error.file}"})
+
+
 def _some_rows(log: TrafficLog) -> LogRows:
     """Return samples from all over a log, of each kind, as kinds may be shifted differently."""
     rows = LogRows()
@@ -150,7 +179,8 @@ def _some_rows(log: TrafficLog) -> LogRows:
                 x, y = trace.positions[row, :2].tolist()
                 lane = int(trace.lanes[row])
                 name = log.lane_names[lane] if lane >= 0 else ""
-                rows.add(kind, (x, y), name, float(trace.speeds[row]))
+                offset = float(trace.offsets[row]) if len(trace.offsets) else math.nan
+                rows.add(kind, (x, y), name, float(trace.speeds[row]), offset)
     return rows
 
 

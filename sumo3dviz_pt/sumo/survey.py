@@ -10,6 +10,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo.formats import format_of, is_log
+from sumo3dviz_pt.sumo.plausibility.damage import note_damage
 from sumo3dviz_pt.sumo.stream import Element, may_be_xml, read_elements, root_of
 from sumo3dviz_pt.sumo.values import parse_time
 
@@ -87,7 +88,10 @@ def survey_files(files: Iterable[Path]) -> Survey:
     """Sort files by content; files that are not of SUMO are left out."""
     found = Survey()
     for file in files:
-        found = found + _sorted_in(file, root_of(file) if may_be_xml(file) else None)
+        root = root_of(file) if may_be_xml(file) else None
+        if root is None and may_be_xml(file):
+            note_damage(file)
+        found = found + _sorted_in(file, root)
     return found
 
 

@@ -47,17 +47,18 @@ def read_vehicle_types(paths: Iterable[Path]) -> dict[str, VehicleType]:
     return types
 
 
-def default_vehicle_type(type_id: str, kind: str) -> VehicleType:
+def default_vehicle_type(type_id: str, kind: str, *, vclass: str | None = None) -> VehicleType:
     """Return the type that SUMO assumes where no file defines it.
 
     Args:
         type_id: SUMO's id; `DEFAULT_PEDTYPE` and similar ids have their own vClass.
         kind: `vehicle`, `person` or `container`.
+        vclass: The vClass, if something tells it; else that of the id or of the kind.
 
     Returns:
-        A type with this id, of the class that the id or else the kind suggests.
+        A type with this id and the sizes of its class.
     """
-    vclass = DEFAULT_TYPES.get(type_id) or DEFAULT_TYPES[TYPE_OF_KIND[kind]]
+    vclass = vclass or DEFAULT_TYPES.get(type_id) or DEFAULT_TYPES[TYPE_OF_KIND[kind]]
     size = CLASS_DEFAULTS[vclass]
     return VehicleType(type_id, vclass, size.length, size.width, size.height, size.gui_shape)
 

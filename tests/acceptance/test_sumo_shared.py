@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.colour import linear_from_srgb
+from sumo3dviz_pt.model.scenario import LogChoices, ScenarioFiles
 from sumo3dviz_pt.sumo import (
     find_scenario,
     read_additional,
@@ -19,10 +21,12 @@ from sumo3dviz_pt.sumo import (
     read_trajectories,
     read_vehicle_types,
 )
+from sumo3dviz_pt.sumo.plausibility.build import findings
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 EDGE = DATA / "edge_cases"
 NAMES = ["barcelona", "doerpfeldstr", "bologna_acosta", "monaco_west_hills", "badhersfeld"]
+EAST = np.array([25.0, 0.0, 0.0])
 
 pytestmark = [
     pytest.mark.skipif(not DATA.is_dir(), reason="the shared scenarios are not here"),
@@ -117,6 +121,26 @@ def distance(point, line):
     share = ((point - start) * step).sum(axis=1) / np.maximum((step**2).sum(axis=1), 1e-12)
     nearest = start + np.clip(share, 0, 1)[:, None] * step
     return float(np.linalg.norm(nearest - point, axis=1).min())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_is_wrong_with_the_logs(name):
+    """Nor with windows of them, nor with a few of their vehicles."""
+    found = scenario(name)
+    log = found.traffic
+    assert findings(log, found.network) == ()
+    for first in range(0, 60, 13):
+        assert findings(replace(log, traces=log.traces[first::60]), found.network) == ()
+    shifted = tuple(replace(t, positions=t.positions + EAST) for t in log.traces)
+    (wrong,) = findings(replace(log, traces=shifted), found.network)
+    assert wrong.hopeless and "the log lies 25 m east of the network" in wrong.text
+
+
+def test_a_mesoscopic_log_is_named():
+    files = ScenarioFiles(EDGE / "rh.net.xml", (EDGE / "meso.xml",))
+    with pytest.raises(InputError, match="mesoscopic simulation"):
+        read_scenario(files)
+    assert read_scenario(files, choices=LogChoices(allow_misfit=True)).traffic.traces
 
 
 def test_barcelonas_own_logs():

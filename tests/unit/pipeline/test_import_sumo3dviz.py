@@ -1,5 +1,7 @@
 """Configurations of sumo3Dviz become scene files."""
 
+import gzip
+
 import numpy as np
 import pytest
 import yaml
@@ -138,7 +140,7 @@ def test_what_is_not_taken_over_is_said(place):
     assert "visualization.lane_width was not taken over" in said
     assert "show_other_vehicles was not taken over" in said
     assert "visualization.glow is no key of sumo3Dviz" in said
-    assert "without scenario.vehicle_types everybody is drawn as a car" in said
+    assert "name the files that define them in scenario.vehicle_types" in said
     # Nothing that was taken over is complained about.
     assert "sky_texture" not in said and "pos_x" not in said and "simtime" not in said
 
@@ -152,6 +154,15 @@ def test_what_is_not_taken_over_is_said(place):
         ({"rendering": {"video_fps": "fast"}}, "'fast' is no number"),
         ({"modes": {"lagrangian": {"simtime_start": 1}}}, "nobody to ride with"),
         ({"modes": {"cinematic": {"simtime_start": 1}}}, "no key frames"),
+        (
+            {"modes": {"cinematic": {"camera_position_trajectory": {"soon": PLACE}}}},
+            "'soon' is no time in seconds",
+        ),
+        (
+            {"modes": {"interactive": {"initial_camera_position": {"position": [1, 2]}}}},
+            "are not 3 numbers",
+        ),
+        ({"modes": {"eulerian": {"simtime_start": "a", "simtime_end": 3}}}, "'a' is no number"),
     ],
 )
 def test_wrong_configurations_are_refused(place, changes, message, capsys):
@@ -161,13 +172,63 @@ def test_wrong_configurations_are_refused(place, changes, message, capsys):
     assert not (place / "scene.yaml").exists()
 
 
-def test_a_root_without_the_network_is_named_and_what_lies_packed_there(place, capsys):
+def test_a_root_without_the_network_is_named(place, capsys):
     network = place / "logs" / "net.net.xml"
-    network.rename(network.with_name("net.net.xml.gz"))
+    network.unlink()
     command = ["import-sumo3dviz", written(place), "--root", place, "-o", place / "scene.yaml"]
     assert main([str(word) for word in command]) == 2
     said = capsys.readouterr().err
-    assert f"there is no {network}; {network}.gz is there" in said and "--root" not in said
+    assert f"there is no {network}" in said and "--root" not in said
+
+
+def test_packed_and_moved_files_are_found(place):
+    """Examples are copied without the folders above them, and packed."""
+    packed = gzip.compress((place / "logs" / "net.net.xml").read_bytes())
+    (place / "logs" / "net.net.xml").unlink()
+    (place / "configs" / "net.net.xml.gz").write_bytes(packed)
+    (place / "logs" / "trees.add.xml").rename(place / "configs" / "trees.add.xml")
+    (place / "logs" / "fcd.xml").rename(place / "configs" / "other.xml")
+    job, notes = job_of(place)
+    assert job.scenario.network.name == "net.net.xml.gz"
+    assert job.objects.trees.file == place / "configs" / "trees.add.xml"
+    assert job.scenario.trajectories == (place / "configs" / "other.xml",)
+    said = "\n".join(notes)
+    assert "not just where the configuration says: net.net.xml.gz, trees.add.xml" in said
+    assert "does not exist" in said and "other.xml is taken instead" in said
+
+
+def test_shots_last_as_long_as_their_ego(place):
+    """There, a film has frames only while its ego exists."""
+    modes = configuration()["modes"]
+    modes["eulerian"] |= {"simtime_start": 5, "simtime_end": 90}
+    modes["lagrangian"] |= {"simtime_start": 50, "simtime_end": 90}
+    modes["cinematic"]["ego_identifier"] = "nobody"
+    job, notes = job_of(place, modes=modes)
+    shots = [(shot.camera, shot.start, shot.end) for shot in job.shots]
+    assert shots == [("eulerian", 5, 12), ("cinematic", 2, 11)]
+    said = "\n".join(notes)
+    assert "modes.eulerian is filmed from 5 to 12 s, while 'v0' is in the log" in said
+    assert "no shot for modes.lagrangian: 'v0' is in the log at other times (0 to 12 s)" in said
+    assert "modes.cinematic.ego_identifier: 'nobody' is not in the log" in said
+
+
+def test_sizes_of_trees_and_widths_of_lines(place):
+    job, notes = job_of(
+        place,
+        visualization={
+            "tree_scale_1": 0.4,
+            "tree_scale_2": 0.5,
+            "tree_size_variability": 2.0,
+            "sep_line_width": 0,
+            "viewer_height": 1.5,
+        },
+    )
+    assert job.objects.trees.scale == 3.0 and job.objects.trees.file is not None
+    assert not job.roads.markings
+    assert any("viewer_height" in each and "had no effect there" in each for each in notes)
+    job, notes = job_of(place, visualization={"tree_size_variability": 0})
+    assert (job.objects.trees.scale, job.objects.trees.variation) == (1.0, 0.0)
+    assert any("hid all trees" in each for each in notes)
 
 
 def test_no_configuration_at_all(tmp_path, capsys):

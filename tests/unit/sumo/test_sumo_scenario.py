@@ -1,12 +1,10 @@
 """Reading a scenario as a whole."""
 
-import logging
-
 import numpy as np
 import pytest
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.model.scenario import ScenarioFiles
+from sumo3dviz_pt.model.scenario import ScenarioFiles, TypeGuess
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 
 HILLS = '<net><edge id="a"><lane id="a_0" shape="0,0,10 100,0,20"/></edge></net>'
@@ -26,7 +24,7 @@ def row(name="v", x=0.0, kind="vehicle", more=""):
     return ROW.format(kind=kind, id=name, x=x, more=more)
 
 
-def test_every_trace_has_a_type(tmp_path, caplog):
+def test_every_trace_has_a_type(tmp_path):
     rows = [
         row(name="bare")
         + row(name="known", x=1, more='type="t"')
@@ -34,8 +32,7 @@ def test_every_trace_has_a_type(tmp_path, caplog):
         + row(name="w", x=50, kind="person")
         + row(name="b", x=60, more='type="DEFAULT_BIKETYPE"')
     ]
-    with caplog.at_level(logging.WARNING):
-        scenario = read(tmp_path, rows, extra='<vType id="t" vClass="bus"/>')
+    scenario = read(tmp_path, rows, extra='<vType id="t" vClass="bus"/>')
     classes = {t.id: scenario.vehicle_types[t.type_id].vclass for t in scenario.traffic.traces}
     assert classes == {
         "bare": "passenger",
@@ -44,7 +41,7 @@ def test_every_trace_has_a_type(tmp_path, caplog):
         "w": "pedestrian",
         "b": "bicycle",
     }
-    assert "types nowhere:" in caplog.text
+    assert scenario.guesses == (TypeGuess("nowhere", 1),)
 
 
 def test_log_without_z_is_put_onto_the_road(tmp_path):

@@ -46,6 +46,7 @@ ELSEWHERE = {
     "scenario.signals": "likewise",
     "scenario.additional": "likewise",
     "scenario.vehicle_types": "likewise",
+    "scenario.allow_misfit": "it lets a log pass, and changes nothing of it",
     "template": "its keys are keys of the scene",
     "quality": "its values count: see below",
     "shots": "the window that is rendered counts, whoever asks for it",

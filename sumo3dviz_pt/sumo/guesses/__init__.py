@@ -1,0 +1,1 @@
+"""Guess the vClass of vehicles whose type no file defines."""

@@ -1,0 +1,1 @@
+"""Say what seems wrong with a vehicle log: its places, angles, speeds, heights and times."""
