@@ -41,6 +41,7 @@ from sumo3dviz_pt.shot.crowd import (
     plan_crowd,
 )
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
+from sumo3dviz_pt.world.rails.build import Railway
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -78,6 +79,7 @@ class Shot:
         fleet: Everyone on the road.
         camera: Where it is seen from.
         signals: The traffic lights.
+        railway: The level crossings, whose barriers move.
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
@@ -92,6 +94,7 @@ class Shot:
     fleet: Fleet
     camera: Camera
     signals: Signals
+    railway: Railway
     footway: Callable[[Floats], Floats]
     aspect: float
     limit: int
@@ -148,8 +151,9 @@ class Shot:
             view,
             tuple(parts.near),
             tuple(parts.far),
-            self.signals.radiance_at(time),
+            {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
+            self.railway.movers_at(time),
         )
 
     def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
@@ -252,21 +256,30 @@ class ShotBuilder:
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
         opened = _shown(fleet.prototypes, crowd.slots)
+        bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
-            materials=_materials(place, opened.values(), fleet.materials),
+            materials=_materials(place, bodies.values(), fleet.materials),
             static=place.static,
-            prototypes=opened,
+            prototypes=bodies,
             lamps=place.lamps,
             sky=self.world.sky,
-            slots=crowd.slots,
+            slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
             haze=Haze(),
             running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
         )
-        signals, footway = place.signals, place.roads.surface_height_at
-        phases, limit, full_models = scenario.signals, crowd.limit, crowd.full_models
         return Shot(
-            data, fleet, camera, signals, footway, self.aspect, limit, full_models, phases, dark
+            data=data,
+            fleet=fleet,
+            camera=camera,
+            signals=place.signals,
+            railway=place.railway,
+            footway=place.roads.surface_height_at,
+            aspect=self.aspect,
+            limit=crowd.limit,
+            full_models=crowd.full_models,
+            phases=scenario.signals,
+            dark=dark,
         )
 
 

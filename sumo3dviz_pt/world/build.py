@@ -10,6 +10,7 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
@@ -32,6 +33,7 @@ from sumo3dviz_pt.world.plants.tree_pits import tree_pits
 from sumo3dviz_pt.world.plants.verges import verges
 from sumo3dviz_pt.world.plants.wayside import wayside
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
+from sumo3dviz_pt.world.rails.build import Railway, build_railway
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
@@ -67,6 +69,7 @@ class BuiltPlace:
         materials: What it can be made of, by name.
         roads: Where people walk, among others.
         signals: The traffic lights.
+        railway: The level crossings.
         lamps: Everything that stands and shines.
         left_out: What was left out, and why.
     """
@@ -75,6 +78,7 @@ class BuiltPlace:
     materials: Mapping[str, Bsdf]
     roads: RoadParts
     signals: Signals
+    railway: Railway
     lamps: tuple[LampSet, ...]
     left_out: tuple[LeftOut, ...]
 
@@ -148,18 +152,32 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     # What stands along the roads.
+    links, style = (
+        _connections_in(scenario.network, region),
+        road_style(job.roads.marking_style, scenario.network),
+    )
     signals = build_signals(
-        replace(scenario.network, connections=_connections_in(scenario.network, region)),
+        replace(scenario.network, connections=links),
         scenario.signals,
         job.signals,
+        style=style.signals,
         around=around,
         raised=roads.surface_height_at,
     )
-    site = site_of(scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
+    railway = build_railway(
+        scenario.network,
+        links,
+        scenario.signals,
+        around=around,
+        cross=style.st_andrews_cross,
+        raised=roads.surface_height_at,
+    )
+    feet = np.concatenate([signals.feet, railway.feet])
+    site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
     street = build_street(scenario, job.street, site=site, dark=dark)
     rails = _rails(scenario, job, land)
     # Objects, in as many triangles as the rest leaves.
-    made = (grown.meadow, grown.planting, grown.fronts, signals, street)
+    made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
     fixed += grown.pits
     scenery = build_scenery(
@@ -172,13 +190,19 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
     # All of it together.
     parts = (*fixed, *scenery.static)
-    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
+    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, railway, street)
     return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
         _materials(land, grown, scenery),
         roads,
         signals,
-        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *grown.fronts.lamps, *street.lamps),
+        railway,
+        (
+            *aimed_at((*signals.lamps, *railway.lamps), dark=dark),
+            *scenery.lamps,
+            *grown.fronts.lamps,
+            *street.lamps,
+        ),
         tuple(out for some in said for out in some.left_out),
     )
 
