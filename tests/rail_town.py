@@ -48,7 +48,7 @@ def _edges() -> str:
     lines += [_edge(ends, _WALK) for ends in ("W:Q", "Q:W", "Q:X", "X:Q", "T:X")]
     lines.append(_edge("X:T", _WALK, count=4))
     bus = '<lane index="1" allow="bus taxi"/>'
-    lines += [_edge(ends, _WALK + bus, count=3) for ends in ("T:P", "P:E")]
+    lines += [_edge(ends, _WALK + bus, count=4) for ends in ("T:P", "P:E")]
     bicycle = '<lane index="1" allow="bicycle" width="1.6"/>'
     lines += [_edge(ends, _WALK + bicycle, count=4) for ends in ("P:T", "E:P")]
     for ends in ("TS:T", "T:TN", "TN:T", "T:TS"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -14,7 +14,7 @@ from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Transform
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
     Bsdf,
@@ -42,6 +42,7 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.rails.build import Railway
+from sumo3dviz_pt.world.rails.guards import TRAINS
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -81,6 +82,7 @@ class Shot:
         signals: The traffic lights.
         railway: The level crossings, whose barriers move.
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
+        tracks: The same of the rails that trains stand on, or None.
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
         full_models: Models that are drawn in full detail where they are near enough.
@@ -102,6 +104,7 @@ class Shot:
     phases: Mapping[str, SignalPhases]
     dark: bool
     places: Floats | None = None
+    tracks: Callable[[Floats], Floats] | None = None
 
     def present_at(self, time: float) -> Present:
         """Return everyone who exists at a time [s], people on raised footways."""
@@ -165,7 +168,8 @@ class Shot:
         for row, whole in zip(seen.tolist(), wholes, strict=True):
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
             ridden = whole.id == view.rides_in
-            for part in self.fleet.parts(present, row, whole, level=level, ridden=ridden):
+            whole_parts = self.fleet.parts(present, row, whole, level=level, ridden=ridden)
+            for part in self._on_tracks(int(present.users[row]), whole_parts):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
                 some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
                 some.append(part)
@@ -188,6 +192,19 @@ class Shot:
         if is_dark(sky, lights) != self.dark:
             return None
         return replace(self, data=replace(self.data, sky=sky))
+
+    def _on_tracks(self, user: int, parts: Iterable[Mover]) -> Iterable[Mover]:
+        """Lift the parts of a train onto the rails below each of them."""
+        if self.tracks is None or self.fleet.bodies[user].vclass not in TRAINS:
+            return parts
+        parts = list(parts)
+        rise = self.tracks(np.array([part.world_from_body.position for part in parts]))
+        return [
+            replace(
+                part, world_from_body=Transform.from_pose((0.0, 0.0, up)) @ part.world_from_body
+            )
+            for part, up in zip(parts, rise.tolist(), strict=True)
+        ]
 
     def _on_footways(self, present: Present) -> Present:
         """Lift walkers onto raised footways."""
@@ -280,6 +297,7 @@ class ShotBuilder:
             full_models=crowd.full_models,
             phases=scenario.signals,
             dark=dark,
+            tracks=place.roads.rail_height_at,
         )
 
 

@@ -11,12 +11,15 @@ from typing import Literal
 
 from sumo3dviz_pt.model.network import Connection, Junction, Lane, Network
 from sumo3dviz_pt.world.roads.strips import junction_of
-from sumo3dviz_pt.world.roads.style import RAIL_CLASSES, is_footway
+from sumo3dviz_pt.world.roads.style import RAIL_CLASSES
 
 Guard = Literal["street", "level crossing", "rail signal"]
 """What stops the traffic of a connection."""
 
 LEVEL_CROSSING, RAIL_SIGNAL = "rail_crossing", "rail_signal"
+
+TRAINS = RAIL_CLASSES - {"tram", "cable_car"}
+"""vClasses that run on ballast."""
 
 _GUARDS: dict[str, Guard] = {LEVEL_CROSSING: "level crossing", RAIL_SIGNAL: "rail signal"}
 
@@ -32,12 +35,10 @@ def only_rails(lane: Lane) -> bool:
     return bool(lane.allowed) and lane.allowed <= RAIL_CLASSES
 
 
-def crosses_rails(network: Network, crossing_id: str) -> bool:
-    """Return whether a crossing leads people over tracks and over nothing else."""
-    crossed = [network.edges.get(key) for key in network.edges[crossing_id].crossed_edges]
-    lanes = [lane for edge in crossed if edge is not None for lane in edge.lanes]
-    driven = [lane for lane in lanes if not is_footway(lane)]
-    return bool(driven) and all(map(only_rails, driven))
+def at_level_crossing(network: Network, crossing_id: str) -> bool:
+    """Return whether people cross at a level crossing, where nothing is painted for them."""
+    junction = network.junctions.get(junction_of(crossing_id))
+    return junction is not None and junction.type == LEVEL_CROSSING
 
 
 def _junction_ahead(network: Network, link: Connection) -> Junction | None:

@@ -11,7 +11,13 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.polyline import offset, with_split_bends, without_repeats
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Lane, Network
-from sumo3dviz_pt.world.roads.style import LaneLook, is_skipped, look_of, style_of
+from sumo3dviz_pt.world.roads.style import (
+    LaneLook,
+    bicycle_surface,
+    is_skipped,
+    look_of,
+    style_of,
+)
 
 BoundsXY = tuple[float, float, float, float]
 """x0, y0, x1, y1 [m]."""
@@ -93,7 +99,7 @@ def edge_strips(
         line = lane_line(lane)
         if is_skipped(lane) or len(line) < 2 or np.hypot(*np.ptp(line[:, :2], axis=0)) < 0.05:
             continue
-        look = look_of(lane, style)
+        look = look_of(lane, style, bicycle=bicycle_surface(settings))
         right, left = offset(line, -0.5 * look.width), offset(line, 0.5 * look.width)
         before = strips[-1] if strips else None
         shared = None if before is None else _shared_border(before, line, lane)
