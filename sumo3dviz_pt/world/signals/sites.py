@@ -333,20 +333,26 @@ def _far_side(
     reach = float(((shapely.get_coordinates(inside) - start[:2]) @ along[:2]).max())
     if not 8.0 < reach < _FARTHEST - 1.0:
         return [], []
-    # Stand beside the road that goes on there, at the side of the stop line's pole if it can be.
+    # Stand beside the road that goes on there, at the side of the stop line's pole, and at
+    # its other side too where some of many lanes would not see that.
     outward = _left(along) if design.network.left_hand else -_left(along)
     width = sum(lane.width for lane in edge.lanes) / 2
     bar = (len(shown) - 1) * _SPACING
     aside = width + _BESIDE + bar / 2 + np.arange(0.0, 7.0, 0.5)
-    ahead = reach + np.array([0.6, 1.5, 2.5, 4.0, 6.0])
-    sides = np.concatenate([aside * outward[:, None] for outward in (outward, -outward)], axis=1).T
-    places = start + (ahead[:, None, None] * along + sides).reshape(-1, 3)
+    ahead = (reach + np.array([0.6, 1.5, 2.5, 4.0, 6.0]))[:, None, None] * along
     probes = (0.0 * along, -bar / 2 * outward, bar / 2 * outward)
-    foot = _freest(places, probes, design.index)
-    stand = _Stand(foot, foot + POLE_BOTTOM * _UP, -outward, along, yaw)
-    made = stand.row(shown, lamps=design.lamps)
     height = POLE_BOTTOM + 0.3 * design.lamps + 0.12
-    return made, [Support(foot, yaw, height, bar=bar)]
+    made: list[Head] = []
+    supports: list[Support] = []
+    for side in (outward, -outward):
+        if made and not any(_out_of_view(lane, [*heads, *made]) for lane in lanes):
+            break
+        places = start + (ahead + aside[:, None] * side).reshape(-1, 3)
+        foot = _freest(places, probes, design.index)
+        stand = _Stand(foot, foot + POLE_BOTTOM * _UP, -outward, along, yaw)
+        made += stand.row(shown, lamps=design.lamps)
+        supports.append(Support(foot, yaw, height, bar=bar))
+    return made, supports
 
 
 def _out_of_view(lane: Lane, heads: Sequence[Head]) -> bool:
