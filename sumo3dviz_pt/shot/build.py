@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -12,9 +12,8 @@ from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
 from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
-from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import (
     Bsdf,
@@ -32,7 +31,6 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
 from sumo3dviz_pt.shot.crowd import (
-    FAR_TRIANGLES,
     SHOT_TRIANGLES,
     CrowdFrames,
     CrowdPlan,
@@ -40,15 +38,13 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
+from sumo3dviz_pt.shot.stand_ins import shown_bodies
+from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.rails.build import Railway
-from sumo3dviz_pt.world.rails.guards import TRAINS
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
-
-_CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
-"""Cells in which vertices of stand-ins are merged, until there are few enough [m]."""
 
 _MOST_VIEWS = 120
 
@@ -168,8 +164,9 @@ class Shot:
         for row, whole in zip(seen.tolist(), wholes, strict=True):
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
             ridden = whole.id == view.rides_in
+            vclass = self.fleet.bodies[int(present.users[row])].vclass
             whole_parts = self.fleet.parts(present, row, whole, level=level, ridden=ridden)
-            for part in self._on_tracks(int(present.users[row]), whole_parts):
+            for part in on_tracks(whole_parts, vclass, self.tracks):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
                 some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
                 some.append(part)
@@ -192,19 +189,6 @@ class Shot:
         if is_dark(sky, lights) != self.dark:
             return None
         return replace(self, data=replace(self.data, sky=sky))
-
-    def _on_tracks(self, user: int, parts: Iterable[Mover]) -> Iterable[Mover]:
-        """Lift the parts of a train onto the rails below each of them."""
-        if self.tracks is None or self.fleet.bodies[user].vclass not in TRAINS:
-            return parts
-        parts = list(parts)
-        rise = self.tracks(np.array([part.world_from_body.position for part in parts]))
-        return [
-            replace(
-                part, world_from_body=Transform.from_pose((0.0, 0.0, up)) @ part.world_from_body
-            )
-            for part, up in zip(parts, rise.tolist(), strict=True)
-        ]
 
     def _on_footways(self, present: Present) -> Present:
         """Lift walkers onto raised footways."""
@@ -272,7 +256,7 @@ class ShotBuilder:
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
-        opened = _shown(fleet.prototypes, crowd.slots)
+        opened = shown_bodies(fleet.prototypes, crowd.slots)
         bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
             materials=_materials(place, bodies.values(), fleet.materials),
@@ -359,37 +343,6 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
-
-
-def _shown(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
-    """The bodies that are shown."""
-    names = sorted({*slots.near, *slots.far, *slots.deforming})
-    return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
-
-
-def _coarse_enough(
-    prototypes: Mapping[str, Prototype], slots: Mapping[str, int]
-) -> dict[str, Prototype]:
-    """The same bodies with stand-ins so coarse that all of them keep their budget."""
-    found = dict(prototypes)
-    for cell in _CELLS:
-        total = sum(count * _far_triangles(found[name]) for name, count in slots.items())
-        if total <= FAR_TRIANGLES:
-            break
-        for name in slots:
-            whole = prototypes[name]
-            # Those that take poses keep their points.
-            if whole.far_poses is None:
-                meshes = clustered_body([part.mesh for part in whole.far], cell)
-                parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
-                far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
-                found[name] = replace(whole, far=far or whole.far)
-    return found
-
-
-def _far_triangles(prototype: Prototype) -> int:
-    """Of its stand-in."""
-    return sum(len(part.mesh.faces) for part in prototype.far)
 
 
 def _materials(

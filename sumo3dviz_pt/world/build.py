@@ -14,7 +14,7 @@ from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
@@ -35,7 +35,7 @@ from sumo3dviz_pt.world.plants.wayside import wayside
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
 from sumo3dviz_pt.world.rails.build import Railway, build_railway
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
-from sumo3dviz_pt.world.roads.strips import BoundsXY
+from sumo3dviz_pt.world.roads.strips import BoundsXY, connections_in
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
@@ -152,10 +152,8 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     # What stands along the roads.
-    links, style = (
-        _connections_in(scenario.network, region),
-        road_style(job.roads.marking_style, scenario.network),
-    )
+    links = connections_in(scenario.network, region)
+    style = road_style(job.roads.marking_style, scenario.network)
     signals = build_signals(
         replace(scenario.network, connections=links),
         scenario.signals,
@@ -165,12 +163,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         raised=roads.surface_height_at,
     )
     railway = build_railway(
-        scenario.network,
-        links,
-        scenario.signals,
-        around=around,
-        cross=style.st_andrews_cross,
-        raised=roads.surface_height_at,
+        scenario, links, around=around, style=style, raised=roads.surface_height_at
     )
     feet = np.concatenate([signals.feet, railway.feet])
     site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
@@ -393,16 +386,3 @@ def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
         eyes=around.viewpoints,
     )
     return build_meadow(lawn, around=around)
-
-
-def _connections_in(network: Network, region: BoundsXY | None) -> tuple[Connection, ...]:
-    """Connections that begin within a box; None holds all."""
-    if region is None:
-        return network.connections
-    x0, y0, x1, y1 = region
-
-    def inside(connection: Connection) -> bool:
-        x, y = network.lanes[connection.from_lane].shape[-1][:2]
-        return bool(x0 <= x <= x1 and y0 <= y <= y1)
-
-    return tuple(connection for connection in network.connections if inside(connection))

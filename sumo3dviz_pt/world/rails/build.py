@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sumo3dviz_pt.library.street import level_crossing as shapes
-from sumo3dviz_pt.library.street.level_crossing import CrossDesign
+from sumo3dviz_pt.library.street.road_styles import RoadStyle
 from sumo3dviz_pt.model.geometry import Floats, Transform, frozen, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.model.network import Connection
+from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import LeftOut, Mover, Part, Prototype, StaticPart
-from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.world.objects.build import merged
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 from sumo3dviz_pt.world.rails.crossings import UPRIGHT, Barrier, barriers_of
@@ -90,25 +90,23 @@ class Railway:
 
 
 def build_railway(
-    network: Network,
+    scenario: Scenario,
     links: Sequence[Connection],
-    phases: Mapping[str, SignalPhases],
     *,
     around: Surroundings,
-    cross: CrossDesign,
+    style: RoadStyle,
     raised: HeightAt | None = None,
 ) -> Railway:
     """Build the level crossings near the cameras of a shot.
 
     Args:
-        network: The road network.
-        links: Its connections in the region that is built.
-        phases: The signal log by tls id.
+        scenario: The road network and the signal log.
+        links: The network's connections in the region that is built.
         around: The cameras.
-        cross: How the St Andrew's crosses are painted.
+        style: How the St Andrew's crosses are painted.
         raised: How much higher than the carriageway people walk at places.
     """
-    found = barriers_of(network, links, phases)
+    found = barriers_of(scenario.network, links, scenario.signals)
     if not found:
         return Railway(left_out=(LeftOut(FAMILY, "no road near the camera crosses a railway"),))
     # Choose those near a camera, the nearest first.
@@ -124,7 +122,9 @@ def build_railway(
     for barrier, k in zip(chosen, order, strict=True):
         stand = Transform.from_pose(barrier.foot, yaw=barrier.yaw)
         level = int(away[k] > _FAR)
-        parts += _placed([shapes.drive(), *shapes.warning_mast(cross, level=level)], stand)
+        parts += _placed(
+            [shapes.drive(), *shapes.warning_mast(style.st_andrews_cross, level=level)], stand
+        )
         if id(barrier) in still:
             pose = _arm_pose(barrier, barrier.lowered_at(0.0))
             parts += _placed(shapes.arm(barrier.length), pose)

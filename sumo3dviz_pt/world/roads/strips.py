@@ -10,7 +10,7 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.polyline import offset, with_split_bends, without_repeats
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.network import Edge, Lane, Network
+from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
 from sumo3dviz_pt.world.roads.style import (
     LaneLook,
     bicycle_surface,
@@ -67,6 +67,19 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
         return region is None
     low, high = points[:, :2].min(axis=0) - margin, points[:, :2].max(axis=0) + margin
     return bool((low <= region[2:]).all() and (high >= region[:2]).all())
+
+
+def connections_in(network: Network, region: BoundsXY | None) -> tuple[Connection, ...]:
+    """Return the connections that begin within a box [m]; None holds all."""
+    if region is None:
+        return network.connections
+    x0, y0, x1, y1 = region
+
+    def inside(connection: Connection) -> bool:
+        x, y = network.lanes[connection.from_lane].shape[-1][:2]
+        return bool(x0 <= x <= x1 and y0 <= y <= y1)
+
+    return tuple(connection for connection in network.connections if inside(connection))
 
 
 def distance_to(box: BoundsXY | None, points: Floats) -> Floats:

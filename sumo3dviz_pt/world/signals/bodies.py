@@ -14,7 +14,7 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, Transform, m
 from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.world.signals.aspects import GREEN, RED, YELLOW
-from sumo3dviz_pt.world.signals.sites import ARM_BOTTOM, Head, Support
+from sumo3dviz_pt.world.signals.heads import ARM_BOTTOM, Head, Support
 
 LAMP_SET = "signals"
 """Id of the only lamp set."""

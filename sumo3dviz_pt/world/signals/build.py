@@ -27,7 +27,8 @@ from sumo3dviz_pt.world.signals.aspects import (
     with_yellow,
 )
 from sumo3dviz_pt.world.signals.bodies import LAMP_SET, STACK, counter_rows, lamp_set, static_parts
-from sumo3dviz_pt.world.signals.sites import Head, Support, sites
+from sumo3dviz_pt.world.signals.heads import Head, Support
+from sumo3dviz_pt.world.signals.sites import sites
 
 _LOG = logging.getLogger(__name__)
 

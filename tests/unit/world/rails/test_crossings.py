@@ -9,14 +9,17 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import SignalSettings
+from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
-from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.traffic import SignalPhases, TrafficLog
 from sumo3dviz_pt.world.placement.surroundings import surroundings
 from sumo3dviz_pt.world.rails.build import build_railway
 from sumo3dviz_pt.world.rails.crossings import RISING, SINKING, barriers_of, lowering
 from sumo3dviz_pt.world.signals.aspects import course_of
 from sumo3dviz_pt.world.signals.build import build_signals
 
+STYLE = STYLES["european"]
 CAR, TRAIN = frozenset({"passenger", "bus"}), frozenset({"rail"})
 
 
@@ -60,10 +63,14 @@ def phases(*entries) -> dict[str, SignalPhases]:
 CLOSING = phases((0.0, "G"), (20.0, "y"), (23.0, "r"), (50.0, "u"), (53.0, "G"))
 
 
+def scenario(net, log=CLOSING) -> Scenario:
+    return Scenario(net, TrafficLog((), (), 0.0, 0.0, 0.0), signals=log)
+
+
 def railway(log=CLOSING, *, left=False):
     net = crossing(left=left)
     around = surroundings(net, seed=1, viewpoints=np.array([(0.0, -30.0, 2.0)]))
-    return build_railway(net, net.connections, log, around=around, cross="red_ends")
+    return build_railway(scenario(net, log), net.connections, around=around, style=STYLE)
 
 
 @pytest.mark.parametrize("left", [False, True])
@@ -138,7 +145,7 @@ def test_networks_without_level_crossings_get_nothing_and_say_so():
     net = crossing()
     around = surroundings(net, seed=1)
     plain = Network(net.edges, {}, net.connections, net.location)
-    made = build_railway(plain, plain.connections, CLOSING, around=around, cross="red_ends")
+    made = build_railway(scenario(plain), plain.connections, around=around, style=STYLE)
     assert made.static == ()
     assert made.lamps == ()
     assert made.radiance_at(3.0) == {}

@@ -18,7 +18,7 @@ from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.rails.guards import guard_of
 from sumo3dviz_pt.world.signals.build import TRAM_RADIANCE, build_signals
-from sumo3dviz_pt.world.signals.sites import ARM_BOTTOM, kind_of
+from sumo3dviz_pt.world.signals.heads import ARM_BOTTOM, kind_of
 from tests import rail_town
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
