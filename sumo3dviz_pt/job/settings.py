@@ -126,8 +126,10 @@ class RoadSettings(Settings):
     surface: Surface = Field("asphalt", description="a surface's name, or an image file")
     colour: HexColour | None = Field(None, description="#rrggbb instead of a texture")
     markings: bool = Field(True, description="whether lines are painted")
-    marking_style: Literal["european", "american"] = Field(
-        "european", description="white throughout, or yellow centre lines"
+    marking_style: Literal["auto", "european", "american", "british"] = Field(
+        "auto",
+        description="habits of markings and signals; auto: british where traffic keeps left,"
+        " american in the United States and Canada, else european",
     )
     lane_width: Literal["from_network"] | Annotated[Positive, Field(le=100)] = Field(
         "from_network", description="width of each lane [m]"

@@ -321,6 +321,7 @@ class FrameState:
         far: Those that are drawn by their stand-ins.
         lamps: Radiance of each lamp that changes, (lamps, 3), by lamp set id.
         deforming: Those that are drawn in detail and take poses.
+        fixtures: What moves and is no road user, such as the arms of barriers.
     """
 
     time: float
@@ -329,10 +330,16 @@ class FrameState:
     far: tuple[Mover, ...] = ()
     lamps: Mapping[str, Floats] = field(default_factory=dict)
     deforming: tuple[Mover, ...] = ()
+    fixtures: tuple[Mover, ...] = ()
+
+    @property
+    def instanced(self) -> tuple[Mover, ...]:
+        """Everything that takes a near slot: rigid road users in detail, and fixtures."""
+        return (*self.movers, *self.fixtures)
 
     @property
     def everyone(self) -> tuple[Mover, ...]:
-        """All that is drawn, at any level."""
+        """All road users that are drawn, at any level."""
         return (*self.movers, *self.deforming, *self.far)
 
     @property

@@ -104,18 +104,18 @@ def roster(job: Job, wanted: RosterQuery | None = None) -> Roster:
         InputError: If a file is missing or damaged.
     """
     from sumo3dviz_pt.sumo import read_location, read_roster, read_vehicle_types
+    from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 
     wanted = wanted or RosterQuery()
     order = _order(wanted)
     files = scenario_files(job)
     users = read_roster(
         files.trajectories,
-        types=read_vehicle_types(files.vehicle_types),
+        types=TypesOfUsers(read_vehicle_types(files.vehicle_types), job.vehicles.types),
         near=wanted.near,
         at=wanted.at,
         allow_truncated=job.scenario.allow_truncated,
         location=read_location(files.network),
-        classes=job.vehicles.types,
     )
     return Roster(sorted((user for user in users if _fits(user, wanted)), key=order))
 

@@ -12,7 +12,6 @@ from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
 from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
-from sumo3dviz_pt.library.mesh.clustering import clustered_body
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scenario import Scenario
@@ -32,7 +31,6 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
 from sumo3dviz_pt.shot.crowd import (
-    FAR_TRIANGLES,
     SHOT_TRIANGLES,
     CrowdFrames,
     CrowdPlan,
@@ -40,13 +38,13 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
+from sumo3dviz_pt.shot.stand_ins import shown_bodies
+from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
+from sumo3dviz_pt.world.rails.build import Railway
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
-
-_CELLS = (0.08, 0.12, 0.18, 0.25, 0.35)
-"""Cells in which vertices of stand-ins are merged, until there are few enough [m]."""
 
 _MOST_VIEWS = 120
 
@@ -78,7 +76,9 @@ class Shot:
         fleet: Everyone on the road.
         camera: Where it is seen from.
         signals: The traffic lights.
+        railway: The level crossings, whose barriers move.
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
+        tracks: The same of the rails that trains stand on, or None.
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
         full_models: Models that are drawn in full detail where they are near enough.
@@ -92,6 +92,7 @@ class Shot:
     fleet: Fleet
     camera: Camera
     signals: Signals
+    railway: Railway
     footway: Callable[[Floats], Floats]
     aspect: float
     limit: int
@@ -99,6 +100,7 @@ class Shot:
     phases: Mapping[str, SignalPhases]
     dark: bool
     places: Floats | None = None
+    tracks: Callable[[Floats], Floats] | None = None
 
     def present_at(self, time: float) -> Present:
         """Return everyone who exists at a time [s], people on raised footways."""
@@ -148,8 +150,9 @@ class Shot:
             view,
             tuple(parts.near),
             tuple(parts.far),
-            self.signals.radiance_at(time),
+            {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
+            self.railway.movers_at(time),
         )
 
     def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
@@ -161,7 +164,9 @@ class Shot:
         for row, whole in zip(seen.tolist(), wholes, strict=True):
             level: Level = "far" if by_proxy[row] else "full" if whole_detail[row] else "near"
             ridden = whole.id == view.rides_in
-            for part in self.fleet.parts(present, row, whole, level=level, ridden=ridden):
+            vclass = self.fleet.bodies[int(present.users[row])].vclass
+            whole_parts = self.fleet.parts(present, row, whole, level=level, ridden=ridden)
+            for part in on_tracks(whole_parts, vclass, self.tracks):
                 moves = self.fleet.prototypes[part.prototype].poses is not None
                 some = parts.far if by_proxy[row] else parts.deforming if moves else parts.near
                 some.append(part)
@@ -251,22 +256,32 @@ class ShotBuilder:
         crowd = plan(budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
-        opened = _shown(fleet.prototypes, crowd.slots)
+        opened = shown_bodies(fleet.prototypes, crowd.slots)
+        bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
-            materials=_materials(place, opened.values(), fleet.materials),
+            materials=_materials(place, bodies.values(), fleet.materials),
             static=place.static,
-            prototypes=opened,
+            prototypes=bodies,
             lamps=place.lamps,
             sky=self.world.sky,
-            slots=crowd.slots,
+            slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
             haze=Haze(),
             running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
         )
-        signals, footway = place.signals, place.roads.surface_height_at
-        phases, limit, full_models = scenario.signals, crowd.limit, crowd.full_models
         return Shot(
-            data, fleet, camera, signals, footway, self.aspect, limit, full_models, phases, dark
+            data=data,
+            fleet=fleet,
+            camera=camera,
+            signals=place.signals,
+            railway=place.railway,
+            footway=place.roads.surface_height_at,
+            aspect=self.aspect,
+            limit=crowd.limit,
+            full_models=crowd.full_models,
+            phases=scenario.signals,
+            dark=dark,
+            tracks=place.roads.rail_height_at,
         )
 
 
@@ -328,37 +343,6 @@ def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
     return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
-
-
-def _shown(prototypes: Mapping[str, Prototype], slots: Slots) -> dict[str, Prototype]:
-    """The bodies that are shown."""
-    names = sorted({*slots.near, *slots.far, *slots.deforming})
-    return _coarse_enough({name: prototypes[name] for name in names}, slots.far)
-
-
-def _coarse_enough(
-    prototypes: Mapping[str, Prototype], slots: Mapping[str, int]
-) -> dict[str, Prototype]:
-    """The same bodies with stand-ins so coarse that all of them keep their budget."""
-    found = dict(prototypes)
-    for cell in _CELLS:
-        total = sum(count * _far_triangles(found[name]) for name, count in slots.items())
-        if total <= FAR_TRIANGLES:
-            break
-        for name in slots:
-            whole = prototypes[name]
-            # Those that take poses keep their points.
-            if whole.far_poses is None:
-                meshes = clustered_body([part.mesh for part in whole.far], cell)
-                parts = (replace(p, mesh=m) for p, m in zip(whole.far, meshes, strict=True))
-                far = tuple(p for p in parts if p.tint is None and len(p.mesh.faces))
-                found[name] = replace(whole, far=far or whole.far)
-    return found
-
-
-def _far_triangles(prototype: Prototype) -> int:
-    """Of its stand-in."""
-    return sum(len(part.mesh.faces) for part in prototype.far)
 
 
 def _materials(

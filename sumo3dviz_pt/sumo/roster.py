@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
-from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, VehicleType, unique_ids
+from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, unique_ids
 from sumo3dviz_pt.sumo.fcd import stream_rows
 from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, table_of
@@ -26,12 +26,11 @@ _LEAP = 15.0
 def read_roster(
     paths: Iterable[Path],
     *,
-    types: Mapping[str, VehicleType],
+    types: TypesOfUsers,
     near: Point | None = None,
     at: float | None = None,
     allow_truncated: bool = False,
     location: Location | None = None,
-    classes: Mapping[str, str] | None = None,
 ) -> tuple[RoadUser, ...]:
     """Read who is in vehicle logs.
 
@@ -41,12 +40,11 @@ def read_roster(
 
     Args:
         paths: Logs that belong together, such as one of vehicles and one of persons.
-        types: vTypes by id that files define.
+        types: vTypes that files define, and how to guess others.
         near: A point; the result says who passes it, and when.
         at: A time [s]; the result says where everyone is then.
         allow_truncated: Whether to use the complete steps of a log that breaks off.
         location: Of the network, so that all positions become net coordinates.
-        classes: vClasses by type id or pattern, for types that no file defines.
 
     Returns:
         Everyone in order of first appearance, under the ids that cameras use. People who ride
@@ -57,8 +55,7 @@ def read_roster(
     """
     census = _RowCensus(near, nan if at is None else at)
     lanes = stream_rows(paths, census.count, allow_truncated=allow_truncated, location=location)
-    known = TypesOfUsers(types, classes or {})
-    found = [_user(key, tally, lanes=lanes, types=known) for key, tally in census.tallies.items()]
+    found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
     found.sort(key=lambda user: user.begin)
     return tuple(replace(user, id=own) for user, own in zip(found, unique_ids(found), strict=True))
 

@@ -10,10 +10,11 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.named import MATERIALS
+from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
@@ -34,8 +35,9 @@ from sumo3dviz_pt.world.plants.tree_pits import tree_pits
 from sumo3dviz_pt.world.plants.verges import verges
 from sumo3dviz_pt.world.plants.wayside import wayside
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
+from sumo3dviz_pt.world.rails.build import Railway, build_railway
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads, with_plain
-from sumo3dviz_pt.world.roads.strips import BoundsXY
+from sumo3dviz_pt.world.roads.strips import BoundsXY, connections_in
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
@@ -69,6 +71,7 @@ class BuiltPlace:
         materials: What it can be made of, by name.
         roads: Where people walk, among others.
         signals: The traffic lights.
+        railway: The level crossings.
         lamps: Everything that stands and shines.
         left_out: What was left out, and why.
     """
@@ -77,6 +80,7 @@ class BuiltPlace:
     materials: Mapping[str, Bsdf]
     roads: RoadParts
     signals: Signals
+    railway: Railway
     lamps: tuple[LampSet, ...]
     left_out: tuple[LeftOut, ...]
 
@@ -150,18 +154,25 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     roads, around = land.roads, land.around
     grown = _grown(scenario, job, land)
     # What stands along the roads.
+    links = connections_in(scenario.network, region)
+    style = road_style(job.roads.marking_style, scenario.network)
     signals = build_signals(
-        replace(scenario.network, connections=_connections_in(scenario.network, region)),
+        replace(scenario.network, connections=links),
         scenario.signals,
         job.signals,
+        style=style.signals,
         around=around,
         raised=roads.surface_height_at,
     )
-    site = site_of(scenario, around, roads=roads, ground=land.ground, supports=signals.feet)
+    railway = build_railway(
+        scenario, links, around=around, style=style, raised=roads.surface_height_at
+    )
+    feet = np.concatenate([signals.feet, railway.feet])
+    site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
     street = build_street(scenario, job.street, site=site, dark=dark)
     rails = _rails(scenario, job, land)
     # Objects, in as many triangles as the rest leaves.
-    made = (grown.meadow, grown.planting, grown.fronts, signals, street)
+    made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
     fixed += grown.pits
     scenery = build_scenery(
@@ -174,13 +185,19 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
     # All of it together.
     parts = (*fixed, *scenery.static)
-    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
+    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, railway, street)
     return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
         _materials(land, grown, scenery),
         roads,
         signals,
-        (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *grown.fronts.lamps, *street.lamps),
+        railway,
+        (
+            *aimed_at((*signals.lamps, *railway.lamps), dark=dark),
+            *scenery.lamps,
+            *grown.fronts.lamps,
+            *street.lamps,
+        ),
         tuple(out for some in said for out in some.left_out),
     )
 
@@ -380,16 +397,3 @@ def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings
         eyes=around.viewpoints,
     )
     return build_meadow(lawn, around=around)
-
-
-def _connections_in(network: Network, region: BoundsXY | None) -> tuple[Connection, ...]:
-    """Connections that begin within a box; None holds all."""
-    if region is None:
-        return network.connections
-    x0, y0, x1, y1 = region
-
-    def inside(connection: Connection) -> bool:
-        x, y = network.lanes[connection.from_lane].shape[-1][:2]
-        return bool(x0 <= x <= x1 and y0 <= y <= y1)
-
-    return tuple(connection for connection in network.connections if inside(connection))

@@ -58,6 +58,25 @@ def walker(index: int, *, walking: bool) -> Mesh:
     return upright(flat, x=FRONT - 0.012, z=HOUSING * (index + 0.5))
 
 
+def tram_bar(index: int, meaning: str) -> Mesh:
+    """Draw what trams are shown in front of a lens.
+
+    Args:
+        index: Which lamp from below.
+        meaning: `stop` is a lying bar, `go` an upright one, `wait` a dot.
+
+    References:
+        Verordnung ueber den Bau und Betrieb der Strassenbahnen (BOStrab), annex 4,
+        signals F 0, F 1 and F 4.
+    """
+    if meaning == "wait":
+        flat = disc(0.045, sides=14)
+    else:
+        half = np.array([(-0.082, -0.021), (0.082, -0.021), (0.082, 0.021), (-0.082, 0.021)])
+        flat = fan(half if meaning == "stop" else half[:, ::-1] * [-1.0, 1.0])
+    return upright(flat, x=FRONT - 0.012, z=HOUSING * (index + 0.5))
+
+
 def window(index: int, *, sides: int = 20) -> Mesh:
     """Build the dark disc behind a figure."""
     return upright(disc(0.1, sides=sides), x=FRONT - 0.007, z=HOUSING * (index + 0.5))

@@ -108,7 +108,7 @@ class InstancePool:
         parked = np.eye(4)
         parked[2, 3] = self._floor - frame.origin[2]
         colours: dict[int, Floats] = {}
-        for mover in frame.movers:
+        for mover in frame.instanced:
             key = next(free[mover.prototype], None) if mover.prototype in free else None
             if key is None:
                 raise RenderError(f"no slot is free for {mover.id} ({mover.prototype})")
@@ -133,7 +133,7 @@ class ScalarMovers:
     def entries(self, frame: FrameState) -> dict[str, Any]:
         """Shapes of this frame."""
         shapes: dict[str, Any] = {}
-        for number, mover in enumerate(frame.movers):
+        for number, mover in enumerate(frame.instanced):
             group = self._group(mover)
             shapes[f"body_{id(group)}"] = group
             matrix = convert.relative(mover.world_from_body, frame.origin)

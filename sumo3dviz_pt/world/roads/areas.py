@@ -15,7 +15,14 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.world.roads.cells import Cells, area_cells
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
-from sumo3dviz_pt.world.roads.style import PAVING, is_footway, junction_surface, look_of, style_of
+from sumo3dviz_pt.world.roads.style import (
+    PAVING,
+    bicycle_surface,
+    is_footway,
+    junction_surface,
+    look_of,
+    style_of,
+)
 
 _REACH = 0.25
 """Gaps up to twice this width [m] between a junction and its lanes are closed."""
@@ -146,7 +153,7 @@ def sliver_cells(
         style = style_of(edge_id, settings)
         polygons.append(gaps)
         knots.append(np.concatenate([s.lane.shape for s in sides]))
-        surfaces.append(look_of(sides[0].lane, style).surface)
+        surfaces.append(look_of(sides[0].lane, style, bicycle=bicycle_surface(settings)).surface)
         owners.append(edge_id)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
 

@@ -10,12 +10,20 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
-from sumo3dviz_pt.library.materials.by_key import KERB, material_name, surface_material
+from sumo3dviz_pt.library.materials.by_key import (
+    KERB,
+    material_name,
+    metres_per_tile,
+    planar_uvs,
+    surface_material,
+)
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.world.memory import Memory
+from sumo3dviz_pt.world.rails.beds import shoulder
+from sumo3dviz_pt.world.rails.tracks import track_parts, track_rise
 from sumo3dviz_pt.world.roads.drops import Drops, find_drops, rise_at
 from sumo3dviz_pt.world.roads.kerbs import kerb_parts
 from sumo3dviz_pt.world.roads.layers import Layer, make_base, road_layers, unworn
@@ -23,6 +31,7 @@ from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 from sumo3dviz_pt.world.roads.mesh import kerb_faces, surface_meshes, verges
 from sumo3dviz_pt.world.roads.plain import plain_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
+from sumo3dviz_pt.world.roads.style import BALLAST
 
 _RAMP = 0.4
 """Walkers climb a kerb over this distance [m], half of it on either side."""
@@ -38,12 +47,15 @@ class RoadParts:
         layout: What they were made from; the ground needs it.
         surface_height_at: Extra height of the walkable surface [m] at points
             (n, 2) [m], as (n,): 0 on the carriageway, a kerb's height on footways.
+        rail_height_at: The same of the heads of rails, on which trains stand; None where
+            all rails are as high as roads.
     """
 
     static: tuple[StaticPart, ...]
     materials: Mapping[str, Bsdf]
     layout: RoadLayout
     surface_height_at: Callable[[Floats], Floats]
+    rail_height_at: Callable[[Floats], Floats] | None = None
 
 
 def build_roads(
@@ -85,6 +97,9 @@ def build_roads(
     sides = verges(layout.cells, layout.outline, surface=verge, near=near)
     sides = unworn(sides) if verge in base.worn else sides
     found.append(Layer("road/verge", _material(verge), sides))
+    slope = shoulder(layout.cells)
+    uvs = planar_uvs(slope.vertices, tile=metres_per_tile(BALLAST), near=near)
+    found.append(Layer("rails/shoulder", _material(BALLAST), replace(slope, uvs=uvs)))
     # What lies on top; then all that is not empty becomes parts.
     found += road_layers(network, settings, base, region=region)
     static: tuple[StaticPart, ...] = tuple(
@@ -98,9 +113,11 @@ def build_roads(
     )
     if base.worn:
         static = (*static, *kerb_parts(base, drops))
+    rise = track_rise(layout)
+    static = (*static, *track_parts(layout, rise, focus))
     names = {part.part.material for part in static}
     materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
-    return RoadParts(static, materials, layout, walking_height(layout, drops))
+    return RoadParts(static, materials, layout, walking_height(layout, drops), rise)
 
 
 def with_plain(

@@ -18,14 +18,14 @@ from sumo3dviz_pt.library.materials.by_key import (
 )
 from sumo3dviz_pt.model.geometry import UNWORN, Mesh
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.world.rails.tracks import flush_paint
 from sumo3dviz_pt.world.roads.graded import Graded
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.build import decal_meshes, graded_paint, lifted, road_paint
 from sumo3dviz_pt.world.roads.markings.cycles import cycle_paint
 from sumo3dviz_pt.world.roads.markings.lines import Paint
-from sumo3dviz_pt.world.roads.rails import rail_paint, sleeper_paint
 from sumo3dviz_pt.world.roads.strips import BoundsXY
-from sumo3dviz_pt.world.roads.style import BICYCLE, PAVING
+from sumo3dviz_pt.world.roads.style import BICYCLES, PAVING
 from sumo3dviz_pt.world.roads.wear.details import is_fast, road_details
 from sumo3dviz_pt.world.roads.wear.junction_details import junction_details
 from sumo3dviz_pt.world.roads.wear.junctions import junction_wear
@@ -159,19 +159,23 @@ def road_layers(
         layers.append(Layer("markings", material_name(key), mesh))
     else:
         layers += _plain("markings", paint(), base, _PAINT)
-    cycles = partial(cycle_paint, layout.strips)
-    if BICYCLE in base.worn:
-        piece = graded_paint("cycles", cycles, layout, focus=base.focus)
-        mesh = base.laid(piece, BICYCLE, lift=_PAINT)
-        layers.append(Layer("markings", material_name(BICYCLE), mesh))
-    else:
-        layers += _plain("markings/cycles", cycles(), base, _PAINT)
-    # Rails.
-    layers += _plain("rails/sleepers", sleeper_paint(layout), base, _PAINT)
-    return layers + _plain("rails", rail_paint(layout), base, _RAILS)
+    for surface in (key for key in BICYCLES if key in base.surfaces):
+        cycles = partial(cycle_paint, layout.strips, surface)
+        if surface in base.worn:
+            piece = graded_paint(f"cycles/{surface}", cycles, layout, focus=base.focus)
+            mesh = base.laid(piece, surface, lift=_PAINT)
+            layers.append(Layer("markings", material_name(surface), mesh))
+        else:
+            layers += _plain("markings/cycles", cycles(), base, _PAINT)
+    # Rails in streets, whichever edge their surface belongs to.
+    return layers + _plain("rails", flush_paint(layout), base, _RAILS, own_surface=False)
 
 
-def _plain(family: str, paint: Sequence[Paint], base: Base, lift: float) -> list[Layer]:
+def _plain(
+    family: str, paint: Sequence[Paint], base: Base, lift: float, *, own_surface: bool = True
+) -> list[Layer]:
     """A layer of constant colours."""
-    meshes = decal_meshes(paint, base.layout, surface=base.below, lift=lift)
+    meshes = decal_meshes(
+        paint, base.layout, surface=base.below, lift=lift, own_surface=own_surface
+    )
     return [Layer(family, name, mesh) for name, mesh in meshes.items()]

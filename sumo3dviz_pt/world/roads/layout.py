@@ -10,6 +10,7 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.world.memory import Memory
+from sumo3dviz_pt.world.rails.beds import with_own_tracks
 from sumo3dviz_pt.world.roads.areas import (
     JunctionInside,
     junction_cells,
@@ -27,6 +28,7 @@ from sumo3dviz_pt.world.roads.cells import (
 from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area
 from sumo3dviz_pt.world.roads.plain import PlainRoads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
+from sumo3dviz_pt.world.roads.style import with_style
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +74,8 @@ def layout_roads(
         region: Only lanes and junctions that touch this box are built [m].
         memory: Keeps what is built on this layout; no other layout may use it.
     """
-    strips = network_strips(network, settings, region=region)
+    settings = with_style(settings, network)
+    strips = with_own_tracks(network_strips(network, settings, region=region))
     insides = junction_insides(network, settings, region=region)
     carriageways = _lane_cells(strips, raised=False)
     footways = _lane_cells(strips, raised=True)

@@ -10,8 +10,14 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.polyline import offset, with_split_bends, without_repeats
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.network import Edge, Lane, Network
-from sumo3dviz_pt.world.roads.style import LaneLook, is_skipped, look_of, style_of
+from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
+from sumo3dviz_pt.world.roads.style import (
+    LaneLook,
+    bicycle_surface,
+    is_skipped,
+    look_of,
+    style_of,
+)
 
 BoundsXY = tuple[float, float, float, float]
 """x0, y0, x1, y1 [m]."""
@@ -63,6 +69,19 @@ def in_region(points: Floats, region: BoundsXY | None, *, margin: float = 0.0) -
     return bool((low <= region[2:]).all() and (high >= region[:2]).all())
 
 
+def connections_in(network: Network, region: BoundsXY | None) -> tuple[Connection, ...]:
+    """Return the connections that begin within a box [m]; None holds all."""
+    if region is None:
+        return network.connections
+    x0, y0, x1, y1 = region
+
+    def inside(connection: Connection) -> bool:
+        x, y = network.lanes[connection.from_lane].shape[-1][:2]
+        return bool(x0 <= x <= x1 and y0 <= y <= y1)
+
+    return tuple(connection for connection in network.connections if inside(connection))
+
+
 def distance_to(box: BoundsXY | None, points: Floats) -> Floats:
     """Return the distance from points, (n, 2 or 3), to a box [m], (n,); 0 without a box."""
     if box is None:
@@ -93,7 +112,7 @@ def edge_strips(
         line = lane_line(lane)
         if is_skipped(lane) or len(line) < 2 or np.hypot(*np.ptp(line[:, :2], axis=0)) < 0.05:
             continue
-        look = look_of(lane, style)
+        look = look_of(lane, style, bicycle=bicycle_surface(settings))
         right, left = offset(line, -0.5 * look.width), offset(line, 0.5 * look.width)
         before = strips[-1] if strips else None
         shared = None if before is None else _shared_border(before, line, lane)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from sumo3dviz_pt.job.settings import EdgeStyle, RoadSettings
+from sumo3dviz_pt.library.street.road_styles import STYLES, style_name
 from sumo3dviz_pt.model.network import Edge, Lane, Network
 
 RAIL_CLASSES = frozenset(
@@ -14,7 +15,10 @@ RAIL_CLASSES = frozenset(
 )
 PAVING = "paving"
 BICYCLE = "bicycle"
+BICYCLES = (BICYCLE, "bicycle_green")
+"""Surfaces of bicycle lanes in the colours of the road styles."""
 BALLAST = "ground_stone"
+GRASS_TRACK = "ground_grass"
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +54,18 @@ def style_of(edge_id: str, settings: RoadSettings) -> EdgeStyle:
     )
 
 
+def bicycle_surface(settings: RoadSettings) -> str:
+    """Return the surface of bicycle lanes in the style of the settings; see `with_style`."""
+    known = STYLES.get(settings.marking_style)
+    return BICYCLE if known is None else known.bicycle_surface
+
+
+def with_style(settings: RoadSettings, network: Network) -> RoadSettings:
+    """Return settings that name the network's style where they left that to the network."""
+    name = style_name(settings.marking_style, network)
+    return settings.model_copy(update={"marking_style": name})
+
+
 def is_skipped(lane: Lane) -> bool:
     """Return whether a lane is not drawn: waterways are not."""
     return bool(lane.allowed) and lane.allowed <= {"ship"}
@@ -71,8 +87,14 @@ def has_rails(lane: Lane) -> bool:
     return "tram" in lane.allowed and not lane.allowed & {"rail", "rail_electric"}
 
 
-def look_of(lane: Lane, style: EdgeStyle) -> LaneLook:
-    """Return how a lane of a normal edge is drawn."""
+def look_of(lane: Lane, style: EdgeStyle, *, bicycle: str = BICYCLE) -> LaneLook:
+    """Return how a lane of a normal edge is drawn.
+
+    Args:
+        lane: The lane.
+        style: Of its edge.
+        bicycle: Surface of bicycle lanes.
+    """
     if is_footway(lane):
         return LaneLook(PAVING, raised=True, lines=False, rails=False, width=lane.width)
     rails = has_rails(lane)
@@ -85,7 +107,7 @@ def look_of(lane: Lane, style: EdgeStyle) -> LaneLook:
         return LaneLook(road, raised=False, lines=False, rails=True, width=width)
     if lane.allowed and lane.allowed <= {"bicycle", "scooter"}:
         lines = bool(style.markings)
-        return LaneLook(BICYCLE, raised=False, lines=lines, rails=False, width=lane.width)
+        return LaneLook(bicycle, raised=False, lines=lines, rails=False, width=lane.width)
     if "pedestrian" in lane.allowed and "passenger" not in lane.allowed:
         return LaneLook(PAVING, raised=False, lines=False, rails=False, width=lane.width)
     return LaneLook(road, raised=False, lines=bool(style.markings), rails=rails, width=width)
@@ -106,7 +128,9 @@ def junction_surface(network: Network, junction_id: str, settings: RoadSettings)
         if network.edges[lane.edge_id].function != "normal" or is_footway(lane):
             continue
         surface = look_of(lane, style_of(lane.edge_id, settings)).surface
-        votes[surface] = votes.get(surface, 0.0) + lane.width * (surface != BICYCLE)
+        # Roads run on over a level crossing, and the track's bed does not.
+        weight = 1e-6 if surface in {BICYCLE, BALLAST} else lane.width
+        votes[surface] = votes.get(surface, 0.0) + weight
     road = settings.colour or settings.surface
     return max(votes, key=lambda key: (votes[key], key)) if votes else road
 

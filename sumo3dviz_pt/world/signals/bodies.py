@@ -8,12 +8,13 @@ from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.library.street import figures, traffic_light
-from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, merge_meshes
+from sumo3dviz_pt.library.street import figures, level_crossing, traffic_light
+from sumo3dviz_pt.library.street.road_styles import SignalStyle
+from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, Transform, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.world.signals.aspects import GREEN, RED, YELLOW
-from sumo3dviz_pt.world.signals.sites import ARM_BOTTOM, Head, Support
+from sumo3dviz_pt.world.signals.heads import ARM_BOTTOM, Head, Support
 
 LAMP_SET = "signals"
 """Id of the only lamp set."""
@@ -37,6 +38,8 @@ GLASS: Mapping[str, Colour] = {
 """Reflectance of lenses that are not lit."""
 
 _DARK: Colour = (0.02, 0.02, 0.02)
+_FIGURES = ("foot", "tram")
+_SMALL = 0.62  # size of heads for cyclists against those for cars
 _ARM = ARM_BOTTOM + 1.0
 
 
@@ -46,6 +49,7 @@ def static_parts(
     *,
     head_distances: Floats,
     support_distances: Floats,
+    style: SignalStyle,
 ) -> tuple[StaticPart, ...]:
     """Build housings and poles, merged by material.
 
@@ -54,15 +58,16 @@ def static_parts(
         supports: All of them.
         head_distances: Of each head from the nearest camera, (heads,) [m].
         support_distances: Of each support from the nearest camera, (supports,) [m].
+        style: Colours of heads for vehicles.
     """
     levels = [(away > FAR).astype(np.int64) for away in (head_distances, support_distances)]
     found: dict[str, list[Mesh]] = {}
     for head, level in zip(heads, levels[0], strict=True):
-        for material, mesh in _head(head, int(level)).items():
-            where = traffic_light.placed(mesh, head.position, head.yaw)
-            found.setdefault(material, []).append(where)
-    poles = [_support(support, int(k)) for support, k in zip(supports, levels[1], strict=True)]
-    found.setdefault("signal_pole", []).extend(poles)
+        for material, mesh in _head(head, int(level), style).items():
+            found.setdefault(material, []).append(_placed(mesh, head))
+    for support, level in zip(supports, levels[1], strict=True):
+        for material, mesh in _support(support, int(level)).items():
+            found.setdefault(material, []).append(mesh)
     return tuple(
         StaticPart(f"signals/{material}", "signals", Part(merge_meshes(meshes), material))
         for material, meshes in sorted(found.items())
@@ -79,7 +84,7 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
         for i, colour in enumerate(STACK[head.lamps]):
             meshes.append(_placed(_lamp(head, i, colour), head))
             names.append(f"{title}/{colour}")
-            glass.append(_DARK if head.walks else GLASS[colour])
+            glass.append(_DARK if head.kind in _FIGURES else GLASS[colour])
     for head, title in zip(heads, titles, strict=True):
         for place in (0, 1) if head.counter else ():
             bars = figures.digit(place, head.lamps)
@@ -122,17 +127,29 @@ def _lamp(head: Head, index: int, colour: str) -> Mesh:
     """What shines: a lens, or a person for people."""
     if head.walks:
         return figures.walker(index, walking=colour == GREEN)
+    if head.kind == "tram":
+        return figures.tram_bar(index, {RED: "stop", YELLOW: "wait", GREEN: "go"}[colour])
     return traffic_light.lens(index)
 
 
 def _placed(mesh: Mesh, head: Head) -> Mesh:
     """A mesh of a head where it hangs."""
+    if head.kind == "bicycle":
+        return Transform.from_pose(head.position, yaw=head.yaw, scale=_SMALL).mesh(mesh)
     return traffic_light.placed(mesh, head.position, head.yaw)
 
 
-def _head(head: Head, level: int) -> dict[str, Mesh]:
+def _head(head: Head, level: int, style: SignalStyle) -> dict[str, Mesh]:
     """Everything of a head that does not shine, by material."""
-    parts = dict(_box(head.lamps, level, walks=head.walks, counter=head.counter))
+    yellow = style.housing == "yellow" and head.kind == "vehicle"
+    backed = head.kind == "rail" or (head.kind == "vehicle" and not yellow)
+    rim = backed and (head.kind == "rail" or style.border == "white")
+    parts = dict(_box(head.lamps, level, backed=backed, rim=rim, counter=head.counter))
+    if head.kind in _FIGURES:
+        windows = [figures.window(i, sides=20 - 12 * level) for i in range(head.lamps)]
+        parts["glass"] = merge_meshes(windows)
+    if yellow:
+        parts["signal_housing_yellow"] = parts.pop("signal_housing")
     if head.over_road:
         top = _ARM - float(head.position[2] - head.foot[2])
         parts["signal_pole"] = traffic_light.hanger(head.lamps, top)
@@ -142,22 +159,31 @@ def _head(head: Head, level: int) -> dict[str, Mesh]:
 
 
 @cache
-def _box(lamps: int, level: int, *, walks: bool, counter: bool) -> Mapping[str, Mesh]:
-    """The housing of a head, and what lies on it, by material."""
-    housing = traffic_light.housing(lamps, backing=not walks, counter=counter, level=level)
-    if not walks:
-        return {"signal_housing": housing, "signal_border": traffic_light.border(lamps + counter)}
-    windows = [figures.window(i, sides=20 - 12 * level) for i in range(lamps)]
-    return {"signal_housing": housing, "glass": merge_meshes(windows)}
+def _box(lamps: int, level: int, *, backed: bool, rim: bool, counter: bool) -> Mapping[str, Mesh]:
+    """The housing of a head, with a board behind it and a white rim around that, by material."""
+    parts = {
+        "signal_housing": traffic_light.housing(lamps, backing=backed, counter=counter, level=level)
+    }
+    if rim:
+        parts["signal_border"] = traffic_light.border(lamps + counter)
+    return parts
 
 
-def _support(support: Support, level: int) -> Mesh:
-    """A pole or a mast, with a crossbar for several heads."""
-    if support.reach:
-        mesh = traffic_light.mast(support.height, support.reach, level=level)
+def _support(support: Support, level: int) -> dict[str, Mesh]:
+    """A pole or a mast, with a crossbar for several heads, by material."""
+    parts: dict[str, list[Mesh]] = {"signal_pole": []}
+    if support.rail:
+        for part in level_crossing.rail_mast(support.height, level=level):
+            parts.setdefault(part.material, []).append(part.mesh)
+    elif support.reach:
+        mast = traffic_light.mast(support.height, support.reach, level=level)
+        parts["signal_pole"].append(mast)
     else:
-        mesh = traffic_light.pole(support.height, level=level)
+        parts["signal_pole"].append(traffic_light.pole(support.height, level=level))
     if support.bar:
         height = support.height - 0.4 if not support.reach else 2.9
-        mesh = merge_meshes([mesh, traffic_light.crossbar(support.bar, height)])
-    return traffic_light.placed(mesh, support.position, support.yaw)
+        parts["signal_pole"].append(traffic_light.crossbar(support.bar, height))
+    return {
+        material: traffic_light.placed(merge_meshes(meshes), support.position, support.yaw)
+        for material, meshes in parts.items()
+    }

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sumo3dviz_pt.job.settings import SignalSettings
+from sumo3dviz_pt.library.street.road_styles import STYLES, SignalStyle
 from sumo3dviz_pt.model.geometry import Colour, Floats, frozen
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
@@ -16,6 +17,7 @@ from sumo3dviz_pt.model.scene import LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.rails.guards import guard_of
 from sumo3dviz_pt.world.signals.aspects import (
     GREEN,
     RED,
@@ -25,7 +27,8 @@ from sumo3dviz_pt.world.signals.aspects import (
     with_yellow,
 )
 from sumo3dviz_pt.world.signals.bodies import LAMP_SET, STACK, counter_rows, lamp_set, static_parts
-from sumo3dviz_pt.world.signals.sites import Head, Support, sites
+from sumo3dviz_pt.world.signals.heads import Head, Support
+from sumo3dviz_pt.world.signals.sites import sites
 
 _LOG = logging.getLogger(__name__)
 
@@ -40,6 +43,9 @@ On a lens of 200 mm these are 330 cd of red and 390 cd of yellow and green. EN 1
 to 400 cd for heads of performance level 1, class 1.
 """
 
+
+TRAM_RADIANCE: Mapping[str, Colour] = dict.fromkeys((RED, YELLOW, GREEN), (0.7, 0.7, 0.66))
+"""The same for the white bars of trams' signals."""
 
 NIGHT_POWER = 0.35
 """Factor of `RADIANCE` by night, when signals are dimmed so that they do not dazzle."""
@@ -81,7 +87,8 @@ class Signals:
             if key not in known:
                 known[key] = head.course.lit_at(time, lamps=head.lamps)
             lit = [colour for colour in STACK[head.lamps] if colour in known[key]]
-            rows += [RADIANCE[c] if c in lit else (0.0, 0.0, 0.0) for c in STACK[head.lamps]]
+            shines = TRAM_RADIANCE if head.kind == "tram" else RADIANCE
+            rows += [shines[c] if c in lit else (0.0, 0.0, 0.0) for c in STACK[head.lamps]]
             if head.counter:
                 number = head.course.seconds_left(time) if lit else None
                 counters += counter_rows(number, RADIANCE[lit[-1]] if lit else (0.0, 0.0, 0.0))
@@ -113,6 +120,7 @@ def build_signals(
     phases: Mapping[str, SignalPhases],
     settings: SignalSettings,
     *,
+    style: SignalStyle = STYLES["european"].signals,
     around: Surroundings | None = None,
     raised: HeightAt | None = None,
 ) -> Signals:
@@ -122,6 +130,7 @@ def build_signals(
         network: The road network; its connections say where lights stand.
         phases: The signal log by tls id.
         settings: Design, and what to do about missing yellow.
+        style: What heads look like, and where they are repeated.
         around: Lanes and cameras, if they are indexed already; without, all is near.
         raised: How much higher than the carriageway people walk at places.
 
@@ -148,11 +157,13 @@ def build_signals(
 
     # Place heads and poles, on footways as high as people walk.
     index = build_lane_index(network) if around is None else around.index
-    heads, supports = sites(network, links, index=index, course_of=shown, lamps=lamps)
+    heads, supports = sites(
+        network, links, index=index, course_of=shown, lamps=lamps, far_side=style.far_side
+    )
     if not heads:
         return Signals(left_out=left_out)
     if settings.design == "countdown":
-        heads = [replace(head, counter=not head.walks) for head in heads]
+        heads = [replace(head, counter=head.kind == "vehicle") for head in heads]
     heads = [
         replace(head, position=head.position + up, foot=head.foot + up)
         for head, up in zip(heads, _lift(heads, raised), strict=True)
@@ -167,6 +178,7 @@ def build_signals(
         supports,
         head_distances=_distances(heads, around),
         support_distances=_distances(supports, around),
+        style=style,
     )
     power = NIGHT_POWER if around is not None and around.dark else 1.0
     return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)
@@ -193,7 +205,11 @@ def _signalled(
     """Connections with a light whose states are known, and why others have none."""
     if not settings.show:
         return [], (LeftOut("signals", "switched off by `signals.show`"),)
-    links = [link for link in network.connections if link.tls and link.link_index >= 0]
+    links = [
+        link
+        for link in network.connections
+        if link.tls and link.link_index >= 0 and guard_of(network, link) != "level crossing"
+    ]
     if not links:
         return [], (LeftOut("signals", "the network has none"),)
     if not any(entry.states for entry in phases.values()):

@@ -13,161 +13,41 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
-from sumo3dviz_pt.world.signals.aspects import AspectCourse
+from sumo3dviz_pt.world.signals.beyond import far_side_heads
+from sumo3dviz_pt.world.signals.heads import (
+    ARM_BOTTOM,
+    BESIDE,
+    POLE_BOTTOM,
+    RAIL_BOTTOM,
+    SPACING,
+    UP,
+    WALK_BOTTOM,
+    WALKS,
+    WIDE,
+    CourseOf,
+    Head,
+    HeadDesign,
+    SignalGroup,
+    Stand,
+    Support,
+    direction_at_end,
+    freest,
+    kind_of,
+    leftward,
+)
 
-POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM = 2.2, 4.7, 2.1
-"""Heights of the lower edge of heads on poles, on arms and for pedestrians [m]."""
-_BESIDE, _SPACING = 0.7, 0.56
 _BEHIND = (3.5, 2.0)  # places behind the stop line that are tried first [m]
 _LAST = 0.5  # and the last one [m]
-_WIDE = 3  # signalled lanes from which an arm reaches over the road
 _STEPS = np.arange(0.0, 8.0, 0.5)  # how far a pole may move outwards [m]
-_UP = np.array([0.0, 0.0, 1.0])
-_WALKS = ("crossing", "walkingarea")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Head:
-    """A signal head to be built.
-
-    Attributes:
-        tls: Id of its traffic light.
-        links: Every link whose state it shows; the first names it.
-        course: What it shows.
-        lamps: 2 or 3.
-        position: Below the middle of its housing, (3,) [m].
-        yaw: Driving or walking direction of those who see it [rad].
-        foot: Where its pole stands, (3,) [m].
-        walks: Whether it is for people on foot.
-        counter: Whether it has digits that count seconds.
-    """
-
-    tls: str
-    links: tuple[int, ...]
-    course: AspectCourse
-    lamps: int
-    position: Floats
-    yaw: float
-    foot: Floats
-    walks: bool = False
-    counter: bool = False
-
-    @property
-    def over_road(self) -> bool:
-        """Whether it hangs on an arm."""
-        return float(self.position[2] - self.foot[2]) > ARM_BOTTOM - 1.0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Support:
-    """A pole, or a mast with an arm.
-
-    Attributes:
-        position: Its foot, (3,) [m].
-        yaw: As its heads' [rad].
-        height: [m].
-        reach: Length of the arm, to the left positive [m]; 0 for a pole.
-        bar: Width of the crossbar that several heads hang on [m]; 0 for none.
-    """
-
-    position: Floats
-    yaw: float
-    height: float
-    reach: float = 0.0
-    bar: float = 0.0
-
-    @property
-    def foot(self) -> Floats:
-        """Where it stands, (3,) [m]."""
-        return self.position
-
-
-CourseOf = Callable[[Connection, int], AspectCourse]
-"""The course of a connection's link as a head with 2 or 3 lamps shows it."""
-
-
-@dataclass(frozen=True, slots=True)
-class _SignalGroup:
-    """Links of a traffic light that always show the same.
-
-    Attributes:
-        tls: Id of the traffic light.
-        course: What it shows them.
-        links: Their numbers.
-    """
-
-    tls: str
-    course: AspectCourse
-    links: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _HeadDesign:
-    """How heads are made, whatever they stand at.
-
-    Attributes:
-        index: Keeps poles off carriageways.
-        course_of: Says what a head for a link shows.
-        lamps: Of a head for vehicles, 2 or 3.
-    """
-
-    index: LaneIndex
-    course_of: CourseOf
-    lamps: int
-
-    def groups(self, links: Sequence[Connection], *, lamps: int) -> list[_SignalGroup]:
-        """Links that always show the same on heads of 2 or 3 lamps, in the order given."""
-        found: dict[tuple[str, AspectCourse], list[int]] = {}
-        for link in links:
-            key = (link.tls, self.course_of(link, lamps))
-            if link.link_index not in found.setdefault(key, []):
-                found[key].append(link.link_index)
-        return [
-            _SignalGroup(tls, course, tuple(numbers)) for (tls, course), numbers in found.items()
-        ]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Stand:
-    """Where some heads hang side by side.
-
-    Attributes:
-        foot: Of their pole, (3,) [m].
-        bottom: Of the middle of their row, (3,) [m].
-        inward: Direction of the row, from the outer lanes' heads on, (3,).
-        along: Driving or walking direction of those who see them, (3,).
-        yaw: The same as an angle [rad].
-    """
-
-    foot: Floats
-    bottom: Floats
-    inward: Floats
-    along: Floats
-    yaw: float
-
-    def row(self, groups: Sequence[_SignalGroup], *, lamps: int) -> list[Head]:
-        """Return one head of so many lamps for each group."""
-        offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * _SPACING
-        return [
-            Head(
-                group.tls,
-                group.links,
-                group.course,
-                lamps,
-                self.bottom + offset * self.inward - 0.19 * self.along,
-                self.yaw,
-                self.foot,
-            )
-            for group, offset in zip(groups, offsets, strict=True)
-        ]
+_RAIL_BESIDE = 2.6  # from a track's middle to the mast of its signal [m]
 
 
 def sites(
@@ -177,6 +57,7 @@ def sites(
     index: LaneIndex,
     course_of: CourseOf,
     lamps: int,
+    far_side: str = "never",
 ) -> tuple[list[Head], list[Support]]:
     """Place signal heads and what carries them.
 
@@ -186,13 +67,16 @@ def sites(
         index: Keeps poles off carriageways.
         course_of: Says what a head for a link shows.
         lamps: Of a head for vehicles, 2 or 3.
+        far_side: When a head stands beyond the junction, too; as in `SignalStyle`.
     """
     heads: list[Head] = []
     supports: list[Support] = []
-    design = _HeadDesign(index, course_of, lamps)
+    design = HeadDesign(network, index, course_of, lamps, far_side)
     for edge, own in _by_edge(network, links).items():
-        if network.edges[edge].function in _WALKS:
+        if network.edges[edge].function in WALKS:
             made = _crossing(network.edges[edge], design.groups(own, lamps=2), index)
+        elif all(kind_of(network, link) == "rail" for link in own):
+            made = _rail_signal(network, network.edges[edge], own, design)
         else:
             made = _approach(network, network.edges[edge], own, design)
         heads += made[0]
@@ -207,7 +91,7 @@ def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list
         start, end = (
             network.edges[network.lanes[lane].edge_id] for lane in (link.from_lane, link.to_lane)
         )
-        if start.function in _WALKS:
+        if start.function in WALKS:
             crossing = end if end.function == "crossing" else start
             found.setdefault(crossing.id, []).append(link)
         elif start.function != "internal":
@@ -216,7 +100,7 @@ def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list
 
 
 def _approach(
-    network: Network, edge: Edge, links: list[Connection], design: _HeadDesign
+    network: Network, edge: Edge, links: list[Connection], design: HeadDesign
 ) -> tuple[list[Head], list[Support]]:
     """Heads at the end of an edge."""
     # Choose what the heads on the pole show.
@@ -225,48 +109,74 @@ def _approach(
     links = sorted(links, key=lambda link: (number[link.from_lane], link.link_index))
     groups = design.groups(links, lamps=lamps)
     # Find a place for the pole.
-    along, yaw = _direction(edge.lanes[0].shape)
-    outward = _left(along) if network.left_hand else -_left(along)
-    bar = (len(groups) - 1) * _SPACING
+    along, yaw = direction_at_end(edge.lanes[0].shape)
+    outward = leftward(along) if network.left_hand else -leftward(along)
+    bar = (len(groups) - 1) * SPACING
     # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
     probes = (0.0 * along, -2.0 * along, -4.5 * along, -bar / 2 * outward)
-    foot = _freest(_feet(edge, along, outward, bar), probes, design.index)
-    stand = _Stand(foot, foot + POLE_BOTTOM * _UP, -outward, along, yaw)
+    foot = freest(_feet(edge, along, outward, bar), probes, design.index)
+    stand = Stand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
     heads = stand.row(groups, lamps=lamps)
     # Where the road is wide, an arm carries heads over each lane.
-    lanes = [lane for lane in edge.lanes if any(link.from_lane == lane.id for link in links)]
-    if len(lanes) < _WIDE:
-        height = POLE_BOTTOM + 0.3 * lamps + 0.12
-        return heads, [Support(foot, yaw, height, bar=bar)]
+    over = {k.from_lane for k in links if kind_of(network, k) in ("vehicle", "tram")}
+    lanes = [lane for lane in edge.lanes if lane.id in over]
+    height = POLE_BOTTOM + 0.3 * lamps + 0.12
+    if len(lanes) < WIDE:
+        beyond = far_side_heads(edge, lanes, heads, groups, design)
+        return [*heads, *beyond[0]], [Support(foot, yaw, height, bar=bar), *beyond[1]]
     for lane in lanes:
         own = design.groups([k for k in links if k.from_lane == lane.id], lamps=lamps)
         across = float((lane.shape[-1] - foot) @ -outward)
-        bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * _UP
+        bottom = foot - across * outward + (ARM_BOTTOM + 0.3 * (3 - lamps)) * UP
         heads += replace(stand, bottom=bottom).row(own, lamps=lamps)
-    reach = max((float((lane.shape[-1] - foot) @ _left(along)) for lane in lanes), key=abs)
+    reach = max((float((lane.shape[-1] - foot) @ leftward(along)) for lane in lanes), key=abs)
     reach += 0.5 * float(np.sign(reach))
-    return heads, [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar)]
+    beyond = far_side_heads(edge, lanes, heads, groups, design)
+    return [*heads, *beyond[0]], [Support(foot, yaw, ARM_BOTTOM + 1.0, reach, bar), *beyond[1]]
+
+
+def _rail_signal(
+    network: Network, edge: Edge, links: list[Connection], design: HeadDesign
+) -> tuple[list[Head], list[Support]]:
+    """A mast at the right of each track (left where traffic keeps left), at its end."""
+    heads: list[Head] = []
+    supports: list[Support] = []
+    for lane in edge.lanes:
+        groups = design.groups([k for k in links if k.from_lane == lane.id], lamps=2)
+        if not groups:
+            continue
+        along, yaw = direction_at_end(lane.shape)
+        outward = leftward(along) if network.left_hand else -leftward(along)
+        aside = _RAIL_BESIDE + np.array([0.0, 0.4, -0.4, 0.8, 1.2, 1.8, 2.4, 3.0])
+        back = np.array([0.0, -4.0, -8.0, -15.0, -25.0])
+        places = lane.shape[-1] + (back[:, None, None] * along + aside[:, None] * outward)
+        foot = freest(places.reshape(-1, 3), (0.0 * along,), design.index, margin=0.55)
+        stand = Stand(foot, foot + RAIL_BOTTOM * UP, -outward, along, yaw)
+        heads += stand.row(groups, lamps=2)
+        bar = (len(groups) - 1) * SPACING
+        supports.append(Support(foot, yaw, RAIL_BOTTOM + 0.75, bar=bar, rail=True))
+    return heads, supports
 
 
 def _crossing(
-    edge: Edge, groups: Sequence[_SignalGroup], index: LaneIndex
+    edge: Edge, groups: Sequence[SignalGroup], index: LaneIndex
 ) -> tuple[list[Head], list[Support]]:
     """Heads at both ends of a crossing, each looking over the road."""
     lane = edge.lanes[0]
     heads: list[Head] = []
     supports: list[Support] = []
     for shape in (lane.shape, lane.shape[::-1]):
-        along, yaw = _direction(shape)
-        beside = -_left(along) * (lane.width / 2 + 0.35)
+        along, yaw = direction_at_end(shape)
+        beside = -leftward(along) * (lane.width / 2 + 0.35)
         places = [
             shape[-1] + out * along + side * beside
             for side in (1.0, -1.0, 1.5, -1.5)
             for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
         ]
-        foot = _freest(np.array(places), (0.0 * along,), index)
-        stand = _Stand(foot, foot + WALK_BOTTOM * _UP, _left(along), along, yaw)
-        heads += [replace(head, walks=True) for head in stand.row(groups, lamps=2)]
-        bar = (len(groups) - 1) * _SPACING
+        foot = freest(np.array(places), (0.0 * along,), index)
+        stand = Stand(foot, foot + WALK_BOTTOM * UP, leftward(along), along, yaw)
+        heads += stand.row(groups, lamps=2)
+        bar = (len(groups) - 1) * SPACING
         supports.append(Support(foot, yaw, WALK_BOTTOM + 0.7, bar=bar))
     return heads, supports
 
@@ -274,37 +184,8 @@ def _crossing(
 def _feet(edge: Edge, along: Floats, outward: Floats, bar: float) -> Floats:
     """Places for a pole with a crossbar at an edge's end, best first, (n, 3) [m]."""
     outer, inner = edge.lanes[0], edge.lanes[-1]
-    border = outer.shape[-1] + (outer.width / 2 + _BESIDE + bar / 2) * outward
+    border = outer.shape[-1] + (outer.width / 2 + BESIDE + bar / 2) * outward
     near = [border + behind * along + _STEPS[:4, None] * outward for behind in _BEHIND]
     far = border + _LAST * along + _STEPS[:, None] * outward
-    opposite = inner.shape[-1] + _LAST * along - (inner.width / 2 + _BESIDE) * outward
+    opposite = inner.shape[-1] + _LAST * along - (inner.width / 2 + BESIDE) * outward
     return np.vstack([*near, far, opposite])
-
-
-def _freest(candidates: Floats, probes: Sequence[Floats], index: LaneIndex) -> Floats:
-    """The first place that is most clear of carriageways.
-
-    Args:
-        candidates: Places for a pole, best first, (n, 3) [m].
-        probes: Vectors from the pole to what must not be over a carriageway, (3,) each.
-        index: The network's lanes.
-    """
-    blocked = [index.covers((candidates + probe)[:, :2], margin=0.3) for probe in probes]
-    best: Floats = candidates[int(np.argmin(np.sum(blocked, axis=0)))]
-    return best
-
-
-def _direction(shape: Floats) -> tuple[Floats, float]:
-    """Horizontal unit direction at a polyline's end, (3,), and its yaw [rad]."""
-    away = np.linalg.norm(shape[:, :2] - shape[-1, :2], axis=1)
-    far = np.flatnonzero(away > 1.0)
-    step = shape[-1] - shape[far[-1] if len(far) else 0]
-    length = float(np.hypot(step[0], step[1]))
-    if length < 1e-9:
-        return np.array([1.0, 0.0, 0.0]), 0.0
-    return np.array([step[0], step[1], 0.0]) / length, float(np.arctan2(step[1], step[0]))
-
-
-def _left(along: Floats) -> Floats:
-    """The horizontal direction to the left of another."""
-    return np.array([-along[1], along[0], 0.0])

@@ -7,6 +7,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo import formats, read_roster, read_trajectories, whereabouts
 from sumo3dviz_pt.sumo.belonging import first_rows
 from sumo3dviz_pt.sumo.formats import LogFormat
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.stream import Element, TruncatedError
 from sumo3dviz_pt.sumo.survey import survey_files, vehicle_logs
 
@@ -72,7 +73,9 @@ def test_both_formats_give_the_same(tmp_path):
     np.testing.assert_array_equal(one.traces[0].positions, other.traces[0].positions)
     assert one.lane_names == other.lane_names
     assert first_rows(logs[0]) == first_rows(logs[1])
-    assert read_roster([logs[0]], types={}) == read_roster([logs[1]], types={})
+    assert read_roster([logs[0]], types=TypesOfUsers({})) == read_roster(
+        [logs[1]], types=TypesOfUsers({})
+    )
     assert whereabouts([logs[0]], "a&b") == whereabouts([logs[1]], "a&b")
 
 

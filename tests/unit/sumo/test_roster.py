@@ -6,6 +6,7 @@ import pytest
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.roster import Point
 from sumo3dviz_pt.sumo import fcd, read_roster, read_trajectories
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.logs import reader
 
 
@@ -22,7 +23,7 @@ def log(tmp_path, *steps, name="fcd.xml", end="</fcd-export>"):
 
 
 def roster(*paths, **asked):
-    return {user.id: user for user in read_roster(paths, types={}, **asked)}
+    return {user.id: user for user in read_roster(paths, types=TypesOfUsers({}), **asked)}
 
 
 def test_a_drive_is_summed_up(tmp_path):
@@ -135,7 +136,7 @@ def test_riders_count_while_they_walk(tmp_path):
 
 def test_ids_are_those_by_which_cameras_ride(tmp_path):
     path = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 5, of="bus")))
-    assert [user.id for user in read_roster([path], types={})] == ["v", "v#2"]
+    assert [user.id for user in read_roster([path], types=TypesOfUsers({}))] == ["v", "v#2"]
 
 
 def test_several_logs_belong_together(tmp_path):
@@ -148,10 +149,10 @@ def test_several_logs_belong_together(tmp_path):
 def test_broken_and_empty_logs(tmp_path):
     broken = log(tmp_path, (0, vehicle("v", 0)), (1, vehicle("v", 5)), end="<timestep time='2'>")
     with pytest.raises(InputError, match="breaks off"):
-        read_roster([broken], types={})
+        read_roster([broken], types=TypesOfUsers({}))
     assert roster(broken, allow_truncated=True)["v"].end == 1.0
     with pytest.raises(InputError, match="no time step"):
-        read_roster([log(tmp_path)], types={})
+        read_roster([log(tmp_path)], types=TypesOfUsers({}))
 
 
 def test_the_same_people_as_the_reader_of_traces(tmp_path):

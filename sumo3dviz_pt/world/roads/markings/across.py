@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from sumo3dviz_pt.library.mesh.bands import Band, band_along
 from sumo3dviz_pt.library.mesh.polyline import without_repeats
+from sumo3dviz_pt.library.street.road_styles import CrossingPaint, GiveWayLine, RoadStyle
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.world.rails.guards import at_level_crossing
 from sumo3dviz_pt.world.roads.markings.lines import WHITE, Paint
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region
-
-STOP_WIDTH = 0.5
-"""Length of a stop line along the lane [m]."""
 
 SETBACK = 0.3
 """From a stop line to the lane's end [m]; SUMO's vehicles stop 1 m before the end."""
 
-_GIVE_WAY_WIDTH = 0.35
-_GIVE_WAY_DASH = 0.5
-_GIVE_WAY_GAP = 0.25
-_BAR = 0.5
-"""Width of a zebra's bars, and of the gaps between them [m]."""
+_CROSS_LINE = 0.3
+"""Width of lines along both sides of a crossing [m]."""
+
+_STUD, _STUD_EACH = 0.12, 0.5
+"""Size of the studs of a crossing, and their distance [m]."""
 
 _FASTEST_GIVE_WAY = 20.0
 """Faster roads merge without a give-way line [m/s]."""
@@ -32,8 +31,16 @@ _FASTEST_GIVE_WAY = 20.0
 _NONE = np.zeros((0, 4, 3))
 
 
-def stop_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
-    """Paint stop and give-way lines of all edges, just before the lanes' ends."""
+def stop_paint(
+    network: Network, strips: Mapping[str, tuple[Strip, ...]], style: RoadStyle
+) -> list[Paint]:
+    """Paint stop and give-way lines of all edges, just before the lanes' ends.
+
+    Args:
+        network: Says where traffic stops or gives way.
+        strips: Lanes of edges from right to left, by edge id.
+        style: Shapes and sizes of both.
+    """
     leaving: dict[str, list[Connection]] = {}
     for connection in network.connections:
         leaving.setdefault(connection.from_lane, []).append(connection)
@@ -45,14 +52,20 @@ def stop_paint(network: Network, strips: Mapping[str, tuple[Strip, ...]]) -> lis
             if not strip.look.lines:
                 continue
             if _stops(leaving.get(strip.lane.id, [])):
-                paint.append(Paint(key, WHITE, _across(strip, STOP_WIDTH)))
+                paint.append(Paint(key, WHITE, _across(strip, style.stop_line)))
             elif gives_way:
-                paint.append(Paint(key, WHITE, _dashed_across(strip)))
+                paint.append(Paint(key, WHITE, _yield_line(strip, style.give_way)))
     return paint
 
 
-def zebra_paint(network: Network, *, region: BoundsXY | None) -> list[Paint]:
-    """Paint bars of all crossings that are signalled or have priority."""
+def zebra_paint(network: Network, style: CrossingPaint, *, region: BoundsXY | None) -> list[Paint]:
+    """Paint all crossings that are signalled or have priority, but none at level crossings.
+
+    Args:
+        network: The network.
+        style: How either kind is painted.
+        region: Only crossings that touch this box [m]; None is everywhere.
+    """
     reached: dict[str, list[Connection]] = {}
     for connection in network.connections:
         reached.setdefault(connection.to_lane, []).append(connection)
@@ -60,9 +73,15 @@ def zebra_paint(network: Network, *, region: BoundsXY | None) -> list[Paint]:
     for edge in network.edges.values():
         if edge.function != "crossing" or not in_region(edge.lanes[0].shape, region):
             continue
-        ways_in = reached.get(edge.lanes[0].id, [])
-        if any(c.tls or c.state == "M" for c in ways_in):
-            paint.append(Paint(edge.id, WHITE, _bars(edge.lanes[0].shape, edge.lanes[0].width)))
+        ways_in, shape = reached.get(edge.lanes[0].id, []), edge.lanes[0].shape
+        signalled = any(c.tls for c in ways_in)
+        if at_level_crossing(network, edge.id) or not (
+            signalled or any(c.state == "M" for c in ways_in)
+        ):
+            continue
+        kind = style.signalled if signalled else style.unsignalled
+        quads = _CROSSINGS[kind](shape, edge.lanes[0].width, style.bar)
+        paint.append(Paint(edge.id, WHITE, quads))
     return paint
 
 
@@ -94,40 +113,82 @@ def _ends_band(strip: Strip) -> Band:
     return Band(strip.right, strip.left, arc_length(middle[:, :2]) + np.arange(len(middle)) * 1e-9)
 
 
-def _across(strip: Strip, length: float) -> Floats:
-    """The last part of a strip, from border to border."""
+def _across(strip: Strip, length: float, *, back: float = 0.0) -> Floats:
+    """The last part of a strip, from border to border, or a part `back` before it [m]."""
     band = _ends_band(strip)
-    end = band.stations[-1]
+    end = band.stations[-1] - back
     if end < 2.0 * length + SETBACK:
         return _NONE
     return band.quads(end - SETBACK - length, end - SETBACK)
 
 
-def _dashed_across(strip: Strip) -> Floats:
-    """Short blocks across the end of a strip."""
-    whole = _across(strip, _GIVE_WAY_WIDTH)
+def _yield_line(strip: Strip, style: GiveWayLine) -> Floats:
+    """What lies across the end of a strip that gives way, (n, 4, 3) [m]."""
+    if style.shape != "two_lines":
+        return _pieces_across(strip, style, 0.0)
+    rows = [_pieces_across(strip, style, back) for back in (0.0, 2.0 * style.depth)]
+    return np.concatenate(rows)
+
+
+def _pieces_across(strip: Strip, style: GiveWayLine, back: float) -> Floats:
+    """One row of pieces across a strip, `back` before the usual place [m]."""
+    whole = _across(strip, style.depth, back=back)
     if len(whole) != 1:
         return _NONE
+    # Spread as many pieces as fit, evenly.
     right, left = whole[0, :2], whole[0, [3, 2]]
     width = float(np.linalg.norm(left[0, :2] - right[0, :2]))
-    count = int((width - _GIVE_WAY_GAP) / (_GIVE_WAY_DASH + _GIVE_WAY_GAP))
-    used = count * (_GIVE_WAY_DASH + _GIVE_WAY_GAP) - _GIVE_WAY_GAP
-    starts = 0.5 * (width - used) + np.arange(count) * (_GIVE_WAY_DASH + _GIVE_WAY_GAP)
-    near, far = starts / width, (starts + _GIVE_WAY_DASH) / width
-    corners = [right + share[:, None, None] * (left - right)[None] for share in (near, far)]
-    return np.stack(
-        [corners[0][:, 0], corners[0][:, 1], corners[1][:, 1], corners[1][:, 0]], axis=1
-    )
+    each = style.width + style.gap
+    count = int((width - style.gap) / each)
+    starts = 0.5 * (width - (count * each - style.gap)) + np.arange(count) * each
+    # Triangles point at the driver: their near side has no width.
+    tip = 0.5 * style.width if style.shape == "triangles" else 0.0
+    spans = [(starts + tip, starts + style.width - tip), (starts, starts + style.width)]
+    corners = [
+        right[k] + (at / width)[:, None] * (left[k] - right[k])
+        for k, at in ((0, spans[0][0]), (1, spans[1][0]), (1, spans[1][1]), (0, spans[0][1]))
+    ]
+    return np.stack(corners, axis=1)
 
 
-def _bars(shape: Floats, width: float) -> Floats:
+def _bars(shape: Floats, width: float, bar: float) -> Floats:
     """Bars along the traffic, side by side along a crossing's middle line."""
     line = without_repeats(shape)
     length = float(arc_length(line[:, :2])[-1])
-    count = int((length - 0.5 * _BAR) / (2.0 * _BAR))
+    count = int((length - 0.5 * bar) / (2.0 * bar))
     if count < 1:
         return _NONE
-    start = 0.5 * (length - (2 * count - 1) * _BAR)
+    start = 0.5 * (length - (2 * count - 1) * bar)
     band = band_along(line, right=-0.5 * width, left=0.5 * width)
-    pieces = [band.quads(start + 2 * k * _BAR, start + (2 * k + 1) * _BAR) for k in range(count)]
+    pieces = [band.quads(start + 2 * k * bar, start + (2 * k + 1) * bar) for k in range(count)]
     return np.concatenate([_NONE, *pieces])
+
+
+def _cross_lines(shape: Floats, width: float, bar: float) -> Floats:
+    """A line along either side of a crossing; `bar` has no effect."""
+    del bar
+    line, half = without_repeats(shape), 0.5 * width
+    sides = [(-half, -half + _CROSS_LINE), (half - _CROSS_LINE, half)]
+    return np.concatenate([band_along(line, right=r, left=g).whole() for r, g in sides])
+
+
+def _studs(shape: Floats, width: float, bar: float) -> Floats:
+    """Studs along either side of a crossing; `bar` has no effect."""
+    del bar
+    line, half = without_repeats(shape), 0.5 * width
+    return np.concatenate(
+        [
+            band_along(line, right=side - _STUD / 2, left=side + _STUD / 2).dashes(
+                dash=_STUD, gap=_STUD_EACH - _STUD
+            )
+            for side in (-half, half)
+        ]
+    )
+
+
+_CROSSINGS: Mapping[str, Callable[[Floats, float, float], Floats]] = {
+    "bars": _bars,
+    "lines": _cross_lines,
+    "studs": _studs,
+}
+"""What crossings of a middle line and a width [m] look like, with bars of a width [m]."""

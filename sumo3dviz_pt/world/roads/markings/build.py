@@ -12,6 +12,7 @@ import shapely
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract
 from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
+from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
@@ -21,9 +22,16 @@ from sumo3dviz_pt.world.roads.heights import draped
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.across import stop_paint, zebra_paint
 from sumo3dviz_pt.world.roads.markings.arrows import arrow_paint
-from sumo3dviz_pt.world.roads.markings.lines import YELLOW, Paint, centre_paint, edge_paint
+from sumo3dviz_pt.world.roads.markings.lines import (
+    YELLOW,
+    Paint,
+    SideColours,
+    centre_paint,
+    edge_paint,
+)
 from sumo3dviz_pt.world.roads.markings.through import through_paint
 from sumo3dviz_pt.world.roads.markings.wear import Coats, loose_ends, worn_paint
+from sumo3dviz_pt.world.roads.markings.words import word_paint
 from sumo3dviz_pt.world.roads.mesh import smooth_normals
 from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
 from sumo3dviz_pt.world.roads.wear.traffic import way_lines
@@ -54,22 +62,35 @@ def road_paint(
         layout: The roads.
         region: Only crossings that touch this box get a zebra [m].
     """
-    centre, shared = centre_paint(network, settings, layout.strips)
+    style = road_style(settings.marking_style, network)
+    sides = SideColours.of(style, left_hand=network.left_hand)
+    centre, shared = centre_paint(network, settings, layout.strips, centre=style.centre)
     inner = "right" if network.left_hand else "left"
     lines = [
         paint
         for key, strips in layout.strips.items()
         for paint in edge_paint(
-            network.edges[key], strips, settings, open_side=inner if key in shared else ""
+            network.edges[key],
+            strips,
+            settings,
+            sides=sides,
+            open_side=inner if key in shared else "",
         )
     ]
-    across = [*stop_paint(network, layout.strips), *arrow_paint(network, layout.strips)]
-    zebras = zebra_paint(network, region=region) if settings.markings else []
-    return [*zebras, *across, *centre, *lines, *through_paint(network, settings, layout.insides)]
+    across = [*stop_paint(network, layout.strips, style), *arrow_paint(network, layout.strips)]
+    words = word_paint(layout.strips, style.bus_lane)
+    zebras = zebra_paint(network, style.crossing, region=region) if settings.markings else []
+    through = through_paint(network, settings, layout.insides, sides=sides)
+    return [*zebras, *across, *words, *centre, *lines, *through]
 
 
 def decal_meshes(
-    paint: Sequence[Paint], layout: RoadLayout, *, surface: Sequence[Mesh], lift: float
+    paint: Sequence[Paint],
+    layout: RoadLayout,
+    *,
+    surface: Sequence[Mesh],
+    lift: float,
+    own_surface: bool = True,
 ) -> dict[str, Mesh]:
     """Build meshes of paint just above the surface, by material.
 
@@ -78,8 +99,10 @@ def decal_meshes(
         layout: The roads.
         surface: Meshes that the paint lies on.
         lift: Height above the surface [m]; sloped roads take three times as much.
+        own_surface: Whether paint stays off other edges that took surface from its own.
     """
-    cells = _on_carriageway(without_overlaps(_paint_cells(paint)), layout.cells)
+    painted = without_overlaps(_paint_cells(paint))
+    cells = _on_carriageway(painted, layout.cells, own_surface=own_surface)
     meshes = {}
     for material in sorted(set(cells.surfaces)):
         index = np.flatnonzero(np.array(cells.surfaces) == material)
@@ -198,10 +221,10 @@ def _paint_cells(paint: Sequence[Paint]) -> Cells:
     )
 
 
-def _on_carriageway(paint: Cells, roads: Cells) -> Cells:
+def _on_carriageway(paint: Cells, roads: Cells, *, own_surface: bool = True) -> Cells:
     """Take paint off footways, and off other edges that took surface from its own."""
     covers: dict[str, set[int]] = {}
-    for cell, winners in roads.cutters.items():
+    for cell, winners in roads.cutters.items() if own_surface else ():
         covers.setdefault(roads.owners[cell], set()).update(int(w) for w in winners)
     tree = shapely.STRtree(roads.polygons)
     mark, cell = tree.query(paint.polygons, predicate="intersects")

@@ -11,7 +11,6 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.roads.markings.lines import WHITE, Paint
 from sumo3dviz_pt.world.roads.strips import Strip
-from sumo3dviz_pt.world.roads.style import BICYCLE
 
 _EACH, _FIRST, _ENDS = 48.0, 14.0, 8.0
 """Distance of symbols, of the last one from the lane's end, and what stays free [m]."""
@@ -32,13 +31,13 @@ _WHEEL = (0.19, 0.36)
 _NARROWEST = 1.15
 
 
-def cycle_paint(strips: Mapping[str, tuple[Strip, ...]]) -> list[Paint]:
-    """Paint a bicycle every 48 m on each bicycle lane, upright for cyclists on it."""
+def cycle_paint(strips: Mapping[str, tuple[Strip, ...]], surface: str) -> list[Paint]:
+    """Paint a bicycle every 48 m on each bicycle lane of a surface, upright for cyclists on it."""
     return [
         Paint(edge, WHITE, quads)
         for edge, group in strips.items()
         for strip in group
-        if strip.look.surface == BICYCLE and strip.look.lines and strip.look.width >= _NARROWEST
+        if strip.look.surface == surface and strip.look.lines and strip.look.width >= _NARROWEST
         for quads in _symbols(strip)
     ]
 

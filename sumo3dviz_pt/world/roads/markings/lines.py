@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.bands import Band, band_along
+from sumo3dviz_pt.library.street.road_styles import CentreLine, LineColour, RoadStyle
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.world.roads.areas import opposite_edges
@@ -49,6 +51,28 @@ class Paint:
     quads: Floats
 
 
+PAINTS: Mapping[LineColour, str] = {"white": WHITE, "yellow": YELLOW}
+"""Materials of paint by the colours of a style."""
+
+
+class SideColours(NamedTuple):
+    """Materials of the lines along the borders of an edge.
+
+    Attributes:
+        right: Along its right border.
+        left: Along its left border.
+    """
+
+    right: str
+    left: str
+
+    @classmethod
+    def of(cls, style: RoadStyle, *, left_hand: bool) -> SideColours:
+        """Return the colours of a style; inner borders lie on the side of oncoming traffic."""
+        outer, inner = PAINTS[style.edge.outer], PAINTS[style.edge.inner]
+        return cls(inner, outer) if left_hand else cls(outer, inner)
+
+
 @dataclass(frozen=True, slots=True)
 class LineStyle:
     """Measures of an edge's lines.
@@ -72,41 +96,54 @@ def line_style(edge: Edge, settings: RoadSettings) -> LineStyle:
 
 
 def edge_paint(
-    edge: Edge, strips: tuple[Strip, ...], settings: RoadSettings, *, open_side: str = ""
+    edge: Edge,
+    strips: tuple[Strip, ...],
+    settings: RoadSettings,
+    *,
+    sides: SideColours,
+    open_side: str = "",
 ) -> list[Paint]:
     """Paint the dividers and edge lines of one edge.
 
     Args:
         edge: The edge.
         strips: Its strips from right to left.
-        settings: Line width and style.
+        settings: Line width.
+        sides: Materials of the lines along its right and its left border.
         open_side: `right`, `left`, `both` or empty: outer borders that get no line.
     """
+    if is_quiet(edge):
+        return []
     style = line_style(edge, settings)
     reference = lane_line(strips[len(strips) // 2].lane)
-    quads = []
+    quads: dict[str, list[Floats]] = {WHITE: [np.zeros((0, 4, 3))]}
     for before, after in zip((None, *strips), (*strips, None), strict=True):
         if before is not None and after is not None and _touch(before, after):
-            quads.append(_divider(before, after, style=style, reference=reference))
+            quads[WHITE].append(_divider(before, after, style=style, reference=reference))
             continue
         if after is not None and open_side not in {"right", "both"}:
-            quads.append(_outer(after, style=style, right=True))
+            colour = sides.right if before is None else WHITE
+            quads.setdefault(colour, []).append(_outer(after, style=style, right=True))
         if before is not None and open_side not in {"left", "both"}:
-            quads.append(_outer(before, style=style, right=False))
-    if is_quiet(edge):
-        quads = []
-    return [Paint(edge.id, WHITE, np.concatenate([np.zeros((0, 4, 3)), *quads]))]
+            colour = sides.left if after is None else WHITE
+            quads.setdefault(colour, []).append(_outer(before, style=style, right=False))
+    return [Paint(edge.id, colour, np.concatenate(some)) for colour, some in quads.items()]
 
 
 def centre_paint(
-    network: Network, settings: RoadSettings, strips: Mapping[str, tuple[Strip, ...]]
+    network: Network,
+    settings: RoadSettings,
+    strips: Mapping[str, tuple[Strip, ...]],
+    *,
+    centre: CentreLine,
 ) -> tuple[list[Paint], frozenset[str]]:
     """Paint one shared line between the two directions of each road.
 
     Args:
         network: The network.
-        settings: Line width and style.
+        settings: Line width.
         strips: Lanes of edges from right to left, by edge id.
+        centre: Colour of the line, and where it is solid.
 
     Returns:
         The lines, and the edges whose inner border gets no other line.
@@ -122,10 +159,9 @@ def centre_paint(
         shared |= {one, other}
         edge = network.edges[one]
         count = sum(_is_driven(s) for key in (one, other) for s in strips[key])
-        quads = _centre_quads(middle, line_style(edge, settings), lanes=count, settings=settings)
-        material = YELLOW if settings.marking_style == "american" else WHITE
+        quads = _centre_quads(middle, line_style(edge, settings), lanes=count, centre=centre)
         if not is_quiet(edge):
-            paint.append(Paint(one, material, quads))
+            paint.append(Paint(one, PAINTS[centre.colour], quads))
     return paint, frozenset(shared)
 
 
@@ -181,16 +217,14 @@ def _middle(one: Strip, other: Strip, *, left_hand: bool) -> Floats | None:
     return middle
 
 
-def _centre_quads(
-    middle: Floats, style: LineStyle, *, lanes: int, settings: RoadSettings
-) -> Floats:
+def _centre_quads(middle: Floats, style: LineStyle, *, lanes: int, centre: CentreLine) -> Floats:
     """Dashed between single lanes, a double solid line on wider roads."""
     half = 0.5 * style.width
     bands: list[Band] = [
         band_along(middle, right=side - half, left=side + half)
         for side in (-1.2 * style.width, 1.2 * style.width)
     ]
-    if lanes <= 2 and settings.marking_style == "european":
+    if lanes <= 2 and centre.solid == "wide_roads":
         single = band_along(middle, right=-half, left=half)
         return single.dashes(dash=style.dash, gap=style.gap)
     return np.concatenate([band.whole() for band in bands])

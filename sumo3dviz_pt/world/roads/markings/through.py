@@ -10,7 +10,7 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import union
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.world.roads.areas import JunctionInside
-from sumo3dviz_pt.world.roads.markings.lines import Paint, edge_paint
+from sumo3dviz_pt.world.roads.markings.lines import Paint, SideColours, edge_paint
 from sumo3dviz_pt.world.roads.strips import Strip
 from sumo3dviz_pt.world.roads.style import style_of
 
@@ -19,14 +19,19 @@ _CLEAR = 0.8
 
 
 def through_paint(
-    network: Network, settings: RoadSettings, insides: Mapping[str, JunctionInside]
+    network: Network,
+    settings: RoadSettings,
+    insides: Mapping[str, JunctionInside],
+    *,
+    sides: SideColours,
 ) -> list[Paint]:
     """Paint dividers and edge lines inside junctions without crossing traffic.
 
     Args:
         network: The network.
-        settings: Line width and style.
+        settings: Line width.
         insides: Contents of junctions, by junction id.
+        sides: Materials of the lines along right and left borders.
     """
     inner = _inner_connections(network)
     paint = []
@@ -45,7 +50,7 @@ def through_paint(
             strips = tuple(ways[edge_id])
             side = _open_side(strips, others)
             edge = _with_speed(network.edges[edge_id], network.edges[outer_edge])
-            paint += edge_paint(edge, strips, settings, open_side=side)
+            paint += edge_paint(edge, strips, settings, sides=sides, open_side=side)
     return paint
 
 

@@ -11,13 +11,13 @@ from sumo3dviz_pt.library.mesh.planar import polygon_parts, subtract
 from sumo3dviz_pt.model.geometry import UNWORN, Floats, Mesh
 from sumo3dviz_pt.world.roads.drops import cut_on_grid
 from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
-from sumo3dviz_pt.world.roads.style import BICYCLE, PAVING
+from sumo3dviz_pt.world.roads.style import BICYCLES, PAVING
 from sumo3dviz_pt.world.roads.wear.noise import patchy
 
 Tile = tuple[int, int]
 """A square of the ground by its numbers east and north of the origin."""
 
-STAINED = frozenset({PAVING, BICYCLE})
+STAINED = frozenset({PAVING, *BICYCLES})
 """Surfaces that show stains."""
 
 _STEP = 0.7

@@ -9,6 +9,7 @@ import pytest
 from sumo3dviz_pt.errors import InputError, MissingExtraError
 from sumo3dviz_pt.sumo import find_scenario, read_roster, read_trajectories, whereabouts
 from sumo3dviz_pt.sumo.formats import is_log, parquet
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.survey import vehicle_logs
 
 NAMES = ["time", "id", "x", "y", "z", "angle", "type", "speed", "pos", "lane", "edge", "slope"]
@@ -158,7 +159,7 @@ def test_riders_are_left_out(tmp_path):
 
 def test_rosters_and_whereabouts(tmp_path):
     logs = [write(tmp_path, text()), write_parquet(tmp_path), write_xml(tmp_path)]
-    assert len({repr(read_roster([log], types={})) for log in logs}) == 1
+    assert len({repr(read_roster([log], types=TypesOfUsers({}))) for log in logs}) == 1
     assert len({whereabouts([log], "person:walker").spans for log in logs}) == 1
 
 

@@ -9,6 +9,7 @@ from sumo3dviz_pt.errors import MissingExtraError
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.scenario import ScenarioFiles
 from sumo3dviz_pt.sumo import read_roster, read_scenario, read_trajectories
+from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.places import projection
 from sumo3dviz_pt.sumo.places.coordinates import Coordinates, coordinates_of
 
@@ -114,7 +115,7 @@ def test_scenarios_and_rosters(tmp_path):
     path = log(tmp_path, degrees())
     scenario = read_scenario(ScenarioFiles(net, (path,)))
     np.testing.assert_allclose(scenario.traffic.traces[0].positions[:, :2], XY, atol=0.1)
-    (user,) = read_roster([path], types={}, location=HERE)
+    (user,) = read_roster([path], types=TypesOfUsers({}), location=HERE)
     assert user.length == pytest.approx(780, abs=1)
 
 

@@ -126,7 +126,7 @@ def test_wheels_run_beside_the_middle_of_ways():
 
 def test_bicycles_are_painted_on_bicycle_lanes():
     layout = layout_roads(network(), RoadSettings())
-    paint = cycle_paint(layout.strips)
+    paint = cycle_paint(layout.strips, "bicycle")
     assert paint
     for one in paint[:6]:
         lanes = [s.polygon for s in layout.strips[one.owner] if s.look.surface == BICYCLE]

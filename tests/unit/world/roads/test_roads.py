@@ -18,20 +18,22 @@ from sumo3dviz_pt.library.materials.by_key import (
     planar_uvs,
     surface_material,
 )
+from sumo3dviz_pt.library.street.road_styles import STYLES
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import read_network
 from sumo3dviz_pt.world.land.build import build_ground
 from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.memory import Memory
+from sumo3dviz_pt.world.rails.tracks import GAUGE
 from sumo3dviz_pt.world.roads.build import RoadParts, build_roads
 from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import layout_roads
-from sumo3dviz_pt.world.roads.markings.across import SETBACK, STOP_WIDTH, zebra_paint
+from sumo3dviz_pt.world.roads.markings.across import SETBACK, zebra_paint
 from sumo3dviz_pt.world.roads.markings.build import road_paint
 from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT
-from sumo3dviz_pt.world.roads.rails import GAUGE
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
+EUROPEAN = STYLES["european"]
 CARS = frozenset({"passenger", "bus", "truck", "bicycle"})
 PLAIN = RoadSettings()
 WALK = frozenset({"pedestrian"})
@@ -205,7 +207,7 @@ def test_stop_lines_lie_before_signalled_lane_ends():
     stop = paint_of(net)[0]
     assert stop.owner == "ab"
     assert stop.quads[..., 0].max() == pytest.approx(100.0 - SETBACK)
-    assert np.ptp(stop.quads[..., 0]) == pytest.approx(STOP_WIDTH)
+    assert np.ptp(stop.quads[..., 0]) == pytest.approx(EUROPEAN.stop_line)
     assert np.ptp(stop.quads[..., 1]) == pytest.approx(3.2)
 
 
@@ -234,11 +236,12 @@ def test_zebra_bars_lie_along_the_traffic():
         function="crossing",
     )
     way = Connection(":b_w0_0", ":b_c0_0", "", "", -1, "s", "M")
-    paint = zebra_paint(network([zebra], [], [way]), region=None)
+    paint = zebra_paint(network([zebra], [], [way]), EUROPEAN.crossing, region=None)
     assert len(paint[0].quads) == 7
     assert np.ptp(paint[0].quads[..., 0], axis=1) == pytest.approx(4.0)
     assert np.ptp(paint[0].quads[..., 1], axis=1) == pytest.approx(0.5)
-    assert zebra_paint(network([zebra], [], [replace(way, state="m")]), region=None) == []
+    minor = network([zebra], [], [replace(way, state="m")])
+    assert zebra_paint(minor, EUROPEAN.crossing, region=None) == []
 
 
 def test_paint_lies_five_millimetres_up_and_never_on_footways():
@@ -258,9 +261,11 @@ def test_rails_have_standard_gauge_and_trains_run_on_ballast():
     ship = edge("s", ("a", "b"), lane("s", 0, [(0, 30), (50, 30)], allowed=frozenset({"ship"})))
     roads = build_roads(network([tram, rail, ship]), RoadSettings(), textured=True)
     ids = {p.id for p in roads.static}
-    assert {"rails/steel", "rails/sleepers/kerb", "road/ground_stone", "road/asphalt"} <= ids
-    y = np.unique(part(roads, "rails/steel").vertices[:, 1].round(4))
-    assert y[2] - y[1] == pytest.approx(GAUGE)
+    wanted = {"rails/rail_head", "rails/sleeper", "road/ground_stone", "road/ground_grass"}
+    assert wanted <= ids
+    y = np.unique(part(roads, "rails/rail_head").vertices[:, 1].round(4))
+    tram_heads = y[y < 4.0]
+    assert tram_heads[2] - tram_heads[1] == pytest.approx(GAUGE, abs=0.03)
     assert max(p.part.mesh.vertices[:, 1].max() for p in roads.static) < 20
 
 

@@ -1,0 +1,1 @@
+"""Railways: tracks, level crossings and who guards what."""

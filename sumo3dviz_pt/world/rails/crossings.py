@@ -1,0 +1,195 @@
+"""Level crossings: where barriers stand, and how far they are lowered at any time.
+
+Every road that leads onto a level crossing gets a half barrier with flashing lights and a St
+Andrew's cross before it. The signal log of the crossing says what they do:
+
+| letter | lights | arm |
+|---|---|---|
+| `G`, `g`, `o`, `O`, none | dark | up, or rises in 4 s |
+| `y` closing | flash | still up |
+| `r` closed | flash | sinks in 6 s, then down |
+| `u` opening | flash | rises in 4 s |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Connection, Edge, Network
+from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.world.rails.guards import LEVEL_CROSSING, only_rails
+from sumo3dviz_pt.world.roads.style import is_footway
+from sumo3dviz_pt.world.signals.aspects import AspectCourse, course_of
+
+SINKING, RISING = 6.0, 4.0
+"""How long an arm takes down and up [s]."""
+
+UPRIGHT = np.radians(84.0)
+"""Angle of a raised arm [rad]."""
+
+_BESIDE = 0.75  # from the road's outer border to the drive [m]
+_SHORT_OF_MIDDLE = 0.3  # from the tip of a lowered arm to the road's inner border [m]
+_LONGEST = 12.0  # of an arm [m]
+_CLEAR = 2.6  # from the middle of a track to an arm, at least [m]
+_PLACES = (0.9, 0.5, 0.1, -0.4, -1.0, -2.0, -3.5, -5.0)  # behind the lanes' ends, tried in turn
+_FLASH = 0.5  # each of the two lights is lit for so long [s]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Barrier:
+    """A half barrier before a level crossing.
+
+    Attributes:
+        edge: Id of the road that it closes.
+        tls: Id of the crossing's signals, or empty.
+        foot: Of the drive, (3,) [m].
+        yaw: Driving direction of the traffic that it stops [rad].
+        length: Of the arm [m].
+        side: Where the arm points: 1 to the traffic's left, -1 to its right.
+        course: What the log says.
+    """
+
+    edge: str
+    tls: str
+    foot: Floats
+    yaw: float
+    length: float
+    side: float
+    course: AspectCourse
+
+    @property
+    def arm_yaw(self) -> float:
+        """Direction of the arm from its hinge [rad]."""
+        return self.yaw + self.side * np.pi / 2
+
+    def lowered_at(self, time: float) -> float:
+        """Return how far the arm is down at a time [s]: 0 up, 1 down."""
+        times, shares = lowering(self.course)
+        return float(np.interp(time, times, shares))
+
+    def lit_at(self, time: float) -> tuple[bool, bool]:
+        """Return which of the two lights, right and left, is lit at a time [s]."""
+        if self.course.letter_at(time) not in {"y", "r", "u"}:
+            return False, False
+        first = (time + 1e-9) % (2.0 * _FLASH) < _FLASH
+        return first, not first
+
+    @property
+    def moves(self) -> bool:
+        """Whether the arm ever changes its place."""
+        return len(set(lowering(self.course)[1].tolist())) > 1
+
+
+def lowering(course: AspectCourse) -> tuple[Floats, Floats]:
+    """Return times [s] and how far an arm is down at each of them, both (n,).
+
+    Between them it moves evenly, before and after them not at all.
+    """
+    if not course.times:
+        return np.zeros(1), np.zeros(1)
+    share = float(course.letters[0] == "r")
+    times, shares = [course.times[0]], [share]
+    ends = (*course.times[1:], np.inf)
+    for begin, end, letter in zip(course.times, ends, course.letters, strict=True):
+        if letter == "y":
+            goal, pace = share, 1.0
+        else:
+            goal, pace = (1.0, SINKING) if letter == "r" else (0.0, RISING)
+        arrival = begin + abs(goal - share) * pace
+        if arrival > end:
+            goal = share + (goal - share) * (end - begin) / (arrival - begin)
+            arrival = end
+        times += [begin, float(arrival)]
+        shares += [share, goal]
+        share = goal
+    return np.array(times), np.array(shares)
+
+
+def barriers_of(
+    network: Network,
+    links: Sequence[Connection],
+    phases: Mapping[str, SignalPhases],
+) -> list[Barrier]:
+    """Place the barriers of all level crossings.
+
+    Args:
+        network: The road network.
+        links: Connections whose barriers are wanted; usually all of a region.
+        phases: The signal log by tls id; without, a crossing stays open.
+    """
+    by_edge: dict[str, list[Connection]] = {}
+    for link in links:
+        edge = network.edges[network.lanes[link.from_lane].edge_id]
+        if edge.function == "normal" and _is_road(edge):
+            junction = network.junctions.get(edge.to_junction)
+            if junction is not None and junction.type == LEVEL_CROSSING:
+                by_edge.setdefault(edge.id, []).append(link)
+    tracks = _tracks(network)
+    found = []
+    for key, own in by_edge.items():
+        barrier = _barrier(network, network.edges[key], _course(own, phases), tracks)
+        if barrier is not None:
+            found.append(barrier)
+    return found
+
+
+def _is_road(edge: Edge) -> bool:
+    """Whether something other than trains and people on foot uses an edge."""
+    return any(not only_rails(lane) and not is_footway(lane) for lane in edge.lanes)
+
+
+def _tracks(network: Network) -> shapely.STRtree:
+    """The middles of all tracks, those inside junctions too."""
+    lines = [
+        shapely.LineString(lane.shape[:, :2])
+        for lane in network.lanes.values()
+        if only_rails(lane) and len(lane.shape) > 1
+    ]
+    return shapely.STRtree(lines)
+
+
+def _course(
+    links: Sequence[Connection], phases: Mapping[str, SignalPhases]
+) -> tuple[str, AspectCourse]:
+    """The crossing's tls id, and what its log says to the first link that it knows."""
+    for link in links:
+        entry = phases.get(link.tls)
+        if link.tls and link.link_index >= 0 and entry is not None and entry.states:
+            return link.tls, course_of(entry, link.link_index)
+    return next((link.tls for link in links if link.tls), ""), AspectCourse((), ())
+
+
+def _barrier(
+    network: Network, edge: Edge, said: tuple[str, AspectCourse], tracks: shapely.STRtree
+) -> Barrier | None:
+    """The barrier at the end of an edge; None if it has no room."""
+    outer, inner = edge.lanes[0], edge.lanes[-1]
+    step = outer.shape[-1, :2] - outer.shape[-2, :2]
+    size = float(np.hypot(*step))
+    if size < 1e-6:
+        return None
+    along = np.array([*(step / size), 0.0])
+    left = np.array([-along[1], along[0], 0.0])
+    side = -1.0 if network.left_hand else 1.0
+    inward = side * left
+    # Reach from beside the outer border to short of the inner one.
+    first = outer.shape[-1] - inward * (outer.width / 2 + _BESIDE)
+    reach = float((inner.shape[-1] - first) @ inward) + inner.width / 2 - _SHORT_OF_MIDDLE
+    length = round(min(max(reach, 2.0), _LONGEST) * 2.0) / 2.0
+    # Stand clear of the tracks, as near to the crossing as that allows.
+    feet = [first + shift * along for shift in _PLACES]
+    ends = [foot + length * inward for foot in feet]
+    arms = [shapely.LineString([one[:2], other[:2]]) for one, other in zip(feet, ends, strict=True)]
+    good = [
+        k for k, arm in enumerate(arms)
+        if not len(tracks.query(arm, predicate="dwithin", distance=_CLEAR))
+    ]  # fmt: skip
+    foot = feet[good[0] if good else -1]
+    yaw = float(np.arctan2(along[1], along[0]))
+    tls, course = said
+    return Barrier(edge.id, tls, foot, yaw, length, side, course)

@@ -1,0 +1,240 @@
+"""Signal heads, what carries them, and places where poles may stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.network import Connection, Network
+from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.rails.guards import guard_of, only_rails
+from sumo3dviz_pt.world.signals.aspects import AspectCourse
+
+POLE_BOTTOM, ARM_BOTTOM, WALK_BOTTOM, RAIL_BOTTOM = 2.2, 4.7, 2.1, 3.9
+"""Heights of the lower edge of heads on poles, on arms, for people on foot and trains [m]."""
+
+BESIDE, SPACING = 0.7, 0.56
+"""From a road's outer border to a pole, and between heads on a crossbar [m]."""
+
+WIDE = 3
+"""Signalled lanes from which an arm reaches over the road."""
+
+UP = np.array([0.0, 0.0, 1.0])
+"""Upwards."""
+
+WALKS = ("crossing", "walkingarea")
+"""Functions of edges for people on foot."""
+
+_TURN = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+_CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN), 0.0 * _TURN])
+_CYCLISTS = frozenset({"bicycle", "scooter"})
+
+HeadKind = Literal["vehicle", "foot", "bicycle", "tram", "rail"]
+"""For whom a head is: road vehicles, people on foot, cyclists alone, trams alone, trains."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Head:
+    """A signal head to be built.
+
+    Attributes:
+        tls: Id of its traffic light.
+        links: Every link whose state it shows; the first names it.
+        course: What it shows.
+        lamps: 2 or 3.
+        position: Below the middle of its housing, (3,) [m].
+        yaw: Driving or walking direction of those who see it [rad].
+        foot: Where its pole stands, (3,) [m].
+        kind: For whom it is.
+        counter: Whether it has digits that count seconds.
+    """
+
+    tls: str
+    links: tuple[int, ...]
+    course: AspectCourse
+    lamps: int
+    position: Floats
+    yaw: float
+    foot: Floats
+    kind: HeadKind = "vehicle"
+    counter: bool = False
+
+    @property
+    def walks(self) -> bool:
+        """Whether it is for people on foot."""
+        return self.kind == "foot"
+
+    @property
+    def over_road(self) -> bool:
+        """Whether it hangs on an arm."""
+        return float(self.position[2] - self.foot[2]) > ARM_BOTTOM - 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Support:
+    """A pole, or a mast with an arm.
+
+    Attributes:
+        position: Its foot, (3,) [m].
+        yaw: As its heads' [rad].
+        height: [m].
+        reach: Length of the arm, to the left positive [m]; 0 for a pole.
+        bar: Width of the crossbar that several heads hang on [m]; 0 for none.
+        rail: Whether it carries a rail signal.
+    """
+
+    position: Floats
+    yaw: float
+    height: float
+    reach: float = 0.0
+    bar: float = 0.0
+    rail: bool = False
+
+    @property
+    def foot(self) -> Floats:
+        """Where it stands, (3,) [m]."""
+        return self.position
+
+
+CourseOf = Callable[[Connection, int], AspectCourse]
+"""The course of a connection's link as a head with 2 or 3 lamps shows it."""
+
+
+@dataclass(frozen=True, slots=True)
+class SignalGroup:
+    """Links of a traffic light that always show the same.
+
+    Attributes:
+        tls: Id of the traffic light.
+        course: What it shows them.
+        links: Their numbers.
+        kind: For whom it is.
+    """
+
+    tls: str
+    course: AspectCourse
+    links: tuple[int, ...]
+    kind: HeadKind = "vehicle"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadDesign:
+    """How heads are made, whatever they stand at.
+
+    Attributes:
+        network: Says who uses a lane.
+        index: Keeps poles off carriageways.
+        course_of: Says what a head for a link shows.
+        lamps: Of a head for vehicles, 2 or 3.
+        far_side: When a head stands beyond the junction, too; as in `SignalStyle`.
+    """
+
+    network: Network
+    index: LaneIndex
+    course_of: CourseOf
+    lamps: int
+    far_side: str = "never"
+
+    def groups(self, links: Sequence[Connection], *, lamps: int) -> list[SignalGroup]:
+        """Links that always show the same on heads of 2 or 3 lamps, in the order given."""
+        found: dict[tuple[str, AspectCourse, HeadKind], list[int]] = {}
+        for link in links:
+            key = (link.tls, self.course_of(link, lamps), kind_of(self.network, link))
+            if link.link_index not in found.setdefault(key, []):
+                found[key].append(link.link_index)
+        return [
+            SignalGroup(tls, course, tuple(numbers), kind)
+            for (tls, course, kind), numbers in found.items()
+        ]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stand:
+    """Where some heads hang side by side.
+
+    Attributes:
+        foot: Of their pole, (3,) [m].
+        bottom: Of the middle of their row, (3,) [m].
+        inward: Direction of the row, from the outer lanes' heads on, (3,).
+        along: Driving or walking direction of those who see them, (3,).
+        yaw: The same as an angle [rad].
+    """
+
+    foot: Floats
+    bottom: Floats
+    inward: Floats
+    along: Floats
+    yaw: float
+
+    def row(self, groups: Sequence[SignalGroup], *, lamps: int) -> list[Head]:
+        """Return one head of so many lamps for each group."""
+        offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * SPACING
+        return [
+            Head(
+                group.tls,
+                group.links,
+                group.course,
+                lamps,
+                self.bottom + offset * self.inward - 0.19 * self.along,
+                self.yaw,
+                self.foot,
+                group.kind,
+            )
+            for group, offset in zip(groups, offsets, strict=True)
+        ]
+
+
+def kind_of(network: Network, link: Connection) -> HeadKind:
+    """Return for whom a head is that shows the state of a connection."""
+    lane = network.lanes[link.from_lane]
+    if network.edges[lane.edge_id].function in WALKS:
+        return "foot"
+    if guard_of(network, link) == "rail signal":
+        return "rail"
+    if only_rails(lane):
+        return "tram" if "tram" in lane.allowed else "rail"
+    return "bicycle" if lane.allowed and lane.allowed <= _CYCLISTS else "vehicle"
+
+
+def freest(
+    candidates: Floats, probes: Sequence[Floats], index: LaneIndex, *, margin: float = 0.3
+) -> Floats:
+    """The first place that is most clear of carriageways, and never one on a lane.
+
+    Args:
+        candidates: Places for a pole, best first, (n, 3) [m].
+        probes: Vectors from the pole to what must not be over a carriageway, (3,) each; the
+            first is the pole's own foot.
+        index: The network's lanes.
+        margin: Between a pole's middle and a lane, at least [m].
+    """
+    blocked = np.array([index.covers((candidates + k)[:, :2], margin=margin) for k in probes])
+    # A pole on a lane is worse than any number of heads over one.
+    cost = blocked.sum(axis=0) + len(probes) * blocked[0]
+    best: Floats = candidates[int(np.argmin(cost))]
+    if cost.min() <= len(probes):
+        return best
+    # In joined junctions all usual places may lie on lanes: take the nearest that does not.
+    rings = best + np.concatenate([r * _CIRCLE for r in np.arange(0.5, 40.0, 0.5)])
+    free = ~index.covers(rings[:, :2], margin=margin)
+    return np.asarray(rings[int(np.argmax(free))] if free.any() else best)
+
+
+def direction_at_end(shape: Floats) -> tuple[Floats, float]:
+    """Horizontal unit direction at a polyline's end, (3,), and its yaw [rad]."""
+    away = np.linalg.norm(shape[:, :2] - shape[-1, :2], axis=1)
+    far = np.flatnonzero(away > 1.0)
+    step = shape[-1] - shape[far[-1] if len(far) else 0]
+    length = float(np.hypot(step[0], step[1]))
+    if length < 1e-9:
+        return np.array([1.0, 0.0, 0.0]), 0.0
+    return np.array([step[0], step[1], 0.0]) / length, float(np.arctan2(step[1], step[0]))
+
+
+def leftward(along: Floats) -> Floats:
+    """The horizontal direction to the left of another."""
+    return np.array([-along[1], along[0], 0.0])
