@@ -17,6 +17,7 @@ from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
 from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.far_woods import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
@@ -144,9 +145,9 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     scenario, job, dark = world.scenario, world.job, world.dark
     # Roads and ground, and what grows on it.
     region = _region(world, camera_path)
-    land = _land(world, camera_path, region)
+    land, areas = _land(world, camera_path, region)
     roads, around = land.roads, land.around
-    grown = _grown(scenario, job, land)
+    grown = _grown(scenario, job, land, areas)
     # What stands along the roads.
     signals = build_signals(
         replace(scenario.network, connections=_connections_in(scenario.network, region)),
@@ -161,7 +162,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     # Objects, in as many triangles as the rest leaves.
     made = (grown.meadow, grown.planting, grown.fronts, signals, street)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
-    fixed += grown.pits
+    fixed += [*grown.pits, *areas.static, *areas.grown.static]
     scenery = build_scenery(
         grown.scenario.pois,
         (*scenario.polygons, *rails.polygons, *grown.hedges),
@@ -172,10 +173,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
     # All of it together.
     parts = (*fixed, *scenery.static)
-    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, street)
+    said = (grown.planting, grown.fronts, grown.meadow, areas, rails, scenery, signals, street)
     return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
-        _materials(land, grown, scenery),
+        {**_materials(land, grown, scenery), **areas.materials},
         roads,
         signals,
         (*aimed_at(signals.lamps, dark=dark), *scenery.lamps, *grown.fronts.lamps, *street.lamps),
@@ -223,8 +224,10 @@ class _PreparedLand:
     around: Surroundings
 
 
-def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _PreparedLand:
-    """Roads and ground around a camera's path."""
+def _land(
+    world: World, camera_path: CameraPath, region: BoundsXY | None
+) -> tuple[_PreparedLand, AreaParts]:
+    """Roads and ground around a camera's path, and what covers the ground."""
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
     # Roads first: everything else stands beside or below them.
@@ -248,7 +251,17 @@ def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Pr
         height_at=ground.height_at,
         clearance=world.clearance,
     )
-    return _PreparedLand(roads, ground, replace(around, dark=world.dark, memory=world.memory))
+    around = replace(around, dark=world.dark, memory=world.memory)
+    areas = build_areas(
+        scenario,
+        job.ground,
+        roads=roads,
+        ground=ground,
+        around=around,
+        textured=textured,
+        region=region,
+    )
+    return _PreparedLand(roads, areas.ground, around), areas
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -263,7 +276,7 @@ class _Grown:
     hedges: Sequence[Polygon]
 
 
-def _grown(scenario: Scenario, job: Job, land: _PreparedLand) -> _Grown:
+def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) -> _Grown:
     """Houses along streets, then planting beside them, then grass between all of it."""
     roads, around = land.roads, land.around
     rows, fronts = _fronts(scenario, job, roads, around)
@@ -271,8 +284,9 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand) -> _Grown:
     planting = _planting(scenario, job, roads, around)
     yards = gardens(rows) if _why_barren(job) is None else ()
     trees = yard_trees(yards, around)
-    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois, *trees))
-    meadow = _meadow(scenario, job, roads, around)
+    planted = (*planting.pois, *trees, *areas.grown.pois)
+    scenario = replace(scenario, pois=(*scenario.pois, *planted))
+    meadow = _meadow(scenario, job, land, areas)
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
     return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards))
@@ -357,18 +371,19 @@ def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
     return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
 
 
-def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:
+def _meadow(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) -> Meadow:
     """Blades of grass near the cameras; none where everything is plain."""
     if not job.textured:
         return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
     lawn = lawn_of(
         job.ground.texture,
-        paved=list(roads.layout.outline),
+        paved=[*land.roads.layout.outline, *areas.bare],
         pois=scenario.pois,
         polygons=scenario.polygons,
-        eyes=around.viewpoints,
+        eyes=land.around.viewpoints,
+        mown=areas.mown,
     )
-    return build_meadow(lawn, around=around)
+    return build_meadow(lawn, around=land.around)
 
 
 def _connections_in(network: Network, region: BoundsXY | None) -> tuple[Connection, ...]:

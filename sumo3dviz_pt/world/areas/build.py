@@ -1,0 +1,405 @@
+"""Land covers around a shot's cameras: water, woods, parks, fields, squares, car parks, gardens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.job.settings import GroundSettings
+from sumo3dviz_pt.library.materials.by_key import metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.materials.named import TINT, surface_bsdf
+from sumo3dviz_pt.library.mesh.planar import polygon_parts, union
+from sumo3dviz_pt.library.mesh.walls import walls
+from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
+from sumo3dviz_pt.world.areas.built_up import TILE, Houses, built_up, houses_of
+from sumo3dviz_pt.world.areas.covers import WATER, LandCovers, land_covers
+from sumo3dviz_pt.world.areas.drape import GroundFaces, without
+from sumo3dviz_pt.world.areas.patterns import Drawn, drawn_on
+from sumo3dviz_pt.world.areas.planting import Grown, Stand, grow
+from sumo3dviz_pt.world.areas.water import (
+    MATERIAL,
+    Pool,
+    shore_walls,
+    water_material,
+    water_parts,
+)
+from sumo3dviz_pt.world.areas.zones import FAMILY, Area, Areas, areas_of
+from sumo3dviz_pt.world.land.build import GroundParts, mean_reflectance
+from sumo3dviz_pt.world.objects.build import merged
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
+from sumo3dviz_pt.world.plants.build import Plot, why_nowhere
+from sumo3dviz_pt.world.roads.build import RoadParts
+from sumo3dviz_pt.world.roads.heights import heights_near
+
+REACH = 1900.0
+"""Areas nearer to a camera than this are cut out along roads [m]; beyond, none are built."""
+
+FARTHEST = 7000.0
+"""Areas farther from every camera than this are left out [m]."""
+
+_DRAWN = 420.0  # lines, tracks and paths lie at most this far from a camera [m]
+_HOUSES = 800.0  # and the ground between houses [m]
+_COARSE = 3.0  # outlines of far areas are this coarse [m]
+_LIFT, _LINES, _YARDS = 0.012, 0.020, 0.006  # of areas, what is drawn on them, gardens [m]
+_AREA = "area:"
+_YARD_COVERS = ("pavement", "apron", "built_up")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AreaParts:
+    """Land covers, ready for the scene.
+
+    Attributes:
+        static: Their meshes.
+        materials: Their materials by name.
+        ground: The ground, with holes for water.
+        grown: Trees and shrubs on them.
+        bare: Where no grass grows, polygons.
+        mown: Where grass is short, polygons.
+        left_out: What was left out, and why.
+    """
+
+    static: tuple[StaticPart, ...]
+    materials: Mapping[str, Bsdf]
+    ground: GroundParts
+    grown: Grown = field(default_factory=Grown)
+    bare: tuple[shapely.Geometry, ...] = ()
+    mown: tuple[shapely.Geometry, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Setting:
+    """What areas are placed by.
+
+    Attributes:
+        covers: The table.
+        areas: All of the scenario.
+        houses: All footprints.
+        paved: Roads and footways.
+        around: Cameras, ground, seed and memory.
+        name: Begins the names of what is kept: roads are built for one region.
+    """
+
+    covers: LandCovers
+    areas: Areas
+    houses: Houses
+    paved: Sequence[shapely.Geometry]
+    around: Surroundings
+    name: tuple[object, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Laid:
+    """Ground with one cover.
+
+    Attributes:
+        cover: The cover's name.
+        colour: Mean linear reflectance; None leaves the surface's own.
+        shape: In plan [m].
+        lift: Above the ground [m].
+        area: The scenario's, or None for gardens.
+    """
+
+    cover: str
+    colour: Colour | None
+    shape: shapely.Geometry
+    lift: float
+    area: Area | None = None
+
+
+def build_areas(
+    scenario: Scenario,
+    settings: GroundSettings,
+    *,
+    roads: RoadParts,
+    ground: GroundParts,
+    around: Surroundings,
+    textured: bool,
+    region: object = None,
+) -> AreaParts:
+    """Build land covers around the cameras of a shot.
+
+    Args:
+        scenario: Its polygons say what covers the ground.
+        settings: May switch them off.
+        roads: What lies on top of them.
+        ground: What they lie on.
+        around: Cameras, seed and memory.
+        textured: False leaves them out.
+        region: Where roads are built; part of the names of what is kept.
+
+    Raises:
+        ConfigError: If the table of land covers is damaged.
+    """
+    if (why := _why_none(settings, textured=textured)) is not None:
+        return AreaParts((), {}, ground, left_out=(LeftOut(FAMILY, why),))
+    covers, memory = land_covers(), around.memory
+    areas: Areas = memory.of(
+        ("areas",), partial(areas_of, scenario.polygons, covers, seed=around.seed)
+    )
+    houses: Houses = memory.of(("houses",), partial(houses_of, scenario.polygons))
+    paved = list(roads.layout.outline)
+    setting = _Setting(covers, areas, houses, paved, around, ("areas", region))
+    near, far = _nearest(areas, around)
+    pools = [Pool(k.id, areas.visible(k, ())) for k in near if k.cover == WATER]
+    pools = [pool for pool in pools if not pool.shape.is_empty]
+    laid = _visible(setting, [area for area in near if area.cover != WATER])
+    if why_nowhere(settings.texture) is None:
+        laid += _yards(setting, pools)
+    if not (laid or pools or far):
+        none = () if areas.left_out else (LeftOut(FAMILY, "the scenario has none in view"),)
+        return AreaParts((), {}, ground, left_out=(*areas.left_out, *none))
+    laid += _distant(far)
+    drawn = _drawn(setting, laid)
+    # Lay all of it on the ground, and cut water out of it.
+    origin = scenario.network.location.boundary[:2]
+    hole = union([pool.shape for pool in pools]) if pools else None
+    faces = GroundFaces.of(
+        [part.part.mesh for part in ground.static if part.id in ("ground", "ground/far")]
+    )
+    parts = _covers(laid, covers, faces, origin) + _patterns(drawn, faces, around, origin)
+    for pool in pools:
+        parts += water_parts(pool, covers.water, height_at=ground.height_at, near=origin)
+    parts += shore_walls(
+        pools,
+        paved,
+        depth=covers.water.depth,
+        height_at=ground.height_at,
+        road_at=partial(heights_near, roads.layout.cells),
+    )
+    return AreaParts(
+        tuple(merged(FAMILY, parts)),
+        {part.material: _material(part.material, covers) for part in parts if _own(part.material)},
+        ground if hole is None else _with_hole(ground, hole),
+        _grown(setting, laid, pools, drawn, scenario),
+        *_grass(covers, laid, pools, drawn),
+        areas.left_out,
+    )
+
+
+def _why_none(settings: GroundSettings, *, textured: bool) -> str | None:
+    """Why there are no land covers, or None."""
+    if settings.areas == "none":
+        return "switched off by `ground.areas`"
+    return None if textured else "everything is shown in plain colours"
+
+
+def _nearest(areas: Areas, around: Surroundings) -> tuple[list[Area], list[Area]]:
+    """Areas of which a camera may see something: near ones, and far ones."""
+    near, far = [], []
+    eyes = shapely.points(np.unique(np.round(around.viewpoints[:, :2]), axis=0))
+    for area in areas.all:
+        low, high = np.reshape(area.shape.bounds, (2, 2))
+        middle = 0.5 * (low + high)[None]
+        if not around.seen(middle, radius=float(np.hypot(*(high - low))) / 2.0 + 30.0)[0]:
+            continue
+        away = float(shapely.distance(area.shape, eyes).min()) if len(eyes) else 0.0
+        if away < FARTHEST:
+            (near if away < REACH else far).append(area)
+    return near, far
+
+
+def _visible(setting: _Setting, areas: Sequence[Area]) -> list[_Laid]:
+    """What is seen of areas between roads and higher areas."""
+    found = []
+    for area in areas:
+        make = partial(setting.areas.visible, area, setting.paved)
+        shape = setting.around.memory.of((*setting.name, "visible", area.number), make)
+        if not shape.is_empty:
+            found.append(_Laid(area.cover, area.colour, shape, _LIFT, area))
+    return found
+
+
+def _distant(areas: Sequence[Area]) -> list[_Laid]:
+    """Far areas, with coarse outlines."""
+    found = []
+    for area in areas:
+        shape = shapely.make_valid(area.shape.simplify(_COARSE))
+        # Where roads are not built, higher areas lie a little higher.
+        lift = _LIFT + 0.002 * min(area.number, 100)
+        found.append(_Laid(area.cover, area.colour, shape, lift, area))
+    return found
+
+
+def _yards(setting: _Setting, pools: Sequence[Pool]) -> list[_Laid]:
+    """The ground around houses, tile by tile."""
+    if not setting.houses.shapes:
+        return []
+    found = []
+    for tile in tiles_seen(setting.around, size=TILE, reach=_HOUSES, beyond=0.0):
+        make = partial(_yard, setting, tile)
+        yard = setting.around.memory.of((*setting.name, "built up", tile), make)
+        for cover, shape in zip(_YARD_COVERS, yard, strict=True):
+            colour = setting.covers.covers[cover].colours[0]
+            if not shape.is_empty:
+                found.append(_Laid(cover, colour, shape, _YARDS))
+    return found
+
+
+def _yard(setting: _Setting, tile: Tile) -> tuple[shapely.Geometry, ...]:
+    """Pavement, apron and lawn of one tile; empty shapes where there are no houses."""
+    box = tile.box()
+    areas = setting.areas
+    covered = [areas.all[k].shape for k in sorted(areas.tree.query(box, "intersects").tolist())
+               if areas.all[k].cover not in _YARD_COVERS]  # fmt: skip
+    found = built_up(tile, setting.houses, paved=setting.paved, covered=covered)
+    if found is None:
+        return (shapely.Polygon(),) * 3
+    return found.pavement, found.apron, found.lawn
+
+
+def _drawn(setting: _Setting, laid: Sequence[_Laid]) -> list[Drawn]:
+    """Lines, tracks and paths on areas near a camera."""
+    found: list[Drawn] = []
+    around = setting.around
+    eyes = shapely.points(np.unique(np.round(around.viewpoints[:, :2]), axis=0))
+    for some in laid:
+        pattern = setting.covers.covers[some.cover].pattern
+        if pattern is None or some.area is None:
+            continue
+        if len(eyes) and float(shapely.distance(some.shape, eyes).min()) > _DRAWN:
+            continue
+        make = partial(drawn_on, pattern, some.shape, seed=around.seed, name=some.area.id)
+        found += around.memory.of((*setting.name, "drawn", some.area.number), make)
+    return found
+
+
+def _covers(
+    laid: Sequence[_Laid], covers: LandCovers, faces: GroundFaces, origin: tuple[float, float]
+) -> list[Part]:
+    """Areas on the ground, in their surfaces and colours."""
+    parts = []
+    for some in laid:
+        surface = MATERIAL if some.cover == WATER else covers.covers[some.cover].surface
+        found = faces.draped([some.shape], lift=some.lift).mesh
+        if not len(found.faces):
+            continue
+        if surface == MATERIAL:
+            uvs = planar_uvs(found.vertices, tile=covers.water.waves.tile, near=origin)
+            parts.append(Part(replace(found, uvs=uvs), MATERIAL))
+            continue
+        uvs = planar_uvs(found.vertices, tile=metres_per_tile(surface), near=origin)
+        parts.append(_tinted(replace(found, uvs=uvs), surface, some.colour))
+    return parts
+
+
+def _patterns(
+    drawn: Sequence[Drawn], faces: GroundFaces, around: Surroundings, origin: tuple[float, float]
+) -> list[Part]:
+    """What is drawn on areas, flat or as low blocks."""
+    parts = []
+    for some in drawn:
+        lift = some.height or (_LINES if some.surface is None else 0.5 * (_LIFT + _LINES))
+        found = faces.draped(some.shapes, lift=lift).mesh
+        meshes = [found]
+        if some.height:
+            meshes = [replace(found, normals=None), *_sides(some, around)]
+        mesh = merge_meshes(meshes)
+        if some.surface is not None:
+            uvs = planar_uvs(mesh.vertices, tile=metres_per_tile(some.surface), near=origin)
+            parts.append(_tinted(replace(mesh, uvs=uvs), some.surface, some.colour))
+        else:
+            tint = np.tile(some.colour, (len(mesh.faces), 1))
+            parts.append(Part(replace(mesh, normals=None), "wall", tint))
+    return [part for part in parts if len(part.mesh.faces)]
+
+
+def _sides(some: Drawn, around: Surroundings) -> list[Mesh]:
+    """Walls below the tops of blocks."""
+    rings, feet = [], []
+    for shape in some.shapes:
+        for part in polygon_parts(shape):
+            whole = shapely.orient_polygons(shapely.segmentize(part, 12.0))
+            for ring in (whole.exterior, *whole.interiors):
+                flat = shapely.get_coordinates(ring)[:-1]
+                foot = np.column_stack([flat, around.height_at(flat) - 0.05])
+                rings.append(foot + np.array([0.0, 0.0, some.height + 0.05]))
+                feet.append(foot)
+    return [walls(rings, feet)] if rings else []
+
+
+def _tinted(mesh: Mesh, surface: str, colour: Colour | None) -> Part:
+    """A mesh that shows a surface in a colour."""
+    tint: Floats = mean_reflectance(surface) if colour is None else np.array(colour)
+    return Part(mesh, f"{_AREA}{surface}", np.tile(tint, (len(mesh.faces), 1)))
+
+
+def _own(material: str) -> bool:
+    """Whether a material is described here."""
+    return material == MATERIAL or material.startswith(_AREA)
+
+
+def _material(name: str, covers: LandCovers) -> Bsdf:
+    """The material of a surface that takes the colour of each face, or of water."""
+    if name == MATERIAL:
+        return water_material(covers.water, textured=True)
+    entry = catalog.find("surfaces", name.removeprefix(_AREA))
+    bsdf = surface_bsdf(entry)
+    # Meadows have patches of other colours; what has a colour of its own has none.
+    texture = {k: v for k, v in bsdf["base_color"].items() if k not in ("wear", "patches")}
+    roughness = bsdf["roughness"]
+    stained = {
+        "type": "stained",
+        "texture": texture,
+        "tint": TINT,
+        "mean": [float(value) for value in entry.meta["albedo"]],
+    }
+    if not isinstance(roughness, float | int):
+        roughness = float(roughness.get("roughness", 0.8))
+    return {**bsdf, "base_color": stained, "roughness": roughness}
+
+
+def _with_hole(ground: GroundParts, hole: shapely.Geometry) -> GroundParts:
+    """The ground without what is water."""
+    static = []
+    for part in ground.static:
+        if part.id not in ("ground", "ground/far"):
+            static.append(part)
+            continue
+        cut = without(part.part.mesh, hole)
+        tint = None if part.part.tint is None else part.part.tint[cut.sources]
+        static.append(replace(part, part=Part(cut.mesh, part.part.material, tint)))
+    return replace(ground, static=tuple(static))
+
+
+def _grown(
+    setting: _Setting,
+    laid: Sequence[_Laid],
+    pools: Sequence[Pool],
+    drawn: Sequence[Drawn],
+    scenario: Scenario,
+) -> Grown:
+    """Trees and shrubs on areas; none on paths, in houses or in water."""
+    stands = [
+        Stand(some.area, cover, some.shape)
+        for some in laid
+        if some.area is not None
+        for cover in [setting.covers.covers[some.cover]]
+        if cover.trees or cover.shrubs
+    ]
+    if not stands:
+        return Grown()
+    paths = [shape for some in drawn if some.surface is not None for shape in some.shapes]
+    objects = np.array([poi.position for poi in scenario.pois], dtype=np.float64).reshape(-1, 2)
+    solid = [*setting.houses.shapes, *(pool.shape for pool in pools)]
+    return grow(stands, Plot([*setting.paved, *paths], solid, objects), around=setting.around)
+
+
+def _grass(
+    covers: LandCovers, laid: Sequence[_Laid], pools: Sequence[Pool], drawn: Sequence[Drawn]
+) -> tuple[tuple[shapely.Geometry, ...], tuple[shapely.Geometry, ...]]:
+    """Where no grass grows, and where it is short."""
+    blades = {name: cover.blades for name, cover in covers.covers.items()}
+    bare = [some.shape for some in laid if blades[some.cover] == "none"]
+    bare += [pool.shape for pool in pools]
+    bare += [shape for some in drawn if some.surface == "ground_gravel" for shape in some.shapes]
+    return tuple(bare), tuple(some.shape for some in laid if blades[some.cover] == "mown")
