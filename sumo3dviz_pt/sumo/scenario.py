@@ -18,6 +18,7 @@ from sumo3dviz_pt.sumo.classes import DEFAULT_TYPES, TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.heights import with_heights
 from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.sumo.parking import read_parking
 from sumo3dviz_pt.sumo.signals import read_signals
 from sumo3dviz_pt.sumo.stops import read_stops
 from sumo3dviz_pt.sumo.types import default_vehicle_type, read_vehicle_types
@@ -79,6 +80,7 @@ def read_scenario(
         pois=pois,
         polygons=polygons,
         stops=read_stops(files.additional),
+        parking=read_parking(files.additional, network),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.named import MATERIALS
@@ -18,6 +19,8 @@ from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
+from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
+from sumo3dviz_pt.world.areas.slabs import slab_polygons
 from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.far_woods import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
@@ -142,7 +145,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    scenario, job, dark = world.scenario, world.job, world.dark
+    job, dark = world.job, world.dark
+    scenario = replace(
+        world.scenario, polygons=(*world.scenario.polygons, *slab_polygons(world.scenario))
+    )
     # Roads and ground, and what grows on it.
     region = _region(world, camera_path)
     land, areas = _land(world, camera_path, region)
@@ -367,7 +373,8 @@ def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
         why = "switched off by `street.furniture`"
     if why is not None:
         return Rails(left_out=(LeftOut(RAILS, why),))
-    paved = list(land.roads.layout.outline)
+    slabs = [shapely.Polygon(k.shape) for k in scenario.polygons if k.source == SLABS]
+    paved = [*land.roads.layout.outline, *slabs]
     return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
 
 

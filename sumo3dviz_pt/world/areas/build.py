@@ -23,6 +23,7 @@ from sumo3dviz_pt.world.areas.covers import WATER, LandCovers, land_covers
 from sumo3dviz_pt.world.areas.drape import GroundFaces, without
 from sumo3dviz_pt.world.areas.patterns import Drawn, drawn_on
 from sumo3dviz_pt.world.areas.planting import Grown, Stand, grow
+from sumo3dviz_pt.world.areas.slabs import SlabGround, build_slabs
 from sumo3dviz_pt.world.areas.water import (
     MATERIAL,
     Pool,
@@ -38,6 +39,7 @@ from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
 from sumo3dviz_pt.world.plants.build import Plot, why_nowhere
 from sumo3dviz_pt.world.roads.build import RoadParts
 from sumo3dviz_pt.world.roads.heights import heights_near
+from sumo3dviz_pt.world.street.build import standing_height
 
 REACH = 1900.0
 """Areas nearer to a camera than this are cut out along roads [m]; beyond, none are built."""
@@ -143,11 +145,12 @@ def build_areas(
     if (why := _why_none(settings, textured=textured)) is not None:
         return AreaParts((), {}, ground, left_out=(LeftOut(FAMILY, why),))
     covers, memory = land_covers(), around.memory
+    slabs = build_slabs(scenario, _slab_ground(scenario, roads, ground, around))
     areas: Areas = memory.of(
         ("areas",), partial(areas_of, scenario.polygons, covers, seed=around.seed)
     )
     houses: Houses = memory.of(("houses",), partial(houses_of, scenario.polygons))
-    paved = list(roads.layout.outline)
+    paved = [*roads.layout.outline, *slabs.shapes]
     setting = _Setting(covers, areas, houses, paved, around, ("areas", region))
     near, far = _nearest(areas, around)
     pools = [Pool(k.id, areas.visible(k, ())) for k in near if k.cover == WATER]
@@ -155,9 +158,10 @@ def build_areas(
     laid = _visible(setting, [area for area in near if area.cover != WATER])
     if why_nowhere(settings.texture) is None:
         laid += _yards(setting, pools)
-    if not (laid or pools or far):
-        none = () if areas.left_out else (LeftOut(FAMILY, "the scenario has none in view"),)
-        return AreaParts((), {}, ground, left_out=(*areas.left_out, *none))
+    left_out = (*areas.left_out, *slabs.left_out)
+    if not (laid or pools or far or slabs.parts):
+        none = () if left_out else (LeftOut(FAMILY, "the scenario has none in view"),)
+        return AreaParts((), {}, ground, left_out=(*left_out, *none))
     laid += _distant(far)
     drawn = _drawn(setting, laid)
     # Lay all of it on the ground, and cut water out of it.
@@ -171,18 +175,19 @@ def build_areas(
         parts += water_parts(pool, covers.water, height_at=ground.height_at, near=origin)
     parts += shore_walls(
         pools,
-        paved,
+        roads.layout.outline,
         depth=covers.water.depth,
         height_at=ground.height_at,
         road_at=partial(heights_near, roads.layout.cells),
     )
+    parts += [_coloured(part) for part in slabs.parts]
     return AreaParts(
         tuple(merged(FAMILY, parts)),
         {part.material: _material(part.material, covers) for part in parts if _own(part.material)},
         ground if hole is None else _with_hole(ground, hole),
         _grown(setting, laid, pools, drawn, scenario),
-        *_grass(covers, laid, pools, drawn),
-        areas.left_out,
+        *_grass(covers, laid, [*(pool.shape for pool in pools), *slabs.shapes], drawn),
+        left_out,
     )
 
 
@@ -333,6 +338,29 @@ def _tinted(mesh: Mesh, surface: str, colour: Colour | None) -> Part:
     return Part(mesh, f"{_AREA}{surface}", np.tile(tint, (len(mesh.faces), 1)))
 
 
+def _coloured(part: Part) -> Part:
+    """A slab in its surface's own colour; any other part as it is."""
+    if not part.material.startswith(_AREA):
+        return part
+    return _tinted(part.mesh, part.material.removeprefix(_AREA), None)
+
+
+def _slab_ground(
+    scenario: Scenario, roads: RoadParts, ground: GroundParts, around: Surroundings
+) -> SlabGround:
+    """What slabs are laid by."""
+    road_at = partial(heights_near, roads.layout.cells)
+    return SlabGround(
+        list(roads.layout.outline),
+        list(roads.layout.raised),
+        road_at,
+        standing_height(roads, ground),
+        ground.height_at,
+        around,
+        scenario.network.location.boundary[:2],
+    )
+
+
 def _own(material: str) -> bool:
     """Whether a material is described here."""
     return material == MATERIAL or material.startswith(_AREA)
@@ -395,11 +423,14 @@ def _grown(
 
 
 def _grass(
-    covers: LandCovers, laid: Sequence[_Laid], pools: Sequence[Pool], drawn: Sequence[Drawn]
+    covers: LandCovers,
+    laid: Sequence[_Laid],
+    others: Sequence[shapely.Geometry],
+    drawn: Sequence[Drawn],
 ) -> tuple[tuple[shapely.Geometry, ...], tuple[shapely.Geometry, ...]]:
     """Where no grass grows, and where it is short."""
     blades = {name: cover.blades for name, cover in covers.covers.items()}
     bare = [some.shape for some in laid if blades[some.cover] == "none"]
-    bare += [pool.shape for pool in pools]
+    bare += others
     bare += [shape for some in drawn if some.surface == "ground_gravel" for shape in some.shapes]
     return tuple(bare), tuple(some.shape for some in laid if blades[some.cover] == "mown")

@@ -55,11 +55,13 @@ class TypeRow(RecipeValue):
         type: A pattern of lower-case types; `*` and `?` are wildcards.
         cover: The cover's name.
         width: Of lines of this type [m]; lines of other types cover nothing.
+        line: Cover of lines, where it is another one.
     """
 
     type: str
     cover: str
     width: float | None = None
+    line: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,6 +14,7 @@ from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import LeftOut
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.areas.covers import AS_IS, Cover, LandCovers, TypeRow
+from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.objects.kinds import kind_of
 
 FAMILY = "areas"
@@ -77,13 +78,13 @@ class _Found:
 
     Attributes:
         item: The polygon.
-        row: Of the table.
+        cover: Its cover's name.
         shape: Its outline.
         layer: SUMO's.
     """
 
     item: Polygon
-    row: TypeRow
+    cover: str
     shape: shapely.Geometry
     layer: float
 
@@ -102,22 +103,20 @@ def areas_of(polygons: Sequence[Polygon], covers: LandCovers, *, seed: int) -> A
     found: list[_Found] = []
     unknown: dict[str, int] = {}
     for item in polygons:
-        if kind_of(item.type, item.source) is not None:
+        if item.source == SLABS or kind_of(item.type, item.source) is not None:
             continue
         row = covers.row_of(item.type)
         if row is None:
             unknown[item.type or "(none)"] = unknown.get(item.type or "(none)", 0) + 1
-        elif row.cover != AS_IS:
-            shape = _shape(item, row)
-            if shape is not None:
-                found.append(_Found(item, row, shape, _layer(item)))
+        elif (one := _found(item, row)) is not None:
+            found.append(one)
     ordered = _ordered(found)
     areas = tuple(
         Area(
             f"{number}:{one.item.id}",
-            one.row.cover,
+            one.cover,
             one.shape,
-            colour_for(covers.covers[one.row.cover], one.item.id, seed),
+            colour_for(covers.covers[one.cover], one.item.id, seed),
             number,
         )
         for number, one in enumerate(ordered)
@@ -139,17 +138,20 @@ def colour_for(cover: Cover, name: str, seed: int) -> Colour | None:
     return cover.colours[int(share_of(seed, "area", name) * len(cover.colours))]
 
 
-def _shape(item: Polygon, row: TypeRow) -> shapely.Geometry | None:
+def _found(item: Polygon, row: TypeRow) -> _Found | None:
     """The ground that a polygon covers, or None."""
-    points = item.shape[:, :2]
+    points, cover = item.shape[:, :2], row.cover
     closed = len(points) > 3 and bool(np.allclose(points[0], points[-1]))
     if (item.fill or closed) and len(points) > 2:
         shape = areal(shapely.make_valid(shapely.Polygon(points)))
     elif row.width is not None and float(np.ptp(points, axis=0).max()) > 0.0:
         shape = shapely.LineString(points).buffer(row.width / 2.0, quad_segs=4)
+        cover = row.line or cover
     else:
         return None
-    return shape if shape.area > _SMALLEST else None
+    if cover == AS_IS or shape.area <= _SMALLEST:
+        return None
+    return _Found(item, cover, shape, _layer(item))
 
 
 def _layer(item: Polygon) -> float:
