@@ -258,15 +258,7 @@ def _land(
         clearance=world.clearance,
     )
     around = replace(around, dark=world.dark, memory=world.memory)
-    areas = build_areas(
-        scenario,
-        job.ground,
-        roads=roads,
-        ground=ground,
-        around=around,
-        textured=textured,
-        region=region,
-    )
+    areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around), areas
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.job.settings import GroundSettings
+from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.by_key import metres_per_tile, planar_uvs
 from sumo3dviz_pt.library.materials.named import TINT, surface_bsdf
 from sumo3dviz_pt.library.mesh.planar import polygon_parts, union
@@ -39,6 +39,7 @@ from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
 from sumo3dviz_pt.world.plants.build import Plot, why_nowhere
 from sumo3dviz_pt.world.roads.build import RoadParts
 from sumo3dviz_pt.world.roads.heights import heights_near
+from sumo3dviz_pt.world.roads.strips import BoundsXY
 from sumo3dviz_pt.world.street.build import standing_height
 
 REACH = 1900.0
@@ -120,29 +121,27 @@ class _Laid:
 
 def build_areas(
     scenario: Scenario,
-    settings: GroundSettings,
+    job: Job,
     *,
     roads: RoadParts,
     ground: GroundParts,
     around: Surroundings,
-    textured: bool,
-    region: object = None,
+    region: BoundsXY | None = None,
 ) -> AreaParts:
     """Build land covers around the cameras of a shot.
 
     Args:
         scenario: Its polygons say what covers the ground.
-        settings: May switch them off.
+        job: The scene file may switch them off, and shows none in plain colours.
         roads: What lies on top of them.
         ground: What they lie on.
         around: Cameras, seed and memory.
-        textured: False leaves them out.
         region: Where roads are built; part of the names of what is kept.
 
     Raises:
         ConfigError: If the table of land covers is damaged.
     """
-    if (why := _why_none(settings, textured=textured)) is not None:
+    if (why := _why_none(job)) is not None:
         return AreaParts((), {}, ground, left_out=(LeftOut(FAMILY, why),))
     covers, memory = land_covers(), around.memory
     slabs = build_slabs(scenario, _slab_ground(scenario, roads, ground, around))
@@ -156,7 +155,7 @@ def build_areas(
     pools = [Pool(k.id, areas.visible(k, ())) for k in near if k.cover == WATER]
     pools = [pool for pool in pools if not pool.shape.is_empty]
     laid = _visible(setting, [area for area in near if area.cover != WATER])
-    if why_nowhere(settings.texture) is None:
+    if why_nowhere(job.ground.texture) is None:
         laid += _yards(setting, pools)
     left_out = (*areas.left_out, *slabs.left_out)
     if not (laid or pools or far or slabs.parts):
@@ -175,7 +174,7 @@ def build_areas(
         parts += water_parts(pool, covers.water, height_at=ground.height_at, near=origin)
     parts += shore_walls(
         pools,
-        roads.layout.outline,
+        list(roads.layout.outline),
         depth=covers.water.depth,
         height_at=ground.height_at,
         road_at=partial(heights_near, roads.layout.cells),
@@ -191,16 +190,17 @@ def build_areas(
     )
 
 
-def _why_none(settings: GroundSettings, *, textured: bool) -> str | None:
+def _why_none(job: Job) -> str | None:
     """Why there are no land covers, or None."""
-    if settings.areas == "none":
+    if job.ground.areas == "none":
         return "switched off by `ground.areas`"
-    return None if textured else "everything is shown in plain colours"
+    return None if job.textured else "everything is shown in plain colours"
 
 
 def _nearest(areas: Areas, around: Surroundings) -> tuple[list[Area], list[Area]]:
     """Areas of which a camera may see something: near ones, and far ones."""
-    near, far = [], []
+    near: list[Area] = []
+    far: list[Area] = []
     eyes = shapely.points(np.unique(np.round(around.viewpoints[:, :2]), axis=0))
     for area in areas.all:
         low, high = np.reshape(area.shape.bounds, (2, 2))

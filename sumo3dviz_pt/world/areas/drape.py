@@ -19,6 +19,7 @@ from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.vectors import area_vectors, unit
 
+_NONE: Ints = np.zeros(0, dtype=np.int64)
 _LEVEL = 1e-6  # heights that differ less are one [m]
 
 
@@ -88,8 +89,8 @@ class GroundFaces:
     def _laid(self, shape: shapely.Geometry) -> _Laid:
         """One shape on the ground."""
         parts = polygon_parts(shape)
-        near = np.unique(self.tree.query(parts, predicate="intersects")[1]) if parts else []
-        heights = self.corners[near, :, 2] if len(near) else np.zeros(0)
+        near = np.unique(self.tree.query(parts, predicate="intersects")[1]) if parts else _NONE
+        heights = self.corners[near, :, 2]
         if not len(heights):
             return _Laid(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int64))
         if float(np.ptp(heights)) < _LEVEL:
@@ -208,5 +209,5 @@ def without(mesh: Mesh, hole: shapely.Geometry) -> CutMesh:
         None if normals is None else np.concatenate([normals, unit(mixed(normals))]),
         None if uvs is None else np.concatenate([uvs, mixed(uvs)]),
     )
-    of_new = np.array(homes, dtype=np.int64)[made.owner[made.faces[:, 0]]] if homes else []
-    return CutMesh(whole, np.concatenate([numbers[keep], np.asarray(of_new, dtype=np.int64)]))
+    of_new = np.array(homes, dtype=np.int64)[made.owner[made.faces[:, 0]]] if homes else _NONE
+    return CutMesh(whole, np.concatenate([numbers[keep], of_new]))
