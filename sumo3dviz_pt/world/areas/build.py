@@ -273,7 +273,7 @@ def _drawn(setting: _Setting, laid: Sequence[_Laid]) -> list[Drawn]:
             continue
         if len(eyes) and float(shapely.distance(some.shape, eyes).min()) > _DRAWN:
             continue
-        make = partial(drawn_on, pattern, some.shape, seed=around.seed, name=some.area.id)
+        make = partial(drawn_on, pattern, some.area, some.shape, seed=around.seed)
         found += around.memory.of((*setting.name, "drawn", some.area.number), make)
     return found
 
@@ -416,10 +416,12 @@ def _grown(
     ]
     if not stands:
         return Grown()
-    paths = [shape for some in drawn if some.surface is not None for shape in some.shapes]
+    paths = [shape for some in drawn if some.trodden for shape in some.shapes]
     objects = np.array([poi.position for poi in scenario.pois], dtype=np.float64).reshape(-1, 2)
     solid = [*setting.houses.shapes, *(pool.shape for pool in pools)]
-    return grow(stands, Plot([*setting.paved, *paths], solid, objects), around=setting.around)
+    # Walls need no more room here than roads do.
+    plot = Plot([*setting.paved, *paths, *solid], (), objects)
+    return grow(stands, plot, around=setting.around)
 
 
 def _grass(
@@ -432,5 +434,5 @@ def _grass(
     blades = {name: cover.blades for name, cover in covers.covers.items()}
     bare = [some.shape for some in laid if blades[some.cover] == "none"]
     bare += others
-    bare += [shape for some in drawn if some.surface == "ground_gravel" for shape in some.shapes]
+    bare += [shape for some in drawn if some.trodden for shape in some.shapes]
     return tuple(bare), tuple(some.shape for some in laid if blades[some.cover] == "mown")

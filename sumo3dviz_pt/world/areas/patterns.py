@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -11,6 +12,7 @@ import shapely
 from sumo3dviz_pt.library.mesh.planar import common, polygon_parts
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.world.areas.zones import Area
 
 WHITE: Colour = (0.52, 0.52, 0.50)
 """Reflectance of lines that are no road markings."""
@@ -18,8 +20,9 @@ WHITE: Colour = (0.52, 0.52, 0.50)
 _BAY, _DEEP, _AISLE, _LINE = 2.5, 5.0, 6.0, 0.10  # of bays, their depth, lanes and lines [m]
 _TRACK: Colour = (0.105, 0.085, 0.058)
 _PATH: Colour = (0.25, 0.225, 0.185)
-_STONE: Colour = (0.20, 0.195, 0.185)
 _LEAVES: Colour = (0.050, 0.085, 0.022)
+_SOIL: Colour = (0.125, 0.092, 0.060)
+_MOST_ROWS = 160  # strips of drilled crops on a field, at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,12 +34,21 @@ class Drawn:
         colour: Mean linear reflectance.
         surface: A surface's name; None for plain paint.
         height: Of blocks that stand on it [m]; 0 for what lies flat.
+        trodden: Whether it is a path, on which nothing grows.
     """
 
     shapes: tuple[shapely.Geometry, ...]
     colour: Colour
     surface: str | None = None
     height: float = 0.0
+    trodden: bool = False
+
+
+class _Look(NamedTuple):
+    """A share of chance in [0, 1), and the area's reflectance."""
+
+    chance: float
+    colour: Colour
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,23 +79,21 @@ class _Frame:
         return np.asarray(self.corner + u * self.along + v * self.across)
 
 
-def drawn_on(pattern: str | None, shape: shapely.Geometry, *, seed: int, name: str) -> list[Drawn]:
+def drawn_on(pattern: str, area: Area, shape: shapely.Geometry, *, seed: int) -> list[Drawn]:
     """Return what is drawn on an area.
 
     Args:
-        pattern: A cover's; None draws nothing.
+        pattern: A cover's.
+        area: Its name and colour count.
         shape: What is seen of the area [m].
         seed: Of all chance.
-        name: Of the area.
     """
-    if pattern is None:
-        return []
     found: list[Drawn] = []
     for number, part in enumerate(polygon_parts(shape)):
         frame = _frame(part)
         if frame is not None:
-            chance = share_of(seed, "pattern", name, str(number))
-            found += _PATTERNS[pattern](part, frame, chance)
+            chance = share_of(seed, "pattern", area.id, str(number))
+            found += _PATTERNS[pattern](part, frame, _Look(chance, area.colour or _SOIL))
     return [some for some in found if some.shapes]
 
 
@@ -116,7 +126,7 @@ def _clipped(
     return tuple(shape for shape in found if not shape.is_empty)
 
 
-def _bays(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
+def _bays(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     """Rows of bays with lanes between them."""
     lines: list[shapely.Polygon] = []
     rim, v = 0.3, 0.3
@@ -152,10 +162,10 @@ def _ring(
     return shapely.difference(outer, inner)
 
 
-def _pitch(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
+def _pitch(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     """Lines of a football pitch in stripes of mown grass, or of a small court."""
     if frame.length < 30.0 or frame.width < 18.0:
-        return _court(part, frame, chance)
+        return _court(part, frame, look)
     # Stripes that the mower leaves.
     width = 5.5
     stripes = [
@@ -182,7 +192,7 @@ def _pitch(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
     return [*found, Drawn(_clipped(part, lines), WHITE)]
 
 
-def _court(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
+def _court(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     """Border and middle line of a court."""
     if frame.length < 8.0 or frame.width < 5.0:
         return []
@@ -194,55 +204,68 @@ def _court(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
     return [Drawn(_clipped(part, lines), WHITE)]
 
 
-def _tramlines(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
+def _tramlines(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     """Pairs of wheel tracks along a field, and the strip at its rim that is ploughed across."""
     inner = part.buffer(-1.2)
     if inner.is_empty:
         return []
-    gap = 18.0 + 9.0 * chance
+    gap = 18.0 + 9.0 * look.chance
     tracks: list[shapely.Polygon] = []
     for v in np.arange(0.5 * gap, frame.width, gap):
         for side in (-0.9, 0.9):
             tracks.append(frame.box(0.0, v + side - 0.22, frame.length, v + side + 0.22))
-    return [Drawn(_clipped(inner, tracks), _TRACK, "ground_gravel")]
+    # Passes of the drill are a little lighter and darker in turn.
+    wide = max(1.5, frame.width / (2.0 * _MOST_ROWS))
+    rows = [
+        frame.box(0.0, v, frame.length, v + wide) for v in np.arange(0.0, frame.width, 2.0 * wide)
+    ]
+    red, green, blue = (0.86 * value for value in look.colour)
+    return [
+        Drawn(_clipped(part, rows), (red, green, blue), "ground_grass"),
+        Drawn(_clipped(inner, tracks), _TRACK, "ground_gravel"),
+    ]
 
 
-def _vines(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
-    """Rows of low plants."""
+def _vines(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
+    """Rows of low plants with bare soil below."""
     inner = part.buffer(-1.5)
     if inner.is_empty:
         return []
-    rows = [
-        frame.box(0.0, v - 0.28, frame.length, v + 0.28) for v in np.arange(1.5, frame.width, 2.4)
+    step = max(2.2, frame.width / _MOST_ROWS)
+    middles = np.arange(1.5, frame.width, step)
+    soil = [frame.box(0.0, v - 0.55, frame.length, v + 0.55) for v in middles]
+    rows = [frame.box(0.0, v - 0.3, frame.length, v + 0.3) for v in middles]
+    return [
+        Drawn(_clipped(inner, soil), _SOIL, "ground_gravel"),
+        Drawn(_clipped(inner, rows), _LEAVES, "ground_grass"),
     ]
-    return [Drawn(_clipped(inner, rows), _LEAVES, None, height=1.35)]
 
 
-def _paths(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
+def _paths(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     """Two curved paths of gravel that cross in a park."""
     if frame.width < 25.0:
         return []
     wide = 1.1 if frame.width < 60.0 else 1.5
     share = np.linspace(-0.02, 1.02, 40)
-    swing = 0.10 * frame.width * np.sin(2.0 * np.pi * (share * 1.5 + chance))
+    swing = 0.10 * frame.width * np.sin(2.0 * np.pi * (share * 1.5 + look.chance))
     long = [
         frame.at(u * frame.length, 0.5 * frame.width + s) for u, s in zip(share, swing, strict=True)
     ]
-    swing = 0.06 * frame.length * np.sin(2.0 * np.pi * (share + 0.3 + chance))
+    swing = 0.06 * frame.length * np.sin(2.0 * np.pi * (share + 0.3 + look.chance))
     short = [
-        frame.at((0.35 + 0.3 * chance) * frame.length + s, u * frame.width)
+        frame.at((0.35 + 0.3 * look.chance) * frame.length + s, u * frame.width)
         for u, s in zip(share, swing, strict=True)
     ]
     paths = [shapely.LineString(line).buffer(wide, cap_style="flat") for line in (long, short)]
-    return [Drawn(_clipped(part, [shapely.union_all(paths)]), _PATH, "ground_gravel")]
+    return [Drawn(_clipped(part, [shapely.union_all(paths)]), _PATH, "ground_gravel", trodden=True)]
 
 
-def _graves(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
+def _graves(part: shapely.Polygon, frame: _Frame, look: _Look) -> list[Drawn]:
     """Rows of graves between paths."""
     inner = part.buffer(-2.5)
     if inner.is_empty:
         return []
-    stones: list[shapely.Polygon] = []
+    stones: list[list[shapely.Polygon]] = [[] for _ in _STONES]
     beds: list[shapely.Polygon] = []
     paths: list[shapely.Polygon] = []
     for row, v in enumerate(np.arange(3.0, frame.width - 3.0, 3.4)):
@@ -250,18 +273,38 @@ def _graves(part: shapely.Polygon, frame: _Frame, chance: float) -> list[Drawn]:
             paths.append(frame.box(0.0, v - 0.4, frame.length, v + 1.6))
             continue
         for k, u in enumerate(np.arange(3.0, frame.length - 3.0, 1.7)):
-            pick = (k * 7919 + row * 104729 + int(chance * 1000)) % 11
-            if pick:
-                stones.append(frame.box(u, v, u + 0.75, v + 0.16))
+            pick = (k * 7919 + row * 104729 + int(look.chance * 1000)) % 11
+            if pick > 1:
+                stone = _STONES[pick % len(_STONES)]
+                left = u + 0.375 - 0.5 * stone.width
+                stones[pick % len(_STONES)].append(frame.box(left, v, left + stone.width, v + 0.16))
                 beds.append(frame.box(u - 0.1, v + 0.2, u + 0.85, v + 1.9))
     return [
-        Drawn(_clipped(part, paths), _PATH, "ground_gravel"),
+        Drawn(_clipped(part, paths), _PATH, "ground_gravel", trodden=True),
         Drawn(tuple(_within(inner, beds)), (0.085, 0.075, 0.048), "ground_gravel"),
-        Drawn(tuple(_within(inner, stones)), _STONE, None, height=0.85),
+        *(
+            Drawn(tuple(_within(inner, some)), stone.colour, None, height=stone.height)
+            for stone, some in zip(_STONES, stones, strict=True)
+        ),
     ]
 
 
-_PATTERNS: Mapping[str, Callable[[shapely.Polygon, _Frame, float], list[Drawn]]] = {
+class _Gravestone(NamedTuple):
+    """A kind of gravestones: width and height [m], and reflectance."""
+
+    width: float
+    height: float
+    colour: Colour
+
+
+_STONES = (
+    _Gravestone(0.70, 0.85, (0.20, 0.195, 0.185)),
+    _Gravestone(0.55, 1.05, (0.055, 0.055, 0.058)),
+    _Gravestone(0.90, 0.65, (0.17, 0.13, 0.115)),
+    _Gravestone(0.60, 0.45, (0.28, 0.275, 0.26)),
+)
+
+_PATTERNS: Mapping[str, Callable[[shapely.Polygon, _Frame, _Look], list[Drawn]]] = {
     "bays": _bays,
     "pitch": _pitch,
     "court": _court,

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.plants.woods import far_trees
 from sumo3dviz_pt.model.geometry import Floats, Ints, settled
@@ -126,7 +125,7 @@ def _spots(stands: Sequence[Stand], plot: Plot, around: Surroundings, *, tall: b
     )
     spots = _Spots(*columns)
     keep = around.clearance.distances(spots.places) > _CAMERA
-    keep[keep] = _clear(spots.places[keep], plot, _OFF_ROAD[tall])
+    keep[keep] = plot.free(spots.places[keep], margin=_OFF_ROAD[tall])
     return _some(spots, np.flatnonzero(keep))
 
 
@@ -172,19 +171,6 @@ def _hashed(cells: Ints, salt: int) -> Floats:
             value *= np.uint64(0xBF58476D1CE4E5B9)
         value ^= value >> np.uint64(31)
     return np.asarray((value >> np.uint64(11)).astype(np.float64) / 2.0**53)
-
-
-def _clear(places: Floats, plot: Plot, margin: float) -> np.ndarray:
-    """Which places keep off roads, walls and water."""
-    keep = np.ones(len(places), dtype=np.bool_)
-    spots = shapely.points(places)
-    for areas, gap in ((plot.paved, margin), (plot.areas, margin)):
-        if len(areas) and len(places):
-            tree = shapely.STRtree(list(areas))
-            keep[tree.query(spots, predicate="dwithin", distance=gap)[0]] = False
-    if len(plot.objects) and len(places):
-        keep &= np.asarray(cKDTree(plot.objects).query(places)[0]) > 2.5
-    return keep
 
 
 def _some(spots: _Spots, index: Ints) -> _Spots:
