@@ -148,8 +148,11 @@ def _along(row: _Row, *, left_hand: bool) -> list[Bay]:
     step = (row.end - row.start) / row.count
     marks = np.minimum(np.arange(row.count + 1) * step, knots[-1])
     points = np.column_stack([np.interp(marks, knots, column) for column in line.T])
-    # A turned bay touches the border of the lane as the upright one did.
-    broad = abs(row.width * abs(math.cos(row.angle)) + row.length * math.sin(row.angle))
+    # A turned bay touches the border of the lane as the upright one did; SUMO gets this right
+    # for bays that look away from the road only.
+    across = row.width * abs(math.cos(row.angle))
+    inwards = math.sin(row.angle) < -1e-9 and math.cos(row.angle) > 0.0
+    broad = row.length * abs(math.sin(row.angle)) + (-across if inwards else across)
     out = (broad - row.width) / 2.0
     bays = []
     for begin, end in pairwise(points):
