@@ -9,30 +9,32 @@ from functools import partial
 import numpy as np
 import shapely
 
-from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import Job
-from sumo3dviz_pt.library.materials.by_key import metres_per_tile, planar_uvs
-from sumo3dviz_pt.library.materials.named import TINT, surface_bsdf
-from sumo3dviz_pt.library.mesh.planar import polygon_parts, union
-from sumo3dviz_pt.library.mesh.walls import walls
-from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, merge_meshes
+from sumo3dviz_pt.library.mesh.planar import union
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
 from sumo3dviz_pt.world.areas.built_up import TILE, Houses, built_up, houses_of
 from sumo3dviz_pt.world.areas.covers import WATER, LandCovers, land_covers
 from sumo3dviz_pt.world.areas.drape import GroundFaces, without
+from sumo3dviz_pt.world.areas.meshes import (
+    LIFT,
+    LaidArea,
+    coloured,
+    cover_material,
+    cover_parts,
+    is_own,
+    pattern_parts,
+)
 from sumo3dviz_pt.world.areas.patterns import Drawn, drawn_on
 from sumo3dviz_pt.world.areas.planting import Grown, Stand, grow
 from sumo3dviz_pt.world.areas.slabs import SlabGround, build_slabs
 from sumo3dviz_pt.world.areas.water import (
-    MATERIAL,
     Pool,
     shore_walls,
-    water_material,
     water_parts,
 )
 from sumo3dviz_pt.world.areas.zones import FAMILY, Area, Areas, areas_of
-from sumo3dviz_pt.world.land.build import GroundParts, mean_reflectance
+from sumo3dviz_pt.world.land.build import GroundParts
 from sumo3dviz_pt.world.objects.build import merged
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.placement.tiles import Tile, tiles_seen
@@ -51,8 +53,7 @@ FARTHEST = 7000.0
 _DRAWN = 420.0  # lines, tracks and paths lie at most this far from a camera [m]
 _HOUSES = 800.0  # and the ground between houses [m]
 _COARSE = 3.0  # outlines of far areas are this coarse [m]
-_LIFT, _LINES, _YARDS = 0.012, 0.020, 0.006  # of areas, what is drawn on them, gardens [m]
-_AREA = "area:"
+_YARDS = 0.006  # how far gardens lie above the ground [m]
 _YARD_COVERS = ("pavement", "apron", "built_up")
 
 
@@ -98,25 +99,6 @@ class _Setting:
     paved: Sequence[shapely.Geometry]
     around: Surroundings
     name: tuple[object, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Laid:
-    """Ground with one cover.
-
-    Attributes:
-        cover: The cover's name.
-        colour: Mean linear reflectance; None leaves the surface's own.
-        shape: In plan [m].
-        lift: Above the ground [m].
-        area: The scenario's, or None for gardens.
-    """
-
-    cover: str
-    colour: Colour | None
-    shape: shapely.Geometry
-    lift: float
-    area: Area | None = None
 
 
 def build_areas(
@@ -169,7 +151,9 @@ def build_areas(
     faces = GroundFaces.of(
         [part.part.mesh for part in ground.static if part.id in ("ground", "ground/far")]
     )
-    parts = _covers(laid, covers, faces, origin) + _patterns(drawn, faces, around, origin)
+    parts = cover_parts(laid, covers, faces, origin) + pattern_parts(
+        drawn, faces, around.height_at, origin
+    )
     for pool in pools:
         parts += water_parts(pool, covers.water, height_at=ground.height_at, near=origin)
     parts += shore_walls(
@@ -179,10 +163,14 @@ def build_areas(
         height_at=ground.height_at,
         road_at=partial(heights_near, roads.layout.cells),
     )
-    parts += [_coloured(part) for part in slabs.parts]
+    parts += [coloured(part) for part in slabs.parts]
     return AreaParts(
         tuple(merged(FAMILY, parts)),
-        {part.material: _material(part.material, covers) for part in parts if _own(part.material)},
+        {
+            part.material: cover_material(part.material, covers)
+            for part in parts
+            if is_own(part.material)
+        },
         ground if hole is None else _with_hole(ground, hole),
         _grown(setting, laid, pools, drawn, scenario),
         *_grass(covers, laid, [*(pool.shape for pool in pools), *slabs.shapes], drawn),
@@ -213,29 +201,29 @@ def _nearest(areas: Areas, around: Surroundings) -> tuple[list[Area], list[Area]
     return near, far
 
 
-def _visible(setting: _Setting, areas: Sequence[Area]) -> list[_Laid]:
+def _visible(setting: _Setting, areas: Sequence[Area]) -> list[LaidArea]:
     """What is seen of areas between roads and higher areas."""
     found = []
     for area in areas:
         make = partial(setting.areas.visible, area, setting.paved)
         shape = setting.around.memory.of((*setting.name, "visible", area.number), make)
         if not shape.is_empty:
-            found.append(_Laid(area.cover, area.colour, shape, _LIFT, area))
+            found.append(LaidArea(area.cover, area.colour, shape, LIFT, area))
     return found
 
 
-def _distant(areas: Sequence[Area]) -> list[_Laid]:
+def _distant(areas: Sequence[Area]) -> list[LaidArea]:
     """Far areas, with coarse outlines."""
     found = []
     for area in areas:
         shape = shapely.make_valid(area.shape.simplify(_COARSE))
         # Where roads are not built, higher areas lie a little higher.
-        lift = _LIFT + 0.002 * min(area.number, 100)
-        found.append(_Laid(area.cover, area.colour, shape, lift, area))
+        lift = LIFT + 0.002 * min(area.number, 100)
+        found.append(LaidArea(area.cover, area.colour, shape, lift, area))
     return found
 
 
-def _yards(setting: _Setting, pools: Sequence[Pool]) -> list[_Laid]:
+def _yards(setting: _Setting, pools: Sequence[Pool]) -> list[LaidArea]:
     """The ground around houses, tile by tile."""
     if not setting.houses.shapes:
         return []
@@ -246,7 +234,7 @@ def _yards(setting: _Setting, pools: Sequence[Pool]) -> list[_Laid]:
         for cover, shape in zip(_YARD_COVERS, yard, strict=True):
             colour = setting.covers.covers[cover].colours[0]
             if not shape.is_empty:
-                found.append(_Laid(cover, colour, shape, _YARDS))
+                found.append(LaidArea(cover, colour, shape, _YARDS))
     return found
 
 
@@ -262,7 +250,7 @@ def _yard(setting: _Setting, tile: Tile) -> tuple[shapely.Geometry, ...]:
     return found.pavement, found.apron, found.lawn
 
 
-def _drawn(setting: _Setting, laid: Sequence[_Laid]) -> list[Drawn]:
+def _drawn(setting: _Setting, laid: Sequence[LaidArea]) -> list[Drawn]:
     """Lines, tracks and paths on areas near a camera."""
     found: list[Drawn] = []
     around = setting.around
@@ -276,73 +264,6 @@ def _drawn(setting: _Setting, laid: Sequence[_Laid]) -> list[Drawn]:
         make = partial(drawn_on, pattern, some.area, some.shape, seed=around.seed)
         found += around.memory.of((*setting.name, "drawn", some.area.number), make)
     return found
-
-
-def _covers(
-    laid: Sequence[_Laid], covers: LandCovers, faces: GroundFaces, origin: tuple[float, float]
-) -> list[Part]:
-    """Areas on the ground, in their surfaces and colours."""
-    parts = []
-    for some in laid:
-        surface = MATERIAL if some.cover == WATER else covers.covers[some.cover].surface
-        found = faces.draped([some.shape], lift=some.lift).mesh
-        if not len(found.faces):
-            continue
-        if surface == MATERIAL:
-            uvs = planar_uvs(found.vertices, tile=covers.water.waves.tile, near=origin)
-            parts.append(Part(replace(found, uvs=uvs), MATERIAL))
-            continue
-        uvs = planar_uvs(found.vertices, tile=metres_per_tile(surface), near=origin)
-        parts.append(_tinted(replace(found, uvs=uvs), surface, some.colour))
-    return parts
-
-
-def _patterns(
-    drawn: Sequence[Drawn], faces: GroundFaces, around: Surroundings, origin: tuple[float, float]
-) -> list[Part]:
-    """What is drawn on areas, flat or as low blocks."""
-    parts = []
-    for some in drawn:
-        lift = some.height or (_LINES if some.surface is None else 0.5 * (_LIFT + _LINES))
-        found = faces.draped(some.shapes, lift=lift).mesh
-        meshes = [found]
-        if some.height:
-            meshes = [replace(found, normals=None), *_sides(some, around)]
-        mesh = merge_meshes(meshes)
-        if some.surface is not None:
-            uvs = planar_uvs(mesh.vertices, tile=metres_per_tile(some.surface), near=origin)
-            parts.append(_tinted(replace(mesh, uvs=uvs), some.surface, some.colour))
-        else:
-            tint = np.tile(some.colour, (len(mesh.faces), 1))
-            parts.append(Part(replace(mesh, normals=None), "wall", tint))
-    return [part for part in parts if len(part.mesh.faces)]
-
-
-def _sides(some: Drawn, around: Surroundings) -> list[Mesh]:
-    """Walls below the tops of blocks."""
-    rings, feet = [], []
-    for shape in some.shapes:
-        for part in polygon_parts(shape):
-            whole = shapely.orient_polygons(shapely.segmentize(part, 12.0))
-            for ring in (whole.exterior, *whole.interiors):
-                flat = shapely.get_coordinates(ring)[:-1]
-                foot = np.column_stack([flat, around.height_at(flat) - 0.05])
-                rings.append(foot + np.array([0.0, 0.0, some.height + 0.05]))
-                feet.append(foot)
-    return [walls(rings, feet)] if rings else []
-
-
-def _tinted(mesh: Mesh, surface: str, colour: Colour | None) -> Part:
-    """A mesh that shows a surface in a colour."""
-    tint: Floats = mean_reflectance(surface) if colour is None else np.array(colour)
-    return Part(mesh, f"{_AREA}{surface}", np.tile(tint, (len(mesh.faces), 1)))
-
-
-def _coloured(part: Part) -> Part:
-    """A slab in its surface's own colour; any other part as it is."""
-    if not part.material.startswith(_AREA):
-        return part
-    return _tinted(part.mesh, part.material.removeprefix(_AREA), None)
 
 
 def _slab_ground(
@@ -361,31 +282,6 @@ def _slab_ground(
     )
 
 
-def _own(material: str) -> bool:
-    """Whether a material is described here."""
-    return material == MATERIAL or material.startswith(_AREA)
-
-
-def _material(name: str, covers: LandCovers) -> Bsdf:
-    """The material of a surface that takes the colour of each face, or of water."""
-    if name == MATERIAL:
-        return water_material(covers.water, textured=True)
-    entry = catalog.find("surfaces", name.removeprefix(_AREA))
-    bsdf = surface_bsdf(entry)
-    # Meadows have patches of other colours; what has a colour of its own has none.
-    texture = {k: v for k, v in bsdf["base_color"].items() if k not in ("wear", "patches")}
-    roughness = bsdf["roughness"]
-    stained = {
-        "type": "stained",
-        "texture": texture,
-        "tint": TINT,
-        "mean": [float(value) for value in entry.meta["albedo"]],
-    }
-    if not isinstance(roughness, float | int):
-        roughness = float(roughness.get("roughness", 0.8))
-    return {**bsdf, "base_color": stained, "roughness": roughness}
-
-
 def _with_hole(ground: GroundParts, hole: shapely.Geometry) -> GroundParts:
     """The ground without what is water."""
     static = []
@@ -401,7 +297,7 @@ def _with_hole(ground: GroundParts, hole: shapely.Geometry) -> GroundParts:
 
 def _grown(
     setting: _Setting,
-    laid: Sequence[_Laid],
+    laid: Sequence[LaidArea],
     pools: Sequence[Pool],
     drawn: Sequence[Drawn],
     scenario: Scenario,
@@ -426,7 +322,7 @@ def _grown(
 
 def _grass(
     covers: LandCovers,
-    laid: Sequence[_Laid],
+    laid: Sequence[LaidArea],
     others: Sequence[shapely.Geometry],
     drawn: Sequence[Drawn],
 ) -> tuple[tuple[shapely.Geometry, ...], tuple[shapely.Geometry, ...]]:
