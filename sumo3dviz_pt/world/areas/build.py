@@ -270,11 +270,9 @@ def _slab_ground(
     scenario: Scenario, roads: RoadParts, ground: GroundParts, around: Surroundings
 ) -> SlabGround:
     """What slabs are laid by."""
-    road_at = partial(heights_near, roads.layout.cells)
     return SlabGround(
         list(roads.layout.outline),
         list(roads.layout.raised),
-        road_at,
         standing_height(roads, ground),
         ground.height_at,
         around,

@@ -76,7 +76,6 @@ class SlabGround:
     Attributes:
         outline: Everything that is paved.
         raised: Footways among it.
-        road_at: Height of the nearest road.
         standing: Height of whatever lies on top: road, footway or ground.
         ground_at: Height of the ground.
         around: Cameras and memory.
@@ -85,7 +84,6 @@ class SlabGround:
 
     outline: Sequence[shapely.Geometry]
     raised: Sequence[shapely.Geometry]
-    road_at: HeightAt
     standing: HeightAt
     ground_at: HeightAt
     around: Surroundings
@@ -227,7 +225,7 @@ def _slab_parts(
 
     def top_at(places: Floats) -> Floats:
         """Height of the slab; never below the ground."""
-        level = ground.road_at(places) + slab.top - 0.004
+        level = _lane_heights(slab.lane, places) + slab.top - 0.004
         return np.asarray(np.maximum(level, ground.ground_at(places) + 0.012))
 
     parts = _body(pieces, surface, top_at, ground)
@@ -241,6 +239,14 @@ def _slab_parts(
         parts += _lines([stripe], pieces, top_at, ground)
         parts += _shelter(slab, pieces, top_at)
     return parts
+
+
+def _lane_heights(lane: Lane, places: Floats) -> Floats:
+    """Height of a lane beside places, (n,) [m]."""
+    shape = lane.shape
+    knots = arc_length(shape[:, :2])
+    at = shapely.line_locate_point(shapely.LineString(shape[:, :2]), shapely.points(places))
+    return np.asarray(np.interp(at, knots, shape[:, 2]))
 
 
 def _body(
@@ -300,7 +306,9 @@ def _lines(
     inside = np.zeros(len(places), dtype=np.bool_)
     for piece in pieces:
         inside |= shapely.intersects_xy(piece.buffer(0.02), places)
-    z = np.where(inside, top_at(places) + 0.006, ground.standing(places) + 0.010)
+    z = top_at(places) + 0.006
+    if not inside.all():
+        z[~inside] = ground.standing(places[~inside]) + 0.010
     return [Part(Mesh(np.column_stack([places, z]), made.faces), "line_white")]
 
 

@@ -190,7 +190,7 @@ def test_a_platform_without_room_is_left_out_and_named():
     wide = shapely.box(0, -20, 200, 20)
     around = surroundings(given.network, seed=1, camera_path=EYE)
     level = lambda places: np.zeros(len(places))  # noqa: E731
-    ground = SlabGround([wide], [], level, level, level, around, (0.0, 0.0))
+    ground = SlabGround([wide], [], level, level, around, (0.0, 0.0))
     found = build_slabs(given, ground)
     assert found.parts == ()
     assert [o.what for o in found.left_out] == ["1 platforms"]
