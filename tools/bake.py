@@ -1,4 +1,4 @@
-"""Makes the maps of surfaces and skies in `assets/` again, the same pixels every time.
+"""Makes the maps of surfaces, skies and water in `assets/` again, the same pixels every time.
 
 Run `python tools/bake.py` for all of them, or name families and assets:
 `python tools/bake.py skies surfaces/asphalt`.
@@ -13,12 +13,13 @@ from pathlib import Path
 
 from bakers.skies.bake import bake_clouds
 from bakers.surfaces.bake import bake_surface
+from bakers.waves import bake_waves
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.model.news import News, heard_by
 from sumo3dviz_pt.pipeline.baking import Bake, build
 
-BAKERS: Mapping[str, Bake] = {"surfaces": bake_surface, "skies": bake_clouds}
+BAKERS: Mapping[str, Bake] = {"surfaces": bake_surface, "skies": bake_clouds, "areas": bake_waves}
 """What makes the files of an asset, by family."""
 
 

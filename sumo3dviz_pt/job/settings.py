@@ -109,6 +109,11 @@ class GroundSettings(Settings):
         description="auto: belts along fast roads; elsewhere trees and shrubs"
         " where the scenario has none of its own in view",
     )
+    areas: Literal["auto", "none"] = Field(
+        "auto",
+        description="auto: water, woods, parks, fields, squares and car parks that polygons"
+        " mean, and gardens between buildings",
+    )
 
 
 class EdgeStyle(Settings):

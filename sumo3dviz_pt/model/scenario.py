@@ -7,7 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.model.traffic import Poi, Polygon, SignalPhases, Stop, TrafficLog, VehicleType
+from sumo3dviz_pt.model.traffic import (
+    ParkingArea,
+    Poi,
+    Polygon,
+    SignalPhases,
+    Stop,
+    TrafficLog,
+    VehicleType,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +80,9 @@ class Scenario:
         signals: By tls id; empty when there is no log.
         pois: Of all additional files.
         polygons: Of all additional files.
-        stops: Bus stops of all additional files.
+        stops: Of buses, trains and containers, and charging stations, of all additional files.
         guesses: Types that no file defines, of vehicles in the window.
+        parking: Parking areas of all additional files.
     """
 
     network: Network
@@ -84,3 +93,4 @@ class Scenario:
     polygons: tuple[Polygon, ...] = ()
     stops: tuple[Stop, ...] = ()
     guesses: tuple[TypeGuess, ...] = ()
+    parking: tuple[ParkingArea, ...] = ()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -192,21 +194,29 @@ class Polygon:
     params: Mapping[str, str] = field(default_factory=dict)
 
 
+StopKind = Literal["bus", "train", "container", "charging"]
+"""What a stop is for."""
+
+
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A bus stop beside a lane.
+    """A stop of buses or trains, a place for containers or a charging station beside a lane.
 
     Attributes:
         id: SUMO's id.
         lane: Lane id.
         start: Where it begins on the lane [m], negative from the lane's end; None at its begin.
         end: Where it ends; None at the lane's end.
+        kind: What it is for.
+        lines: Names of the lines that stop there.
     """
 
     id: str
     lane: str
     start: float | None = None
     end: float | None = None
+    kind: StopKind = "bus"
+    lines: tuple[str, ...] = ()
 
     def span(self, length: float) -> tuple[float, float]:
         """Begin and end as shares of a lane of a length [m], in order, in [0, 1]."""
@@ -214,3 +224,45 @@ class Stop:
         from_start = sorted(at + length if at < 0.0 else at for at in given)
         low, high = (min(max(at / max(length, 1e-9), 0.0), 1.0) for at in from_start)
         return low, high
+
+
+@dataclass(frozen=True, slots=True)
+class Bay:
+    """A place for one parked vehicle.
+
+    Attributes:
+        front: Middle of its front end, where SUMO puts the middle of a front bumper, x, y [m].
+        yaw: Direction that the vehicle looks to [rad].
+        length: [m].
+        width: [m].
+    """
+
+    front: tuple[float, float]
+    yaw: float
+    length: float
+    width: float
+
+    def corners(self) -> Floats:
+        """Front right, front left, rear left and rear right, (4, 2) [m]."""
+        way = np.array([math.cos(self.yaw), math.sin(self.yaw)])
+        left = 0.5 * self.width * np.array([-way[1], way[0]])
+        front = np.array(self.front)
+        rear = front - self.length * way
+        return np.array([front - left, front + left, rear + left, rear - left])
+
+
+@dataclass(frozen=True, slots=True)
+class ParkingArea:
+    """Where vehicles park, beside a lane or anywhere.
+
+    Attributes:
+        id: SUMO's id.
+        lane: Lane id.
+        bays: Along the lane, then those that have places of their own.
+        roadside: How many of them lie along the lane.
+    """
+
+    id: str
+    lane: str
+    bays: tuple[Bay, ...]
+    roadside: int

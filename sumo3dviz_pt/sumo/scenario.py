@@ -22,6 +22,7 @@ from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.heights import with_heights
 from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.sumo.parking import read_parking
 from sumo3dviz_pt.sumo.places.coordinates import rows_in_net
 from sumo3dviz_pt.sumo.plausibility.build import findings
 from sumo3dviz_pt.sumo.signals import read_signals
@@ -98,6 +99,7 @@ def read_scenario(
         polygons=polygons,
         stops=read_stops(files.additional),
         guesses=known.guesses(log.traces),
+        parking=read_parking(files.additional, network),
     )
 
 

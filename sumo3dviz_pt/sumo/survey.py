@@ -11,12 +11,16 @@ from pathlib import Path
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.sumo.formats import format_of, is_log
 from sumo3dviz_pt.sumo.plausibility.damage import note_damage
+from sumo3dviz_pt.sumo.stops import KINDS
 from sumo3dviz_pt.sumo.stream import Element, may_be_xml, read_elements, root_of
 from sumo3dviz_pt.sumo.values import parse_time
 
 logger = logging.getLogger(__name__)
 
 ADDITIONAL_ROOTS = frozenset({"additional", "additionals", "add", "shapes", "vTypes"})
+_PLACED = frozenset({"poi", "poly", "parkingArea", *KINDS})
+"""Elements of additional files that stand somewhere."""
+
 CONFIGURATION_ROOTS = frozenset({"configuration", "sumoConfiguration"})
 _PLACES = {
     "net": "networks",
@@ -41,7 +45,7 @@ class Survey:
         networks: `<net>`.
         trajectories: Vehicle logs in any format.
         signals: `<tlsStates>` and `<tlsSwitches>`.
-        additional: Files with a POI, a polygon or a bus stop.
+        additional: Files with a POI, a polygon, a stop or a parking area.
         vehicle_types: Route files, and additional files with a vType.
         configurations: SUMO's configurations.
     """
@@ -141,7 +145,7 @@ def _sorted_in(file: Path, root: str | None) -> Survey:
     if root in ADDITIONAL_ROOTS:
         tags = {element.tag for element in readable_elements(file)}
         return Survey(
-            additional=one if tags & {"poi", "poly", "busStop"} else (),
+            additional=one if tags & _PLACED else (),
             vehicle_types=one if "vType" in tags else (),
         )
     if root in _PLACES:

@@ -7,17 +7,19 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
-from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
+from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
+from sumo3dviz_pt.world.areas.slabs import slab_polygons
 from sumo3dviz_pt.world.land.build import GroundParts, build_ground, with_fields
 from sumo3dviz_pt.world.land.far_woods import Room, occupied
 from sumo3dviz_pt.world.memory import Memory
@@ -26,7 +28,7 @@ from sumo3dviz_pt.world.objects.guard_rails import FAMILY as RAILS
 from sumo3dviz_pt.world.objects.guard_rails import Rails, guard_rails
 from sumo3dviz_pt.world.placement.clearance import Clearance
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
-from sumo3dviz_pt.world.placement.road_choice import RoadChoice, choose_roads
+from sumo3dviz_pt.world.placement.road_choice import choose_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings, surroundings
 from sumo3dviz_pt.world.plants.build import Planting, plant, plot_of, why_bare, why_nowhere
 from sumo3dviz_pt.world.plants.far import plant_far
@@ -36,8 +38,9 @@ from sumo3dviz_pt.world.plants.verges import verges
 from sumo3dviz_pt.world.plants.wayside import wayside
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
 from sumo3dviz_pt.world.rails.build import Railway, build_railway
-from sumo3dviz_pt.world.roads.build import RoadParts, build_roads, with_plain
+from sumo3dviz_pt.world.roads.build import RoadParts
 from sumo3dviz_pt.world.roads.strips import BoundsXY, connections_in
+from sumo3dviz_pt.world.roads_around import region_of, roads_around
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
@@ -51,15 +54,6 @@ STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
 
 _LEAST_SCENERY = 250_000
-
-ROAD_REACH = 2500.0
-"""Roads farther from every eye than this vanish in the haze [m]."""
-
-_GRID = 250.0
-"""Where roads end is a multiple of this [m]."""
-
-_WIDEST = 100.0
-"""Roads reach no farther beyond the middles of lanes [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,12 +141,15 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     Raises:
         ConfigError: If a name in the scene file is unknown.
     """
-    scenario, job, dark = world.scenario, world.job, world.dark
+    job, dark = world.job, world.dark
+    scenario = replace(
+        world.scenario, polygons=(*world.scenario.polygons, *slab_polygons(world.scenario))
+    )
     # Roads and ground, and what grows on it.
-    region = _region(world, camera_path)
-    land = _land(world, camera_path, region)
+    region = region_of(world, camera_path)
+    land, areas = _land(world, camera_path, region)
     roads, around = land.roads, land.around
-    grown = _grown(scenario, job, land)
+    grown = _grown(scenario, job, land, areas)
     # What stands along the roads.
     links = connections_in(scenario.network, region)
     style = road_style(job.roads.marking_style, scenario.network)
@@ -174,7 +171,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     # Objects, in as many triangles as the rest leaves.
     made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
-    fixed += grown.pits
+    fixed += [*grown.pits, *areas.static, *areas.grown.static]
     scenery = build_scenery(
         grown.scenario.pois,
         (*scenario.polygons, *rails.polygons, *grown.hedges),
@@ -185,10 +182,13 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
     # All of it together.
     parts = (*fixed, *scenery.static)
-    said = (grown.planting, grown.fronts, grown.meadow, rails, scenery, signals, railway, street)
+    said = (
+        *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
+        *(signals, railway, street),
+    )
     return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
-        _materials(land, grown, scenery),
+        {**_materials(land, grown, scenery), **areas.materials},
         roads,
         signals,
         railway,
@@ -202,37 +202,6 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
 
 
-def _region(world: World, camera_path: CameraPath) -> BoundsXY | None:
-    """Where roads and signals are built; None is everywhere.
-
-    It ends at lines of a grid, so that most cameras of a scene share their roads.
-    """
-    path = np.array(_path(camera_path))
-    low = np.floor((path[:2] - ROAD_REACH) / _GRID) * _GRID
-    high = np.ceil((path[2:] + ROAD_REACH) / _GRID) * _GRID
-    first, last = world.memory.of(("extent",), partial(_extent, world.scenario.network))
-    if (low <= first).all() and (high >= last).all():
-        return None
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
-
-
-def _extent(network: Network) -> Floats:
-    """The south-western and the north-eastern corner of all that is drawn, (2, 2) [m]."""
-    shapes = [lane.shape for lane in network.lanes.values()]
-    shapes += [junction.outline for junction in network.junctions.values()]
-    points = np.concatenate([np.zeros((0, 2)), *(shape[:, :2] for shape in shapes)])
-    if not len(points):
-        return np.zeros((2, 2))
-    # Lanes are wider than their middles.
-    return np.stack([points.min(axis=0) - _WIDEST, points.max(axis=0) + _WIDEST])
-
-
-def _path(camera_path: CameraPath) -> BoundsXY:
-    """The box around a camera's way."""
-    low, high = camera_path.positions.min(axis=0), camera_path.positions.max(axis=0)
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _PreparedLand:
     """What everything stands on, and what it is placed by."""
@@ -242,8 +211,10 @@ class _PreparedLand:
     around: Surroundings
 
 
-def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _PreparedLand:
-    """Roads and ground around a camera's path."""
+def _land(
+    world: World, camera_path: CameraPath, region: BoundsXY | None
+) -> tuple[_PreparedLand, AreaParts]:
+    """Roads and ground around a camera's path, and what covers the ground."""
     scenario, job = world.scenario, world.job
     network, textured = scenario.network, job.textured
     # Roads first: everything else stands beside or below them.
@@ -252,31 +223,16 @@ def _land(world: World, camera_path: CameraPath, region: BoundsXY | None) -> _Pr
         surroundings, lanes, seed=job.seed, camera_path=camera_path, clearance=world.clearance
     )
     choice = choose_roads(network, region, replace(given(), memory=world.memory))
-    roads = _roads(world, choice, camera_path)
+    roads = roads_around(world, choice, camera_path)
     room = Room(occupied(scenario.pois, scenario.polygons, world.clearance.places), camera_path)
     ground = build_ground(
         job.ground, network, roads=roads.layout, textured=textured, seed=job.seed, room=room
     )
     # What objects are placed by.
     around = given(height_at=ground.height_at)
-    return _PreparedLand(roads, ground, replace(around, dark=world.dark, memory=world.memory))
-
-
-def _roads(world: World, choice: RoadChoice, camera_path: CameraPath) -> RoadParts:
-    """Roads in detail, and beyond them what shows no more than its surface."""
-    settings, textured = world.job.roads, world.job.textured
-    memory = world.memory.within("chosen", *choice.name)
-    roads = build_roads(
-        choice.detailed,
-        settings,
-        textured=textured,
-        region=choice.region,
-        focus=_path(camera_path),
-        memory=memory,
-    )
-    if choice.plain is None:
-        return roads
-    return with_plain(roads, choice.plain, settings, textured=textured, memory=memory)
+    around = replace(around, dark=world.dark, memory=world.memory)
+    areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
+    return _PreparedLand(roads, areas.ground, around), areas
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -291,7 +247,7 @@ class _Grown:
     hedges: Sequence[Polygon]
 
 
-def _grown(scenario: Scenario, job: Job, land: _PreparedLand) -> _Grown:
+def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) -> _Grown:
     """Houses along streets, then planting beside them, then grass between all of it."""
     roads, around = land.roads, land.around
     rows, fronts = _fronts(scenario, job, roads, around)
@@ -299,8 +255,9 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand) -> _Grown:
     planting = _planting(scenario, job, roads, around)
     yards = gardens(rows) if _why_barren(job) is None else ()
     trees = yard_trees(yards, around)
-    scenario = replace(scenario, pois=(*scenario.pois, *planting.pois, *trees))
-    meadow = _meadow(scenario, job, roads, around)
+    planted = (*planting.pois, *trees, *areas.grown.pois)
+    scenario = replace(scenario, pois=(*scenario.pois, *planted))
+    meadow = _meadow(scenario, job, land, areas)
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
     return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards))
@@ -381,19 +338,21 @@ def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:
         why = "switched off by `street.furniture`"
     if why is not None:
         return Rails(left_out=(LeftOut(RAILS, why),))
-    paved = land.roads.layout.paved
+    slabs = [shapely.Polygon(k.shape) for k in scenario.polygons if k.source == SLABS]
+    paved = [*land.roads.layout.paved, *slabs]
     return guard_rails(scenario.network, paved, scenario.polygons, around=land.around)
 
 
-def _meadow(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundings) -> Meadow:
+def _meadow(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) -> Meadow:
     """Blades of grass near the cameras; none where everything is plain."""
     if not job.textured:
         return Meadow((), (LeftOut("grass blades", "everything is shown in plain colours"),))
     lawn = lawn_of(
         job.ground.texture,
-        paved=roads.layout.paved,
+        paved=[*land.roads.layout.paved, *areas.bare],
         pois=scenario.pois,
         polygons=scenario.polygons,
-        eyes=around.viewpoints,
+        eyes=land.around.viewpoints,
+        mown=areas.mown,
     )
-    return build_meadow(lawn, around=around)
+    return build_meadow(lawn, around=land.around)

@@ -91,6 +91,24 @@ def parking_meter(level: int = 0) -> list[Part]:
     ]
 
 
+def charging_post(level: int = 0) -> list[Part]:
+    """Build a charging post: a slim case with a screen, a socket and a green band."""
+    case = moved(
+        superellipsoid((0.12, 0.2, 0.72), squareness=8.0, segments=8 if level else 20, rings=6),
+        0.0, 0.0, 0.72,
+    )  # fmt: skip
+    foot = box((-0.16, -0.24, -0.3), (0.16, 0.24, 0.06))
+    screen = box((0.1, -0.1, 1.16), (0.125, 0.1, 1.3))
+    socket = box((0.1, -0.06, 0.86), (0.14, 0.06, 0.98))
+    band = box((-0.122, -0.203, 1.36), (0.122, 0.203, 1.4))
+    return [
+        coloured(case, (0.52, 0.53, 0.53)),
+        coloured(merge_meshes([foot, socket]), _DARK),
+        Part(screen, "pane"),
+        coloured(band, (0.03, 0.3, 0.09)),
+    ]
+
+
 def bus_shelter(level: int = 0) -> list[Part]:
     """Build roof, panes at the back and the left end, posts, bench, timetable; open to +x."""
     (long, deep, tall), post = SHELTER, 0.035
@@ -130,6 +148,7 @@ FURNITURE: Mapping[str, Callable[[int], list[Part]]] = {
     "bin": bin_,
     "bench": bench,
     "parking_meter": parking_meter,
+    "charging_post": charging_post,
     "bus_shelter": bus_shelter,
     "cabinet": corners.cabinet,
     "post_box": corners.post_box,

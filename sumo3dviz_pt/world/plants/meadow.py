@@ -51,6 +51,7 @@ _WHOLE = 6.0  # up to this distance patches are whole [m]
 _BENT = 5.0  # up to this distance blades are bent [m]
 _GAIN = 1.75  # dense blades shade each other, so each is brighter than the lawn as a whole
 _FADE = 0.6  # share of the reach within which they thin out
+_SHORT = 0.5  # height of a lawn's blades by that of a meadow's
 _EDGE = 0.4  # within this distance of edges and stems grass is not mown [m]
 
 
@@ -63,12 +64,14 @@ class Lawn:
         mean: Its mean reflectance, (3,).
         paved: Roads, footways and buildings: polygons, (n,).
         stems: Trees and posts, which are mown around, (k, 2) [m].
+        mown: Lawns, on which blades are short: polygons, (m,).
     """
 
     surface: str
     mean: Floats
     paved: Sequence[shapely.Geometry]
     stems: Floats
+    mown: Sequence[shapely.Geometry] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +94,7 @@ def lawn_of(
     pois: Sequence[Poi],
     polygons: Sequence[Polygon],
     eyes: Floats,
+    mown: Sequence[shapely.Geometry] = (),
 ) -> Lawn:
     """Return where blades may grow near the cameras of a shot.
 
@@ -100,6 +104,7 @@ def lawn_of(
         pois: All points of interest: trees are mown around.
         polygons: All polygons: nothing grows in buildings.
         eyes: Cameras, (n, 3) [m].
+        mown: Lawns, on which blades are short.
     """
     stems = [poi.position for poi in pois if kind_of(poi.type, poi.source) in PLANTS]
     plans = [
@@ -108,12 +113,15 @@ def lawn_of(
         if kind_of(item.type, item.source) == "buildings" and len(item.shape) > 2
     ]
     near: list[shapely.Geometry] = []
+    short: list[shapely.Geometry] = []
     if len(eyes):
         low, high = eyes[:, :2].min(axis=0) - REACH - 5.0, eyes[:, :2].max(axis=0) + REACH + 5.0
-        cut = shapely.clip_by_rect([*paved, *plans], *low, *high)
-        near = [area for area in cut if not area.is_empty]
+        near, short = (
+            [area for area in shapely.clip_by_rect(some, *low, *high) if not area.is_empty]
+            for some in ([*paved, *plans], list(mown))
+        )
     places = np.array(stems, dtype=np.float64).reshape(-1, 2)
-    return Lawn(surface, mean_reflectance(surface), near, places)
+    return Lawn(surface, mean_reflectance(surface), near, places, short)
 
 
 def build_meadow(lawn: Lawn, *, around: Surroundings, budget: int = BUDGET) -> Meadow:
@@ -224,7 +232,15 @@ def _mown(blades: Blades, lawn: Lawn, eyes: Floats) -> Blades:
     wild = 1.0 - np.clip(edge / _EDGE, 0.0, 1.0)
     # Nothing stands up before a lens that lies in the grass.
     close, _ = cKDTree(eyes[:, :2]).query(feet) if len(feet) else (np.zeros(0), None)
-    heights = blades.heights * (1.0 + 1.6 * wild) * np.clip(np.asarray(close) / 0.8, 0.2, 1.0)
+    short = np.zeros(len(feet), dtype=np.bool_)
+    for area in lawn.mown:
+        shapely.prepare(area)
+        short |= shapely.contains_xy(area, feet)
+    heights = (
+        blades.heights
+        * np.where(short, _SHORT, 1.0 + 1.6 * wild)
+        * np.clip(np.asarray(close) / 0.8, 0.2, 1.0)
+    )
     # Single ones stand in full light: they may not be brighter than the lawn around them.
     dense = np.clip((REACH - np.asarray(close)) / (_FADE * REACH), 0.0, 1.0)
     gain = 1.0 + (_GAIN - 1.0) * dense[:, None]

@@ -14,6 +14,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import LeftOut, Part, StaticPart
+from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.land.build import GroundParts
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.objects.build import merged
@@ -246,7 +247,8 @@ def _given(scenario: Scenario) -> _Obstacles:
     walls = [
         shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
         for item in scenario.polygons
-        if len(item.shape) > 2 and kind_of(item.type, item.source) == "buildings"
+        if len(item.shape) > 2
+        and (item.source == SLABS or kind_of(item.type, item.source) == "buildings")
     ]
     return _Obstacles(
         crossing_areas(scenario.network),

@@ -29,6 +29,8 @@ WORDS: Mapping[str, str] = {
     "bin": "bin",
     "waste_basket": "bin",
     "bollard": "bollard",
+    "charging_station": "charging_post",
+    "charging_post": "charging_post",
     "bus_shelter": "bus_shelter",
     "shelter": "bus_shelter",
     "parking_meter": "parking_meter",
@@ -41,6 +43,7 @@ RADII: Mapping[str, float] = {
     "bin": 0.25,
     "bench": 0.4,
     "parking_meter": 0.2,
+    "charging_post": 0.25,
     "bus_shelter": 0.9,
     "bicycle_stand": 0.5,
 }
@@ -149,7 +152,7 @@ def place_stops(network: Network, stops: Sequence[Stop], site: Site) -> StopFurn
     shelters: list[FurnitureItem] = []
     posts: list[Sign] = []
     cramped = 0
-    for stop in stops:
+    for stop in (stop for stop in stops if stop.kind == "bus"):
         lane = network.lanes.get(stop.lane)
         border = None if lane is None else border_of(network, network.edges[lane.edge_id])
         if lane is None or border is None:
@@ -175,7 +178,7 @@ def stop_areas(network: Network, stops: Sequence[Stop]) -> list[Polygon]:
         stops: All of the scenario.
     """
     areas = []
-    for stop in stops:
+    for stop in (stop for stop in stops if stop.kind == "bus"):
         lane = network.lanes.get(stop.lane)
         border = None if lane is None else border_of(network, network.edges[lane.edge_id])
         if lane is None or border is None:

@@ -94,7 +94,7 @@ def border_of(network: Network, edge: Edge) -> Border | None:
     lane = edge.lanes[[k.index for k in edge.lanes].index(outermost)]
     walks = [k for k in edge.lanes if k.index < outermost and "pedestrian" in k.allowed]
     outward = 1 if network.left_hand else -1
-    line = _offset(lane.shape, outward * lane.width / 2)
+    line = offset(lane.shape, outward * lane.width / 2)
     walk = sum(walk.width for walk in walks)
     return Border(edge, line, outward, walk, sum(k.width for k in edge.lanes) - walk)
 
@@ -258,8 +258,8 @@ def _dense(shape: Floats, step: float = 100.0) -> Floats:
     return np.array([*pieces, shape[-1]])
 
 
-def _offset(shape: Floats, left: float) -> Floats:
-    """A polyline moved to its left [m]; bends are mitred."""
+def offset(shape: Floats, left: float) -> Floats:
+    """Return a polyline moved to its left [m]; bends are mitred."""
     step = np.diff(shape[:, :2], axis=0)
     length = np.linalg.norm(step, axis=1)
     shape, step = shape[np.append(True, length > 1e-3)], step[length > 1e-3]

@@ -22,6 +22,13 @@ def test_the_tool_makes_what_it_is_told(tmp_path, monkeypatch, capsys):
     )
 
 
+def test_waves_made_again_are_those_that_travel(tmp_path, monkeypatch):
+    assert called(monkeypatch, "areas", "-o", tmp_path) == 0
+    assert_assets_alike(
+        tmp_path / "areas" / "land_cover", catalog.find("areas", "land_cover").folder
+    )
+
+
 def test_an_unknown_name_is_one_sentence(monkeypatch, capsys):
     assert called(monkeypatch, "surfaces/asfalt") == 2
     assert "did you mean 'asphalt'" in capsys.readouterr().err

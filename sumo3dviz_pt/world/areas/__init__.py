@@ -1,0 +1,1 @@
+"""What covers the ground where polygons, or dense buildings, say what it is."""

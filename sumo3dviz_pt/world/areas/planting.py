@@ -1,0 +1,224 @@
+"""Trees and shrubs of woods, parks and gardens: near ones in detail, far ones cheap.
+
+Where they may stand depends on seed and place only: every cell of a grid over the world has
+one place. Which of them are there depends on what the shot's camera sees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.plants.woods import far_trees
+from sumo3dviz_pt.model.geometry import Floats, Ints, settled
+from sumo3dviz_pt.model.scene import Part, StaticPart
+from sumo3dviz_pt.model.traffic import Poi
+from sumo3dviz_pt.world.areas.covers import Cover
+from sumo3dviz_pt.world.areas.zones import Area
+from sumo3dviz_pt.world.land.far_woods import grown
+from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.plants.build import Plot, planted
+
+NEAR_REACH = 130.0
+"""Trees farther from every camera than this are cheap far trees [m]."""
+
+FAR_REACH = 2600.0
+"""Where far trees end [m]."""
+
+MOST_TREES, MOST_SHRUBS, MOST_FAR = 260, 160, 90_000
+"""Trees and shrubs in detail, and triangles of far ones, at most."""
+
+_OFF_ROAD = {True: 3.2, False: 1.4}  # of trees and of shrubs, from what is paved [m]
+_RIM = 1.2  # of stems from the edge of their area [m]
+_CAMERA = 6.0  # distance of trees from cameras [m]
+_SHRUB_REACH = 90.0
+_GROVE = 450.0  # farther away one far tree stands for several [m]
+_TUFTS = {False: 30, True: 14}
+_SHRUBS = ("hazel", "privet", "hazel", "broom")
+_HECTARE = 10_000.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stand:
+    """An area on which something grows.
+
+    Attributes:
+        area: The area.
+        cover: Its cover.
+        shape: What is seen of it [m].
+    """
+
+    area: Area
+    cover: Cover
+    shape: shapely.Geometry
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grown:
+    """What grows on areas.
+
+    Attributes:
+        pois: Trees and shrubs in detail.
+        static: Far ones.
+    """
+
+    pois: tuple[Poi, ...] = ()
+    static: tuple[StaticPart, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spots:
+    """Places of plants.
+
+    Attributes:
+        places: (n, 2) [m].
+        cells: Of the grid, (n, 2).
+        shares: Chance of each, (n,) in [0, 1).
+        stands: Number of the stand that each belongs to, (n,).
+    """
+
+    places: Floats
+    cells: Ints
+    shares: Floats
+    stands: Ints
+
+
+def grow(stands: Sequence[Stand], plot: Plot, *, around: Surroundings) -> Grown:
+    """Grow trees and shrubs on areas around the cameras of a shot.
+
+    Args:
+        stands: Areas on which something grows.
+        plot: What stems keep off.
+        around: Cameras, ground and the seed.
+    """
+    trees = _spots(stands, plot, around, tall=True)
+    away = around.distances(trees.places)
+    order = np.argsort(away, kind="stable")
+    count = min(int((away < NEAR_REACH).sum()), MOST_TREES)
+    shrubs = _spots(stands, plot, around, tall=False)
+    low = np.argsort(around.distances(shrubs.places), kind="stable")[:MOST_SHRUBS]
+    pois = [
+        *_pois(stands, trees, order[:count], tall=True),
+        *_pois(stands, shrubs, low, tall=False),
+    ]
+    return Grown(tuple(pois), _far(trees, order[count:], around))
+
+
+def _spots(stands: Sequence[Stand], plot: Plot, around: Surroundings, *, tall: bool) -> _Spots:
+    """Places that are free, and that a camera sees."""
+    reach = FAR_REACH if tall else _SHRUB_REACH
+    found = []
+    for number, stand in enumerate(stands):
+        density = stand.cover.trees if tall else stand.cover.shrubs
+        if density > 0.0:
+            spots = _grid(stand, density, number, around, reach=reach, tall=tall)
+            if len(spots.places):
+                found.append(spots)
+    if not found:
+        return _Spots(np.zeros((0, 2)), np.zeros((0, 2), np.int64), np.zeros(0), np.zeros(0, int))
+    columns = (
+        np.concatenate([getattr(spots, name) for spots in found])
+        for name in ("places", "cells", "shares", "stands")
+    )
+    spots = _Spots(*columns)
+    keep = around.clearance.distances(spots.places) > _CAMERA
+    keep[keep] = plot.free(spots.places[keep], margin=_OFF_ROAD[tall])
+    return _some(spots, np.flatnonzero(keep))
+
+
+def _grid(
+    stand: Stand, density: float, number: int, around: Surroundings, *, reach: float, tall: bool
+) -> _Spots:
+    """One place in every cell of a grid over an area, near a camera and in its picture."""
+    step = float(np.sqrt(_HECTARE / density))
+    low, high = np.reshape(stand.shape.bounds, (2, 2))
+    eyes = around.viewpoints[:, :2]
+    if len(eyes):
+        low, high = (
+            np.maximum(low, eyes.min(axis=0) - reach),
+            np.minimum(high, eyes.max(axis=0) + reach),
+        )
+    first, last = np.floor(low / step).astype(np.int64), np.floor(high / step).astype(np.int64)
+    if (last < first).any():
+        return _Spots(np.zeros((0, 2)), np.zeros((0, 2), np.int64), np.zeros(0), np.zeros(0, int))
+    i, j = np.meshgrid(*(np.arange(a, b + 1) for a, b in zip(first, last, strict=True)))
+    cells = np.column_stack([i.ravel(), j.ravel()])
+    salt = 2 * around.seed + int(tall)
+    chance = np.stack([_hashed(cells, salt + 101 * k) for k in range(3)], axis=1)
+    places = settled((cells + 0.12 + 0.76 * chance[:, :2]) * step)
+    keep = around.distances(places) < reach
+    keep[keep] = around.pictured(places[keep], radius=14.0) | (
+        around.distances(places[keep]) < 40.0
+    )
+    inner = shapely.buffer(stand.shape, -_RIM, quad_segs=1)
+    shapely.prepare(inner)
+    keep[keep] = shapely.contains_xy(inner, places[keep])
+    count = int(keep.sum())
+    return _Spots(places[keep], cells[keep], chance[keep, 2], np.full(count, number))
+
+
+def _hashed(cells: Ints, salt: int) -> Floats:
+    """A number in [0, 1) for every cell, (n,): an integer hash, the same everywhere."""
+    with np.errstate(over="ignore"):
+        x, y = cells.astype(np.uint64).T
+        value = x * np.uint64(0x9E3779B97F4A7C15) ^ y * np.uint64(0xC2B2AE3D27D4EB4F)
+        value ^= np.uint64(salt % 2**32) * np.uint64(0x165667B19E3779F9)
+        for shift in (30, 27):
+            value ^= value >> np.uint64(shift)
+            value *= np.uint64(0xBF58476D1CE4E5B9)
+        value ^= value >> np.uint64(31)
+    return np.asarray((value >> np.uint64(11)).astype(np.float64) / 2.0**53)
+
+
+def _some(spots: _Spots, index: Ints) -> _Spots:
+    """Some of the places."""
+    return _Spots(spots.places[index], spots.cells[index], spots.shares[index], spots.stands[index])
+
+
+def _pois(stands: Sequence[Stand], spots: _Spots, index: Ints, *, tall: bool) -> list[Poi]:
+    """Plants as points of interest; those with others before them may be coarser."""
+    found = []
+    for rank, k in enumerate(index.tolist()):
+        stand, share = stands[int(spots.stands[k])], float(spots.shares[k])
+        weights = dict(stand.cover.species) if tall else {}
+        names = list(weights) or list(_SHRUBS)
+        sums = np.cumsum(list(weights.values()) or [1.0] * len(_SHRUBS))
+        species = names[int(np.searchsorted(sums / sums[-1], share, side="right"))]
+        i, j = spots.cells[k].tolist()
+        name = f"area:{'tree' if tall else 'shrub'}:{stand.area.id}:{i}:{j}"
+        # The nearest ones hide most of those behind them.
+        behind = min(rank // 40, 3) if stand.cover.trees > 100.0 else 0
+        found.append(planted(name, spots.places[k], species, tall=tall, behind=behind))
+    return found
+
+
+def _far(spots: _Spots, index: Ints, around: Surroundings) -> tuple[StaticPart, ...]:
+    """Far trees; farther still, one stands for several."""
+    places = spots.places[index]
+    if not len(places):
+        return ()
+    cells, away = spots.cells[index], around.distances(places)
+    parts = []
+    budget = MOST_FAR
+    for grove in (False, True):
+        tufts = _TUFTS[grove]
+        here = away >= _GROVE if grove else away < _GROVE
+        if grove:
+            here &= (cells % 2 == 0).all(axis=1)
+        chosen = np.flatnonzero(here)
+        # Chance among near and far ones, or the budget would end at a ring.
+        rank = away[chosen] * (0.35 + 0.65 * spots.shares[index][chosen])
+        chosen = chosen[np.argsort(rank, kind="stable")][: budget // (tufts + 15)]
+        if not len(chosen):
+            continue
+        rng = np.random.default_rng(around.seed + 83 + int(grove))
+        scale = 1.75 if grove else 1.0
+        trees = grown(places[chosen], around.height_at(places[chosen]), scale, rng)
+        mesh, tint = far_trees(trees, tufts=tufts, rng=rng)
+        budget -= len(mesh.faces)
+        name = "groves" if grove else "trees"
+        parts.append(StaticPart(f"areas/{name}", "areas", Part(mesh, "leaf", tint)))
+    return tuple(parts)

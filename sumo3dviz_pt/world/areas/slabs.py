@@ -1,0 +1,380 @@
+"""Parking bays, platforms and yards that a scenario's stops mean: slabs beside lanes.
+
+Bays lie level with the road, because that is the height at which SUMO parks cars.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.materials.by_key import KERB, metres_per_tile, planar_uvs
+from sumo3dviz_pt.library.mesh.planar import closing, polygon_parts, subtract, union
+from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
+from sumo3dviz_pt.library.mesh.walls import walls
+from sumo3dviz_pt.library.street.furniture import FURNITURE, SHELTER
+from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
+from sumo3dviz_pt.model.network import Lane, Network
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import LeftOut, Part
+from sumo3dviz_pt.model.traffic import Bay, ParkingArea, Polygon, Stop
+from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.street.places import offset
+
+SOURCE = "stops"
+"""The `source` of the areas of stops."""
+
+REACH = 1500.0
+"""Slabs farther from every camera than this are left out [m]."""
+
+_DETAIL = 400.0  # lines, shelters and posts lie at most this far from a camera [m]
+_LINE = 0.10  # width of lines [m]
+_AISLE = 3.2  # half of the widest lane between facing rows of bays [m]
+_PLATFORM, _YARD = 3.0, 8.0  # depth of platforms and of yards for containers [m]
+_GAP = 0.08  # between rails' lane and platform [m]
+_DEFAULT_TOP = 0.55
+_TOPS: Mapping[str, float] = {"tram": 0.28, "rail_urban": 0.76, "subway": 0.95}
+"""Heights of platforms over the lane, by vClass [m]."""
+
+_POSTS = 4  # charging posts at a station, at most
+_DEEP = 0.4  # how far walls of slabs go into the ground [m]
+_SMALLEST = 3.0  # smaller pieces of platforms are left out [m2]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slab:
+    """A slab beside a lane.
+
+    Attributes:
+        id: Unique.
+        kind: `bays`, `platform` or `yard`.
+        shape: Its outline, which roads may cut [m].
+        bays: Of a parking area.
+        top: Height over the road beside it [m].
+        lane: The lane beside it.
+        line: Its border towards the lane, (n, 2) [m].
+    """
+
+    id: str
+    kind: str
+    shape: shapely.Geometry
+    bays: tuple[Bay, ...]
+    top: float
+    lane: Lane
+    line: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SlabGround:
+    """What slabs are laid by.
+
+    Attributes:
+        outline: Everything that is paved.
+        raised: Footways among it.
+        standing: Height of whatever lies on top: road, footway or ground.
+        ground_at: Height of the ground.
+        around: Cameras and memory.
+        near: A point of the network [m] near which texture coordinates are small.
+    """
+
+    outline: Sequence[shapely.Geometry]
+    raised: Sequence[shapely.Geometry]
+    standing: HeightAt
+    ground_at: HeightAt
+    around: Surroundings
+    near: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SlabParts:
+    """Slabs, ready for the scene.
+
+    Attributes:
+        parts: With materials whose names begin with `area:` where they show a surface.
+        shapes: What they cover.
+        left_out: What has no room.
+    """
+
+    parts: tuple[Part, ...] = ()
+    shapes: tuple[shapely.Geometry, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+
+def slabs_of(scenario: Scenario) -> tuple[Slab, ...]:
+    """Return the slabs of a scenario's parking areas, platforms and yards."""
+    network = scenario.network
+    found = [slab for area in scenario.parking if (slab := _parking(area, network)) is not None]
+    for stop in scenario.stops:
+        lane = network.lanes.get(stop.lane)
+        if lane is None or stop.kind not in ("train", "container"):
+            continue
+        deep = _PLATFORM if stop.kind == "train" else _YARD
+        kind = "platform" if stop.kind == "train" else "yard"
+        line, shape = _strip(lane, stop, deep, left_hand=network.left_hand)
+        tops = [_TOPS.get(name, _DEFAULT_TOP) for name in sorted(lane.allowed) if name in _RAILS]
+        top = min(tops, default=_DEFAULT_TOP) if kind == "platform" else 0.0
+        found.append(Slab(f"{stop.kind}:{stop.id}", kind, shape, (), top, lane, line))
+    return tuple(found)
+
+
+_RAILS = frozenset({"tram", "rail_urban", "rail", "rail_electric", "rail_fast", "subway"})
+
+
+def slab_polygons(scenario: Scenario) -> tuple[Polygon, ...]:
+    """Return slabs as areas on which nothing else may stand."""
+    found = []
+    for slab in slabs_of(scenario):
+        for number, part in enumerate(polygon_parts(slab.shape)):
+            ring = shapely.get_coordinates(part.exterior)
+            found.append(Polygon(f"slab:{slab.id}:{number}", "slab", ring, True, None, SOURCE))
+    return tuple(found)
+
+
+def build_slabs(scenario: Scenario, ground: SlabGround) -> SlabParts:
+    """Build the slabs, their lines, and the shelters and posts that stand at stops.
+
+    Args:
+        scenario: Its stops and parking areas.
+        ground: What they are laid by.
+    """
+    slabs = ground.around.memory.of(("slabs",), partial(slabs_of, scenario))
+    parts: list[Part] = []
+    shapes: list[shapely.Geometry] = []
+    cramped = 0
+    for slab in slabs:
+        middle = np.array(slab.shape.centroid.coords[0])[None]
+        away = float(ground.around.distances(middle)[0])
+        if away > REACH:
+            continue
+        low, high = np.reshape(slab.shape.bounds, (2, 2))
+        near = _near(ground.outline, low, high)
+        free = subtract(slab.shape, [union(near)]) if near else slab.shape
+        pieces = [part for part in polygon_parts(free) if part.area > _SMALLEST]
+        if slab.kind == "platform" and not pieces:
+            cramped += 1
+            continue
+        shapes += pieces
+        parts += _slab_parts(slab, pieces, ground, detailed=away < _DETAIL)
+    shown = [stop for stop in scenario.stops if stop.kind == "charging"]
+    for stop in shown:
+        parts += _posts(stop, scenario.network, slabs, ground)
+    why = LeftOut(f"{cramped} platforms", "there is no room beside the rails")
+    return SlabParts(tuple(parts), tuple(shapes), (why,) if cramped else ())
+
+
+def _near(shapes: Sequence[shapely.Geometry], low: Floats, high: Floats) -> list[shapely.Geometry]:
+    """What of shapes lies near a box."""
+    if not len(shapes):
+        return []
+    return [
+        shape
+        for shape in shapely.clip_by_rect(list(shapes), *(low - 2.0), *(high + 2.0))
+        if not shape.is_empty
+    ]
+
+
+def _parking(area: ParkingArea, network: Network) -> Slab | None:
+    """The asphalt of a parking area, from its bays to the lane."""
+    lane = network.lanes.get(area.lane)
+    if lane is None:
+        return None
+    side = 1.0 if network.left_hand else -1.0
+    edge = offset(lane.shape, side * (lane.width / 2.0 + 0.02))[:, :2]
+    border = shapely.LineString(edge)
+    shapes: list[shapely.Geometry] = []
+    for number, bay in enumerate(area.bays):
+        corners = bay.corners()
+        shape = shapely.Polygon(corners)
+        if number < area.roadside:
+            feet = shapely.line_interpolate_point(
+                border, shapely.line_locate_point(border, shapely.points(corners))
+            )
+            shape = shapely.MultiPoint([*corners, *shapely.get_coordinates(feet)]).convex_hull
+        shapes.append(shape.buffer(0.12, join_style="mitre"))
+    whole = closing(union(shapes), _AISLE if not area.roadside else 0.3)
+    return Slab(f"parking:{area.id}", "bays", whole, area.bays, 0.0, lane, edge)
+
+
+def _strip(
+    lane: Lane, stop: Stop, deep: float, *, left_hand: bool
+) -> tuple[Floats, shapely.Geometry]:
+    """The border of a strip beside a lane, (n, 2) [m], and the strip."""
+    side = 1.0 if left_hand else -1.0
+    shape = lane.shape[:, :2]
+    knots = arc_length(shape)
+    low, high = (share * knots[-1] for share in stop.span(lane.length))
+    inner = knots[(knots > low + 0.01) & (knots < high - 0.01)]
+    at = np.concatenate([[low], inner, [max(high, low + 1.0)]])
+    part = np.column_stack([np.interp(at, knots, column) for column in shape.T])
+    line = offset(part, side * (lane.width / 2.0 + _GAP))
+    back = offset(part, side * (lane.width / 2.0 + _GAP + deep))
+    strip = shapely.make_valid(shapely.Polygon(np.concatenate([line, back[::-1]])))
+    return line, shapely.MultiPolygon(polygon_parts(strip))
+
+
+def _slab_parts(
+    slab: Slab, pieces: Sequence[shapely.Polygon], ground: SlabGround, *, detailed: bool
+) -> list[Part]:
+    """A slab, its walls, and what is painted or stands on it."""
+    surface = {"bays": "asphalt_old", "yard": "concrete", "platform": "paving"}[slab.kind]
+
+    def top_at(places: Floats) -> Floats:
+        """Height of the slab; never below the ground."""
+        level = _lane_heights(slab.lane, places) + slab.top - 0.004
+        return np.asarray(np.maximum(level, ground.ground_at(places) + 0.012))
+
+    parts = _body(pieces, surface, top_at, ground)
+    if not detailed:
+        return parts
+    if slab.kind == "bays":
+        parts += _lines(_bay_lines(slab), pieces, top_at, ground)
+    if slab.kind == "platform":
+        edge = shapely.LineString(slab.line)
+        stripe = edge.buffer(0.62, cap_style="flat").difference(edge.buffer(0.5, cap_style="flat"))
+        parts += _lines([stripe], pieces, top_at, ground)
+        parts += _shelter(slab, pieces, top_at)
+    return parts
+
+
+def _lane_heights(lane: Lane, places: Floats) -> Floats:
+    """Height of a lane beside places, (n,) [m]."""
+    shape = lane.shape
+    knots = arc_length(shape[:, :2])
+    at = shapely.line_locate_point(shapely.LineString(shape[:, :2]), shapely.points(places))
+    return np.asarray(np.interp(at, knots, shape[:, 2]))
+
+
+def _body(
+    pieces: Sequence[shapely.Polygon], surface: str, top_at: HeightAt, ground: SlabGround
+) -> list[Part]:
+    """Top and walls of a slab."""
+    whole = [shapely.orient_polygons(shapely.segmentize(piece, 3.0)) for piece in pieces]
+    made = triangulate_many(whole)
+    if not len(made.faces):
+        return []
+    points = np.column_stack([made.vertices, top_at(made.vertices)])
+    uvs = planar_uvs(points, tile=metres_per_tile(surface), near=ground.near)
+    parts = [Part(Mesh(points, made.faces, None, uvs), f"area:{surface}")]
+    rings, feet = [], []
+    for piece in whole:
+        for ring in (piece.exterior, *piece.interiors):
+            flat = shapely.get_coordinates(ring)[:-1]
+            rings.append(np.column_stack([flat, top_at(flat)]))
+            feet.append(np.column_stack([flat, ground.ground_at(flat) - _DEEP]))
+    return [*parts, Part(walls(rings, feet), KERB)]
+
+
+def _bay_lines(slab: Slab) -> list[shapely.Geometry]:
+    """Lines between bays; along a lane also towards it."""
+    way = slab.line[-1] - slab.line[0]
+    heading = np.arctan2(way[1], way[0])
+    found: list[shapely.Geometry] = []
+    for bay in slab.bays:
+        a, b, c, d = bay.corners()
+        parallel = abs(np.sin(bay.yaw - heading)) < 0.2
+        sides = ((a, b), (c, d), (b, c)) if parallel else ((b, c), (d, a))
+        for one, other in sides:
+            line = shapely.LineString([one, other])
+            found.append(line.buffer(_LINE / 2.0, cap_style="square"))
+    return [union(found)] if found else []
+
+
+def _lines(
+    shapes: Sequence[shapely.Geometry],
+    pieces: Sequence[shapely.Polygon],
+    top_at: HeightAt,
+    ground: SlabGround,
+) -> list[Part]:
+    """White lines on a slab and on footways, but not on carriageways."""
+    if not shapes:
+        return []
+    whole = union(list(shapes))
+    low, high = np.reshape(whole.bounds, (2, 2))
+    roads = subtract(
+        union(_near(ground.outline, low, high)), [union(_near(ground.raised, low, high))]
+    )
+    free = polygon_parts(shapely.segmentize(subtract(whole, [roads]), 1.0))
+    made = triangulate_many(free)
+    if not len(made.faces):
+        return []
+    places = made.vertices
+    inside = np.zeros(len(places), dtype=np.bool_)
+    for piece in pieces:
+        inside |= shapely.intersects_xy(piece.buffer(0.02), places)
+    z = top_at(places) + 0.006
+    if not inside.all():
+        z[~inside] = ground.standing(places[~inside]) + 0.010
+    return [Part(Mesh(np.column_stack([places, z]), made.faces), "line_white")]
+
+
+def _shelter(slab: Slab, pieces: Sequence[shapely.Polygon], top_at: HeightAt) -> list[Part]:
+    """A shelter at the back of a platform, in its middle, where there is room."""
+    line = shapely.LineString(slab.line)
+    if line.length < SHELTER[0] + 2.0:
+        return []
+    middle = np.array(line.interpolate(0.5, normalized=True).coords[0])
+    ahead = np.array(line.interpolate(min(0.5 + 1.0 / line.length, 1.0), normalized=True).coords[0])
+    way = (ahead - middle) / max(float(np.hypot(*(ahead - middle))), 1e-9)
+    inward = np.array(slab.shape.centroid.coords[0]) - middle
+    normal = np.array([-way[1], way[0]])
+    out = normal if normal @ inward > 0.0 else -normal
+    place = middle + (_PLATFORM - SHELTER[1] / 2.0 - 0.3) * out
+    foot = shapely.Point(place).buffer(SHELTER[1] / 2.0)
+    if not any(shapely.covers(piece, foot) for piece in pieces):
+        return []
+    yaw = float(np.arctan2(-out[1], -out[0]))
+    stand = Transform.from_pose((*place, float(top_at(place[None])[0])), yaw=yaw)
+    return [replace(p, mesh=stand.mesh(p.mesh)) for p in FURNITURE["bus_shelter"](0)]
+
+
+def _posts(stop: Stop, network: Network, slabs: Sequence[Slab], ground: SlabGround) -> list[Part]:
+    """Posts of a charging station beside its lane, behind bays if there are some."""
+    lane = network.lanes.get(stop.lane)
+    if lane is None:
+        return []
+    low, high = (share for share in stop.span(lane.length))
+    side = 1.0 if network.left_hand else -1.0
+    count = int(np.clip((high - low) * lane.length / 6.0, 1, _POSTS))
+    parts: list[Part] = []
+    for k in range(count):
+        share = low + (high - low) * (k + 0.5) / count
+        spot = _post_spot(lane, share, side, slabs, ground)
+        if spot is not None:
+            place, yaw = spot
+            z = float(ground.standing(place[None])[0])
+            stand = Transform.from_pose((*place, z), yaw=yaw)
+            posts: Callable[[int], list[Part]] = FURNITURE["charging_post"]
+            parts += [replace(p, mesh=stand.mesh(p.mesh)) for p in posts(0)]
+    return parts
+
+
+def _post_spot(
+    lane: Lane, share: float, side: float, slabs: Sequence[Slab], ground: SlabGround
+) -> tuple[Floats, float] | None:
+    """Where a post stands, (2,) [m], and its direction [rad]; None without room near a camera."""
+    shape = lane.shape[:, :2]
+    knots = arc_length(shape)
+    at = share * knots[-1]
+    spot = np.array([np.interp(at, knots, column) for column in shape.T])
+    if float(ground.around.distances(spot[None])[0]) > _DETAIL:
+        return None
+    ends = np.clip([at - 0.5, at + 0.5], 0.0, knots[-1])
+    a, b = (np.array([np.interp(end, knots, column) for column in shape.T]) for end in ends)
+    way = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    out = side * np.array([-way[1], way[0]])
+    roads = subtract(
+        union(_near(ground.outline, spot - 12.0, spot + 12.0)),
+        [union(_near(ground.raised, spot - 12.0, spot + 12.0))],
+    )
+    for away in (0.55, 1.2, 2.4, 3.8, 5.6, 7.5):
+        place = spot + (lane.width / 2.0 + away) * out
+        point = shapely.Point(place)
+        taken = [slab for slab in slabs if slab.kind == "bays" and slab.shape.dwithin(point, 0.25)]
+        if not taken and not roads.dwithin(point, 0.3):
+            return place, float(np.arctan2(-out[1], -out[0]))
+    return None
