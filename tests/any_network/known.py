@@ -1,0 +1,21 @@
+"""Laws that are broken today, by law and number of the network, and why."""
+
+from __future__ import annotations
+
+import pytest
+
+_HILLS = "junctions take mean heights of the ways around, up to 0.12 m off the internal lanes"
+
+KNOWN: dict[tuple[str, int], str] = {
+    ("wrong_area", 43): "internal lanes that only people on foot and wheelchairs use are not drawn",
+    ("gaps", 43): "internal lanes that only people on foot and wheelchairs use are not drawn",
+    **{("floating_users", number): _HILLS for number in (2, 3, 10, 48)},
+    ("floating_users", 46): "hairpins overlap themselves, and the upper turn hides the lower one",
+}
+"""Whoever mends one takes it out of this table; until then its test is expected to fail."""
+
+
+def expect(request: pytest.FixtureRequest, law: str, number: int) -> None:
+    """Mark a running test as expected to fail where its law is known to be broken."""
+    if (law, number) in KNOWN:
+        request.applymarker(pytest.mark.xfail(reason=KNOWN[law, number], strict=True))
