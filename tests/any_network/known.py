@@ -14,6 +14,9 @@ KNOWN: dict[tuple[str, int], str] = {
 }
 """Whoever mends one takes it out of this table; until then its test is expected to fail."""
 
+EXAMPLES_KNOWN: dict[tuple[str, str], str] = {}
+"""The same of networks of the real world, by law and name."""
+
 
 def expect(request: pytest.FixtureRequest, law: str, number: int) -> None:
     """Mark a running test as expected to fail where its law is known to be broken."""
