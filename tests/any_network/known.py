@@ -7,8 +7,6 @@ import pytest
 _HILLS = "junctions take mean heights of the ways around, up to 0.12 m off the internal lanes"
 
 KNOWN: dict[tuple[str, int], str] = {
-    ("wrong_area", 43): "internal lanes that only people on foot and wheelchairs use are not drawn",
-    ("gaps", 43): "internal lanes that only people on foot and wheelchairs use are not drawn",
     **{("floating_users", number): _HILLS for number in (2, 3, 10, 48)},
     ("floating_users", 46): "hairpins overlap themselves, and the upper turn hides the lower one",
 }

@@ -352,10 +352,16 @@ def _spread(part: StaticPart) -> Floats:
 
 
 def _is_drawn(edge: Edge, lane: Lane) -> bool:
-    """Whether a lane has a surface at all: waterways and lanes without length have none."""
+    """Whether a lane has a surface of its own.
+
+    Waterways have none, nor have lanes without length. People on foot turn round on the spot:
+    of their lanes inside junctions only what lies within outlines is paved.
+    """
+    inside = edge.function == "internal"
     length = float(np.hypot(*np.ptp(lane.shape[:, :2], axis=0)))
-    water = bool(lane.allowed) and lane.allowed <= {"ship"}
-    return not water and length >= (0.05 if edge.function != "internal" else 1e-3)
+    none = {"ship"} | ({"pedestrian", "wheelchair"} if inside else set())
+    bare = bool(lane.allowed) and lane.allowed <= none
+    return not bare and length >= (1e-3 if inside else 0.05)
 
 
 def _lane_area(lane: Lane) -> shapely.Geometry:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,6 +11,7 @@ from any_network.known import expect
 from any_network.laws import floating_users, gaps, overlaps, wrong_area, wrong_heads
 from any_network.programs import why_missing
 from any_network.recipes import RECIPES
+from any_network.simulation import LOG, NET, SIGNALS, TYPES, simulate
 from any_network.towns import Town, made_town, name_of
 
 from sumo3dviz_pt.job.settings import SignalSettings
@@ -27,6 +29,18 @@ def town(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Town]:
     yield made_town(request.param, tmp_path_factory.mktemp("towns"))
+
+
+@pytest.mark.parametrize("number", [4, 9, 28])
+def test_a_number_means_the_same_network_and_traffic_each_time(number, tmp_path):
+    one, other = (simulate(number, tmp_path / name) for name in ("one", "other"))
+    names = sorted(path.name for path in one.iterdir())
+    assert {NET, LOG, SIGNALS, TYPES} <= set(names)
+    assert names == sorted(path.name for path in other.iterdir())
+    for name in names:
+        # SUMO tells the time and its options in comments.
+        texts = [(folder / name).read_text(encoding="utf-8") for folder in (one, other)]
+        assert len({re.sub(r"<!--.*?-->", "", text, flags=re.S) for text in texts}) == 1, name
 
 
 @pytest.mark.parametrize("law", [wrong_area, gaps, overlaps], ids=lambda law: law.__name__)
