@@ -211,7 +211,10 @@ def overlaps(drawn: Drawn) -> Iterator[str]:
 
 
 def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
-    """Yield road users whose logged front stands on no surface of its own kind."""
+    """Yield road users whose logged front stands on no surface of its own kind.
+
+    Rows beside their own lane are left out; some logs have them in bends.
+    """
     cells = drawn.layout.cells
     tree = shapely.STRtree(cells.polygons)
     for trace in scenario.traffic.traces:
@@ -219,7 +222,12 @@ def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
         if trace.kind == "container" or kind in _FLYING:
             continue
         lanes = [scenario.traffic.lane_names[k] if k >= 0 else "" for k in trace.lanes]
-        rows = [row for row, lane in enumerate(lanes) if lane in drawn.lanes]
+        spots = shapely.points(trace.positions[:, :2])
+        rows = [
+            row
+            for row, lane in enumerate(lanes)
+            if lane in drawn.lanes and shapely.dwithin(drawn.lanes[lane], spots[row], 0.01)
+        ]
         if not rows:
             continue
         spots = trace.positions[rows]
