@@ -11,7 +11,7 @@ KNOWN: dict[tuple[str, int], str] = {
     ("floating_users", 46): "hairpins overlap themselves, and the upper turn hides the lower one",
     **{
         ("before_camera", number): "the proposed overview stands wherever traffic is seen best"
-        for number in (0, 3, 9, 27, 30, 42)
+        for number in (0, 3, 9, 21, 27, 30, 42)
     },
     ("standing_on_roads", 39): "poles of signals stand on the joined junction",
     ("standing_on_roads", 48): "heads of signals and a corner of a house reach over lanes",
