@@ -15,6 +15,9 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 from sumo3dviz_pt.world.roads.layout import layout_roads
 
+EVERY = 3
+"""Of so many networks one is built with houses and plants and rendered, the others plainly."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Town:

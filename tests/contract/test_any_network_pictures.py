@@ -15,7 +15,7 @@ from any_network.known import expect
 from any_network.laws import before_camera, standing_on_roads
 from any_network.programs import why_missing
 from any_network.recipes import RECIPES
-from any_network.towns import Town, made_town, name_of
+from any_network.towns import EVERY, Town, made_town, name_of
 
 from sumo3dviz_pt.job.meanings import default
 from sumo3dviz_pt.job.settings import Job
@@ -23,7 +23,6 @@ from sumo3dviz_pt.model.scene import StaticPart
 from sumo3dviz_pt.pipeline.production import Request, prepare
 from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
 
-EVERY = 3
 SIZE = (96, 54)
 
 pytestmark = [
