@@ -1,0 +1,85 @@
+"""Every third network with all that our code adds, and a picture of one of its cameras.
+
+Building and rendering all of them would take a quarter of an hour. Which camera is rendered goes
+round by the network's number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from any_network.known import expect
+from any_network.laws import before_camera, standing_on_roads
+from any_network.programs import why_missing
+from any_network.recipes import RECIPES
+from any_network.towns import EVERY, Town, made_town, name_of
+
+from sumo3dviz_pt.job.meanings import default
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.scene import StaticPart
+from sumo3dviz_pt.pipeline.production import Request, prepare
+from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
+
+SIZE = (96, 54)
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(why_missing()), reason=why_missing() or "SUMO is here"),
+]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Built:
+    """A town with all that stands around its proposed overview.
+
+    Attributes:
+        town: The town.
+        job: The scene file that `init` writes.
+        time: In the middle of the proposed shots [s].
+        static: What does not move.
+    """
+
+    town: Town
+    job: Job
+    time: float
+    static: tuple[StaticPart, ...]
+
+
+@pytest.fixture(scope="module", params=range(0, len(RECIPES), EVERY), ids=name_of)
+def built(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Built]:
+    town = made_town(request.param, tmp_path_factory.mktemp("towns"))
+    job = town.job(default("template"))
+    time = 0.5 * (job.shots[0].start + job.shots[0].end)
+    made = prepare(job, Request(camera="overview"), np.array([time]))
+    yield Built(town, job, time, made.shot.data.static)
+
+
+def test_nothing_stands_where_vehicles_drive(built, request):
+    expect(request, "standing_on_roads", built.town.number)
+    faults = list(standing_on_roads(built.town.drawn, built.static))
+    assert not faults, "\n".join(faults[:20])
+
+
+def test_nothing_stands_before_the_proposed_camera(built, request):
+    expect(request, "before_camera", built.town.number)
+    camera = built.job.cameras["overview"]
+    eye, target = np.array(camera.position), np.array(camera.look_at)
+    faults = list(before_camera(eye, target, built.static))
+    assert not faults, "\n".join(faults[:20])
+
+
+def test_a_proposed_camera_takes_a_picture(built, request):
+    expect(request, "picture", built.town.number)
+    names = sorted(built.job.cameras)
+    name = names[built.town.number // EVERY % len(names)]
+    asked = Request(camera=name, size=SIZE, quality="draft", variant="scalar")
+    with OpenShot(prepare(built.job, asked, np.array([built.time]))) as shot:
+        still = shot.still(built.time)
+    assert np.isfinite(still.radiance).all()
+    picture = still.develop()
+    assert 8.0 < picture.mean() < 247.0 and picture.std() > 4.0
