@@ -369,5 +369,6 @@ def _likelihood(model: Model, size: BodySize, vclass: str) -> float:
         return 1.0
     off = (model.filled(size[0]) / size[0] - 1.0) / _LENGTH_SPREAD
     if vclass in _WIDTHS_COUNT:
-        off = float(np.hypot(off, (model.size[1] / size[1] - 1.0) / _WIDTH_SPREAD))
+        aside = float(np.clip((model.size[1] / size[1] - 1.0) / _WIDTH_SPREAD, -2.0, 2.0))
+        return float(np.exp(-(off**2) - aside**2)) + 1e-12
     return float(np.exp(-(off**2))) + 1e-6
