@@ -18,7 +18,7 @@ from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.traffic import VehicleType
 
 HULLS = [name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "hull"]
-WAGONS = ["wagon_container", "wagon_covered", "wagon_tank"]
+WAGONS = ["wagon_container", "wagon_covered", "wagon_last", "wagon_tank"]
 TRAINS = ["cab_car", "carriage", "control_car", "locomotive", "tram_front", "tram_middle"]
 RAIL = [*TRAINS, *WAGONS]
 SHIPS = ["ship", "ship_bow", "ship_hold", "ship_stern"]
@@ -101,7 +101,7 @@ class TestEveryHull:
         for lamp in meta["lamps"]:
             x, y, _ = lamp["at"]
             behind = -x if np.cos(lamp["yaw"]) > 0 else x + meta["length"]
-            if name in ("boat", "ferry", *AIRCRAFT):
+            if name in ("boat", "ferry", *SHIPS, *AIRCRAFT):
                 assert -0.02 <= behind <= 0.95 * meta["length"]
                 continue
             assert -0.02 <= behind <= 1.6
