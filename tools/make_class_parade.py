@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -34,6 +34,9 @@ LENGTH = 640.0
 
 START = 450.0
 """Where fronts are at first [m]; the longest train has 400 m."""
+
+LONGEST = 90.0
+"""Of a train in the picture, whose exhibits stand 170 m apart [m]."""
 
 SECONDS = 16
 SPEED = 3.0  # of everyone [m/s]
@@ -217,6 +220,7 @@ def draw(routes: Path, picture: Path) -> None:
 
 def _exhibit(kind: VehicleType) -> Exhibit:
     """A road user on a grid, a person beside it."""
+    kind = replace(kind, length=min(kind.length, LONGEST))
     looks = looks_for(())
     options = {"models": models_for({}), "own": {}, "seed": 1, "looks": looks}
     choice = choose(kind, name=kind.id, **options)
