@@ -16,13 +16,16 @@ import numpy as np
 from sumo3dviz_pt.library.mesh.grids import grid_faces
 from sumo3dviz_pt.library.mesh.solids import shaded
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Fitting
-from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, settled
 
 _SIDES = ((0.06, 8), (0.3, 14), (1.2, 20), (np.inf, 32))
 """Facets around a loft whose largest half size is below the first number [m]."""
 
-_FAR_SIDES = 8  # facets around a loft at the far level
-_FAR_RINGS = 6  # rings along it, at most
+_LARGE = 1.0
+"""Half size from which a loft keeps more of its facets at the far level [m]."""
+
+_FAR_SIDES = (8, 14)  # facets around a loft at the far level, small or large
+_FAR_RINGS = (6, 10)  # rings along it, at most
 
 _TURN = np.radians(12.0)
 """A skin's facets turn by no more than this around its body."""
@@ -47,10 +50,11 @@ def loft(piece: Fitting) -> Mesh:
 def far_loft(piece: Fitting) -> Mesh:
     """Build the same body with few facets."""
     rows = np.asarray(piece.outline, dtype=np.float64)
-    if len(rows) > _FAR_RINGS:
-        kept = np.linspace(0, len(rows) - 1, _FAR_RINGS).round().astype(np.int64)
+    large = int(rows[:, 3:5].max() >= _LARGE)
+    if len(rows) > _FAR_RINGS[large]:
+        kept = np.linspace(0, len(rows) - 1, _FAR_RINGS[large]).round().astype(np.int64)
         rows = rows[kept]
-    return _body(rows, _FAR_SIDES)
+    return _body(rows, _FAR_SIDES[large])
 
 
 def skin(piece: Fitting) -> Mesh:
@@ -101,13 +105,13 @@ def _rings(rows: Floats, turn: Floats) -> Floats:
     """Points of sections at angles from the top to the left, (n, t, 3) [m]."""
     d, y, z, half, up, power = (rows[:, k, None] for k in range(6))
     sine, cosine = np.sin(turn), np.cos(turn)
-    # Exactly symmetric in y, and exactly on the axes.
+    # Exactly on the axes.
     sine, cosine = sine.round(12), cosine.round(12)
     across = np.sign(sine) * np.abs(sine) ** (2.0 / power)
     upwards = np.sign(cosine) * np.abs(cosine) ** (2.0 / power)
     full = np.broadcast_to
     shape = (len(rows), len(turn))
-    return np.stack([full(d, shape), y + half * across, z + up * upwards], axis=-1)
+    return settled(np.stack([full(d, shape), y + half * across, z + up * upwards], axis=-1))
 
 
 def _caps(rows: Floats, sides: int) -> list[Ints]:
@@ -134,7 +138,7 @@ def _wing(stations: Sequence[Sequence[float]], chord: Sequence[float]) -> Mesh:
     offset = (rows[:, 3] * rows[:, 4])[:, None] * lift
     y, z = (rows[:, k, None] + offset * up[k - 1] for k in (1, 2))
     count = len(along)
-    vertices = np.stack([d, y, z], axis=-1).reshape(-1, 3)
+    vertices = settled(np.stack([d, y, z], axis=-1).reshape(-1, 3))
     faces = np.concatenate(
         [grid_faces(len(rows), count, closed=True), *_caps(rows[:, [0, 1, 2, 3, 3]], count)]
     )

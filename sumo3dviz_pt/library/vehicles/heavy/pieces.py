@@ -315,7 +315,11 @@ _KINDS: Mapping[str, Callable[[Fitting], Mesh]] = {
     "foil": foil,
 }
 
-_COARSE: Mapping[str, Callable[[Fitting], Mesh]] = {"loft": far_loft, "foil": far_foil}
+_COARSE: Mapping[str, Callable[[Fitting], Mesh]] = {
+    "loft": far_loft,
+    "foil": far_foil,
+    "skin": skin,
+}
 """Kinds that no box looks like from afar."""
 
 

@@ -233,7 +233,7 @@ def test_recipe_errors_name_the_place():
         read_hull_vehicle(small(wheels=3))
 
 
-@pytest.mark.parametrize("name", ["container", "ship_hold"])
+@pytest.mark.parametrize("name", ["airliner", "container", "quadcopter", "ship_hold", "wagon_tank"])
 def test_baked_files_are_what_the_recipe_says(tmp_path, name):
     entry = find("vehicles", name)
     (tmp_path / "asset.yaml").write_bytes((entry.folder / "asset.yaml").read_bytes())
