@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -15,12 +17,15 @@ from sumo3dviz_pt.cast.choice import (
     FigureChoice,
     ModelChoice,
     PlainChoice,
+    UserChoice,
     choose,
     drawn_class,
     looks_for,
     models_for,
 )
 from sumo3dviz_pt.cast.colours import ARMY, paint_of
+from sumo3dviz_pt.cast.own_looks import OwnLooks
+from sumo3dviz_pt.job.values import OwnLook
 from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
 from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.sumo.classes import CLASS_DEFAULTS
@@ -238,3 +243,31 @@ def test_any_size_of_any_class_gives_a_body_of_its_length(vclass, length, width,
         assert body.size[0] == pytest.approx(length, rel=0.02)
     model = choice.model
     assert body.size[1] / model.size[1] == pytest.approx(1.0, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    "model", [model for model in MODELS if model.vclasses], ids=lambda m: m.name
+)
+def test_a_scene_file_can_give_any_model_to_any_class(model):
+    own = OwnLooks({"a*": OwnLook(model=model.name, colour="#204060")})
+    for vclass in ("passenger", "aircraft", min(model.vclasses)):
+        size = default_size(vclass) if vclass in CLASS_DEFAULTS else CAR_SIZE
+        choice = own.choice(VehicleType("t", vclass, *size), name="a1", walks=False)
+        assert isinstance(choice, ModelChoice)
+        assert choice.model.name == model.name
+    assert own.choice(VehicleType("t", "passenger", *CAR_SIZE), name="b", walks=False) is None
+    assert own.paint("a1", "t") is not None
+
+
+@pytest.mark.parametrize("vclass", sorted(OF_CLASS))
+def test_a_users_own_file_replaces_any_class(vclass):
+    kind = VehicleType("t", vclass, *default_size(vclass), CLASS_DEFAULTS[vclass].gui_shape)
+    path = Path("own.glb")
+    choice = choose(kind, name="a", models=MODELS, own={"t": path}, seed=1, looks=LOOKS)
+    assert choice == UserChoice(path, drawn_class(kind), kind.length)
+
+
+@pytest.mark.parametrize("vclass", sorted(OF_CLASS))
+def test_sumos_colours_count_for_every_class(vclass):
+    kind = VehicleType("t", vclass, *default_size(vclass), colour=(0.2, 0.4, 0.1))
+    assert paint_of(drawn_class(kind), kind, key="a", colours="sumo", seed=1) == (0.2, 0.4, 0.1)
