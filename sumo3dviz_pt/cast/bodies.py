@@ -112,7 +112,7 @@ def _ride(meta: Mapping[str, Any], vclass: str) -> str:
     """What a model does when it is accelerated."""
     build = str(meta.get("build", "car"))
     if build == "cycle":
-        return "lean"
+        return "" if meta["recipe"].get("half_track") else "lean"
     if vclass in RAIL_CLASSES or vclass == "ship" or build == "hull":
         return ""
     return "car" if float(meta["length"]) < _HEAVY else "heavy"

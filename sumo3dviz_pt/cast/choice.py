@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -30,12 +31,40 @@ CAR_CLASSES = frozenset(
 LIVERIES = frozenset(["taxi", "police"])
 """Car classes with models of their own."""
 
-_OWN_SHAPES = frozenset(["firebrigade", "police"])
+_OWN_SHAPES = frozenset(["firebrigade", "police", "rickshaw"])
 """guiShapes that are no vClass but have models."""
+
+_SHAPES_OF_RAIL = {"light": "tram", "city": "rail_urban", "fast": "rail_fast"}
+"""Classes that the guiShapes `rail/light` and so on mean, which SUMO had up to version 0.27."""
+
+CARGO = "rail/cargo"
+"""SUMO's guiShape of goods trains."""
+
+_CARGO_WORDS = ("cargo", "freight", "goods")
+"""Words in a vType's id that tell of a goods train."""
+
+_NEXT: Mapping[str, str] = {
+    **{"trailer": "truck", "truck": "delivery", "coach": "bus", "delivery": "truck"},
+    **{"rail_fast": "rail", "rail_electric": "rail", "subway": "rail_urban", "tram": "rail_urban"},
+    **{"emergency": "delivery", "firebrigade": "truck", "rail_urban": "tram"},
+}
+"""Whose models stand for a class, if it has none of about that length."""
+
+_WIDTHS_COUNT = frozenset(["ship", "aircraft"])
+"""Classes whose models differ in width at the same length."""
+
+_WIDTH_SPREAD = 0.4
+"""Relative difference in width at which one of these becomes 1/e as likely."""
+
+_RIDDEN = frozenset(["bicycle", "moped", "motorcycle", "scooter", "rickshaw"])
+"""Classes around a rider, who has a person's size whatever the vType's size is."""
 
 _STRETCHES = (1.5, 2.0)
 """Factors by which a model is stretched or squeezed to a vType's length, at most: the second
 only where no model would do with the first, as it still looks better than a box."""
+
+_LOOSE = {"drone": 8.0, "cable_car": 3.0}
+"""The same for classes whose few models look much alike at any length."""
 
 DEFAULT_CAR: BodySize = (5.0, 1.8, 1.5)
 """SUMO's size of the class passenger; the real car may have any."""
@@ -223,7 +252,9 @@ def drawn_class(kind: VehicleType) -> str:
     The guiShape wins over the vClass, whose first purpose is to tell which lanes a vehicle may
     use; but some classes have a guiShape that is too coarse for them.
     """
-    shape = kind.gui_shape.split("/")[0]
+    shape, _, detail = kind.gui_shape.partition("/")
+    if shape == "rail":
+        shape = _SHAPES_OF_RAIL.get(detail, shape)
     known = shape in CAR_CLASSES | PLAIN_CLASSES and kind.vclass not in _COARSE_SHAPES
     vclass = shape if known or shape in _OWN_SHAPES else kind.vclass
     if vclass == "delivery" and kind.length < _CAR_LENGTHS[1] and kind.height < TALLEST_CAR:
@@ -266,22 +297,50 @@ def choose(
     # Models that serve the class and can have the length.
     size = (kind.length, kind.width, kind.height)
     cars = Carriages.of(kind.params) if vclass in RAIL_CLASSES else None
-    serving = [model for model in models if vclass in model.vclasses]
-    if not serving and vclass in LIVERIES:
-        serving = [model for model in models if "passenger" in model.vclasses]
-    if vclass not in CAR_CLASSES:
-        able = _able(serving, kind.length)
-        trains = [model for model in serving if cars is not None and model.pitch]
-        serving = trains or able
+    serving = _serving(vclass, kind, models, coupled=cars is not None)
     if not serving:
         return PlainChoice("passenger" if vclass in LIVERIES else vclass, size)
-    # Draw one of them; models of about the right length are likelier.
-    serving = [model for model in serving if kind.gui_shape in model.gui_shapes] or serving
-    weights = [
-        model.share * _likelihood(model.filled(kind.length), wanted=kind.length)
-        for model in serving
-    ]
-    return ModelChoice(serving[pick(weights, share_of(seed, name, "body"))], vclass, size, cars)
+    # Draw one of them; models of about the right size are likelier.
+    stand_in = not any(vclass in model.vclasses for model in serving)
+    shapes = {_shape_of(kind), _NEXT.get(vclass, "") if stand_in else ""}
+    serving = _meant(serving, shapes)
+    weights = [model.share * _likelihood(model, size, vclass) for model in serving]
+    drawn = serving[pick(weights, share_of(seed, name, "body"))]
+    if vclass in _RIDDEN and size == DEFAULT_CAR:
+        size = drawn.size
+    # Models of another class are fitted as those of their own.
+    fitted_as = vclass if vclass in drawn.vclasses or vclass in CAR_CLASSES else min(drawn.vclasses)
+    return ModelChoice(drawn, fitted_as, size, cars)
+
+
+def _shape_of(kind: VehicleType) -> str:
+    """A vType's guiShape, or that of a goods train where its id tells of one."""
+    rail = kind.gui_shape.startswith("rail") or kind.vclass in ("rail", "rail_electric")
+    named = any(word in kind.id.lower() for word in _CARGO_WORDS)
+    return CARGO if rail and named else kind.gui_shape
+
+
+def _serving(
+    vclass: str, kind: VehicleType, models: Sequence[Model], *, coupled: bool
+) -> list[Model]:
+    """The models that a vType of a class may show; those of the next class if there are none."""
+    own = [model for model in models if vclass in model.vclasses]
+    if not own and vclass in LIVERIES:
+        own = [model for model in models if "passenger" in model.vclasses]
+    if vclass in CAR_CLASSES or (vclass in _RIDDEN and kind.length == DEFAULT_CAR[0]):
+        return own
+    trains = [model for model in own if coupled and model.pitch]
+    if trains:
+        return trains
+    factors = (*_STRETCHES, _LOOSE[vclass]) if vclass in _LOOSE else _STRETCHES
+    other = [model for model in models if _NEXT.get(vclass) in model.vclasses]
+    return _able(own, kind.length, factors) or _able(other, kind.length, _STRETCHES)
+
+
+def _meant(models: list[Model], shapes: AbstractSet[str]) -> list[Model]:
+    """The models that have one of some guiShapes, or else all; goods trains are always meant."""
+    meant = [model for model in models if shapes & {*model.gui_shapes}]
+    return meant or [model for model in models if model.gui_shapes != (CARGO,)] or models
 
 
 def can_be(model: Model, length: float, *, most: float = _STRETCHES[0]) -> bool:
@@ -295,17 +354,21 @@ def can_be(model: Model, length: float, *, most: float = _STRETCHES[0]) -> bool:
     return 1.0 / most < length / model.filled(length) < most
 
 
-def _able(models: Sequence[Model], length: float) -> list[Model]:
+def _able(models: Sequence[Model], length: float, factors: Sequence[float]) -> list[Model]:
     """The models that can be stretched to a length [m], no farther than needed."""
-    for most in _STRETCHES:
+    for most in factors:
         able = [model for model in models if can_be(model, length, most=most)]
         if able:
             return able
     return []
 
 
-def _likelihood(length: float, *, wanted: float) -> float:
-    """How likely a model is drawn for a vType of a length [m]."""
-    if wanted == DEFAULT_CAR[0]:
+def _likelihood(model: Model, size: BodySize, vclass: str) -> float:
+    """How likely a model is drawn for a vType of a size."""
+    if size[0] == DEFAULT_CAR[0]:
         return 1.0
-    return float(np.exp(-(((length / wanted - 1.0) / _LENGTH_SPREAD) ** 2))) + 1e-6
+    off = (model.filled(size[0]) / size[0] - 1.0) / _LENGTH_SPREAD
+    if vclass in _WIDTHS_COUNT:
+        aside = float(np.clip((model.size[1] / size[1] - 1.0) / _WIDTH_SPREAD, -2.0, 2.0))
+        return float(np.exp(-(off**2) - aside**2)) + 1e-12
+    return float(np.exp(-(off**2))) + 1e-6

@@ -88,10 +88,17 @@ SOBER = Palette(tuple(row[0] for row in _PAINTS), tuple(row[2] for row in _PAINT
 CLOTHES = Palette(tuple(row[0] for row in _COATS), tuple(row[1] for row in _COATS))
 """Coats of people on foot."""
 
+ARMY = Palette(
+    ((0.060, 0.068, 0.036), (0.048, 0.060, 0.034), (0.230, 0.185, 0.115)), (5.0, 3.0, 1.0)
+)
+"""Military vehicles: olive, bronze green, sand."""
+
 SUMO_YELLOW: Colour = (0.8, 0.8, 0.02)
 """What SUMO's GUI paints a vehicle without a colour, as a reflectance that paint can have."""
 
-_COLOURFUL_CLASSES = frozenset(["passenger", "motorcycle", "moped", "bicycle", "scooter"])
+_COLOURFUL_CLASSES = frozenset(
+    ["passenger", "motorcycle", "moped", "bicycle", "scooter", "rickshaw", "wheelchair"]
+)
 
 
 def paint_of(
@@ -115,6 +122,8 @@ def paint_of(
         return CLOTHES.draw(seed, key)
     if not isinstance(colours, str):
         return own_palette(colours).draw(seed, key)
+    if kind.vclass == "army":
+        return ARMY.draw(seed, key)
     return (EUROPEAN if vclass in _COLOURFUL_CLASSES else SOBER).draw(seed, key)
 
 

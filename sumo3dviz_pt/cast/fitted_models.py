@@ -42,6 +42,9 @@ _LARGEST_STRETCH = 1.25
 _LARGEST_SCALE = 1.12
 """Bodies that may be longer or shorter are scaled as a whole by no more than this."""
 
+_OF_NO_HEIGHT = frozenset(["aircraft", "drone", "cable_car"])
+"""Classes for which SUMO's default height is that of a car; their models keep their shape."""
+
 _OVAL = 0.04
 """Wheels that would be less oval than this are left alone."""
 
@@ -84,7 +87,10 @@ def fitted_model(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoi
         return _scaled(entry, prototypes, choice)
     if entry.meta.get("recipe", {}).get("stretch"):
         return _given(entry, prototypes, choice)
-    scale = model_scale(choice.model.size, wanted=choice.size, car=choice.vclass in CAR_CLASSES)
+    size = choice.size
+    if choice.vclass in _OF_NO_HEIGHT and size[2] == DEFAULT_CAR[2]:
+        size = (*size[:2], choice.model.size[2] * size[0] / choice.model.size[0])
+    scale = model_scale(choice.model.size, wanted=size, car=choice.vclass in CAR_CLASSES)
     unit = _rounded(_unit(entry, prototypes, at=0.0), prototypes, ratio=float(scale[0] / scale[2]))
     return Fitted((unit,), scale, sizes(scale * choice.model.size))
 
@@ -97,7 +103,7 @@ def _scaled(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -
 
 
 def _given(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) -> Fitted:
-    """Where it may give, so that cab and wheels keep their shape."""
+    """Where it may give, so that cab and wheels keep their shape; as wide as its vType."""
     length, width, height = choice.model.size
     across = float(np.sqrt(choice.size[1] / width * choice.size[2] / height))
     factor = float(np.clip(across, 1.0 / _LARGEST_SCALE, _LARGEST_SCALE))
@@ -111,7 +117,8 @@ def _given(entry: catalog.Entry, prototypes: Prototypes, choice: ModelChoice) ->
     wheels = tuple(replace(place, at=stretch.moved_point(place.at)) for place in plain.wheels)
     unit = Unit(body, wheels=wheels, model=entry.name, given=stretch)
     along = choice.size[0] / (length + stretch.gain)
-    scale = np.array([along, factor, factor])
+    aside = np.clip(choice.size[1] / width, factor / _LARGEST_SCALE, factor * _LARGEST_SCALE)
+    scale = np.array([along, float(aside), factor])
     return Fitted((unit,), scale, sizes(scale * (length + stretch.gain, width, height)))
 
 

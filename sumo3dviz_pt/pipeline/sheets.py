@@ -138,6 +138,16 @@ def draw_sheet(order: SheetOrder) -> None:
     _compose(made, order)
 
 
+def draw_exhibits(shown: Sequence[Exhibit], order: SheetOrder) -> None:
+    """Draw a contact sheet of exhibits that are not the catalogue's.
+
+    Args:
+        shown: What to draw.
+        order: Size, quality and where to; its name counts for nothing.
+    """
+    _compose(list(_exhibits(shown, order)), order)
+
+
 def _skies(order: SheetOrder) -> Iterator[_Picture]:
     """Yield every sky beside its sun or moon, over a few things that it lights."""
     from sumo3dviz_pt.shot.still_life import still_life

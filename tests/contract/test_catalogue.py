@@ -106,9 +106,14 @@ def test_vehicle_uses_known_materials_and_has_a_far_level(name: str) -> None:
     meta = catalog.find("vehicles", name).meta
     assert meta["parts"] and meta["far"]
     assert {part["material"] for part in [*meta["parts"], *meta["far"]]} <= set(MATERIALS)
+    if "aircraft" in meta["vclass"] or "drone" in meta["vclass"]:
+        # Gates of the largest category F take a span of 80 m (ICAO Annex 14).
+        assert 0.4 < meta["width"] < 80.0
+        return
     # SUMO's longest carriages have 26.4 m; roads allow 2.55 m, rails 3.15 m, locks 11.4 m.
-    assert 1.0 < meta["length"] < 30.0
-    widest = 2.6 if meta["build"] != "hull" else 11.4 if "ship" in name else 3.15
+    afloat = "ship" in name or "ship" in meta["vclass"]
+    assert 1.0 < meta["length"] < (50.0 if afloat else 30.0)
+    widest = 2.6 if meta["build"] != "hull" else 11.4 if afloat else 3.15
     assert 0.6 < meta["width"] < widest
 
 

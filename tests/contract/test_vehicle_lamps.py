@@ -15,7 +15,10 @@ TWO_WHEELED = CYCLES | {"motorcycle", "moped"}
 RAIL = frozenset(
     ["tram", "rail", "rail_urban", "rail_electric", "rail_fast", "subway", "cable_car"]
 )
-NO_VEHICLE = frozenset(["container", "ship"])
+NO_VEHICLE = frozenset(["container", "ship", "aircraft", "drone", "wheelchair"])
+"""Classes that show other lights than those of the road, or none."""
+
+NARROW = TWO_WHEELED | {"rickshaw"}
 DRIVEN = {
     name: model
     for name in catalog.names("vehicles")
@@ -46,7 +49,7 @@ def test_there_is_something_to_test() -> None:
 def test_head_lamps_shine_forward_and_tail_lamps_backward(name: str) -> None:
     pieces = units(name)
     first, last = roles(pieces[0], ahead=True), roles(pieces[-1], ahead=False)
-    narrow = bool(DRIVEN[name].vclasses & TWO_WHEELED)
+    narrow = bool(DRIVEN[name].vclasses & NARROW)
     assert first.count("head") >= (1 if narrow else 2)
     assert last.count("tail") >= (1 if narrow else 2)
     for meta in pieces:

@@ -9,7 +9,6 @@ from sumo3dviz_pt.library.vehicles.build import MaterialMesh
 from sumo3dviz_pt.library.vehicles.halves import on_both_sides
 from sumo3dviz_pt.library.vehicles.heavy.pieces import bevelled
 from sumo3dviz_pt.library.vehicles.plain_lamps import UNLIT
-from sumo3dviz_pt.library.vehicles.wheelchair import wheelchair
 from sumo3dviz_pt.model.scene import Part, Prototype
 
 BodySize = tuple[float, float, float]
@@ -26,7 +25,7 @@ def plain_body(vclass: str, *, length: float, width: float, height: float) -> Pr
     """Build a body of a size: a bevelled box, on wheels where it rolls.
 
     Args:
-        vclass: SUMO's vClass, or another word; a `wheelchair` is one with a person in it.
+        vclass: SUMO's vClass, or another word.
         length: [m], > 0.
         width: [m], > 0.
         height: [m], > 0.
@@ -40,10 +39,7 @@ def plain_body(vclass: str, *, length: float, width: float, height: float) -> Pr
 
 
 def _pieces(vclass: str, size: BodySize, *, fine: bool) -> Iterator[MaterialMesh]:
-    """The box with two axles, or the wheelchair."""
-    if vclass == "wheelchair":
-        yield from wheelchair(fine=fine)
-        return
+    """The box with two axles."""
     length, width, height = size
     rolls = vclass not in _WITHOUT_WHEELS
     radius = min(_LARGEST_WHEEL, 0.2 * height, 0.15 * length) if rolls else 0.0

@@ -240,19 +240,19 @@ def test_rider_is_found_by_id_or_key():
 
 def test_plain_bodies_share_prototypes_and_are_announced_once(caplog):
     types = {"long": VehicleType("long", "bus", 12.1, 2.5, 3.4), **TYPES}
-    types["jet"] = VehicleType("jet", "aircraft", 39.0, 34.0, 12.0)
+    types["stub"] = VehicleType("stub", "rail", 5.0, 2.8, 3.6)
     trajectories = [
         trajectory_of("a", type_id="bus"),
         trajectory_of("b", type_id="long"),
         trajectory_of("c", kind="person", type_id="ped"),
         trajectory_of("d", kind="container", type_id="?"),
         trajectory_of("e", kind="person", type_id="?"),
-        trajectory_of("f", type_id="jet"),
+        trajectory_of("f", type_id="stub"),
     ]
     with caplog.at_level(logging.WARNING):
         fleet = build_fleet(trajectories, types, VehicleSettings(), seed=0)
     assert "WARNING" in {record.levelname for record in caplog.records}
-    assert "plain bodies stand for aircraft" in caplog.text
+    assert "plain bodies stand for rail" in caplog.text
     for mover, size in zip(fleet.movers_at(1), fleet.sizes, strict=True):
         low, high = _bounds(fleet.prototypes[mover.prototype])
         scale = np.linalg.norm(mover.world_from_body.matrix[:3, :3], axis=0)

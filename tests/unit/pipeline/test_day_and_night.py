@@ -86,7 +86,7 @@ def test_by_night_whoever_drives_is_lit(tmp_path, template, length):
     there = {mover.id for mover in (*frame.movers, *frame.far, *frame.deforming)}
     assert len(there) == len(LIT), "all of them are in view"
     plain = [name for name in data.prototypes if name.split()[0] in CLASS_DEFAULTS]
-    assert (length == 1.0) or len(plain) > 5, "no models are that long"
+    assert (length == 1.0) or len(plain) > 4, "no models are that long"
     found = shining(data, frame)
     assert found["head"] == there and found["tail"] == there
 

@@ -1,4 +1,4 @@
-"""Builds two-wheelers with their riders: bicycle, e-scooter, moped, motorcycle.
+"""Builds vehicles around a rider: bicycle, e-scooter, moped, motorcycle, rickshaw, wheelchair.
 
 The key `recipe` of an `asset.yaml` holds `model`, `bicycle` or `motor`, and the fields of
 `BicycleRecipe` or `MotorRecipe`. What is made of `paint` or `cloth` takes the road user's colour.
@@ -41,8 +41,12 @@ def bake(recipe: Recipe) -> BakedVehicle:
     """Build the levels that travel with the package."""
     machine = machine_of(recipe)
     places = tuple(
-        WheelPlace((x, 0.0, machine.wheel.radius), machine.wheel.radius, steered=number == 0)
-        for number, x in enumerate(machine.axles)
+        WheelPlace(
+            (x, y, machine.wheel.radius),
+            machine.wheel.radius,
+            steered=number == 0 and len(machine.axles) > 1,
+        )
+        for number, (x, y) in enumerate(machine.wheel_places)
     )
     near, far = (
         by_material(

@@ -18,16 +18,26 @@ class Machine:
 
     Attributes:
         wheel: Both wheels.
-        axles: x of the front and the rear axle [m].
+        axles: x of the front and the rear axle, or of the rear one alone [m].
         frame: Everything but wheels and rider, at a fineness.
         grasp: Where the rider touches it.
         lamps: What can shine.
         rider: A recipe of `library/people`.
+        half_track: |y| of two wheels on the rear axle [m]; 0 for a single one.
     """
 
     wheel: CycleWheel
-    axles: tuple[float, float]
+    axles: tuple[float, ...]
     frame: Callable[[Fineness], Iterator[MaterialMesh]]
     grasp: Grasp
     lamps: tuple[VehicleLamp, ...]
     rider: Recipe
+    half_track: float = 0.0
+
+    @property
+    def wheel_places(self) -> tuple[tuple[float, float], ...]:
+        """All wheels by x and y [m], the front one first."""
+        if not self.half_track:
+            return tuple((x, 0.0) for x in self.axles)
+        *front, rear = self.axles
+        return (*((x, 0.0) for x in front), (rear, self.half_track), (rear, -self.half_track))

@@ -1,4 +1,4 @@
-"""Two-wheelers with a motor, made from what their recipes list: e-scooter, moped, motorcycle."""
+"""Vehicles around a rider, made from what their recipes list: e-scooter, moped, rickshaw."""
 
 from __future__ import annotations
 
@@ -33,28 +33,30 @@ class LampPlace(RecipeValue):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorRecipe(RecipeValue):
-    """A two-wheeler with a motor, in metres behind the front of the front wheel.
+    """A vehicle around a rider, in metres behind its front.
 
     Attributes:
-        wheel: Both wheels.
-        axles: x of the front and the rear axle [m].
+        wheel: All wheels that roll.
+        axles: x of the front and the rear axle, or of the rear one alone [m].
         grasp: Where the rider touches it.
         lamps: What can shine.
         pieces: Everything else that is there at every level.
         details: What only near levels have.
         outline: What only the far level has.
         rider: A recipe of `library/people`.
+        half_track: |y| of two wheels on the rear axle [m]; 0 for a single one.
     """
 
     model: Literal["motor"]
     wheel: CycleWheel
-    axles: tuple[float, float]
+    axles: tuple[float, ...]
     grasp: Grasp
     lamps: tuple[LampPlace, ...]
     pieces: tuple[Item, ...]
     details: tuple[Item, ...]
     outline: tuple[Item, ...] = ()
     rider: dict[str, Any]
+    half_track: float = 0.0
 
 
 def motor(recipe: MotorRecipe) -> Machine:
@@ -65,4 +67,12 @@ def motor(recipe: MotorRecipe) -> Machine:
         yield from shaped(recipe.details if fine.small else recipe.outline, fine)
 
     lamps = tuple(lamp(row.role, row.at, row.size, back=row.back) for row in recipe.lamps)
-    return Machine(recipe.wheel, recipe.axles, frame, recipe.grasp, lamps, recipe.rider)
+    return Machine(
+        recipe.wheel,
+        recipe.axles,
+        frame,
+        recipe.grasp,
+        lamps,
+        recipe.rider,
+        recipe.half_track,
+    )

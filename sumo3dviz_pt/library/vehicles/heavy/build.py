@@ -20,7 +20,7 @@ from sumo3dviz_pt.library.vehicles.halves import fit_to, forward
 from sumo3dviz_pt.library.vehicles.heavy.body import far_hull, hull_pieces
 from sumo3dviz_pt.library.vehicles.heavy.hull import shell_of, surface_at
 from sumo3dviz_pt.library.vehicles.heavy.lamps import find_lamps
-from sumo3dviz_pt.library.vehicles.heavy.pieces import build_piece, far_piece
+from sumo3dviz_pt.library.vehicles.heavy.pieces import build_far_piece, build_piece
 from sumo3dviz_pt.library.vehicles.heavy.recipe import BoxRecipe, read_box
 from sumo3dviz_pt.library.vehicles.heavy.wheels import (
     far_box_wheels,
@@ -102,11 +102,12 @@ def _pieces(recipe: BoxRecipe, *, far: bool) -> Iterator[_Fixed]:
     def ground(view: str, point: Floats) -> float:
         return surface_at(shells, view, point)
 
+    build = build_far_piece if far else build_piece
     for piece in recipe.pieces:
         if far and not piece.far:
             continue
-        for mesh in build_piece(piece, ground):
-            yield _Fixed(piece.material, far_piece(mesh) if far else mesh, piece.outside)
+        for mesh in build(piece, ground):
+            yield _Fixed(piece.material, mesh, piece.outside)
 
 
 def _level(

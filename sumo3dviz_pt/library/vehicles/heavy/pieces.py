@@ -22,6 +22,14 @@ from sumo3dviz_pt.library.mesh.solids import (
 )
 from sumo3dviz_pt.library.mesh.triangulate import triangulate
 from sumo3dviz_pt.library.vehicles.heavy.letters import letter_runs
+from sumo3dviz_pt.library.vehicles.heavy.lofts import (
+    far_foil,
+    far_loft,
+    foil,
+    loft,
+    outward,
+    skin,
+)
 from sumo3dviz_pt.library.vehicles.heavy.recipe import Fitting
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 
@@ -289,15 +297,8 @@ def _mudguard(piece: Fitting) -> Mesh:
     vertices = np.stack(ring, axis=1).reshape(-1, 3)
     quads = grid_faces(11, 4, closed=True)
     caps = np.array([[0, 3, 2], [0, 2, 1], [40, 41, 42], [40, 42, 43]])
-    mesh = shaded(vertices, _outward(vertices, np.concatenate([quads, caps])), crease=0.6)
+    mesh = shaded(vertices, outward(vertices, np.concatenate([quads, caps])), crease=0.6)
     return moved(mesh, *piece.low)
-
-
-def _outward(vertices: Floats, faces: Ints) -> Ints:
-    """Turn all faces of a closed mesh if it is inside out."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    inside_out = float((a * np.cross(b, c)).sum()) < 0.0
-    return faces[:, ::-1] if inside_out else faces
 
 
 _KINDS: Mapping[str, Callable[[Fitting], Mesh]] = {
@@ -309,10 +310,33 @@ _KINDS: Mapping[str, Callable[[Fitting], Mesh]] = {
     "sheet": _sheet,
     "text": _text,
     "mudguard": _mudguard,
+    "loft": loft,
+    "skin": skin,
+    "foil": foil,
 }
 
+_COARSE: Mapping[str, Callable[[Fitting], Mesh]] = {
+    "loft": far_loft,
+    "foil": far_foil,
+    "skin": skin,
+}
+"""Kinds that no box looks like from afar."""
 
-def far_piece(mesh: Mesh) -> Mesh:
-    """Return the box around a mesh."""
-    low, high = mesh.bounds
-    return box(low.tolist(), high.tolist())
+
+def build_far_piece(piece: Fitting, ground: Ground) -> Iterator[Mesh]:
+    """Build all copies of a piece for the far level: most kinds as the boxes around them.
+
+    Args:
+        piece: From the recipe.
+        ground: The surface that pieces cling to.
+    """
+    if piece.kind not in _COARSE:
+        for mesh in build_piece(piece, ground):
+            low, high = mesh.bounds
+            yield box(low.tolist(), high.tolist())
+        return
+    for number in range(piece.repeat):
+        mesh = moved(_COARSE[piece.kind](piece), *(number * np.asarray(piece.step)))
+        yield mesh
+        if piece.mirror:
+            yield mirrored(mesh)

@@ -19,8 +19,11 @@ Points = tuple[tuple[float, ...], ...]
 View = Literal["front", "rear", "side", "left", "right", "top"]
 """Direction from which an outline is projected; `side` is both flanks."""
 
-FittingKind = Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
-"""Kind of a fitting; see `library/vehicles/heavy/pieces.py`."""
+FittingKind = (
+    Literal["block", "plate", "rod", "turned", "dome", "sheet", "text", "mudguard"]
+    | Literal["loft", "skin", "foil"]
+)
+"""Kind of a fitting; see `library/vehicles/heavy/pieces.py`, the last three in `lofts.py`."""
 
 End = Literal["front", "rear"]
 """End of a vehicle."""
@@ -194,7 +197,7 @@ class Fitting(RecipeValue):
         low: Lowest corner (d, y, z); of a turned body its centre [m].
         high: Highest corner (d, y, z) [m].
         outline: Of a plate: corners in its view; of a turned body (radius, along); of a
-            rod the path (d, y, z) [m].
+            rod the path (d, y, z) [m]; of a loft, skin or foil its sections, see `lofts.py`.
         view: Of a plate, sheet or text: the direction from which it is seen; of a turned
             body the axis it is turned around.
         span: Of a plate: where it begins and ends along its view [m].

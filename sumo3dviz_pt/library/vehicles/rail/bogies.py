@@ -26,6 +26,7 @@ class Bogie(RecipeValue):
         frame: |y| of the side beams' middle [m].
         floor: Height of the vehicle's floor, which it carries [m].
         hidden: Whether skirts hide all but its lower edge, as on trams.
+        freight: Whether it has neither air springs, dampers nor drives, as goods wagons' have.
     """
 
     at: float
@@ -34,6 +35,7 @@ class Bogie(RecipeValue):
     frame: float = 1.02
     floor: float = 1.0
     hidden: bool = False
+    freight: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +62,9 @@ def bogie_pieces(bogie: Bogie) -> Iterator[Fitting]:
     yield _side_beam(bogie)
     if bogie.hidden:
         return
+    if bogie.freight:
+        yield from _plain_gear(bogie)
+        return
     yield from _middle(bogie)
     for sign in (-0.5, 0.5):
         yield from _axle_box(bogie, bogie.at + sign * bogie.base)
@@ -71,12 +76,13 @@ def _wheelset(bogie: Bogie, at: float) -> Iterator[Fitting]:
     r = bogie.radius
     low = (at, 0.0, r)
     web = 0.5 * (inner + outer)
-    face = ((r, outer), (0.84 * r, outer), (0.80 * r, web), (0.0, outer))
+    face = ((0.84 * r, outer), (0.80 * r, web), (0.0, outer))
+    rim = () if bogie.freight else ((r, outer),)
     yield Fitting(
         "turned", "wheel_steel", low, view="y", mirror=True, far=True,
         outline=((0.0, inner), (r, inner), (r, outer)),
     )  # fmt: skip
-    yield Fitting("turned", "bogie", low, view="y", outline=face, mirror=True)
+    yield Fitting("turned", "bogie", low, view="y", outline=(*rim, *face), mirror=True)
     axle = ((at, -inner, r), (at, inner, r))
     yield Fitting("rod", "bogie", outline=axle, round=0.08)
 
@@ -114,6 +120,29 @@ def _middle(bogie: Bogie) -> Iterator[Fitting]:
     yield Fitting("rod", "bogie", outline=damper, round=0.045, mirror=True)
     inner = ((at - 0.2, y + 0.13, 0.54), (at + 0.62, y + 0.13, 0.575))
     yield Fitting("rod", "galvanised", outline=inner, round=0.024, mirror=True)
+
+
+def _plain_gear(bogie: Bogie) -> Iterator[Fitting]:
+    """Transom with its side bearers, and bearings with their springs, of a goods wagon."""
+    at, y, r = bogie.at, bogie.frame, bogie.radius
+    yield Fitting(
+        "block", "bogie", (at - 0.3, -y, r - 0.05), (at + 0.3, y, r + 0.3), round=0.0, far=True
+    )
+    yield Fitting(
+        "block", "bogie", (at - 0.16, y - 0.32, r + 0.3), (at + 0.16, y - 0.04, bogie.floor),
+        round=0.0, mirror=True,
+    )  # fmt: skip
+    front, step = at - 0.5 * bogie.base, (bogie.base, 0.0, 0.0)
+    cover = ((0.14, 0.1), (0.0, 0.13))
+    yield Fitting(
+        "turned", "bogie", (front, y, r), view="y", outline=cover, mirror=True, repeat=2, step=step
+    )
+    for side in (-0.25, 0.25):
+        low, high = (
+            (front + side - 0.07, y - 0.07, r - 0.1),
+            (front + side + 0.07, y + 0.07, r + 0.2),
+        )
+        yield Fitting("block", "bogie", low, high, round=0.0, mirror=True, repeat=2, step=step)
 
 
 def _axle_box(bogie: Bogie, at: float) -> Iterator[Fitting]:

@@ -1,4 +1,4 @@
-"""Two-wheelers with riders: the baked files of the catalogue and their builder."""
+"""Vehicles around a rider: the baked files of the catalogue and their builder."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ from sumo3dviz_pt.library.vehicles.cycles.rider import CLOTHES, PALM, posture
 CYCLES = tuple(
     name for name in names("vehicles") if find("vehicles", name).meta.get("build") == "cycle"
 )
-CLASSES = {"bicycle", "moped", "motorcycle", "scooter"}
+CLASSES = {"bicycle", "moped", "motorcycle", "scooter", "rickshaw", "wheelchair"}
+SEATED = {"rickshaw", "wheelchair"}
+"""Those with two rear wheels, whose riders bend their hips by a right angle."""
 
 
 @cache
@@ -48,7 +50,7 @@ def bounds_of(meshes):
 def test_every_class_has_one_and_they_are_small():
     assert {find("vehicles", name).meta["vclass"] for name in CYCLES} == CLASSES
     folders = [find("vehicles", name).folder for name in CYCLES]
-    assert sum(path.stat().st_size for f in folders for path in f.iterdir()) < 4e6
+    assert sum(path.stat().st_size for f in folders for path in f.iterdir()) < 4.5e6
 
 
 @pytest.mark.parametrize("name", CYCLES)
@@ -85,7 +87,7 @@ class TestEveryCycle:
             flat = np.cross(b - a, c - a)
             assert np.linalg.norm(flat, axis=1).min() > 1e-11
             agree = (flat[:, None] * mesh.normals[mesh.faces]).sum(axis=2) > 0
-            assert agree.mean() > (0.85 if level == "far" else 0.95)
+            assert agree.mean() > (0.85 if level == "far" else 0.93 if name in SEATED else 0.95)
             np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
 
     def test_closed_pieces_are_not_inside_out(self, name):
@@ -96,17 +98,20 @@ class TestEveryCycle:
 
     def test_wheels_stand_on_the_ground(self, name):
         meta = find("vehicles", name).meta
-        front, rear = meta["wheels"]
-        assert front["steered"] and not rear["steered"]
-        assert front["at"][0] > rear["at"][0]
-        for place in (front, rear):
+        *front, rear = meta["wheels"]
+        if name in SEATED:
+            left = front.pop()
+            assert rear["at"] == [left["at"][0], -left["at"][1], left["at"][2]]
+        assert all(place["steered"] for place in front) and not rear["steered"]
+        assert all(place["at"][0] > rear["at"][0] for place in front)
+        for place in meta["wheels"]:
             assert place["at"][2] == place["radius"]
 
     def test_lamps_are_where_light_comes_from(self, name):
         meta = find("vehicles", name).meta
         roles = {lamp["role"] for lamp in meta["lamps"]}
-        assert {"head", "tail"} <= roles
-        if meta["vclass"] in ("moped", "motorcycle"):
+        assert {"head", "tail"} <= roles or meta["vclass"] == "wheelchair"
+        if meta["vclass"] in ("moped", "motorcycle", "rickshaw"):
             assert {"brake", "left", "right"} <= roles
         for lamp in meta["lamps"]:
             x, ahead = lamp["at"][0], abs(lamp["yaw"]) < 1.0
