@@ -231,9 +231,9 @@ def _with_corners(rings: list[Floats], cells: Cells) -> list[Floats]:
 def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     """Return area-weighted normals, shared by vertices at one place (to 1 mm), (n, 3)."""
     areas = area_vectors(vertices, faces)
-    _, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
+    places, place = np.unique(np.round(settled(vertices), 3), axis=0, return_inverse=True)
     place = place.reshape(-1)
-    total = np.zeros((place.max() + 1, 3))
+    total = np.zeros((len(places), 3))
     np.add.at(total, place[faces].reshape(-1), np.repeat(areas, 3, axis=0))
     return unit(total[place])
 

@@ -28,7 +28,7 @@ from sumo3dviz_pt.world.roads.cells import overlapping_pairs
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.roads.markings.across import SETBACK, STOP_WIDTH, zebra_paint
 from sumo3dviz_pt.world.roads.markings.build import road_paint
-from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT
+from sumo3dviz_pt.world.roads.mesh import SIDEWALK_HEIGHT, smooth_normals
 from sumo3dviz_pt.world.roads.rails import GAUGE
 
 EXAMPLES = Path(__file__).resolve().parents[4] / "examples"
@@ -379,6 +379,18 @@ def test_slopes_follow_the_lanes_and_meet_the_junction():
     faces = part(roads, "road/faces/kerb").vertices
     drop = faces[:, 2] - np.interp(faces[:, 0], known_x, known_z)
     assert drop.max() == pytest.approx(SIDEWALK_HEIGHT, abs=0.01)
+
+
+@pytest.mark.parametrize("focus", [(70.0, 0.0, 80.0, 4.0), (900.0, 0.0, 910.0, 4.0), None])
+def test_slopes_without_footways_need_no_kerb_near_the_camera(focus):
+    net = slope()
+    edges = [e if e.id != "up" else replace(e, lanes=e.lanes[1:]) for e in net.edges.values()]
+    roads = build_roads(
+        replace(net, edges={e.id: e for e in edges}), RoadSettings(), textured=True, focus=focus
+    )
+    ids = {p.id for p in roads.static}
+    assert "road/asphalt" in ids and not any("kerb" in key for key in ids)
+    assert smooth_normals(np.zeros((0, 3)), np.zeros((0, 3), np.int64)).shape == (0, 3)
 
 
 def test_terrain_stays_below_the_roads_and_walls_close_the_gap():
