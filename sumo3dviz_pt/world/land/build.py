@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import GroundSettings
 from sumo3dviz_pt.library.materials.by_key import (
-    KERB,
     colour_of,
     metres_per_tile,
     planar_uvs,
@@ -30,8 +30,9 @@ from sumo3dviz_pt.world.land.horizon import (
     land_mesh,
     split_far,
 )
-from sumo3dviz_pt.world.land.terrain import retaining_walls, terrain
+from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.structures.build import build_structures
 
 DROP = 0.03
 """How far level ground lies below the road surface [m]."""
@@ -79,7 +80,8 @@ def build_ground(
     horizon = settings.horizon if textured else "flat"
     corners = built_points(roads.outline, network.location.boundary)
     land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
-    shape = _shape(roads, network, land)
+    name = ("ground", horizon, settings.texture, seed)
+    shape = roads.memory.of(name, partial(_shape, roads, network, land))
     # Show a texture near what is built and plain colours beyond.
     name = f"ground:{settings.texture}"
     near, far = (shape.mesh, None) if land.plain else split_far(shape.mesh, land)
@@ -108,7 +110,7 @@ class _Shape:
     Attributes:
         mesh: Of all of it.
         height_at: Its height at places, (n, 2) -> (n,) [m].
-        walls: Between it and higher roads.
+        walls: Bridges, parapets and retaining walls.
     """
 
     mesh: Mesh
@@ -122,10 +124,7 @@ def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
         level = road_level(roads, network) - DROP
         return _Shape(land_mesh(land, level), lambda places: level + land.heights(places))
     mesh, height_at = terrain(roads, network, land=land)
-    walls = retaining_walls(roads, height_at)
-    if not len(walls.faces):
-        return _Shape(mesh, height_at)
-    return _Shape(mesh, height_at, [StaticPart("ground/walls", "ground", Part(walls, KERB))])
+    return _Shape(mesh, height_at, build_structures(roads, height_at))
 
 
 def mean_reflectance(texture: str) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -140,7 +141,7 @@ def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Float
         drops: Where kerbs are lowered.
     """
     rings = []
-    for foot in area_rings(raised, cells):
+    for foot in area_rings(raised, cells, among=np.flatnonzero(cells.raised)):
         foot = _with_points(foot, drops.ramps)
         top = foot.copy()
         top[:, 2] += rise_at(drops, foot[:, :2])
@@ -161,32 +162,33 @@ def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
     return np.asarray(ring[index] + share * (ends - ring)[index])
 
 
-def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, float]) -> Mesh:
+def verges(
+    borders: Iterable[tuple[Floats, bool]], *, surface: str, near: tuple[float, float]
+) -> Mesh:
     """Build short slopes around the whole surface, so that roads do not look like floating cards.
 
     Args:
-        cells: The surface.
-        outline: What `outer_area` gave.
+        borders: Lines with the surface to their left, (n, 3) [m], and whether each is closed.
         surface: Key of the surface that the slopes show.
         near: A point of the network [m] near which texture coordinates are small.
     """
     pieces = []
-    for ring in area_rings(outline, cells):
-        foot = ring - [0.0, 0.0, _VERGE_DROP]
-        # The area lies to the left of its rings, so outwards is to the right.
-        foot[:, :2] -= _VERGE_WIDTH * mitres(ring, closed=True)
-        pieces.append(between(ring, foot, closed=True))
+    for line, closed in borders:
+        foot = line - [0.0, 0.0, _VERGE_DROP]
+        # The area lies to the left of its borders, so outwards is to the right.
+        foot[:, :2] -= _VERGE_WIDTH * mitres(line, closed=closed)
+        pieces.append(between(line, foot, closed=closed))
     mesh = merge_meshes(pieces)
     return replace(mesh, uvs=planar_uvs(mesh.vertices, tile=metres_per_tile(surface), near=near))
 
 
-def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Floats]:
+def area_rings(areas: Polygons, cells: Cells, *, among: Ints | None = None) -> list[Floats]:
     """Return outlines of areas at the height of the surface near them.
 
     Args:
         areas: Polygons.
         cells: The surface that gives the height.
-        above: Added to the height [m].
+        among: Numbers of the cells that count; default all.
 
     Returns:
         Rings, each (n, 3) [m], counter-clockwise around the area, holes clockwise;
@@ -202,7 +204,7 @@ def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Flo
         return []
     if not cells.is_flat:
         flat = _with_corners(flat, cells)
-    heights = heights_near(cells, np.concatenate(flat)) + above
+    heights = heights_near(cells, np.concatenate(flat), among=among)
     ends = np.cumsum([len(ring) for ring in flat])[:-1]
     pairs = zip(flat, np.split(heights, ends), strict=True)
     return [np.column_stack([ring, height]) for ring, height in pairs]

@@ -1,0 +1,186 @@
+"""Which pieces of road lie above others, and where each level ends.
+
+Seen from above, a bridge and the road below it overlap. So every cell gets a level, the
+number of cells that lie below it one above the other, and the borders of the surface are
+found level by level.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.library.mesh.planar import GRID, polygon_parts, union
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells, Polygons
+from sumo3dviz_pt.world.roads.heights import heights_near
+from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.roads.mesh import area_rings
+
+_SMALLEST = 0.01
+"""Overlaps below this area [m2] are no crossings."""
+
+_MOST = 12
+"""Levels that are told apart."""
+
+_MEETS = 0.02
+"""Cells whose borders lie this close [m] touch each other."""
+
+
+class Crossings(NamedTuple):
+    """Where cells lie above others.
+
+    Attributes:
+        lower: Cells below, (m,).
+        upper: The cells above them, (m,).
+        shared: What both cover from above, (m,) geometries.
+        gap: Heights between them, (m,) [m].
+    """
+
+    lower: Ints
+    upper: Ints
+    shared: Polygons
+    gap: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Border:
+    """A stretch of the border of the road surface; the surface lies to its left.
+
+    Attributes:
+        line: (n, 3) [m]; a closed one does not repeat its first point.
+        closed: Whether its end leads back to its start.
+        level: Of the cells that it bounds.
+    """
+
+    line: Floats
+    closed: bool
+    level: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Levels:
+    """Levels of a road surface.
+
+    Attributes:
+        crossings: Where cells lie above others.
+        of_cell: Level of each cell, 0 where none lies below it, (n,).
+        borders: Where the surface ends.
+    """
+
+    crossings: Crossings
+    of_cell: Ints
+    borders: tuple[Border, ...]
+
+
+def levels_of(layout: RoadLayout) -> Levels:
+    """Return the levels of a layout, which are kept in its memory."""
+
+    def found() -> Levels:
+        crossings = _crossings(layout.cells)
+        of_cell = _levels(crossings, len(layout.cells.polygons))
+        return Levels(crossings, of_cell, _borders(layout, of_cell))
+
+    return layout.memory.of(("levels",), found)
+
+
+def _crossings(cells: Cells) -> Crossings:
+    """Pairs of cells that overlap from above, a storey apart or more."""
+    none = np.zeros(0, np.int64)
+    if cells.is_flat:
+        return Crossings(none, none, np.zeros(0, dtype=object), np.zeros(0))
+    one, other = shapely.STRtree(cells.polygons).query(cells.polygons, predicate="intersects")
+    one, other = one[one < other], other[one < other]
+    shared = shapely.intersection(cells.polygons[one], cells.polygons[other], grid_size=GRID)
+    real = shapely.area(shared) > _SMALLEST
+    one, other, shared = one[real], other[real], shared[real]
+    middle = shapely.get_coordinates(shapely.point_on_surface(shared)).reshape(-1, 2)
+    gap = cells.heights(other, middle) - cells.heights(one, middle)
+    apart = np.abs(gap) >= STOREY
+    above = gap > 0
+    lower, upper = np.where(above, one, other), np.where(above, other, one)
+    return Crossings(lower[apart], upper[apart], shared[apart], np.abs(gap[apart]))
+
+
+def _levels(crossings: Crossings, count: int) -> Ints:
+    """Level of each cell, (n,): one more than that of the highest cell below it."""
+    levels = np.zeros(count, dtype=np.int64)
+    for _ in range(_MOST):
+        raised = levels.copy()
+        np.maximum.at(raised, crossings.upper, levels[crossings.lower] + 1)
+        if (raised == levels).all():
+            break
+        levels = raised
+    return np.minimum(levels, _MOST)
+
+
+def _borders(layout: RoadLayout, levels: Ints) -> tuple[Border, ...]:
+    """The surface's borders, level by level."""
+    if not levels.any():
+        rings = area_rings(layout.outline, layout.cells)
+        return tuple(Border(ring, closed=True, level=0) for ring in rings)
+    cells, found = layout.cells, []
+    for level in np.unique(levels):
+        among, rest = np.flatnonzero(levels == level), np.flatnonzero(levels != level)
+        areas = np.array(polygon_parts(union(cells.polygons[among])), dtype=object)
+        for ring in area_rings(areas, cells, among=among):
+            free = ~_continued(ring, cells, rest)
+            found += [Border(line, closed, int(level)) for line, closed in _runs(ring, free)]
+    return tuple(found)
+
+
+def _continued(ring: Floats, cells: Cells, rest: Ints) -> Bools:
+    """On which sides of a ring, (n,), the surface goes on in cells of another level."""
+    middles = 0.5 * (ring + np.roll(ring, -1, axis=0))
+    tree = shapely.STRtree(cells.polygons[rest])
+    points = shapely.points(middles[:, :2])
+    side, cell = tree.query(points, predicate="dwithin", distance=_MEETS)
+    offered = cells.heights(rest[cell], middles[side, :2])
+    goes_on = np.zeros(len(ring), dtype=np.bool_)
+    goes_on[side[np.abs(offered - middles[side, 2]) < 0.5 * STOREY]] = True
+    return goes_on
+
+
+def _runs(ring: Floats, free: Bools) -> list[tuple[Floats, bool]]:
+    """Lines along the free sides of a ring, and whether each is the whole ring."""
+    if free.all():
+        return [(ring, True)]
+    if not free.any():
+        return []
+    # Begin with a side that is free after one that is not.
+    first = int(np.flatnonzero(free & ~np.roll(free, 1))[0])
+    ring, free = np.roll(ring, -first, axis=0), np.roll(free, -first)
+    lines = []
+    starts = np.flatnonzero(free & ~np.roll(free, 1))
+    for start in starts:
+        after = np.flatnonzero(~free[start:])
+        end = start + int(after[0]) if len(after) else len(free)
+        lines.append((ring[np.arange(start, end + 1) % len(ring)], False))
+    return lines
+
+
+def lowest_surface(layout: RoadLayout, points: Floats) -> Floats:
+    """Return the height of the lowest road at points, (m, 2) [m], as (m,) [m]; NaN off the road."""
+    cells = layout.cells
+    at, cell = shapely.STRtree(cells.polygons).query(shapely.points(points), predicate="intersects")
+    found = np.full(len(points), np.inf)
+    np.minimum.at(found, at, cells.heights(cell, points[at]))
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def heights_on(layout: RoadLayout, level: int, points: Floats) -> Floats:
+    """Return the height of a level's cells nearest to points.
+
+    Args:
+        layout: The roads.
+        level: Of the cells; at least one has it.
+        points: (m, 2) [m].
+
+    Returns:
+        (m,) [m].
+    """
+    among = np.flatnonzero(levels_of(layout).of_cell == level)
+    return heights_near(layout.cells, points, among=among)
