@@ -22,6 +22,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.vectors import area_vectors, unit
 from sumo3dviz_pt.world.land.horizon import Land, built_points, land_around, land_mesh
+from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.levels import Levels, levels_of, lowest_surface
 
@@ -33,6 +34,9 @@ _MARGIN = 0.06
 
 _SUNK = 0.30
 """How far it lies below the middle of a road [m]."""
+
+_LEAST, _PUSHES = 0.03, 4
+"""Depth below roads at which the terrain is lowered no more [m]; how often that is tried."""
 
 _EDGE, _SHOULDER = 0.05, 1.0
 """Distances from a road's border to the terrain's points that have its height [m]."""
@@ -103,27 +107,69 @@ def terrain(
     points = _points(roads, samples, land)
     faces = _facing_up(points.flat, spatial.Delaunay(points.flat).simplices.astype(np.int64))
     z = _blended(points.flat, shaping) + land.heights(points.flat)
+    tree = shapely.STRtree(shapely.polygons(points.flat[faces]))
     vertices = np.column_stack([points.flat, _sloped(points, z, faces)])
-    shown = faces[~_hidden(points, vertices[:, 2], faces)]
-    return Mesh(vertices, shown, _normals(vertices, faces)), _height_at(vertices, faces)
+    shown = ~_hidden(points, vertices[:, 2], faces)
+    vertices = _pushed_below(road_samples(roads), vertices, faces, tree=tree, shown=shown)
+    mesh = Mesh(vertices, faces[shown], _normals(vertices, faces))
+    return mesh, _height_at(vertices, faces, tree)
 
 
-def _height_at(vertices: Floats, faces: Ints) -> HeightAt:
+def road_samples(roads: RoadLayout) -> Floats:
+    """Return points of all cells, on their outlines and within, (n, 3) [m]."""
+    polygons = roads.cells.polygons
+    outlines = shapely.segmentize(polygons, 0.5 * _STEP)
+    rings, ring = shapely.get_coordinates(outlines, return_index=True)
+    inside, inner = shapely.get_coordinates(shapely.point_on_surface(polygons), return_index=True)
+    flat, cell = np.concatenate([rings, inside]), np.concatenate([ring, inner])
+    return np.column_stack([flat, surface_heights(roads.cells, cell, flat)])
+
+
+def _pushed_below(
+    samples: Floats, vertices: Floats, faces: Ints, *, tree: shapely.STRtree, shown: Bools
+) -> Floats:
+    """Vertices lowered until no sample of a road lies below a face that is shown, (n, 3) [m].
+
+    Args:
+        samples: Points of roads, (k, 3) [m].
+        vertices: Of the terrain, (n, 3) [m].
+        faces: Its triangles, (m, 3).
+        tree: Of the triangles from above.
+        shown: Which triangles are shown, (m,).
+    """
+    at, face = tree.query(shapely.points(samples[:, :2]), predicate="intersects")
+    at, face = at[shown[face]], face[shown[face]]
+    pushed = vertices.copy()
+    for _ in range(_PUSHES):
+        above = _plane_heights(pushed[faces], face, samples[at, :2]) - samples[at, 2] + _LEAST
+        low = above > 0.0
+        if not low.any():
+            break
+        lowered = np.zeros(len(vertices))
+        for k in range(3):
+            np.maximum.at(lowered, faces[face[low], k], above[low])
+        pushed[:, 2] -= lowered
+    return pushed
+
+
+def _plane_heights(corners: Floats, face: Ints, flat: Floats) -> Floats:
+    """Heights of triangles' planes at points that lie on them from above, (m,) [m]."""
+    a, b, c = (corners[face, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    return np.asarray(a[:, 2] - ((flat - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2])
+
+
+def _height_at(vertices: Floats, faces: Ints, tree: shapely.STRtree) -> HeightAt:
     """A function that gives the height of triangles at points."""
     corners = vertices[faces]
-    tree = shapely.STRtree(shapely.polygons(corners[..., :2]))
-    a = corners[:, 0]
-    normal = np.cross(corners[:, 1] - a, corners[:, 2] - a)
     usual = float(vertices[:, 2].mean())
 
     def height_at(places: Floats) -> Floats:
         """Return height of the terrain at points, (n, 2) [m], as (n,) [m]."""
         flat = np.asarray(places, dtype=np.float64)[:, :2]
         at, face = tree.query(shapely.points(flat), predicate="intersects")
-        away = flat[at] - a[face, :2]
-        rise = (away * normal[face, :2]).sum(axis=1) / normal[face, 2]
         found = np.full(len(flat), usual)
-        found[at] = a[face, 2] - rise
+        found[at] = _plane_heights(corners, face, flat[at])
         return found
 
     return height_at

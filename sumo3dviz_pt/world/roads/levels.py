@@ -8,42 +8,20 @@ found level by level.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.mesh.planar import GRID, polygon_parts, union
+from sumo3dviz_pt.library.mesh.planar import polygon_parts, union
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
-from sumo3dviz_pt.world.roads.cells import STOREY, Cells, Polygons
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells
+from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.mesh import area_rings
 
-_SMALLEST = 0.01
-"""Overlaps below this area [m2] are no crossings."""
-
-_MOST = 12
-"""Levels that are told apart."""
-
 _MEETS = 0.02
 """Cells whose borders lie this close [m] touch each other."""
-
-
-class Crossings(NamedTuple):
-    """Where cells lie above others.
-
-    Attributes:
-        lower: Cells below, (m,).
-        upper: The cells above them, (m,).
-        shared: What both cover from above, (m,) geometries.
-        gap: Heights between them, (m,) [m].
-    """
-
-    lower: Ints
-    upper: Ints
-    shared: Polygons
-    gap: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,41 +58,11 @@ def levels_of(layout: RoadLayout) -> Levels:
     """Return the levels of a layout, which are kept in its memory."""
 
     def found() -> Levels:
-        crossings = _crossings(layout.cells)
-        of_cell = _levels(crossings, len(layout.cells.polygons))
+        crossings = crossings_of(layout.cells)
+        of_cell = stacked(crossings, len(layout.cells.polygons))
         return Levels(crossings, of_cell, _borders(layout, of_cell))
 
     return layout.memory.of(("levels",), found)
-
-
-def _crossings(cells: Cells) -> Crossings:
-    """Pairs of cells that overlap from above, a storey apart or more."""
-    none = np.zeros(0, np.int64)
-    if cells.is_flat:
-        return Crossings(none, none, np.zeros(0, dtype=object), np.zeros(0))
-    one, other = shapely.STRtree(cells.polygons).query(cells.polygons, predicate="intersects")
-    one, other = one[one < other], other[one < other]
-    shared = shapely.intersection(cells.polygons[one], cells.polygons[other], grid_size=GRID)
-    real = shapely.area(shared) > _SMALLEST
-    one, other, shared = one[real], other[real], shared[real]
-    middle = shapely.get_coordinates(shapely.point_on_surface(shared)).reshape(-1, 2)
-    gap = cells.heights(other, middle) - cells.heights(one, middle)
-    apart = np.abs(gap) >= STOREY
-    above = gap > 0
-    lower, upper = np.where(above, one, other), np.where(above, other, one)
-    return Crossings(lower[apart], upper[apart], shared[apart], np.abs(gap[apart]))
-
-
-def _levels(crossings: Crossings, count: int) -> Ints:
-    """Level of each cell, (n,): one more than that of the highest cell below it."""
-    levels = np.zeros(count, dtype=np.int64)
-    for _ in range(_MOST):
-        raised = levels.copy()
-        np.maximum.at(raised, crossings.upper, levels[crossings.lower] + 1)
-        if (raised == levels).all():
-            break
-        levels = raised
-    return np.minimum(levels, _MOST)
 
 
 def _borders(layout: RoadLayout, levels: Ints) -> tuple[Border, ...]:

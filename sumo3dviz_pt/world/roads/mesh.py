@@ -18,6 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settle
 from sumo3dviz_pt.model.vectors import area_vectors, unit
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
+from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
@@ -72,10 +73,29 @@ def surface_meshes(
 
 def raised_area(cells: Cells) -> Polygons:
     """Return connected footways from above, (n,) polygons with holes; levels kept apart."""
-    shape = union(cells.polygons[cells.raised])
+    return np.concatenate([_joined(cells, some) for some in _raised_levels(cells)])
+
+
+def _raised_levels(cells: Cells) -> list[Ints]:
+    """Numbers of raised cells, one list for each level of footways above footways."""
+    raised = np.flatnonzero(cells.raised)
+    if cells.is_flat or not len(raised):
+        return [raised]
+    crossings = crossings_of(cells)
+    both = cells.raised[crossings.lower] & cells.raised[crossings.upper]
+    among = Crossings(*(column[both] for column in crossings))
+    levels = stacked(among, len(cells.polygons))[raised]
+    return [raised[levels == level] for level in np.unique(levels)]
+
+
+def _joined(cells: Cells, some: Ints) -> Polygons:
+    """Connected areas of some cells, (n,) polygons with holes."""
+    shape = union(cells.polygons[some])
     # Closing by a centimetre joins neighbours that rounding has parted.
     closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
-    return np.array(polygon_parts(closed), dtype=object)
+    found = np.empty(len(parts := polygon_parts(closed)), dtype=object)
+    found[:] = parts
+    return found
 
 
 def outer_area(cells: Cells) -> Polygons:
@@ -141,12 +161,20 @@ def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Float
         drops: Where kerbs are lowered.
     """
     rings = []
-    for foot in area_rings(raised, cells, among=np.flatnonzero(cells.raised)):
+    for foot in _raised_rings(cells, raised):
         foot = _with_points(foot, drops.ramps)
         top = foot.copy()
         top[:, 2] += rise_at(drops, foot[:, :2])
         rings.append((foot, top))
     return rings
+
+
+def _raised_rings(cells: Cells, raised: Polygons) -> list[Floats]:
+    """Outlines of raised areas at the height of the footways that they hold, (n, 3) [m] each."""
+    levels = _raised_levels(cells)
+    if len(levels) == 1:
+        return area_rings(raised, cells, among=levels[0])
+    return [ring for some in levels for ring in area_rings(_joined(cells, some), cells, among=some)]
 
 
 def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:

@@ -115,7 +115,7 @@ def _side(border: Border, zone: shapely.Geometry, height_at: HeightAt) -> _Side:
 def _walls(side: _Side) -> Mesh:
     """Walls from the border down into the ground, where the road is no bridge."""
     low = side.depth > _SEEN
-    shown = (low[1:] | low[:-1]) & ~(side.spanning[1:] & side.spanning[:-1])
+    shown = (low[1:] | low[:-1]) & ~(side.spanning[1:] | side.spanning[:-1])
     meshes = []
     for part in _stretches(shown):
         top = side.line[part]
@@ -135,8 +135,8 @@ def _parapets(side: _Side) -> Iterator[Mesh]:
     for part in _stretches(_falling(side)):
         line = densified(side.line[part], _POST)
         for height, half in _RAILS:
-            section = [(-half, -half), (half, -half), (half, half), (-half, half)]
-            yield swept(line, np.array(section) + [_AXIS, height])
+            square = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+            yield swept(line, square + np.array([_AXIS, height]))
         high = _RAILS[-1][0]
         yield upright_boxes(line, (-0.03, _AXIS - 0.03, 0.0), (0.03, _AXIS + 0.03, high))
 

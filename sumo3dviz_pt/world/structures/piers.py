@@ -114,5 +114,5 @@ def _column(foot: Floats, top: float) -> Mesh:
     """A round column."""
     turn = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
     ring = foot + RADIUS * np.column_stack([np.cos(turn), np.sin(turn), 0.0 * turn])
-    upper = ring + [0.0, 0.0, top - foot[2]]
+    upper = np.column_stack([ring[:, :2], np.full(_SIDES, top)])
     return between(upper, ring, closed=True)
