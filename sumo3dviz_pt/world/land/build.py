@@ -32,7 +32,7 @@ from sumo3dviz_pt.world.land.horizon import (
 )
 from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.structures.build import build_structures
+from sumo3dviz_pt.world.structures.build import build_parapets, build_structures
 
 DROP = 0.03
 """How far level ground lies below the road surface [m]."""
@@ -90,6 +90,8 @@ def build_ground(
         near, uvs=planar_uvs(near.vertices, tile=tile, near=network.location.boundary[:2])
     )
     static = [StaticPart("ground", "ground", Part(near, name)), *shape.walls]
+    eyes = None if room is None or room.camera_path is None else room.camera_path.positions
+    static += build_parapets(roads, shape.height_at, eyes=eyes)
     if far is not None:
         tint = far_tints(far, land, mean_reflectance(settings.texture))
         static.append(StaticPart("ground/far", "ground", Part(far, FAR_GROUND, tint)))
@@ -110,7 +112,7 @@ class _Shape:
     Attributes:
         mesh: Of all of it.
         height_at: Its height at places, (n, 2) -> (n,) [m].
-        walls: Bridges, parapets and retaining walls.
+        walls: Bridges and retaining walls.
     """
 
     mesh: Mesh

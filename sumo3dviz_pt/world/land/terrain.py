@@ -44,7 +44,7 @@ _EDGE, _SHOULDER = 0.05, 1.0
 _BESIDE = (2.6, 5.5, 10.0)
 """Distances of further points, for slopes [m]."""
 
-_STEP, _MOST_SAMPLES = 3.0, 14_000
+_STEP, _MOST_SAMPLES = 3.0, 30_000
 """Distance of points along borders [m], and how many there may be, about."""
 
 _CELL, _COARSE, _MOST = 10.0, 40.0, 260

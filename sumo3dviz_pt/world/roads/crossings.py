@@ -41,6 +41,10 @@ def crossings_of(cells: Cells) -> Crossings:
         return Crossings(none, none, np.zeros(0, dtype=object), np.zeros(0))
     one, other = shapely.STRtree(cells.polygons).query(cells.polygons, predicate="intersects")
     one, other = one[one < other], other[one < other]
+    # Most neighbours lie at one height; only the others can be a storey apart.
+    low, high = _spans(cells)
+    apart = np.maximum(high[one] - low[other], high[other] - low[one]) >= STOREY
+    one, other = one[apart], other[apart]
     shared = shapely.intersection(cells.polygons[one], cells.polygons[other], grid_size=GRID)
     real = shapely.area(shared) > _SMALLEST
     one, other, shared = one[real], other[real], shared[real]
@@ -50,6 +54,14 @@ def crossings_of(cells: Cells) -> Crossings:
     above = gap > 0
     lower, upper = np.where(above, one, other), np.where(above, other, one)
     return Crossings(lower[apart], upper[apart], shared[apart], np.abs(gap[apart]))
+
+
+def _spans(cells: Cells) -> tuple[Floats, Floats]:
+    """The lowest and the highest height of each cell, (n,) each [m]."""
+    low, high = cells.quads[..., 2].min(axis=1), cells.quads[..., 2].max(axis=1)
+    for cell, knots in cells.knots.items():
+        low[cell], high[cell] = knots[:, 2].min(), knots[:, 2].max()
+    return low, high
 
 
 def stacked(crossings: Crossings, count: int) -> Ints:

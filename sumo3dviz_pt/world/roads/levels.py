@@ -113,7 +113,8 @@ def _runs(ring: Floats, free: Bools) -> list[tuple[Floats, bool]]:
 def lowest_surface(layout: RoadLayout, points: Floats) -> Floats:
     """Return the height of the lowest road at points, (m, 2) [m], as (m,) [m]; NaN off the road."""
     cells = layout.cells
-    at, cell = shapely.STRtree(cells.polygons).query(shapely.points(points), predicate="intersects")
+    tree = layout.memory.of(("tree of cells",), lambda: shapely.STRtree(cells.polygons))
+    at, cell = tree.query(shapely.points(points), predicate="intersects")
     found = np.full(len(points), np.inf)
     np.minimum.at(found, at, cells.heights(cell, points[at]))
     return np.where(np.isfinite(found), found, np.nan)

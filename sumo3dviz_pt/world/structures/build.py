@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.materials.by_key import KERB
 from sumo3dviz_pt.library.mesh.planar import union
@@ -48,6 +49,9 @@ _RAILS = ((0.28, 0.02), (0.56, 0.02), (0.84, 0.02), (1.12, 0.035))
 _POST = 2.0
 """Distance of a parapet's posts [m]."""
 
+_FARTHEST = 300.0
+"""Parapets farther from every camera [m] are left out."""
+
 _AXIS = -0.18
 """Where a parapet stands, to the left of the road's border [m]."""
 
@@ -70,7 +74,7 @@ class _Side:
 
 
 def build_structures(layout: RoadLayout, height_at: HeightAt) -> tuple[StaticPart, ...]:
-    """Build bridges, parapets and retaining walls; nothing where roads lie on the ground.
+    """Build bridges and retaining walls; nothing where roads lie on the ground.
 
     Args:
         layout: The roads.
@@ -78,19 +82,53 @@ def build_structures(layout: RoadLayout, height_at: HeightAt) -> tuple[StaticPar
     """
     if layout.cells.is_flat:
         return ()
-    levels = levels_of(layout)
-    zone = bridge_zone(levels)
-    sides = [_side(border, zone, height_at) for border in levels.borders]
+    zone = bridge_zone(levels_of(layout))
+    sides = _sides(layout, height_at)
     decks = decks_of(layout, zone, height_at)
     concrete = [*(_walls(side) for side in sides), *(_beams(side) for side in sides)]
     concrete += [deck_mesh(deck, layout) for deck in decks]
     concrete.append(piers(layout, decks, height_at))
-    rails = merge_meshes([mesh for side in sides for mesh in _parapets(side)])
-    found = [
-        StaticPart("ground/walls", "ground", Part(merge_meshes(_bare(concrete)), KERB)),
-        StaticPart("ground/parapets", "ground", Part(rails, "galvanised")),
-    ]
-    return tuple(part for part in found if len(part.part.mesh.faces))
+    return _parts("walls", KERB, _bare(concrete))
+
+
+def build_parapets(
+    layout: RoadLayout, height_at: HeightAt, *, eyes: Floats | None = None
+) -> tuple[StaticPart, ...]:
+    """Build posts and rails along bridges and walls.
+
+    Args:
+        layout: The roads.
+        height_at: Height of the ground.
+        eyes: Cameras, (n, 3) [m]: only what stands near them is built; default everything.
+    """
+    if layout.cells.is_flat:
+        return ()
+    found = [mesh for side in _sides(layout, height_at) for mesh in _parapets(side, eyes)]
+    return _parts("parapets", "galvanised", found)
+
+
+def _parts(name: str, material: str, meshes: list[Mesh]) -> tuple[StaticPart, ...]:
+    """One part of several meshes, if they have any face."""
+    whole = merge_meshes(meshes)
+    return (StaticPart(f"ground/{name}", "ground", Part(whole, material)),) * bool(len(whole.faces))
+
+
+def _sides(layout: RoadLayout, height_at: HeightAt) -> list[_Side]:
+    """The sides of roads along all borders, which are kept in the layout's memory."""
+
+    def found() -> list[_Side]:
+        levels = levels_of(layout)
+        lines = [_dense(border) for border in levels.borders]
+        beside = [line[:, :2] - 0.08 * mitres(line) for line in lines]
+        ends = np.cumsum([len(line) for line in lines])[:-1]
+        if not lines:
+            return []
+        ground = np.split(height_at(np.concatenate(beside)), ends)
+        zone = bridge_zone(levels)
+        shapely.prepare(zone)
+        return [_side(line, z, zone) for line, z in zip(lines, ground, strict=True)]
+
+    return layout.memory.of(("sides",), found)
 
 
 def bridge_zone(levels: Levels) -> shapely.Geometry:
@@ -102,12 +140,15 @@ def bridge_zone(levels: Levels) -> shapely.Geometry:
     return union(shapely.buffer(crossings.shared, reach, quad_segs=4))
 
 
-def _side(border: Border, zone: shapely.Geometry, height_at: HeightAt) -> _Side:
-    """The side of the road along a border."""
+def _dense(border: Border) -> Floats:
+    """Points along a border, (n, 3) [m]; of a closed one, the first comes again."""
     line = np.vstack([border.line, border.line[:1]]) if border.closed else border.line
-    line = densified(line, _STEP)
-    beside = line[:, :2] - 0.08 * mitres(line)
-    depth = line[:, 2] - height_at(beside)
+    return densified(line, _STEP)
+
+
+def _side(line: Floats, ground: Floats, zone: shapely.Geometry) -> _Side:
+    """The side of the road along a line above ground of given heights, (n,) [m]."""
+    depth = line[:, 2] - ground
     crossing = np.asarray(shapely.intersects_xy(zone, line[:, 0], line[:, 1]))
     return _Side(line, depth, (crossing & (depth > _FALL)) | (depth > HIGHEST_WALL))
 
@@ -130,15 +171,20 @@ def _beams(side: _Side) -> Mesh:
     return merge_meshes(_bare([swept(side.line[part], _BEAM) for part in falls]))
 
 
-def _parapets(side: _Side) -> Iterator[Mesh]:
-    """Posts and rails along borders beside a drop."""
-    for part in _stretches(_falling(side)):
-        line = densified(side.line[part], _POST)
+def _parapets(side: _Side, eyes: Floats | None) -> Iterator[Mesh]:
+    """Posts and rails along borders beside a drop, near cameras."""
+    falls = _falling(side)
+    if eyes is not None:
+        away, _ = cKDTree(eyes[:, :2]).query(side.line[:, :2])
+        falls &= np.asarray(away)[1:] < _FARTHEST
+    for part in _stretches(falls):
+        line = side.line[part]
         for height, half in _RAILS:
             square = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
             yield swept(line, square + np.array([_AXIS, height]))
         high = _RAILS[-1][0]
-        yield upright_boxes(line, (-0.03, _AXIS - 0.03, 0.0), (0.03, _AXIS + 0.03, high))
+        posts = densified(line, _POST)
+        yield upright_boxes(posts, (-0.03, _AXIS - 0.03, 0.0), (0.03, _AXIS + 0.03, high))
 
 
 def _falling(side: _Side) -> Bools:

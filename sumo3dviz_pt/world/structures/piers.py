@@ -82,13 +82,13 @@ def _feet(layout: RoadLayout, deck: Deck, height_at: HeightAt) -> Iterator[tuple
 
 def _above_roads(layout: RoadLayout, places: Floats, top: Floats) -> Bools:
     """Which places, (n, 2), lie above or close to lower roads, (n,)."""
-    away = RADIUS + _OFF
-    found = np.zeros(len(places), dtype=np.bool_)
-    for turn in np.linspace(0.0, 2.0 * np.pi, 9):
-        shift = away * np.array([np.cos(turn), np.sin(turn)]) * (turn > 0.0)
-        below = lowest_surface(layout, places + shift)
-        found |= np.isfinite(below) & (below < top + THICKNESS - STOREY)
-    return found
+    turn = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
+    around = (RADIUS + _OFF) * np.column_stack([np.cos(turn), np.sin(turn)])
+    shifts = np.vstack([np.zeros((1, 2)), around])
+    below = lowest_surface(layout, (places[:, None] + shifts).reshape(-1, 2))
+    below = below.reshape(len(places), len(shifts))
+    lower = np.isfinite(below) & (below < (top + THICKNESS - STOREY)[:, None])
+    return np.asarray(lower.any(axis=1))
 
 
 def _chosen(high: Bools, free: Bools) -> list[int]:
