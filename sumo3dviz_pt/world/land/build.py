@@ -80,8 +80,8 @@ def build_ground(
     horizon = settings.horizon if textured else "flat"
     corners = built_points(roads.outline, network.location.boundary)
     land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
-    name = ("ground", horizon, settings.texture, seed)
-    shape = roads.memory.of(name, partial(_shape, roads, network, land))
+    kept = ("ground", horizon, settings.texture, seed)
+    shape = roads.memory.of(kept, partial(_shape, roads, network, land))
     # Show a texture near what is built and plain colours beyond.
     name = f"ground:{settings.texture}"
     near, far = (shape.mesh, None) if land.plain else split_far(shape.mesh, land)

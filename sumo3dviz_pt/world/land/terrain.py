@@ -302,7 +302,7 @@ def _grid(samples: Floats, land: Land) -> Floats:
     away, _ = spatial.cKDTree(samples[:, :2]).query(flat)
     every = max(int(_COARSE / step), 1)
     keep = (np.asarray(away) < _NEAR) | ((i % every == 0) & (j % every == 0))
-    return flat[keep & (land.away(flat) < 1.0)]
+    return np.asarray(flat[keep & (land.away(flat) < 1.0)])
 
 
 def _blended(flat: Floats, shaping: Floats) -> Floats:
@@ -360,11 +360,13 @@ def _reached(graph: sparse.csr_matrix, start: Floats) -> Floats:
     # One more point leads to all starts, at the cost of their height above the lowest.
     lowest = float(start[begins].min()) - 1.0
     count = len(start)
-    row = sparse.csr_matrix(
-        (start[begins] - lowest, (np.zeros(len(begins), np.int64), begins)), shape=(1, count)
-    )
-    whole = sparse.bmat([[STEEPEST * graph, None], [row, sparse.csr_matrix((1, 1))]], format="csr")
-    return np.asarray(dijkstra(whole, indices=count)[:count]) + lowest
+    sides = graph.tocoo()
+    cost = np.concatenate([STEEPEST * sides.data, start[begins] - lowest])
+    tail = np.concatenate([sides.row, np.full(len(begins), count)])
+    head = np.concatenate([sides.col, begins])
+    whole = sparse.csr_matrix((cost, (tail, head)), shape=(count + 1, count + 1))
+    found = np.asarray(dijkstra(whole, indices=np.array([count])))[0, :count]
+    return np.asarray(found + lowest)
 
 
 def _facing_up(flat: Floats, faces: Ints) -> Ints:

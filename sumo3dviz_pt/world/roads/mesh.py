@@ -83,7 +83,8 @@ def _raised_levels(cells: Cells) -> list[Ints]:
         return [raised]
     crossings = crossings_of(cells)
     both = cells.raised[crossings.lower] & cells.raised[crossings.upper]
-    among = Crossings(*(column[both] for column in crossings))
+    lower, upper, shared, gap = crossings
+    among = Crossings(lower[both], upper[both], shared[both], gap[both])
     levels = stacked(among, len(cells.polygons))[raised]
     return [raised[levels == level] for level in np.unique(levels)]
 

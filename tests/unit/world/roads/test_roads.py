@@ -402,7 +402,7 @@ def test_terrain_stays_below_the_roads_and_meets_their_borders():
             assert clearance.min() > 0.05
     assert mesh.bounds[1, 0] > 20_000
     ground = build_ground(GroundSettings(), slope(), roads=roads.layout, textured=False)
-    assert [p.id for p in ground.static] == ["ground"]
+    assert {p.id for p in ground.static} <= {"ground", "ground/walls"}, "nothing to fall from"
     high = build_roads(bridge(), RoadSettings(), textured=True)
     over = build_ground(GroundSettings(), bridge(), roads=high.layout, textured=True)
     assert {"ground", "ground/far", "ground/walls"} <= {p.id for p in over.static}
