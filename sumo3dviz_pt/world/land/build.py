@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.job.settings import GroundSettings
 from sumo3dviz_pt.library.materials.by_key import (
-    KERB,
     colour_of,
     metres_per_tile,
     planar_uvs,
@@ -30,8 +30,9 @@ from sumo3dviz_pt.world.land.horizon import (
     land_mesh,
     split_far,
 )
-from sumo3dviz_pt.world.land.terrain import retaining_walls, terrain
+from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.structures.build import build_parapets, build_structures
 
 DROP = 0.03
 """How far level ground lies below the road surface [m]."""
@@ -80,7 +81,8 @@ def build_ground(
     corners = built_points(roads.outline, network.location.boundary)
     corners = np.concatenate([corners, roads.beyond.points[:, :2]])
     land = land_around(corners, horizon=horizon, surface=settings.texture, seed=seed)
-    shape = _shape(roads, network, land)
+    kept = ("ground", horizon, settings.texture, seed)
+    shape = roads.memory.of(kept, partial(_shape, roads, network, land))
     # Show a texture near what is built and plain colours beyond.
     name = f"ground:{settings.texture}"
     near, far = (shape.mesh, None) if land.plain else split_far(shape.mesh, land)
@@ -89,6 +91,8 @@ def build_ground(
         near, uvs=planar_uvs(near.vertices, tile=tile, near=network.location.boundary[:2])
     )
     static = [StaticPart("ground", "ground", Part(near, name)), *shape.walls]
+    eyes = None if room is None or room.camera_path is None else room.camera_path.positions
+    static += build_parapets(roads, shape.height_at, eyes=eyes)
     if far is not None:
         tint = far_tints(far, land, mean_reflectance(settings.texture))
         static.append(StaticPart("ground/far", "ground", Part(far, FAR_GROUND, tint)))
@@ -109,7 +113,7 @@ class _Shape:
     Attributes:
         mesh: Of all of it.
         height_at: Its height at places, (n, 2) -> (n,) [m].
-        walls: Between it and higher roads.
+        walls: Bridges and retaining walls.
     """
 
     mesh: Mesh
@@ -123,10 +127,7 @@ def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
         level = road_level(roads, network) - DROP
         return _Shape(land_mesh(land, level), lambda places: level + land.heights(places))
     mesh, height_at = terrain(roads, network, land=land)
-    walls = retaining_walls(roads, height_at)
-    if not len(walls.faces):
-        return _Shape(mesh, height_at)
-    return _Shape(mesh, height_at, [StaticPart("ground/walls", "ground", Part(walls, KERB))])
+    return _Shape(mesh, height_at, build_structures(roads, height_at))
 
 
 def mean_reflectance(texture: str) -> Floats:

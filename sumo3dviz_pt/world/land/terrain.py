@@ -1,51 +1,91 @@
-"""A terrain that follows sloped roads from below.
+"""A terrain that meets sloped roads at their borders.
 
-Heights are known on the roads only. Between and beyond them the nearest roads'
-heights are blended and smoothed; then every grid cell that a road crosses is pushed
-below it, so that no hill pokes through. Walls close what is left under road edges.
+Heights are known on the roads only. Between and beyond them the nearest roads' heights are
+blended; then slopes lead from every road's border up or down to that ground, at most as steep
+as grass holds. Where two roads leave no room for such a slope, the terrain stays below the
+lower one's, and a wall carries the higher one. Below a bridge the slopes of the lower road
+win, so the space between its embankments stays open.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy import ndimage, spatial
-from scipy.interpolate import RegularGridInterpolator
+from scipy import sparse, spatial
+from scipy.sparse.csgraph import dijkstra
 
-from sumo3dviz_pt.library.mesh.grids import height_field
-from sumo3dviz_pt.library.mesh.planar import polygon_parts
-from sumo3dviz_pt.library.mesh.walls import walls
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.library.mesh.polyline import mitres
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.model.network import Network
-from sumo3dviz_pt.world.land.horizon import Land
+from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.world.land.horizon import Land, built_points, land_around, land_mesh
 from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.mesh import area_rings
+from sumo3dviz_pt.world.roads.levels import Levels, levels_of, lowest_surface
 
-_MARGIN = 0.10
-"""How far the terrain stays below the roads at least [m]."""
+STEEPEST = 1.0 / 1.5
+"""Slope of embankments and cuttings: two thirds, as grass holds."""
 
-_CELL = 10.0
-"""Grid spacing near what is built [m]."""
+_MARGIN = 0.06
+"""How far the terrain lies below the border of a road [m]."""
 
-_COARSE = 40.0
-"""Grid spacing in the rest of the network [m]."""
+_SUNK = 0.30
+"""How far it lies below the middle of a road [m]."""
 
-_MOST = 260
-"""Most grid lines near what is built, per axis; larger places get a wider grid."""
+_LEAST, _PUSHES = 0.03, 4
+"""Depth below roads at which the terrain is lowered no more [m]; how often that is tried."""
 
-_FAR = 20_000.0
-"""Where the terrain ends [m]."""
+_EDGE, _SHOULDER = 0.05, 1.0
+"""Distances from a road's border to the terrain's points that have its height [m]."""
 
-_HIGHEST_WALL = 9.0
-"""Roads this far above the terrain [m] are bridges."""
+_BESIDE = (2.6, 5.5, 10.0)
+"""Distances of further points, for slopes [m]."""
 
-_BRIDGE_SIDE = 1.2
-"""Height of a bridge's side [m]."""
+_STEP, _MOST_SAMPLES = 3.0, 30_000
+"""Distance of points along borders [m], and how many there may be, about."""
+
+_CELL, _COARSE, _MOST = 10.0, 40.0, 260
+"""Grid spacing near roads and elsewhere in the network [m]; most lines per axis."""
+
+_NEAR = 70.0
+"""How far from roads the fine grid reaches [m]."""
+
+_LOCAL, _AMBIENT, _ODD = 150.0, 120.0, 2.0
+"""Roads within the first distance [m] of a crossing of levels are compared with the usual height
+within the second one [m]; those that differ by more than the third [m] do not shape the ground."""
 
 HeightAt = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """Points along the borders of roads.
+
+    Attributes:
+        points: On the border, (n, 3) [m].
+        outward: Unit vectors away from the road, (n, 2).
+    """
+
+    points: Floats
+    outward: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Points:
+    """What the terrain is made of.
+
+    Attributes:
+        flat: From above, (n, 2) [m].
+        known: Heights that roads give, (n,) [m]; NaN elsewhere.
+        below: Heights of the roads that cover points, (n,) [m]; NaN elsewhere.
+    """
+
+    flat: Floats
+    known: Floats
+    below: Floats
 
 
 def terrain(
@@ -54,107 +94,300 @@ def terrain(
     """Build the terrain's mesh, and a function that gives its height at points (n, 2) [m].
 
     Args:
-        roads: What is built; the grid is fine around it.
+        roads: What is built; the terrain is fine around it.
         network: All roads, which give the heights further away.
-        land: Its hills are added, if given.
+        land: Its hills are added; default flat land.
     """
-    samples = road_samples(roads)
-    lanes = np.concatenate([lane.shape for lane in network.lanes.values()])
-    x, y = (
-        _grid_lines(samples[:, axis], (float(lanes[:, axis].min()), float(lanes[:, axis].max())))
-        for axis in (0, 1)
-    )
-    thin = samples[:: max(len(samples) // 40_000, 1)]
-    z = _blended(thin, lanes, x, y=y)
-    z = _pushed_below(samples, x, y, z=z)
-    if land is not None:
-        z = z + _hills(land, x, y)
-    field = RegularGridInterpolator((y, x), z, bounds_error=False, fill_value=None)
-
-    def height_at(points: Floats) -> Floats:
-        """Return height of the terrain at points, (n, 2) [m], as (n,) [m]."""
-        return np.asarray(field(np.asarray(points)[:, 1::-1]))
-
-    return height_field(x, y, z), height_at
+    if land is None:
+        corners = built_points(roads.outline, network.location.boundary)
+        land = land_around(corners, horizon="flat", surface="", seed=0)
+    levels = levels_of(roads)
+    samples = border_samples(levels)
+    shaping = _shaping(samples, network, levels)
+    points = _points(roads, samples, land)
+    faces = _facing_up(points.flat, spatial.Delaunay(points.flat).simplices.astype(np.int64))
+    z = _blended(points.flat, shaping) + land.heights(points.flat)
+    tree = shapely.STRtree(shapely.polygons(points.flat[faces]))
+    vertices = np.column_stack([points.flat, _sloped(points, z, faces)])
+    shown = ~_hidden(points, vertices[:, 2], faces)
+    vertices = _pushed_below(road_samples(roads), vertices, faces, tree=tree, shown=shown)
+    mesh = Mesh(vertices, faces[shown], _normals(vertices, faces))
+    return mesh, _height_at(vertices, faces, tree)
 
 
-def _hills(land: Land, x: Floats, y: Floats) -> Floats:
-    """Height of the land's hills over the grid, (m, n) [m]."""
-    xx, yy = np.meshgrid(x, y)
-    return land.heights(np.column_stack([xx.ravel(), yy.ravel()])).reshape(xx.shape)
-
-
-def road_samples(roads: RoadLayout, *, spacing: float = 2.5) -> Floats:
-    """Return points along the outlines of the road surface, (n, 3) [m].
-
-    Args:
-        roads: The roads.
-        spacing: Largest distance between neighbours [m].
-    """
-    parts = [(p, i) for i, shape in enumerate(roads.cells.polygons) for p in polygon_parts(shape)]
-    rings = shapely.segmentize([part.exterior for part, _ in parts], spacing)
-    flat, ring = shapely.get_coordinates(rings, return_index=True)
-    cell = np.array([i for _, i in parts], dtype=np.int64)[ring]
+def road_samples(roads: RoadLayout) -> Floats:
+    """Return points of all cells, on their outlines and within, (n, 3) [m]."""
+    polygons = roads.cells.polygons
+    outlines = shapely.segmentize(polygons, 0.5 * _STEP)
+    rings, ring = shapely.get_coordinates(outlines, return_index=True)
+    inside, inner = shapely.get_coordinates(shapely.point_on_surface(polygons), return_index=True)
+    flat, cell = np.concatenate([rings, inside]), np.concatenate([ring, inner])
     return np.column_stack([flat, surface_heights(roads.cells, cell, flat)])
 
 
-def retaining_walls(roads: RoadLayout, height_at: HeightAt) -> Mesh:
-    """Build walls from the outer edges of the roads down into the terrain."""
-    rings = area_rings(roads.outline, roads.cells)
-    bottoms = []
-    for ring in rings:
-        depth = ring[:, 2] - height_at(ring[:, :2])
-        # Higher up it is a bridge, which shows only its own side.
-        depth = np.where(depth > _HIGHEST_WALL, _BRIDGE_SIDE, np.maximum(depth, 0.0) + 0.5)
-        bottoms.append(ring - depth[:, None] * np.array([0.0, 0.0, 1.0]))
-    return walls(rings, bottoms)
-
-
-def _grid_lines(near: Floats, whole: tuple[float, float]) -> Floats:
-    """Grid lines of one axis.
+def _pushed_below(
+    samples: Floats, vertices: Floats, faces: Ints, *, tree: shapely.STRtree, shown: Bools
+) -> Floats:
+    """Vertices lowered until no sample of a road lies below a face that is shown, (n, 3) [m].
 
     Args:
-        near: Coordinates of what is built, (n,) [m]; the lines are densest there.
-        whole: Where the network begins and ends [m]; from there they thin out to the
-            horizon.
+        samples: Points of roads, (k, 3) [m].
+        vertices: Of the terrain, (n, 3) [m].
+        faces: Its triangles, (m, 3).
+        tree: Of the triangles from above.
+        shown: Which triangles are shown, (m,).
     """
-    low, high = float(near.min()) - 60.0, float(near.max()) + 60.0
-    begin, end = min(whole[0], low), max(whole[1], high)
-    fine = np.linspace(low, high, _count(high - low, _CELL, _MOST))
-    before = np.linspace(begin, low, _count(low - begin, _COARSE, _MOST // 2))[:-1]
-    after = np.linspace(high, end, _count(end - high, _COARSE, _MOST // 2))[1:]
-    beyond = np.geomspace(_COARSE, _FAR, 32)
-    return np.concatenate([begin - beyond[::-1], before, fine, after, end + beyond])
+    at, face = tree.query(shapely.points(samples[:, :2]), predicate="intersects")
+    at, face = at[shown[face]], face[shown[face]]
+    pushed = vertices.copy()
+    for _ in range(_PUSHES):
+        above = _plane_heights(pushed[faces], face, samples[at, :2]) - samples[at, 2] + _LEAST
+        low = above > 0.0
+        if not low.any():
+            break
+        lowered = np.zeros(len(vertices))
+        for k in range(3):
+            np.maximum.at(lowered, faces[face[low], k], above[low])
+        pushed[:, 2] -= lowered
+    return pushed
 
 
-def _count(length: float, spacing: float, most: int) -> int:
-    """Number of grid lines for a stretch [m]."""
-    return max(2, min(int(np.ceil(length / spacing)) + 1, most)) if length > 0.0 else 1
+def _plane_heights(corners: Floats, face: Ints, flat: Floats) -> Floats:
+    """Heights of triangles' planes at points that lie on them from above, (m,) [m]."""
+    a, b, c = (corners[face, k] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    return np.asarray(a[:, 2] - ((flat - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2])
 
 
-def _blended(built: Floats, lanes: Floats, x: Floats, *, y: Floats) -> Floats:
-    """Inverse-distance heights of the nearest roads, smoothed, (m, n) [m]."""
-    xx, yy = np.meshgrid(x, y)
-    grid = np.column_stack([xx.ravel(), yy.ravel()])
-    samples = np.concatenate([built, lanes])
-    count = min(12, len(samples))
-    away, near = (np.asarray(v) for v in spatial.cKDTree(samples[:, :2]).query(grid, k=count))
+def _height_at(vertices: Floats, faces: Ints, tree: shapely.STRtree) -> HeightAt:
+    """A function that gives the height of triangles at points."""
+    corners = vertices[faces]
+    usual = float(vertices[:, 2].mean())
+
+    def height_at(places: Floats) -> Floats:
+        """Return height of the terrain at points, (n, 2) [m], as (n,) [m]."""
+        flat = np.asarray(places, dtype=np.float64)[:, :2]
+        at, face = tree.query(shapely.points(flat), predicate="intersects")
+        found = np.full(len(flat), usual)
+        found[at] = _plane_heights(corners, face, flat[at])
+        return found
+
+    return height_at
+
+
+def border_samples(levels: Levels) -> Samples:
+    """Return points along all borders of a road surface, at most about 3 m apart."""
+    total = sum(
+        float(np.linalg.norm(np.diff(border.line[:, :2], axis=0), axis=1).sum())
+        for border in levels.borders
+    )
+    step = max(_STEP, total / _MOST_SAMPLES)
+    points, outward = [np.zeros((0, 3))], [np.zeros((0, 2))]
+    for border in levels.borders:
+        line = np.vstack([border.line, border.line[:1]]) if border.closed else border.line
+        dense = densified(line, step)
+        dense = dense[:-1] if border.closed else dense
+        points.append(dense)
+        outward.append(-unit(mitres(dense, closed=border.closed)))
+    return Samples(np.concatenate(points), np.concatenate(outward))
+
+
+def densified(line: Floats, step: float) -> Floats:
+    """Return a line with more points, so that none is farther than `step` [m] from the next.
+
+    Args:
+        line: (n, 3) [m].
+        step: [m].
+    """
+    length = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
+    count = np.maximum(np.ceil(settled(length / step)), 1).astype(np.int64)
+    index = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)) / count[index]
+    dense = line[index] + share[:, None] * (line[index + 1] - line[index])
+    return np.concatenate([dense, line[-1:]])
+
+
+def _shaping(samples: Samples, network: Network, levels: Levels) -> Floats:
+    """Points of roads that shape the ground, (n, 3) [m]: neither bridges nor underpasses.
+
+    Near crossings of levels, roads far from the usual height around are left out.
+    """
+    lanes = np.concatenate([lane.shape for lane in network.lanes.values()])
+    known = np.concatenate([samples.points, lanes])
+    shared = levels.crossings.shared
+    if not len(shared):
+        return known
+    # Find what lies near crossings.
+    centres = shapely.get_coordinates(shapely.centroid(shared))
+    away, _ = spatial.cKDTree(centres).query(known[:, :2])
+    near = np.flatnonzero(np.asarray(away) < _LOCAL)
+    # Compare it with the usual height around, to which odd heights count less each time.
+    step = max(len(known) // 6000, 1)
+    around = known[::step]
+    pairs = spatial.cKDTree(known[near, :2]).query_ball_tree(
+        spatial.cKDTree(around[:, :2]), 1.5 * _AMBIENT
+    )
+    odd = np.array(
+        [
+            abs(_usual(around[found], known[k]) - known[k, 2]) > _ODD
+            for k, found in zip(near, pairs, strict=True)
+        ],
+        dtype=np.bool_,
+    )
+    return np.delete(known, near[odd], axis=0) if not odd.all() else known
+
+
+def _usual(around: Floats, place: Floats) -> float:
+    """The usual height around a place [m]: a mean that odd heights hardly change."""
+    if not len(around):
+        return float(place[2])
+    away = ((around[:, :2] - place[:2]) ** 2).sum(axis=1)
+    near = np.exp(-0.5 * away / (0.5 * _AMBIENT) ** 2) + 1e-9
+    order = np.argsort(around[:, 2], kind="stable")
+    share = np.cumsum(near[order])
+    middle = float(around[order, 2][np.searchsorted(share, 0.5 * share[-1])])
+    weight = near / (1.0 + (around[:, 2] - middle) ** 2)
+    return float((weight * around[:, 2]).sum() / weight.sum())
+
+
+def _points(roads: RoadLayout, samples: Samples, land: Land) -> _Points:
+    """All points of the terrain from above, with the heights that are known."""
+    at, out, z = samples.points[:, :2], samples.outward, samples.points[:, 2]
+    tree = shapely.STRtree(roads.outline)
+    # Along the borders, and on the shoulders beside them where there is room.
+    edge = at + _EDGE * out
+    shoulder = at + _SHOULDER * out
+    free = _away_from(tree, shoulder, 0.7 * _SHOULDER)
+    beside = np.concatenate([at[1::2] + distance * out[1::2] for distance in _BESIDE])
+    reach = np.repeat(_BESIDE, len(at[1::2]))
+    beside = beside[_away_from(tree, beside, 0.7 * reach)]
+    # On a grid, fine near roads, and on rings out to the horizon.
+    grid = _grid(samples.points, land)
+    border, _ = spatial.cKDTree(at).query(grid)
+    grid = grid[np.asarray(border) > 2.0]
+    rings = land_mesh(land, 0.0).vertices[:, :2]
+    rings = rings[land.away(rings) > 1.0]
+    flat = np.concatenate([edge, shoulder[free], beside, grid, rings])
+    known = np.full(len(flat), np.nan)
+    known[: len(edge)] = z - _MARGIN
+    known[len(edge) : len(edge) + int(free.sum())] = z[free] - 1.2 * _MARGIN
+    # Join points at one place, first come first served, and put all below what covers them.
+    places = settled(flat, 2.0**-5)
+    _, first = np.unique(places, axis=0, return_index=True)
+    first = np.sort(first)
+    flat, known = places[first], known[first]
+    below = lowest_surface(roads, flat)
+    covered = np.isfinite(below)
+    known[covered] = np.fmin(known[covered], below[covered] - _SUNK)
+    return _Points(flat, known, below)
+
+
+def _away_from(tree: shapely.STRtree, points: Floats, least: Floats | float) -> Bools:
+    """Which points, (n, 2), are at least so far from all areas of a tree [m]."""
+    free = np.ones(len(points), dtype=np.bool_)
+    if len(points) and len(tree.geometries):
+        hits = tree.query(shapely.points(points), predicate="dwithin", distance=least)
+        free[hits[0]] = False
+    return free
+
+
+def _grid(samples: Floats, land: Land) -> Floats:
+    """Points of a grid within the land's hull, fine near samples, (n, 2) [m]."""
+    x0, y0, x1, y1 = land.hull.bounds
+    step = max(_CELL, (x1 - x0) / _MOST, (y1 - y0) / _MOST)
+    x, y = (np.arange(np.ceil((b - a) / step) + 1) for a, b in ((x0, x1), (y0, y1)))
+    i, j = (v.ravel() for v in np.meshgrid(x, y))
+    # Rows are shifted against each other, so that no four points lie on a circle.
+    flat = np.column_stack([x0 + step * (i + 0.37 * (j % 2)), y0 + step * j])
+    away, _ = spatial.cKDTree(samples[:, :2]).query(flat)
+    every = max(int(_COARSE / step), 1)
+    keep = (np.asarray(away) < _NEAR) | ((i % every == 0) & (j % every == 0))
+    return np.asarray(flat[keep & (land.away(flat) < 1.0)])
+
+
+def _blended(flat: Floats, shaping: Floats) -> Floats:
+    """Inverse-distance heights of the nearest roads, (n,) [m]."""
+    count = min(16, len(shaping))
+    away, near = (
+        np.asarray(v).reshape(len(flat), count)
+        for v in spatial.cKDTree(shaping[:, :2]).query(flat, k=count)
+    )
     weights = 1.0 / (away**2 + 4.0)
-    z = (weights * samples[near, 2]).sum(axis=1) / weights.sum(axis=1)
-    smooth = ndimage.gaussian_filter(z.reshape(xx.shape), 2.0, mode="nearest")
-    # Built roads carry the truth, so smoothing fades in with distance from them; roads
-    # that are not built may be tunnels, whose pits it softens.
-    from_built = np.asarray(spatial.cKDTree(built[:, :2]).query(grid)[0])
-    share = np.clip(from_built / 60.0, 0.0, 1.0).reshape(xx.shape)
-    return np.asarray((1 - share) * z.reshape(xx.shape) + share * smooth)
+    return np.asarray((weights * shaping[near, 2]).sum(axis=1) / weights.sum(axis=1))
 
 
-def _pushed_below(samples: Floats, x: Floats, y: Floats, *, z: Floats) -> Floats:
-    """Lower the corners of every grid cell below all road points in it."""
-    column = np.clip(np.searchsorted(x, samples[:, 0]) - 1, 0, len(x) - 2)
-    row = np.clip(np.searchsorted(y, samples[:, 1]) - 1, 0, len(y) - 2)
-    lowest = np.full_like(z, np.inf)
-    for i in (0, 1):
-        for j in (0, 1):
-            np.minimum.at(lowest, (row + i, column + j), samples[:, 2] - _MARGIN)
-    return np.asarray(np.minimum(z, lowest))
+def _sloped(points: _Points, z: Floats, triangles: Ints) -> Floats:
+    """Heights that reach all roads in slopes that are not too steep, (n,) [m]."""
+    graph = _sides(points.flat, triangles)
+    z = _smoothed(z, graph, np.isfinite(points.known))
+    lower = -_reached(graph, -points.known)
+    upper = _reached(graph, points.known)
+    found = np.minimum(np.maximum(z, lower), upper)
+    return np.where(np.isfinite(found), found, z)
+
+
+def _sides(flat: Floats, triangles: Ints) -> sparse.csr_matrix:
+    """Lengths of the sides of triangles, as a symmetric matrix, (n, n) [m]."""
+    ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    ends = np.unique(np.sort(ends, axis=1), axis=0).astype(np.int64)
+    length = np.linalg.norm(flat[ends[:, 0]] - flat[ends[:, 1]], axis=1)
+    shape = (len(flat), len(flat))
+    half = sparse.csr_matrix((length, (ends[:, 0], ends[:, 1])), shape=shape)
+    return half + half.T
+
+
+def _smoothed(z: Floats, graph: sparse.csr_matrix, fixed: Bools) -> Floats:
+    """Heights as means of their neighbours', several times, where none is known, (n,) [m]."""
+    weights = graph.copy()
+    weights.data = 1.0 / np.maximum(weights.data, 0.5)
+    total = np.asarray(weights.sum(axis=1)).ravel()
+    for _ in range(6):
+        mean = (weights @ z) / total
+        z = np.where(fixed, z, mean)
+    return np.asarray(z)
+
+
+def _reached(graph: sparse.csr_matrix, start: Floats) -> Floats:
+    """The lowest height at each point that climbs from some start at most as grass holds, (n,).
+
+    Args:
+        graph: Lengths of sides.
+        start: Heights where they begin, (n,) [m]; NaN elsewhere.
+    """
+    begins = np.flatnonzero(np.isfinite(start))
+    if not len(begins):
+        return np.full(len(start), np.inf)
+    # One more point leads to all starts, at the cost of their height above the lowest.
+    lowest = float(start[begins].min()) - 1.0
+    count = len(start)
+    sides = graph.tocoo()
+    cost = np.concatenate([STEEPEST * sides.data, start[begins] - lowest])
+    tail = np.concatenate([sides.row, np.full(len(begins), count)])
+    head = np.concatenate([sides.col, begins])
+    whole = sparse.csr_matrix((cost, (tail, head)), shape=(count + 1, count + 1))
+    found = np.asarray(dijkstra(whole, indices=np.array([count])))[0, :count]
+    return np.asarray(found + lowest)
+
+
+def _facing_up(flat: Floats, faces: Ints) -> Ints:
+    """Faces with their corners counter-clockwise from above; those without area go."""
+    a, b, c = (flat[faces[:, k]] for k in range(3))
+    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    turned = np.where((twice < 0)[:, None], faces[:, ::-1], faces)
+    return np.asarray(turned[np.abs(twice) > 1e-6])
+
+
+def _hidden(points: _Points, z: Floats, faces: Ints) -> Bools:
+    """Which faces lie wholly below a road that rests on the ground, (m,)."""
+    rests = np.isfinite(points.below) & (points.below - z < 2.0 * _SUNK)
+    return np.asarray(rests[faces].all(axis=1))
+
+
+def _normals(vertices: Floats, faces: Ints) -> Floats:
+    """Area-weighted normals, (n, 3)."""
+    areas = area_vectors(vertices, faces)
+    total = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(total, faces[:, k], areas)
+    total[(total == 0.0).all(axis=1)] = (0.0, 0.0, 1.0)
+    return unit(total)

@@ -28,6 +28,7 @@ from sumo3dviz_pt.world.roads.drops import Drops, find_drops, rise_at
 from sumo3dviz_pt.world.roads.kerbs import kerb_parts
 from sumo3dviz_pt.world.roads.layers import Layer, make_base, road_layers, unworn
 from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
+from sumo3dviz_pt.world.roads.levels import levels_of
 from sumo3dviz_pt.world.roads.mesh import kerb_faces, surface_meshes, verges
 from sumo3dviz_pt.world.roads.plain import plain_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY
@@ -94,7 +95,8 @@ def build_roads(
     verge = settings.colour or settings.surface
     found = [Layer("road", _material(key), mesh) for key, mesh in base.surfaces.items()]
     found.append(Layer("road/faces", KERB, kerb_faces(layout.cells, layout.raised, drops)))
-    sides = verges(layout.cells, layout.outline, surface=verge, near=near)
+    ends = [(border.line, border.closed) for border in levels_of(layout).borders]
+    sides = verges(ends, surface=verge, near=near)
     sides = unworn(sides) if verge in base.worn else sides
     found.append(Layer("road/verge", _material(verge), sides))
     slope = shoulder(layout.cells)

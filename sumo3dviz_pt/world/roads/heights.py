@@ -40,21 +40,24 @@ def _any_height(cells: Cells) -> float:
     return float(next(iter(cells.knots.values()))[0, 2]) if cells.knots else 0.0
 
 
-def heights_near(cells: Cells, points: Floats) -> Floats:
+def heights_near(cells: Cells, points: Floats, *, among: Ints | None = None) -> Floats:
     """Return the height of the cells nearest to points.
 
     Args:
         cells: The surface; at least one cell.
         points: (m, 2) [m].
+        among: Numbers of the cells that count; default all.
 
     Returns:
         (m,) [m].
     """
     if cells.is_flat:
         return np.full(len(points), _any_height(cells))
-    asked, cell = cells.tree.query_nearest(shapely.points(points), all_matches=False)
+    tree = cells.tree if among is None else shapely.STRtree(cells.polygons[among])
+    asked, cell = tree.query_nearest(shapely.points(points), all_matches=False)
     heights = np.zeros(len(points))
-    heights[asked] = surface_heights(cells, cell, points[asked])
+    number = cell if among is None else among[cell]
+    heights[asked] = surface_heights(cells, number, points[asked])
     return heights
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -17,6 +18,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settle
 from sumo3dviz_pt.model.vectors import area_vectors, unit
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
+from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
@@ -71,10 +73,30 @@ def surface_meshes(
 
 def raised_area(cells: Cells) -> Polygons:
     """Return connected footways from above, (n,) polygons with holes; levels kept apart."""
-    shape = union(cells.polygons[cells.raised])
+    return np.concatenate([_joined(cells, some) for some in _raised_levels(cells)])
+
+
+def _raised_levels(cells: Cells) -> list[Ints]:
+    """Numbers of raised cells, one list for each level of footways above footways."""
+    raised = np.flatnonzero(cells.raised)
+    if cells.is_flat or not len(raised):
+        return [raised]
+    crossings = crossings_of(cells)
+    both = cells.raised[crossings.lower] & cells.raised[crossings.upper]
+    lower, upper, shared, gap = crossings
+    among = Crossings(lower[both], upper[both], shared[both], gap[both])
+    levels = stacked(among, len(cells.polygons))[raised]
+    return [raised[levels == level] for level in np.unique(levels)]
+
+
+def _joined(cells: Cells, some: Ints) -> Polygons:
+    """Connected areas of some cells, (n,) polygons with holes."""
+    shape = union(cells.polygons[some])
     # Closing by a centimetre joins neighbours that rounding has parted.
     closed = shape.buffer(0.01, join_style="mitre").buffer(-0.01, join_style="mitre")
-    return np.array(polygon_parts(closed), dtype=object)
+    found = np.empty(len(parts := polygon_parts(closed)), dtype=object)
+    found[:] = parts
+    return found
 
 
 def outer_area(cells: Cells) -> Polygons:
@@ -140,12 +162,20 @@ def kerb_rings(cells: Cells, raised: Polygons, drops: Drops) -> list[tuple[Float
         drops: Where kerbs are lowered.
     """
     rings = []
-    for foot in area_rings(raised, cells):
+    for foot in _raised_rings(cells, raised):
         foot = _with_points(foot, drops.ramps)
         top = foot.copy()
         top[:, 2] += rise_at(drops, foot[:, :2])
         rings.append((foot, top))
     return rings
+
+
+def _raised_rings(cells: Cells, raised: Polygons) -> list[Floats]:
+    """Outlines of raised areas at the height of the footways that they hold, (n, 3) [m] each."""
+    levels = _raised_levels(cells)
+    if len(levels) == 1:
+        return area_rings(raised, cells, among=levels[0])
+    return [ring for some in levels for ring in area_rings(_joined(cells, some), cells, among=some)]
 
 
 def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
@@ -161,32 +191,33 @@ def _with_points(ring: Floats, ramps: shapely.STRtree) -> Floats:
     return np.asarray(ring[index] + share * (ends - ring)[index])
 
 
-def verges(cells: Cells, outline: Polygons, *, surface: str, near: tuple[float, float]) -> Mesh:
+def verges(
+    borders: Iterable[tuple[Floats, bool]], *, surface: str, near: tuple[float, float]
+) -> Mesh:
     """Build short slopes around the whole surface, so that roads do not look like floating cards.
 
     Args:
-        cells: The surface.
-        outline: What `outer_area` gave.
+        borders: Lines with the surface to their left, (n, 3) [m], and whether each is closed.
         surface: Key of the surface that the slopes show.
         near: A point of the network [m] near which texture coordinates are small.
     """
     pieces = []
-    for ring in area_rings(outline, cells):
-        foot = ring - [0.0, 0.0, _VERGE_DROP]
-        # The area lies to the left of its rings, so outwards is to the right.
-        foot[:, :2] -= _VERGE_WIDTH * mitres(ring, closed=True)
-        pieces.append(between(ring, foot, closed=True))
+    for line, closed in borders:
+        foot = line - [0.0, 0.0, _VERGE_DROP]
+        # The area lies to the left of its borders, so outwards is to the right.
+        foot[:, :2] -= _VERGE_WIDTH * mitres(line, closed=closed)
+        pieces.append(between(line, foot, closed=closed))
     mesh = merge_meshes(pieces)
     return replace(mesh, uvs=planar_uvs(mesh.vertices, tile=metres_per_tile(surface), near=near))
 
 
-def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Floats]:
+def area_rings(areas: Polygons, cells: Cells, *, among: Ints | None = None) -> list[Floats]:
     """Return outlines of areas at the height of the surface near them.
 
     Args:
         areas: Polygons.
         cells: The surface that gives the height.
-        above: Added to the height [m].
+        among: Numbers of the cells that count; default all.
 
     Returns:
         Rings, each (n, 3) [m], counter-clockwise around the area, holes clockwise;
@@ -202,7 +233,7 @@ def area_rings(areas: Polygons, cells: Cells, *, above: float = 0.0) -> list[Flo
         return []
     if not cells.is_flat:
         flat = _with_corners(flat, cells)
-    heights = heights_near(cells, np.concatenate(flat)) + above
+    heights = heights_near(cells, np.concatenate(flat), among=among)
     ends = np.cumsum([len(ring) for ring in flat])[:-1]
     pairs = zip(flat, np.split(heights, ends), strict=True)
     return [np.column_stack([ring, height]) for ring, height in pairs]

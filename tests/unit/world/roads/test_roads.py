@@ -398,7 +398,7 @@ def test_slopes_without_footways_need_no_kerb_near_the_camera(focus):
     assert smooth_normals(np.zeros((0, 3)), np.zeros((0, 3), np.int64)).shape == (0, 3)
 
 
-def test_terrain_stays_below_the_roads_and_walls_close_the_gap():
+def test_terrain_stays_below_the_roads_and_meets_their_borders():
     roads = build_roads(slope(), RoadSettings(), textured=True)
     mesh, height_at = terrain(roads.layout, slope())
     for one in roads.static:
@@ -407,7 +407,7 @@ def test_terrain_stays_below_the_roads_and_walls_close_the_gap():
             assert clearance.min() > 0.05
     assert mesh.bounds[1, 0] > 20_000
     ground = build_ground(GroundSettings(), slope(), roads=roads.layout, textured=False)
-    assert [p.id for p in ground.static] == ["ground", "ground/walls"]
+    assert {p.id for p in ground.static} <= {"ground", "ground/walls"}, "nothing to fall from"
     high = build_roads(bridge(), RoadSettings(), textured=True)
     over = build_ground(GroundSettings(), bridge(), roads=high.layout, textured=True)
     assert {"ground", "ground/far", "ground/walls"} <= {p.id for p in over.static}

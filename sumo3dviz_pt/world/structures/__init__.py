@@ -1,0 +1,1 @@
+"""Bridges, their piers and parapets, and retaining walls."""
