@@ -21,6 +21,7 @@ _FOCUS = 30.0  # at this distance [m] a road user counts half of what it would c
 _WAITS = 0.3  # how much who waits counts beside who drives
 _CROWDED = 1.6  # nobody shall come nearer to a standing eye than this [m]
 _LENS = 14.0  # what stands nearer than this fills much of the picture [m]
+_CLUTTER = 12.0  # how much a share of the picture that poles fill spoils it
 _RASTER = np.array([(x, y) for y in (-0.7, -0.25, 0.25, 0.6) for x in (-0.8, -0.4, 0.0, 0.4, 0.8)])
 _RATIO = 9.0 / 16.0
 
@@ -82,6 +83,7 @@ def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | N
     forwards = unit(poses.aims - poses.eyes)
     value = _seen(poses, forwards, subjects, around)
     value *= _free_lens(poses, forwards, around)
+    value *= np.exp(-_CLUTTER * _cluttered(poses, forwards, around.posts))
     if sun is not None and sun[2] > 0.05:
         # With the sun in front, all that is seen lies in its own shadow.
         flat = unit(forwards[:, :2]) @ (sun[:2] / max(float(np.hypot(*sun[:2])), 1e-9))
@@ -128,6 +130,26 @@ def _free_lens(poses: Poses, forwards: Floats, around: Outdoors) -> Floats:
     free = around.clear(starts, ends).reshape(len(poses.eyes), len(_RASTER))
     axis = around.clear(poses.eyes, poses.eyes + FREE / 0.97 * forwards)
     return np.asarray(free.mean(axis=1) ** 3 * (axis > 0.0))
+
+
+def _cluttered(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
+    """Which share of each picture upright things before the place fill, about, (n,)."""
+    share = np.zeros(len(poses.eyes))
+    rights, ups = _frame(forwards)
+    half = np.tan(np.radians(poses.fov) / 2.0)
+    before = 0.85 * np.linalg.norm(poses.aims - poses.eyes, axis=1)
+    x, y, radius, bottom, top = posts.T
+    for level in (0.15, 0.5, 0.85):
+        middles = np.column_stack([x, y, bottom + level * (top - bottom)])
+        way = middles[None] - poses.eyes[:, None]
+        ahead = np.einsum("nkc,nc->nk", way, forwards)
+        depth = np.maximum(ahead, 0.5)
+        inside = np.abs(np.einsum("nkc,nc->nk", way, rights)) < half * depth
+        inside &= np.abs(np.einsum("nkc,nc->nk", way, ups)) < half * _RATIO * depth
+        inside &= (ahead > 0.5) & (ahead < before[:, None])
+        area = 2.0 * radius * (top - bottom) / 3.0
+        share += (inside * area / depth**2).sum(axis=1) / (4.0 * half**2 * _RATIO)
+    return share
 
 
 def crowded(eyes: Floats, movement: Movement) -> Bools:

@@ -230,9 +230,15 @@ def _signals(scenario: Scenario, network: Network, index: LaneIndex) -> list[tup
     for head in heads:
         x, y, low = head.position.tolist()
         foot_x, foot_y, foot = head.foot.tolist()
-        found.append((foot_x, foot_y, _POLE, foot, max(low, foot + 3.2)))
+        found.append((foot_x, foot_y, _POLE, foot, max(low + _HEAD[1], foot + 3.2)))
         found.append((x, y, _HEAD[0], low, low + _HEAD[1]))
-    return found
+        # The arm that it hangs on.
+        length = float(np.hypot(x - foot_x, y - foot_y))
+        for share in np.arange(0.5, length, 1.0) / max(length, 1e-9) if head.over_road else ():
+            x_at, y_at = foot_x + share * (x - foot_x), foot_y + share * (y - foot_y)
+            found.append((x_at, y_at, 0.5, low + 0.7, low + _HEAD[1]))
+    # Heads share poles and arms.
+    return sorted({tuple(np.round(post, 2).tolist()) for post in found})
 
 
 def _standing(scenario: Scenario, movement: Movement) -> list[tuple[float, ...]]:

@@ -70,13 +70,14 @@ class Clearance:
         """The ways of cameras that stay: what they look at must not be hidden."""
         return tuple(w for w in self.ways if np.ptp(w.positions[:, :2], axis=0).max() <= _STAYS)
 
-    def before_lens(self, places: Floats, ground: Floats, *, height: float) -> Bools:
+    def before_lens(self, places: Floats, ground: Floats, *, height: float, reach: float) -> Bools:
         """Return which upright things would stand right before a camera, (k,).
 
         Args:
             places: Of the things, (k, 2) [m].
             ground: Height of the ground there, (k,) [m].
             height: Of the things [m].
+            reach: How far parts of them stand out, such as a lamp's arm [m].
         """
         hides = np.zeros(len(places), dtype=np.bool_)
         for way in self.ways:
@@ -88,7 +89,8 @@ class Clearance:
             # Compare the top with the lower part of the picture.
             lowest = np.arctan2(way.forwards[:, 2], flat) - _LOWER * way.half_angles
             top = np.arctan2(ground[:, None] + height - way.positions[:, 2], away)
-            pictured = settled(aside - way.half_angles) < 0.0
+            wide = np.arctan2(reach, away)
+            pictured = settled(aside - wide - way.half_angles) < 0.0
             middle = settled(aside - _MIDDLE) < 0.0
             seen = ((away < _LENS) & pictured) | ((away < _AXIS) & middle)
             seen &= way.half_angles < np.pi / 2.0  # others have no picture

@@ -24,6 +24,7 @@ MARGIN = 0.25
 _STEP = 1.0  # highest difference between the ground and the road beside it [m]
 _GAP = 1.0  # between things [m]
 _CAMERA = 2.5  # distance that things keep from cameras that are not high above [m]
+_OUT = 2.0  # how far lamps and roofs of shelters stand out [m]
 _WALKS = ("crossing",)
 
 
@@ -159,7 +160,8 @@ class Site:
         if height and clear.any():
             spots = places[clear]
             ground = self.around.index.heights(spots)
-            clear[clear] = ~self.around.clearance.before_lens(spots, ground, height=height)
+            hides = self.around.clearance.before_lens
+            clear[clear] = ~hides(spots, ground, height=height, reach=_OUT)
         return np.asarray(clear)
 
     def level_with(self, places: Floats, road: Floats) -> Bools:
