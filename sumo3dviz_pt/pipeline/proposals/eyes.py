@@ -17,7 +17,6 @@ FREE = 3.0
 
 _REACH = 75.0  # who is farther than this from the place does not count [m]
 _MOST = 140  # places of road users that stand for all of them
-_FOCUS = 30.0  # at this distance [m] a road user counts half of what it would close by
 _WAITS = 0.3  # how much who waits counts beside who drives
 _CROWDED = 1.6  # nobody shall come nearer to a standing eye than this [m]
 _LENS = 14.0  # what stands nearer than this fills much of the picture [m]
@@ -60,15 +59,13 @@ class Poses:
         eyes: (n, 3) [m].
         aims: Points that they look at, (n, 3) [m].
         fov: Horizontal opening angle of all of them [deg].
+        focus: At this distance a road user counts half of what it would close by [m].
     """
 
     eyes: Floats
     aims: Floats
     fov: float
-
-    def some(self, kept: Bools) -> Poses:
-        """Return some of them."""
-        return Poses(self.eyes[kept], self.aims[kept], self.fov)
+    focus: float = 30.0
 
 
 def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | None) -> Floats:
@@ -105,7 +102,7 @@ def _seen(poses: Poses, forwards: Floats, subjects: Subjects, around: Outdoors) 
     inside = (ahead > 1.0) & (np.abs(x) < 0.97) & (np.abs(y) < 0.95)
     # Near the picture's border a road user is worth less.
     share = inside * (1.0 - 0.4 * np.maximum(np.abs(x), np.abs(y)) ** 4)
-    share = share * subjects.weights * _FOCUS / (_FOCUS + distance)
+    share = share * subjects.weights * poses.focus / (poses.focus + distance)
     # Fronts are nicer than rears.
     towards = np.stack([np.cos(subjects.yaws), np.sin(subjects.yaws)], axis=1)
     facing = -np.einsum("nkc,kc->nk", way[:, :, :2], towards) / distance

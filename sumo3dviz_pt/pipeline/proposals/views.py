@@ -9,6 +9,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.vectors import unit
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest
 from sumo3dviz_pt.pipeline.proposals.eyes import (
     Poses,
@@ -105,10 +106,13 @@ class Scouting:
 def overview(scouting: Scouting) -> Stand:
     """Return a camera above the place that sees much of its traffic."""
     place = scouting.found.place
-    azimuths = _azimuths("overview", 20)
-    spots = ring(place, azimuths=azimuths, distances=(26.0, 34.0, 44.0))
-    eyes = np.concatenate([_raised(spots, place, height, scouting) for height in (7.5, 10.0, 13.0)])
-    aims = np.tile(place + np.array([0.0, 0.0, 0.5]), (len(eyes), 1))
+    spots = ring(place, azimuths=_azimuths("overview", 18), distances=(24.0, 32.0, 42.0))
+    eyes = np.concatenate([_raised(spots, place, height, scouting) for height in (7.0, 9.5, 13.0)])
+    # Roads lead away behind the place, so that it may lie in the lower half of the picture.
+    away = unit((place - eyes) * [1.0, 1.0, 0.0])
+    aims = np.concatenate([place + beyond * away for beyond in (0.0, 14.0)])
+    aims[:, 2] += 0.5
+    eyes = np.tile(eyes, (2, 1))
     poses = Poses(eyes, aims, _FOV)
     values = scouting.rated(poses) * scouting.usable(eyes, margin=_MARGIN) * scouting.beside(eyes)
     chosen = best_of(values)
@@ -135,7 +139,7 @@ def corner(scouting: Scouting) -> Stand | None:
     # Looking over the junction, a little below the horizon.
     aims = np.tile(place, (len(eyes), 1))
     aims[:, 2] = np.maximum(place[2] + 1.0, 0.75 * (eyes[:, 2] - place[2]) + place[2] - 0.3)
-    poses = Poses(eyes, aims, _CORNER_FOV)
+    poses = Poses(eyes, aims, _CORNER_FOV, focus=12.0)
     values = scouting.rated(poses) * factors * scouting.usable(eyes, margin=1.2)
     values *= ~(crowded(eyes, scouting.movement) & (factors == 1.0))
     chosen = best_of(values)
