@@ -1,14 +1,18 @@
 """What `init` proposes: a template by the roads, a place by who moves, cameras by what they see."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import shapely
+from builders import write_scenario
 
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Trace, TrafficLog, VehicleType
+from sumo3dviz_pt.pipeline.checks import check_scene
+from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest, busiest
 from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of
 from sumo3dviz_pt.pipeline.proposals.movement import movement_of
@@ -16,7 +20,10 @@ from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors, near_network, out
 from sumo3dviz_pt.pipeline.proposals.rides import choose_rides
 from sumo3dviz_pt.pipeline.proposals.templates import choose_template
 from sumo3dviz_pt.pipeline.proposals.views import Scouting, corner, flight, overview
+from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
+
+EXAMPLES = Path(__file__).parents[4] / "examples"
 
 CARS = frozenset({"passenger", "bus", "truck", "delivery"})
 CENTRE = np.zeros(3)
@@ -330,3 +337,35 @@ def test_a_gap_in_the_log_is_no_ride():
     torn = replace(whole, **{name: getattr(whole, name)[kept] for name in arrays})
     found, _ = rides(torn)
     assert not found or found[0].start != 10.0
+
+
+# Whole examples -----------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("example", "template", "cameras"),
+    [
+        ("crossing", "city_day", {"overview", "corner", "driver", "bus", "bicycle", "flight"}),
+        ("ronda", "highway_day", {"overview", "driver", "flight"}),
+    ],
+)
+def test_each_proposed_camera_of_an_example_can_be_built(example, template, cameras, tmp_path):
+    text, notes = propose(EXAMPLES / example, output=tmp_path / "s.yaml")
+    (tmp_path / "s.yaml").write_text(text, encoding="utf-8")
+    job = load_job(tmp_path / "s.yaml")
+    assert job.template == template and any(template in note for note in notes)
+    assert {shot.camera for shot in job.shots} >= cameras
+    report = check_scene(job, presets=["draft"])
+    assert len(report["shots"]) == len(job.shots)
+    for shot in report["shots"]:
+        assert shot["triangles"]["road users"] > 0, "somebody is in the picture"
+
+
+def test_a_template_that_was_asked_for_wins(tmp_path):
+    write_scenario(tmp_path, vehicles=2, end=15.0)
+    chosen, notes = propose(tmp_path, output=tmp_path / "s.yaml", template="overcast")
+    assert "template: overcast" in chosen and any("overcast" in note for note in notes)
+    again, _ = propose(tmp_path, output=tmp_path / "s.yaml")
+    assert "template: overcast" not in again and "# Chosen because:" in again
+    assert propose(tmp_path, output=tmp_path / "s.yaml")[0] == again, "the same each time"
