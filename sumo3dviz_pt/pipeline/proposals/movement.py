@@ -60,7 +60,9 @@ class Movement:
     def distances(self) -> tuple[Ints, Floats]:
         """Return the users of these rows, (m,), and how far each drives in them, (m,) [m]."""
         users, row = np.unique(self.users, return_inverse=True)
-        return users, np.bincount(row.ravel(), weights=self.driven, minlength=len(users))
+        sums = np.zeros(len(users))
+        np.add.at(sums, row.ravel(), self.driven)
+        return users, sums
 
 
 def movement_of(traces: Sequence[Trace]) -> Movement:

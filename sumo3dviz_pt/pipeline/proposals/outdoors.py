@@ -150,9 +150,9 @@ def outdoors(scenario: Scenario, place: Floats, movement: Movement) -> Outdoors:
     walls, tops = _walls(scenario, place, index)
     posts = [*_plants(scenario, place, index), *_signals(scenario, network, index)]
     posts += _standing(scenario, movement)
-    posts = np.array(posts, dtype=np.float64).reshape(-1, 5)
+    upright = np.array(posts, dtype=np.float64).reshape(-1, 5)
     rows = not any(kind_of(item.type, item.source) == "buildings" for item in scenario.polygons)
-    return Outdoors(index, shapely.STRtree(walls), tops, posts, rows and _is_town(network))
+    return Outdoors(index, shapely.STRtree(walls), tops, upright, rows and _is_town(network))
 
 
 def near_network(network: Network, place: Floats, reach: float) -> Network:

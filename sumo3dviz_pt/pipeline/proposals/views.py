@@ -29,6 +29,7 @@ SEED = 1
 _FOV, _CORNER_FOV = 60.0, 65.0
 _MARGIN = 3.0  # eyes keep this distance from everything that stands [m]
 _KERB = 0.9  # and those at the height of people this from carriageways [m]
+_AWAY = (7.0, 9.5, 12.0, 14.5, 17.0, 19.5, 22.0, 24.5, 27.0, 30.0)  # corners from the place [m]
 _LOW = (1.7, 2.5, 3.6)  # heights of a corner's eye above the ground, the best first [m]
 _LOWER = (1.0, 0.8, 0.6)  # factors of their values: the first is how people see a street
 _ASIDE = 9.0  # an eye up to this far from the middle of a lane takes no house away [m]
@@ -126,7 +127,7 @@ def overview(scouting: Scouting) -> Stand:
 def corner(scouting: Scouting) -> Stand | None:
     """Return a camera at the height of people beside the road, or None without room for it."""
     place = scouting.found.place
-    spots = ring(place, azimuths=_azimuths("corner", 36), distances=np.arange(7.0, 34.0, 2.5))
+    spots = ring(place, azimuths=_azimuths("corner", 36), distances=_AWAY)
     near = scouting.around.off_road(spots) < _ASIDE + 3.0
     spots = spots[near & ~scouting.around.on_road(spots, margin=_KERB)]
     if not len(spots):
