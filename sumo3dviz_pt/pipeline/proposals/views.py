@@ -29,6 +29,8 @@ SEED = 1
 _FOV, _CORNER_FOV = 60.0, 65.0
 _MARGIN = 3.0  # eyes keep this distance from everything that stands [m]
 _KERB = 0.9  # and those at the height of people this from carriageways [m]
+_HEIGHTS = (7.0, 9.5, 13.0)  # of an overview's eye above the place [m]
+_HIGHER = (0.85, 1.0, 1.0)  # factors of their values: from above, vehicles hide each other less
 _AWAY = (7.0, 9.5, 12.0, 14.5, 17.0, 19.5, 22.0, 24.5, 27.0, 30.0)  # corners from the place [m]
 _LOW = (1.7, 2.5, 3.6)  # heights of a corner's eye above the ground, the best first [m]
 _LOWER = (1.0, 0.8, 0.6)  # factors of their values: the first is how people see a street
@@ -108,7 +110,7 @@ def overview(scouting: Scouting) -> Stand:
     """Return a camera above the place that sees much of its traffic."""
     place = scouting.found.place
     spots = ring(place, azimuths=_azimuths("overview", 18), distances=(24.0, 32.0, 42.0))
-    eyes = np.concatenate([_raised(spots, place, height, scouting) for height in (7.0, 9.5, 13.0)])
+    eyes = np.concatenate([_raised(spots, place, height, scouting) for height in _HEIGHTS])
     # Roads lead away behind the place, so that it may lie in the lower half of the picture.
     away = unit((place - eyes) * [1.0, 1.0, 0.0])
     aims = np.concatenate([place + beyond * away for beyond in (0.0, 14.0)])
@@ -116,6 +118,7 @@ def overview(scouting: Scouting) -> Stand:
     eyes = np.tile(eyes, (2, 1))
     poses = Poses(eyes, aims, _FOV)
     values = scouting.rated(poses) * scouting.usable(eyes, margin=_MARGIN) * scouting.beside(eyes)
+    values *= np.tile(np.repeat(_HIGHER, len(spots)), 2)
     chosen = best_of(values)
     if chosen is None:
         # Everything is full: high above the place nothing stands.
