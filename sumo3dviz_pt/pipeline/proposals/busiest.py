@@ -61,10 +61,13 @@ def busiest(
     first = min(float(np.ceil(begin + slack)), max(begin, end - length))
     crossings = _crossings(network)
     best: tuple[float, Busiest] | None = None
+    rows: dict[float, Movement] = {}
     for number, place in _coarse(movement, first, latest=end - slack - length):
         start = first + _BIN * number
         stop = min(start + length, end)
-        there = movement.during(start, stop)
+        if start not in rows:
+            rows[start] = movement.during(start, stop)
+        there = rows[start]
         middle, junction = _snapped(place, crossings)
         value, movers = _worth(there.near(middle, NEAR))
         value *= _AT_JUNCTION if junction else 1.0

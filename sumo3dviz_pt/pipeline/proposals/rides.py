@@ -14,7 +14,8 @@ from sumo3dviz_pt.pipeline.proposals.busiest import Busiest
 _CARS = frozenset({"passenger", "taxi", "evehicle", "hov", "private", "custom1", "custom2"})
 _TRAINS = frozenset({"rail", "rail_electric", "rail_fast", "rail_urban", "subway"})
 
-_MOST = 1200  # traces of a kind that are looked at
+_MOST, _MOST_LATER = 1200, 150  # traces of a kind that are looked at, then and at other times
+_MOST_WINDOWS = 24  # of one trace
 _MOVES = 0.5  # speed from which a vehicle drives [m/s]
 _MOVING = 2.0 / 3.0  # share of the time that it must drive
 _SHIFT = 5.0  # between windows that are tried where no vehicle lasts the first [s]
@@ -105,14 +106,11 @@ def _best(kind: _RideKind, traces: list[Trace], found: Busiest) -> Ride | None:
     """The best ride while the other shots last; else at any other time."""
     length = found.end - found.start
     there = [t for t in traces if t.times[0] <= found.start and t.times[-1] >= found.end]
-    for windows_of, some in ((None, there), (_SHIFT, traces)):
+    for later, some, most in ((False, there, _MOST), (True, traces, _MOST_LATER)):
         best: tuple[float, Ride] | None = None
-        for trace in some[:: max(1, -(-len(some) // _MOST))]:
-            starts = np.array([found.start])
-            if windows_of is not None:
-                first = np.ceil(trace.times[0] + 0.5)
-                starts = np.arange(first, trace.times[-1] - length, windows_of)
-            for start in starts.tolist():
+        for trace in some[:: max(1, -(-len(some) // most))]:
+            starts = _windows(trace, length) if later else [found.start]
+            for start in starts:
                 value, metres = _worth(trace, start, start + length, found.place)
                 if value > 0.0 and (best is None or value > best[0] + 1e-6):
                     ride = Ride(kind.camera, trace.id, kind.view, start, start + length, metres)
@@ -120,6 +118,12 @@ def _best(kind: _RideKind, traces: list[Trace], found: Busiest) -> Ride | None:
         if best is not None:
             return best[1]
     return None
+
+
+def _windows(trace: Trace, length: float) -> list[float]:
+    """Begins of windows of a length [s] in which a road user is there, evenly spread."""
+    starts = np.arange(np.ceil(trace.times[0] + 0.5), trace.times[-1] - length, _SHIFT)
+    return [float(start) for start in starts[:: max(1, -(-len(starts) // _MOST_WINDOWS))]]
 
 
 def _worth(trace: Trace, start: float, end: float, place: Floats) -> tuple[float, float]:
