@@ -19,6 +19,7 @@ _REACH = 75.0  # who is farther than this from the place does not count [m]
 _MOST = 140  # places of road users that stand for all of them
 _WAITS = 0.3  # how much who waits counts beside who drives
 _CROWDED = 1.6  # nobody shall come nearer to a standing eye than this [m]
+_PASSING = 8.5  # a vehicle that passes nearer than this fills the picture of a low eye [m]
 _LENS = 14.0  # what stands nearer than this fills much of the picture [m]
 _CLUTTER = 12.0  # how much a share of the picture that poles fill spoils it
 _RASTER = np.array([(x, y) for y in (-0.7, -0.25, 0.25, 0.6) for x in (-0.8, -0.4, 0.0, 0.4, 0.8)])
@@ -104,8 +105,9 @@ def _seen(poses: Poses, forwards: Floats, subjects: Subjects, around: Outdoors) 
     share = inside * (1.0 - 0.4 * np.maximum(np.abs(x), np.abs(y)) ** 4)
     share = share * subjects.weights * poses.focus / (poses.focus + distance)
     # Fronts are nicer than rears.
-    towards = np.stack([np.cos(subjects.yaws), np.sin(subjects.yaws)], axis=1)
-    facing = -np.einsum("nkc,kc->nk", way[:, :, :2], towards) / distance
+    level = np.zeros(len(subjects.yaws))
+    towards = np.stack([np.cos(subjects.yaws), np.sin(subjects.yaws), level], axis=1)
+    facing = -np.einsum("nkc,kc->nk", way, towards) / distance
     share = share * (1.0 + 0.15 * facing)
     eye, subject = np.nonzero(share > 0.0)
     free = np.zeros(share.shape)
@@ -155,6 +157,27 @@ def crowded(eyes: Floats, movement: Movement) -> Bools:
         return np.zeros(len(eyes), dtype=np.bool_)
     away = np.hypot(*(eyes[:, None, :2] - movement.places[None, :, :2]).transpose(2, 0, 1))
     return np.asarray((away < _CROWDED).any(axis=1))
+
+
+def unblocked(poses: Poses, movement: Movement) -> Floats:
+    """Return a factor that is lower the longer vehicles pass right before eyes, (n,) in [0, 1].
+
+    Args:
+        poses: n of them.
+        movement: Everyone near, while the shots last.
+    """
+    kinds = [trace.kind == "vehicle" for trace in movement.traces]
+    vehicles = movement.where(np.array(kinds, dtype=np.bool_)[movement.users])
+    if not len(vehicles.times):
+        return np.ones(len(poses.eyes))
+    back = np.stack([np.cos(vehicles.yaws), np.sin(vehicles.yaws)], axis=1)
+    middles = vehicles.places[:, :2] - 2.2 * back
+    way = middles[None] - poses.eyes[:, None, :2]
+    away = np.maximum(np.hypot(way[..., 0], way[..., 1]), 0.1)
+    ahead = np.einsum("nkc,nc->nk", way, unit((poses.aims - poses.eyes)[:, :2])) / away
+    near = (away < _PASSING) & (ahead > np.cos(np.radians(poses.fov / 2.0 + 12.0)))
+    seconds = max(float(np.ptp(vehicles.times)), 1.0)
+    return np.asarray((1.0 - np.minimum(near.sum(axis=1) / seconds, 1.0)) ** 2)
 
 
 def best_of(values: Floats) -> int | None:

@@ -19,6 +19,7 @@ from sumo3dviz_pt.pipeline.proposals.eyes import (
     rated,
     ring,
     subjects_of,
+    unblocked,
 )
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors
@@ -145,6 +146,7 @@ def corner(scouting: Scouting) -> Stand | None:
     aims[:, 2] = np.maximum(place[2] + 1.0, 0.75 * (eyes[:, 2] - place[2]) + place[2] - 0.3)
     poses = Poses(eyes, aims, _CORNER_FOV, focus=12.0)
     values = scouting.rated(poses) * factors * scouting.usable(eyes, margin=1.2)
+    values *= unblocked(poses, scouting.movement)
     values *= ~(crowded(eyes, scouting.movement) & (factors == 1.0))
     chosen = best_of(values)
     return None if chosen is None else Stand(eyes[chosen], aims[chosen], _CORNER_FOV)

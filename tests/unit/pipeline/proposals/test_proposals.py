@@ -14,7 +14,7 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon, Trace, TrafficLog, VehicleT
 from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest, busiest
-from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of
+from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of, unblocked
 from sumo3dviz_pt.pipeline.proposals.movement import movement_of
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors, near_network, outdoors
 from sumo3dviz_pt.pipeline.proposals.rides import choose_rides
@@ -225,6 +225,15 @@ def test_the_sun_stands_behind_rather_than_before():
     sun = np.array([0.8, 0.0, 0.6])
     east, west = value(towards_centre((35, 0, 10), (-35, 0, 10)), sun=sun)
     assert east > west
+
+
+def test_vehicles_that_pass_right_before_an_eye_lower_its_value():
+    movement = movement_of(crossers()).during(10.0, 20.0)
+    low = Poses(np.array([[20.0, -5.0, 1.7], [30.0, -20.0, 1.7]]), np.zeros((2, 3)), 65.0)
+    near, far = unblocked(low, movement)
+    assert far == 1.0 > near
+    walkers = movement_of([trace("w", (19.0, -4.0), (0.3, 0.0), kind="person", type_="")])
+    assert unblocked(low, walkers).tolist() == [1.0, 1.0], "people may be close"
 
 
 def test_hills_hide():
