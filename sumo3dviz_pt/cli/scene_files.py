@@ -8,7 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.cli.options import PROGRAM
-from sumo3dviz_pt.job.meanings import default
+from sumo3dviz_pt.cli.progress import progress
+from sumo3dviz_pt.model.news import Doing
+
+_READING, _SCOUTING = 4.0, 3.0
+"""What reading a scenario and looking for cameras usually take [s]."""
 
 
 def add_init(commands: Any) -> None:
@@ -24,8 +28,7 @@ def add_init(commands: Any) -> None:
     sub.add_argument(
         "--allow-misfit", action="store_true", help="take a log that seems wrong, with a note"
     )
-    template = default("template")
-    sub.add_setting("--template", "template", default=template, after=f" [{template}]")
+    sub.add_setting("--template", "template", after=" [chosen by the roads]")
     _add_target(sub)
     sub.set_defaults(run=_init)
 
@@ -62,22 +65,23 @@ def _add_target(sub: argparse.ArgumentParser) -> None:
 def _init(options: argparse.Namespace) -> int:
     """Write a scene file for a simulation."""
     from sumo3dviz_pt.job.settings import ScenarioSettings
+    from sumo3dviz_pt.pipeline.progress.build import WorkStep
     from sumo3dviz_pt.pipeline.proposal import propose
     from sumo3dviz_pt.pipeline.schema import FILE, write_schema
 
     _check_target(options)
-    text, notes = propose(
-        options.scenario,
-        output=options.output,
-        template=options.template,
-        own=ScenarioSettings(
-            network=options.network,
-            trajectories=tuple(options.trajectories),
-            signals=tuple(options.signals),
-            additional=tuple(options.additional),
-            allow_misfit=options.allow_misfit,
-        ),
+    own = ScenarioSettings(
+        network=options.network,
+        trajectories=tuple(options.trajectories),
+        signals=tuple(options.signals),
+        additional=tuple(options.additional),
+        allow_misfit=options.allow_misfit,
     )
+    steps = (WorkStep(Doing.READ, _READING), WorkStep(Doing.SCOUT, _SCOUTING))
+    with progress(options.output.name, steps):
+        text, notes = propose(
+            options.scenario, output=options.output, template=options.template, own=own
+        )
     write_schema(options.output.with_name(FILE))
     return _written(options.output, text, notes)
 

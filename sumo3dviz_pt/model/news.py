@@ -17,6 +17,7 @@ class Doing(StrEnum):
     """The steps of long work, in the words that people read."""
 
     READ = "reading the simulation"
+    SCOUT = "looking for cameras"
     BUILD = "building the scene"
     OPEN = "loading the scene into the renderer"
     RENDER = "rendering"

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from sumo3dviz_pt.library.buildings.facade import FAR, NEAR
+from sumo3dviz_pt.library.buildings.fronts import letters
 from sumo3dviz_pt.library.buildings.shell import Shell, box, joined, rectangles
 from sumo3dviz_pt.model.geometry import Floats
 
@@ -80,6 +81,7 @@ def blade_signs(length: float, height: float, *, level: int, rng: np.random.Gene
         faces = box((u - 0.06, -wide - 0.18, low), (u + 0.06, -0.18, low + tall), skip="ytYb")
         rim = box((u - 0.06, -wide - 0.18, low), (u + 0.06, -0.18, low + tall), skip="xX")
         parts.append({f"sign{number % 3}": faces, "joint": rim})
+        parts.append({f"letter{number % 3}": _emblem(u, wide, (low, low + tall), rng)})
         if level == NEAR:
             arms = [
                 box((u - 0.02, -0.2, z), (u + 0.02, 0.0, z + 0.04), skip="yY")
@@ -87,3 +89,38 @@ def blade_signs(length: float, height: float, *, level: int, rng: np.random.Gene
             ]
             parts.append({"rail": np.concatenate(arms)})
     return joined(parts)
+
+
+def _emblem(
+    u: float, wide: float, heights: tuple[float, float], rng: np.random.Generator
+) -> Floats:
+    """Draw a mark over a name on both faces of a sign that sticks out, (n, 4, 3) [m].
+
+    Args:
+        u: Of the sign's middle, along the wall [m].
+        wide: Of the sign, away from the wall [m].
+        heights: Of its lower and upper edge [m].
+        rng: Chooses mark and letters.
+    """
+    low, high = heights
+    tall = high - low
+    # The name fills the width; the mark is a diamond, a board or a pair of bars.
+    name = letters(0.0, 0.0, 0.2, rng)
+    scale = 0.8 * wide / max(float(np.ptp(name[..., 0])), 1e-6)
+    name[..., 0] = (name[..., 0] - name[..., 0].min()) * scale - 0.4 * wide
+    name[..., 2] = low + 0.12 * tall + 0.9 * min(scale, 1.0) * name[..., 2]
+    size, z = 0.22 * min(wide, tall), low + 0.66 * tall
+    corners = np.array([(-size, z), (0.0, z - size), (size, z), (0.0, z + size)])
+    mark = np.insert(corners, 1, 0.0, axis=1)[None]
+    sort = int(rng.integers(3))
+    if sort == 1:
+        mark = rectangles(-1.4 * size, 1.4 * size, z - 0.8 * size, z + 0.8 * size)
+    if sort == 2:
+        mark = rectangles(np.array([-size, 0.15 * size]), [-0.15 * size, size], z - size, z + size)
+    flat = np.concatenate([name, mark])
+    # From either side, words run to the right.
+    sides = []
+    for side in (-1.0, 1.0):
+        out = -0.18 - wide / 2 + side * flat[..., 0]
+        sides.append(np.stack([np.full_like(out, u + 0.063 * side), out, flat[..., 2]], axis=-1))
+    return np.concatenate(sides)

@@ -36,6 +36,9 @@ PROUD = 0.02
 
 _TILT = 0.004  # standard deviation of a pane's corners from its plane [m]
 _FRAME = 0.06  # width of a window frame [m]
+_TIPPED = 0.11  # how far the top of a tipped sash leans inwards [m]
+_SHUT, _HALF_SHUT = 0.14, 0.07  # shares of windows with both shutters closed, and with one
+_STAND_OFF = 0.15  # share of open shutters that stand off the wall
 _NARROW = 1.0  # windows narrower than this are not seen from afar [m]
 
 
@@ -56,7 +59,8 @@ class Facade(RecipeValue):
         surround: Width of a pale band around each window [m]; 0 for none.
         hood: Whether a small cornice crowns each window.
         lintel: Whether a pale beam lies over each window.
-        shutters: Whether open shutters hang beside each window.
+        shutters: Whether shutters hang beside each window; most are open.
+        ajar: Share of windows whose sash is tipped inwards, [0, 1].
     """
 
     bay: float = 3.1
@@ -72,6 +76,7 @@ class Facade(RecipeValue):
     hood: bool = False
     lintel: bool = False
     shutters: bool = False
+    ajar: float = 0.07
 
     def openings(self, length: float, floor: float) -> Floats:
         """Place the windows of a storey, (k, 4) as u0, u1, z0, z1 [m]; none without room."""
@@ -130,18 +135,28 @@ def windows(
         openings = np.array([[openings[0, 0], openings[-1, 1], *openings[0, 2:]]])
     inward = facade.inset if level == NEAR else -PROUD
     panes = rectangles(*openings.T, inward=inward)
+    # What only nearby windows have takes chance of its own, so that the rest stays the same.
+    own = rng.spawn(1)[0]
     # A pane stays plane: two of its edges tilt, the fourth corner follows.
     tilt = rng.normal(0.0, _TILT, (len(panes), 2)).clip(-SLACK, SLACK)
     panes[:, 1:3, 1] += tilt[:, :1]
     panes[:, 2:, 1] += tilt[:, 1:]
     ribbon = level == FAR and facade.width <= 0.0
+    ajar = np.zeros(len(panes), dtype=np.bool_)
+    if level == NEAR and facade.width > 0.0:
+        ajar = own.random(len(panes)) < facade.ajar
+        panes[ajar, 2:, 1] += _TIPPED
     filled = glazed(panes, 0.0 if ribbon else facade.drapes, level=level, rng=rng)
     if level == FAR:
         return filled
     filled["frame"] = _frames(openings, inward - 0.02, facade, edges=level == NEAR)
     if level == NEAR:
-        filled["reveal"] = _reveals(openings, facade.inset)
-        filled.update(_dressing(openings, facade))
+        deep = facade.inset + np.where(ajar, _TIPPED + 0.02, 0.0)
+        filled["reveal"] = _reveals(openings, deep)
+        dark = rectangles(*openings[ajar].T, inward=facade.inset + _TIPPED + 0.02)
+        filled = joined([filled, {"low0": dark}, _dressing(openings, facade)])
+        if facade.shutters:
+            filled = joined([filled, _shutters(openings, own)])
     return filled
 
 
@@ -159,7 +174,7 @@ def glazed(
     count = len(panes)
     classes = rng.integers(0, CLASSES, count)
     kind = np.where(rng.random(count) < drapes, rng.integers(1, 5, count), 0)
-    share = rng.choice([0.3, 0.5, 0.9], count)
+    share = rng.choice([0.12, 0.3, 0.42, 0.55, 0.9], count)
     if level == FAR:
         closed = (kind == 1) & (share > 0.6)
         return by_class({"room": (panes[~closed], classes[~closed])}) | by_class(
@@ -255,10 +270,16 @@ def wall(
     return joined(parts)
 
 
-def _reveals(openings: Floats, inset: float) -> Floats:
-    """Build the four faces of the wall's thickness in each opening, (4 k, 4, 3)."""
+def _reveals(openings: Floats, inset: Floats) -> Floats:
+    """Build the four faces of the wall's thickness in each opening, (4 k, 4, 3).
+
+    Args:
+        openings: (k, 4) as u0, u1, z0, z1 [m].
+        inset: Of the panes behind the wall, (k,) [m].
+    """
     # They reach behind the tilted panes, so that no slit is left.
-    front, back = rectangles(*openings.T), rectangles(*openings.T, inward=inset + 2 * SLACK)
+    front, back = rectangles(*openings.T), rectangles(*openings.T)
+    back[..., 1] = inset[:, None] + 2 * SLACK
     rolled = [
         np.stack([front[:, i], front[:, j], back[:, j], back[:, i]], axis=1)
         for i, j in ((0, 1), (1, 2), (2, 3), (3, 0))
@@ -290,7 +311,7 @@ def _frames(openings: Floats, inward: float, facade: Facade, *, edges: bool) -> 
 
 
 def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
-    """Build what reaches out around windows: sills, surrounds, hoods, shutters and lintels."""
+    """Build what reaches out around windows: sills, surrounds, hoods and lintels."""
     u0, u1, z0, z1 = openings.T
     found: list[Shell] = []
     if facade.boards:
@@ -306,18 +327,65 @@ def _dressing(openings: Floats, facade: Facade) -> dict[str, Floats]:
     if facade.hood:
         z = z1 + facade.surround + 0.1
         found.append({"trim": _ledges(u0 - 0.2, u1 + 0.2, (z, z + 0.13), 0.16)})
-    if facade.shutters:
-        wide = 0.5 * (u1 - u0)
-        edges = [(u0 - wide - 0.03, u0 - 0.03), (u1 + 0.03, u1 + wide + 0.03)]
-        for a, b in edges:
-            board = rectangles(a, b, z0 - 0.03, z1 + 0.03, inward=-0.04)
-            rails = [
-                rectangles(a, b, z, z + 0.09, inward=-0.05) for z in (z0, (z0 + z1) / 2, z1 - 0.09)
-            ]
-            found.append({"shutter": np.concatenate([board, *rails])})
     if facade.lintel:
         found.append({"trim": rectangles(u0 - 0.12, u1 + 0.12, z1, z1 + 0.2, inward=-0.015)})
     return joined(found)
+
+
+def _shutters(openings: Floats, rng: np.random.Generator) -> dict[str, Floats]:
+    """Build two leaves beside each window: most lie open, some stand off the wall, some are shut.
+
+    Args:
+        openings: (k, 4) as u0, u1, z0, z1 [m].
+        rng: Turns the leaves.
+    """
+    count = len(openings)
+    u0, u1, z0, z1 = openings.T
+    wide = 0.5 * (u1 - u0) - 0.005
+    # Angles out of the wall's plane: 0 lies open, a half-turn is shut.
+    turn = rng.uniform(0.02, 0.12, (count, 2))
+    off = rng.random((count, 2)) < _STAND_OFF
+    turn = np.where(off, rng.uniform(0.25, 1.1, (count, 2)), turn)
+    shut = rng.random(count)
+    turn[shut < _SHUT] = np.pi
+    one = (shut >= _SHUT) & (shut < _SHUT + _HALF_SHUT)
+    turn[one, rng.integers(0, 2, count)[one]] = np.pi
+    hinges = ((u0 - 0.02, -1.0), (u1 + 0.02, 1.0))
+    leaves = [
+        _leaves(np.stack([hinge, wide, z0, z1], axis=1), turn[:, side], outward)
+        for side, (hinge, outward) in enumerate(hinges)
+    ]
+    return {"shutter": np.concatenate(leaves)}
+
+
+def _leaves(boards: Floats, turn: Floats, outward: float) -> Floats:
+    """Build shutters on one side of their windows: boards with three rails, (n, 4, 3) [m].
+
+    Args:
+        boards: Hinge along the wall, width, foot and head, (k, 4) [m].
+        turn: Out of the wall's plane; a half-turn is shut, (k,) [rad].
+        outward: Direction away from the window along the wall, -1 or 1.
+    """
+    hinge, wide, low, high = boards.T
+    # Leaves that are shut hang within the opening.
+    shut = turn > 3.0
+    hinge = np.where(shut, hinge - 0.025 * outward, hinge)
+    behind = np.where(shut, 0.05, -0.02)
+    low, high = np.where(shut, low, low - 0.03), np.where(shut, high, high + 0.03)
+    along, deep = outward * np.cos(turn), -np.sin(turn)
+    bars = [low + share * (high - low - 0.09) for share in (0.0, 0.5, 1.0)]
+    flat = [rectangles(0.0, wide, low, high)]
+    flat += [rectangles(0.0, wide, bar, bar + 0.09, inward=-0.012) for bar in bars]
+    found = []
+    for quads in flat:
+        across, out = quads[..., 0], quads[..., 1]
+        u = hinge[:, None] + along[:, None] * across
+        inward = behind[:, None] + deep[:, None] * across + out
+        turned = np.stack([u, inward, quads[..., 2]], axis=-1)
+        # Corners run counter-clockwise as the street sees them.
+        turned[along < 0.0] = turned[along < 0.0][:, [1, 0, 3, 2]]
+        found.append(turned)
+    return np.concatenate([*found, found[0][:, ::-1] + np.array([0.0, 0.015, 0.0])])
 
 
 def _ledges(u0: Floats, u1: Floats, heights: tuple[Floats, Floats], out: float) -> Floats:

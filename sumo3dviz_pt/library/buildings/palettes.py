@@ -85,7 +85,8 @@ class _Accents(RecipeValue):
 
     Attributes:
         doors: Of front doors.
-        signs: Of sign boards, gates and awnings.
+        signs: Of sign boards.
+        awnings: Of cloth over shop windows.
         frames: Of windows.
         panels: Of balconies.
         shopfronts: Of the joinery around shop windows, where it is painted.
@@ -94,6 +95,7 @@ class _Accents(RecipeValue):
 
     doors: tuple[Colour, ...]
     signs: tuple[Colour, ...]
+    awnings: tuple[Colour, ...]
     frames: tuple[Colour, ...]
     panels: tuple[Colour, ...]
     shopfronts: tuple[Colour, ...]
@@ -176,6 +178,7 @@ def palette(
     if wall_colour is not None:
         wall = replace(wall, colour=wall_colour)
     signs = tuple(_accent(SIGNS, rng) for _ in range(3))
+    awning = _accent(_ACCENTS.awnings, rng)
     fittings = _fittings(wall.colour, rng)
     stone = Coat("concrete", _mixed(wall.colour, 0.4, (0.36, 0.34, 0.31)))
     front = None if rng.random() < 0.6 else _accent(_ACCENTS.shopfronts, rng)
@@ -184,7 +187,7 @@ def palette(
     roles["front"] = _finish(stone, textured) if front is None else ("joinery", front)
     roles |= _plain_walls(wall.colour, roof.colour)
     roles |= fittings
-    roles |= _lettered(signs)
+    roles |= _lettered(signs, awning)
     roles |= _behind_glass(rng)
     if wall.surface == "glass":
         roles |= _coated(rng)
@@ -243,9 +246,9 @@ def _fittings(wall: Colour, rng: np.random.Generator) -> dict[str, Role]:
     }
 
 
-def _lettered(signs: Sequence[Colour]) -> dict[str, Role]:
-    """Colour sign boards, letters that stand out from them, and an awning to match."""
-    roles: dict[str, Role] = {"awning": ("cloth", signs[1])}
+def _lettered(signs: Sequence[Colour], awning: Colour) -> dict[str, Role]:
+    """Colour sign boards, letters that stand out from them, and awnings."""
+    roles: dict[str, Role] = {"awning": ("cloth", awning)}
     for k, sign in enumerate(signs):
         roles[f"sign{k}"] = ("sign", sign)
         roles[f"letter{k}"] = ("sign", (0.72, 0.72, 0.7) if max(sign[1:]) < 0.34 else (0.05,) * 3)

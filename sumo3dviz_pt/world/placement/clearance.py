@@ -18,10 +18,17 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.model.camera_path import CameraPath
-from sumo3dviz_pt.model.geometry import Floats, settled
+from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 
 KEEP_CLEAR = 1.0
 """Distance that objects keep from cameras [m]."""
+
+_LENS, _AXIS = 14.0, 32.0
+"""What stands nearer than this before a camera fills much of its picture: anywhere in the
+picture, and in its middle [m]."""
+
+_MIDDLE = np.radians(7.0)  # half the angle of a picture's middle
+_LOWER = 0.25  # things whose tops stay below this share of the picture's half height do not hide
 
 _STAYS = 60.0
 """A camera that moves less shows one place only [m]."""
@@ -62,3 +69,30 @@ class Clearance:
     def outlooks(self) -> tuple[CameraPath, ...]:
         """The ways of cameras that stay: what they look at must not be hidden."""
         return tuple(w for w in self.ways if np.ptp(w.positions[:, :2], axis=0).max() <= _STAYS)
+
+    def before_lens(self, places: Floats, ground: Floats, *, height: float, reach: float) -> Bools:
+        """Return which upright things would stand right before a camera, (k,).
+
+        Args:
+            places: Of the things, (k, 2) [m].
+            ground: Height of the ground there, (k,) [m].
+            height: Of the things [m].
+            reach: How far parts of them stand out, such as a lamp's arm [m].
+        """
+        hides = np.zeros(len(places), dtype=np.bool_)
+        for way in self.ways:
+            towards = places[:, None] - way.positions[None, :, :2]
+            away = settled(np.maximum(np.hypot(towards[..., 0], towards[..., 1]), 1e-6))
+            flat = np.maximum(np.hypot(way.forwards[:, 0], way.forwards[:, 1]), 1e-6)
+            cosine = (towards * way.forwards[:, :2]).sum(axis=-1) / (away * flat)
+            aside = np.arccos(np.clip(cosine, -1.0, 1.0))
+            # Compare the top with the lower part of the picture.
+            lowest = np.arctan2(way.forwards[:, 2], flat) - _LOWER * way.half_angles
+            top = np.arctan2(ground[:, None] + height - way.positions[:, 2], away)
+            wide = np.arctan2(reach, away)
+            pictured = settled(aside - wide - way.half_angles) < 0.0
+            middle = settled(aside - _MIDDLE) < 0.0
+            seen = ((away < _LENS) & pictured) | ((away < _AXIS) & middle)
+            seen &= way.half_angles < np.pi / 2.0  # others have no picture
+            hides |= (seen & (settled(top - lowest) > 0.0)).any(axis=1)
+        return hides

@@ -50,6 +50,7 @@ RADII: Mapping[str, float] = {
 """How much room a piece needs around its middle, across the sidewalk [m]."""
 
 _LEVEL = 60.0
+_SIGN = 2.9  # height of the sign at a stop [m]
 _ENDS = (16.0, 16.0)  # kept clear at both ends of an edge, where people wait and turn [m]
 _SPACING = 38.0
 _WALK = 1.9  # narrowest sidewalk that benches stand on [m]
@@ -201,7 +202,7 @@ def _shelter(border: Border, along: float, site: Site) -> FurnitureItem | None:
     # All of its length must be clear.
     for shift in (-SHELTER[0] / 2 + 0.7, 0.0, SHELTER[0] / 2 - 0.7):
         spots = border.at(tries + shift, back - SHELTER[1] / 2 + 0.45).places
-        good &= site.free(spots, radius=0.85)
+        good &= site.free(spots, radius=0.85, height=SHELTER[2])
     # Take the first place where no part of it hangs over a lane.
     heights = site.standing(border.at(tries, back - SHELTER[1]).places)
     yaws = border.inward(yaw)
@@ -219,7 +220,7 @@ def _stop_sign(border: Border, along: float, site: Site) -> list[Sign]:
     """The sign of a stop at its head end."""
     tries = np.clip(along - np.array([0.5, 1.5, 2.5, 4.0]), 0.5, max(border.length - 0.5, 0.5))
     places, road, yaw = border.at(tries, 0.5)
-    good = site.free(places, radius=0.1) & site.level_with(places, road)
+    good = site.free(places, radius=0.1, height=_SIGN) & site.level_with(places, road)
     if not good.any():
         return []
     i = int(np.argmax(good))

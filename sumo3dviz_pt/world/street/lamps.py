@@ -217,7 +217,7 @@ def _along(
     places, road, yaw = border.at(tries.reshape(-1), back)
     # Take the first free place of each.
     good = (
-        site.free(places, radius=0.2)
+        site.free(places, radius=0.2, height=LOW)
         & site.level_with(places, road)
         & ~_near_any(places, given, _SPACING / 2)
     ).reshape(tries.shape)

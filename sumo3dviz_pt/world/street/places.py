@@ -24,6 +24,7 @@ MARGIN = 0.25
 _STEP = 1.0  # highest difference between the ground and the road beside it [m]
 _GAP = 1.0  # between things [m]
 _CAMERA = 2.5  # distance that things keep from cameras that are not high above [m]
+_OUT = 2.0  # how far lamps and roofs of shelters stand out [m]
 _WALKS = ("crossing",)
 
 
@@ -128,13 +129,16 @@ class Site:
             return np.ones(len(places), dtype=np.bool_)
         return self.tile.holds(places)
 
-    def free(self, places: Floats, *, radius: float, walks: bool = True) -> Bools:
+    def free(
+        self, places: Floats, *, radius: float, walks: bool = True, height: float = 0.0
+    ) -> Bools:
         """Return which places are clear of lanes, crossings, other things and cameras.
 
         Args:
             places: (n, 2) [m].
             radius: Of what shall stand there [m].
             walks: Whether crossings are kept clear, too.
+            height: Of what shall stand there [m]; 0 for what is too low to hide anything.
         """
         if not len(places):
             return np.zeros(0, dtype=np.bool_)
@@ -152,7 +156,13 @@ class Site:
             clear &= away.min(axis=1) > radius + _GAP
         if self.tile is not None:
             clear &= self.tile.depth(places) > radius + _GAP / 2.0
-        return np.asarray(clear & (self.around.clearance.distances(places) > radius + _CAMERA))
+        clear &= self.around.clearance.distances(places) > radius + _CAMERA
+        if height and clear.any():
+            spots = places[clear]
+            ground = self.around.index.heights(spots)
+            hides = self.around.clearance.before_lens
+            clear[clear] = ~hides(spots, ground, height=height, reach=_OUT)
+        return np.asarray(clear)
 
     def level_with(self, places: Floats, road: Floats) -> Bools:
         """Return whether the ground at places is about as high as the road beside it, (n,) [m]."""

@@ -29,6 +29,7 @@ FAST = 80.0 / 3.6
 _BESIDE = 0.45  # from the kerb to a post on a sidewalk [m]
 _VERGE = 1.2  # the same without a sidewalk [m]
 _FAR = 150.0
+_TOP = 2.9  # about how high a sign on a post is [m]
 _GANTRY_FEET = (1.6, 2.2, 3.0, 4.0)  # how far out a gantry's post is tried [m]
 _BEFORE_EXIT = 180.0
 _TOWNS = ("NORD", "ZENTRUM", "HAFEN", "WEST", "ALTSTADT", "MESSE")
@@ -193,7 +194,8 @@ def _posted(wish: Wish, border: Border, site: Site) -> list[Sign]:
     tries = wish.along + np.array([0.0, 1.5, -1.5, 3.0, -3.0, 5.0, -5.0])
     tries = tries[(tries > 1.0) & (tries < border.length - 0.8)]
     places, road, yaw = border.at(tries, _BESIDE if border.walk > 0.0 else _VERGE)
-    good = site.free(places, radius=0.15, walks=False) & site.level_with(places, road)
+    free = site.free(places, radius=0.15, walks=False, height=_TOP)
+    good = free & site.level_with(places, road)
     if not good.any():
         return []
     i = int(np.argmax(good))

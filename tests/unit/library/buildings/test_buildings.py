@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 import shapely
 
+from sumo3dviz_pt.library.buildings import palettes
 from sumo3dviz_pt.library.buildings.build import FOUNDATION
+from sumo3dviz_pt.library.buildings.details import blade_signs
 from sumo3dviz_pt.library.buildings.facade import (
     CLASSES,
     FAR,
@@ -23,6 +25,7 @@ from sumo3dviz_pt.library.buildings.palettes import SIGNS, palette
 from sumo3dviz_pt.library.buildings.roofs import EAVES, gable_roof, hip_roof, inset, is_convex
 from sumo3dviz_pt.library.buildings.shell import box, paint, stood_up, upright_uvs
 from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, ROWS, SHOPS, SUITING
+from sumo3dviz_pt.model.colour import LUMINANCE
 
 MOST = {"homes": (1900, 360, 130), "shops": (800, 260, 90), "blocks": (8900, 2200, 560)}
 EVERY = [
@@ -158,7 +161,7 @@ def test_every_role_of_every_shell_has_a_colour():
 
 
 def test_panes_of_a_facade_tilt_by_millimetres():
-    facade = Facade(drapes=0.0)
+    facade = Facade(drapes=0.0, ajar=0.0)
     openings = np.concatenate([facade.openings(30.0, 3.0 * i) for i in range(20)])
     panes = panes_of(windows(openings, facade, level=NEAR, rng=np.random.default_rng(1)), "room")
     off = panes[..., 1] - facade.inset
@@ -369,3 +372,57 @@ def test_courses_of_neighbouring_walls_fit_together():
 def test_triangles_have_texture_coordinates_whichever_corner_is_double():
     corners = np.array([(0, 0, 5), (0, 0, 5), (4, 0, 5), (2, 0, 8)], float)
     assert np.isfinite(upright_uvs(corners[None], tile=2.0)).all()
+
+
+def test_some_sashes_are_tipped_and_close_to_what_is_behind():
+    facade = Facade(drapes=0.0)
+    openings = np.concatenate([facade.openings(30.0, 3.0 * i) for i in range(20)])
+    shell = windows(openings, facade, level=NEAR, rng=np.random.default_rng(1))
+    tops = panes_of(shell, "room")[:, 2:, 1].mean(axis=1) - facade.inset
+    tipped = tops > 0.05
+    assert 0.02 < tipped.mean() < 0.15 and tops.max() < 0.15
+    behind = shell["low0"][..., 1].min(axis=1) > facade.inset + 0.12
+    assert behind.sum() == tipped.sum(), "a dark room closes the gap over each"
+    deepest = shell["reveal"][..., 1].max()
+    assert deepest > shell["low0"][..., 1].max(), "and the reveal reaches it"
+
+
+def test_shutters_vary_and_stay_on_their_side():
+    facade = Facade(shutters=True, width=1.2, bay=3.1)
+    openings = np.concatenate([facade.openings(60.0, 3.0 * i) for i in range(10)])
+    rng = np.random.default_rng(4)
+    boards = windows(openings, facade, level=NEAR, rng=rng)["shutter"]
+    reach = boards[..., 1].min()
+    assert -0.6 < reach < -0.3, "some leaves stand off the wall"
+    middles = boards.mean(axis=1)
+    inside = [(o[0] < middles[:, 0]) & (middles[:, 0] < o[1]) for o in openings]
+    shut = np.any([at & (np.abs(middles[:, 2] - o[2:].mean()) < 1.2)
+                   for at, o in zip(inside, openings, strict=True)], axis=0)  # fmt: skip
+    assert 0.08 < shut.mean() < 0.35, "some are shut, most are not"
+    faces = np.cross(boards[:, 1] - boards[:, 0], boards[:, 3] - boards[:, 0])[:, 1]
+    front = len(boards) * 4 // 5
+    assert (faces < 0.0).sum() == front, "boards and rails face the street, backs the wall"
+
+
+def test_signs_that_stick_out_carry_a_mark_on_both_faces():
+    rng = np.random.default_rng(2)
+    shells = [blade_signs(30.0, 4.0, level=NEAR, rng=rng) for _ in range(6)]
+    for shell in shells:
+        for number in range(3):
+            if f"sign{number}" not in shell:
+                continue
+            face, marks = shell[f"sign{number}"], shell[f"letter{number}"]
+            normal = np.cross(marks[:, 1] - marks[:, 0], marks[:, 3] - marks[:, 0])[:, 0]
+            assert (normal > 0).sum() == (normal < 0).sum() > 0
+            low, high = face.reshape(-1, 3).min(axis=0), face.reshape(-1, 3).max(axis=0)
+            flat = marks.reshape(-1, 3)
+            assert (flat[:, 1:] > low[1:]).all() and (flat[:, 1:] < high[1:]).all()
+    assert any("letter0" in shell for shell in shells)
+
+
+def test_nothing_painted_on_a_front_glows():
+    for name in ("signs", "awnings"):
+        for colour in getattr(palettes._ACCENTS, name):
+            luminance = float(np.dot(colour, LUMINANCE))
+            spread = max(colour) - min(colour)
+            assert luminance < 0.55 and spread < 0.32, "faded paint, not pure colours"

@@ -66,3 +66,32 @@ def test_distances_are_level_and_infinite_without_cameras():
     assert Clearance().places.shape == (0, 3)
     one = Clearance((CameraPath.all_round(np.array([[3.0, 4.0, 50.0]])),))
     assert one.distances(np.zeros((1, 2))) == pytest.approx([5.0])
+
+
+@pytest.mark.parametrize(
+    ("place", "height", "hides"),
+    [
+        ((10.0, 0.0), 8.0, True),
+        ((12.0, 6.0), 8.0, True),  # anywhere in the picture
+        ((25.0, 1.0), 8.0, True),  # farther away only in its middle
+        ((25.0, 9.0), 8.0, False),
+        ((40.0, 0.0), 8.0, False),
+        ((-8.0, 0.0), 8.0, False),  # behind the camera
+        ((3.0, 12.0), 8.0, False),  # beside the picture
+        ((10.0, 0.0), 2.5, False),  # lower than what the camera looks at
+    ],
+)
+def test_what_would_stand_right_before_a_lens(place, height, hides):
+    camera = standing((0, 0, 9), look_at=(40, 0, 1), lens={"fov": 60})
+    found = clear(a=camera).before_lens(np.array([place]), np.zeros(1), height=height, reach=1.0)
+    assert found.tolist() == [hides]
+
+
+def test_what_reaches_into_a_picture_stands_before_it():
+    way = clear(a=standing((0, 0, 9), look_at=(40, 0, 1), lens={"fov": 60}))
+    beside = np.array([[5.0, 4.5]])
+    hides = [way.before_lens(beside, np.zeros(1), height=9.0, reach=r)[0] for r in (0.0, 2.5)]
+    assert hides == [False, True]
+    assert not Clearance().before_lens(beside, np.zeros(1), height=9.0, reach=2.0).any()
+    round_about = Clearance((CameraPath.all_round(np.array([[0.0, 0.0, 9.0]])),))
+    assert not round_about.before_lens(beside, np.zeros(1), height=9.0, reach=2.0).any()

@@ -1,0 +1,1 @@
+"""What `init` proposes: template, moment, place, cameras, and vehicles to ride in."""

@@ -1,0 +1,159 @@
+"""Finds the moment and the place at which most road users move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.pipeline.proposals.movement import Movement
+
+NEAR = 45.0
+"""What moves within this distance of a place happens at the place [m]."""
+
+_CELL = 30.0  # squares by which places are compared first [m]
+_BIN = 5.0  # times by which moments are compared first [s]
+_CANDIDATES = 40
+_SNAP = 40.0  # a junction within this distance becomes the place [m]
+_AT_JUNCTION = 1.2  # by which factor junctions are preferred: vehicles turn and wait there
+_VARIETY = 0.12  # what each further kind of road user adds
+_LONG, _SHORT = 12.0, 4.0  # distances by which a vehicle and a person on foot count as moving [m]
+_ON_FOOT = 0.6  # share by which a person on foot counts beside a vehicle
+_LEAST_ARMS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Busiest:
+    """A moment and a place with traffic.
+
+    Attributes:
+        start: First time of the shots [s].
+        end: Time after their last frame [s].
+        place: On the road, (3,) [m].
+        junction: Id of the junction there, or empty.
+        movers: Number of road users that move there meanwhile.
+    """
+
+    start: float
+    end: float
+    place: Floats
+    junction: str
+    movers: int
+
+
+def busiest(
+    movement: Movement, network: Network, *, span: tuple[float, float], length: float
+) -> Busiest:
+    """Return the moment and place at which most road users move; who stands does not count.
+
+    Args:
+        movement: Everyone, n >= 1 rows.
+        network: Has the junctions.
+        span: Begin and end of the log [s].
+        length: Of the shots, as long as the log lasts [s].
+    """
+    begin, end = span
+    # Shots keep off the log's ends, where smoothing has less to go by.
+    slack = min(1.0, max(0.0, 0.5 * (end - begin - length)))
+    first = min(float(np.ceil(begin + slack)), max(begin, end - length))
+    crossings = _crossings(network)
+    best: tuple[float, Busiest] | None = None
+    rows: dict[float, Movement] = {}
+    for number, place in _coarse(movement, first, latest=end - slack - length):
+        start = first + _BIN * number
+        stop = min(start + length, end)
+        if start not in rows:
+            rows[start] = movement.during(start, stop)
+        there = rows[start]
+        middle, junction = _snapped(place, crossings)
+        value, movers = _worth(there.near(middle, NEAR))
+        value *= _AT_JUNCTION if junction else 1.0
+        if best is None or value > best[0] * (1.0 + 1e-9):
+            best = (value, Busiest(start, stop, middle, junction, movers))
+    if best is not None:
+        return best[1]
+    # Nobody moves: any place with a road user will do.
+    place, junction = _snapped(movement.places[len(movement.times) // 2], crossings)
+    return Busiest(first, min(first + length, end), place, junction, 0)
+
+
+def _coarse(movement: Movement, first: float, *, latest: float) -> list[tuple[int, Floats]]:
+    """Numbers of bins and places with most moving seconds, the best first."""
+    moving = 1.0 - np.exp(-movement.driven / 2.0)
+    number = np.floor((movement.times - first) / _BIN + 1e-6).astype(np.int64)
+    used = (moving > 0.1) & (number >= 0)
+    number, moving, places = number[used], moving[used], movement.places[used]
+    if not len(number):
+        return []
+    # Sum by cell and bin, then over neighbours and the next bin.
+    low = places[:, :2].min(axis=0)
+    cell = np.floor((places[:, :2] - low) / _CELL).astype(np.int64) + 1
+    keys, row = np.unique(_key(number, cell[:, 0], cell[:, 1]), return_inverse=True)
+    row = row.ravel()
+    own = np.bincount(row, weights=moving)
+    around = np.zeros(len(keys))
+    for later, east, north in product((0, 1), (-1, 0, 1), (-1, 0, 1)):
+        wanted = keys + _key(*(np.array([step]) for step in (later, east, north)))
+        found = np.clip(np.searchsorted(keys, wanted), 0, len(keys) - 1)
+        around += np.where(keys[found] == wanted, own[found], 0.0)
+    middles = [np.bincount(row, weights=moving * column) / own for column in places.T]
+    possible = np.flatnonzero((keys >> 40) * _BIN + first <= latest + 1e-6)
+    possible = possible if len(possible) else np.flatnonzero(keys >> 40 == 0)
+    ranked = possible[np.argsort(-np.round(around[possible], 6), kind="stable")][:_CANDIDATES]
+    return [(int(keys[k] >> 40), np.array([column[k] for column in middles])) for k in ranked]
+
+
+def _key(number: Ints, east: Ints, north: Ints) -> Ints:
+    """One number for a bin and a cell; sums of keys are keys of sums."""
+    return np.asarray(number * (1 << 40) + east * (1 << 20) + north)
+
+
+def _worth(there: Movement) -> tuple[float, int]:
+    """How much moves in some rows, and how many road users."""
+    users, driven = there.distances()
+    kinds = np.array([there.traces[user].kind != "vehicle" for user in users.tolist()], dtype=bool)
+    scale = np.where(kinds, _SHORT, _LONG)
+    each = (1.0 - np.exp(-driven / scale)) * np.where(kinds, _ON_FOOT, 1.0)
+    moves = driven > scale / 4.0
+    types = {there.traces[user].type_id for user in users[moves].tolist()}
+    variety = 1.0 + _VARIETY * max(0, min(len(types), 4) - 1)
+    return float(each.sum()) * variety, int(moves.sum())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Crossings:
+    """Junctions at which roads meet."""
+
+    ids: tuple[str, ...]
+    places: Floats
+
+
+def _crossings(network: Network) -> _Crossings:
+    """Junctions with three arms or more."""
+    arms: dict[str, set[str]] = {}
+    for edge in network.edges.values():
+        if edge.function == "normal":
+            arms.setdefault(edge.from_junction, set()).add(edge.to_junction)
+            arms.setdefault(edge.to_junction, set()).add(edge.from_junction)
+    ids = [
+        name
+        for name, junction in sorted(network.junctions.items())
+        if len(arms.get(name, ())) >= _LEAST_ARMS and junction.type != "internal"
+    ]
+    places = np.array([network.junctions[name].position for name in ids]).reshape(-1, 3)
+    return _Crossings(tuple(ids), places)
+
+
+def _snapped(place: Floats, crossings: _Crossings) -> tuple[Floats, str]:
+    """The nearest junction to a place and its id, or the place itself."""
+    if len(crossings.ids):
+        away = np.linalg.norm(crossings.places - place, axis=1)
+        nearest = int(np.argmin(away))
+        if away[nearest] < _SNAP:
+            # Junctions of flat networks have no height of their own.
+            x, y = crossings.places[nearest, :2].tolist()
+            return np.array([x, y, float(place[2])]), crossings.ids[nearest]
+    return place, ""

@@ -1,0 +1,260 @@
+"""What stands around a place, and what of it a camera would look at instead of the traffic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.pipeline.proposals.movement import Movement
+from sumo3dviz_pt.world.objects.houses import height_of
+from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
+from sumo3dviz_pt.world.placement.lane_index import LaneIndex, build_lane_index
+from sumo3dviz_pt.world.signals.build import build_signals
+from sumo3dviz_pt.world.street.lamps import LOW
+from sumo3dviz_pt.world.street.lamps import WORDS as LAMPS
+
+REACH = 300.0
+"""What stands farther than this from the place is no obstacle [m]."""
+
+_POLE = 0.15  # radius of poles [m]
+_HEAD = (0.35, 1.1)  # radius and height of a signal's head [m]
+_STANDS = 2.0  # who drives less than this during the shots is an obstacle [m]
+_STEPS = np.linspace(0.08, 0.92, 8)  # shares of a ray at which the ground is compared
+_ROOM = 11.0  # beyond this from the middle of a lane houses may come to stand [m]
+_ROOFS = 9.0  # and are about this high [m]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outdoors:
+    """Everything near a place that may be in the way.
+
+    Attributes:
+        index: Lanes that something drives on.
+        walls: Plans of buildings, (p,) polygons.
+        tops: Heights of their roofs above zero, (p,) [m].
+        posts: Upright cylinders: x, y, radius, bottom, top, (m, 5) [m].
+        rows: Whether our code will line the streets with houses.
+    """
+
+    index: LaneIndex
+    walls: shapely.STRtree
+    tops: Floats
+    posts: Floats
+    rows: bool = False
+
+    def ground(self, places: Floats) -> Floats:
+        """Return the height of the nearest road at places, (n, 2 or more) -> (n,) [m]."""
+        return self.index.heights(places[:, :2])
+
+    def on_road(self, places: Floats, *, margin: float) -> Bools:
+        """Return which places, (n, 2 or more) [m], lie on a road or within a margin [m]."""
+        return self.index.covers(places[:, :2], margin=margin)
+
+    def off_road(self, places: Floats) -> Floats:
+        """Return how far places, (n, 2 or more), are from the middle of a lane, (n,) [m]."""
+        return self.index.nearest(places[:, :2])[1]
+
+    def within(self, places: Floats, *, margin: float) -> Bools:
+        """Return which places, (n, 3) [m], lie inside of something or within a margin [m]."""
+        inside = np.zeros(len(places), dtype=np.bool_)
+        if len(self.walls.geometries):
+            spots = shapely.points(places[:, :2])
+            place, wall = self.walls.query(spots, predicate="dwithin", distance=margin)
+            low = places[place, 2] < self.tops[wall] + margin
+            inside[place[low]] = True
+        if len(self.posts):
+            x, y, radius, bottom, top = self.posts.T
+            away = np.hypot(places[:, :1] - x, places[:, 1:2] - y) - radius
+            level = (places[:, 2:] > bottom - margin) & (places[:, 2:] < top + margin)
+            inside |= ((away < margin) & level).any(axis=1)
+        return inside
+
+    def clear(self, eyes: Floats, targets: Floats) -> Floats:
+        """Return how free the lines from eyes to targets are, (n,) in [0, 1].
+
+        Args:
+            eyes: (n, 3) [m].
+            targets: (n, 3) [m].
+        """
+        free = np.ones(len(eyes))
+        free[self._behind_walls(eyes, targets) | self._behind_posts(eyes, targets)] = 0.0
+        return free * self._over_land(eyes, targets)
+
+    def _behind_walls(self, eyes: Floats, targets: Floats) -> Bools:
+        """Which lines a building crosses below its roof."""
+        hidden = np.zeros(len(eyes), dtype=np.bool_)
+        if not len(self.walls.geometries):
+            return hidden
+        lines = shapely.linestrings(np.stack([eyes[:, :2], targets[:, :2]], axis=1))
+        ray, wall = self.walls.query(lines, predicate="intersects")
+        if not len(ray):
+            return hidden
+        crossed = shapely.intersection(lines[ray], self.walls.geometries[wall])
+        # Lines fall towards their targets, so they are lowest where they leave a building.
+        ends = shapely.points(targets[ray, :2])
+        length = np.maximum(np.hypot(*(targets - eyes)[ray, :2].T), 1e-6)
+        share = 1.0 - shapely.distance(crossed, ends) / length
+        height = eyes[ray, 2] + share * (targets - eyes)[ray, 2]
+        hidden[ray[height < self.tops[wall]]] = True
+        return hidden
+
+    def _behind_posts(self, eyes: Floats, targets: Floats) -> Bools:
+        """Which lines pass through a cylinder."""
+        hidden = np.zeros(len(eyes), dtype=np.bool_)
+        way = targets - eyes
+        square = np.maximum((way[:, :2] ** 2).sum(axis=1), 1e-9)
+        for x, y, radius, bottom, top in self.posts.tolist():
+            towards = np.array([x, y]) - eyes[:, :2]
+            share = (towards * way[:, :2]).sum(axis=1) / square
+            aside = np.abs(towards[:, 0] * way[:, 1] - towards[:, 1] * way[:, 0]) / np.sqrt(square)
+            height = eyes[:, 2] + share * way[:, 2]
+            between = (share > 0.0) & (share < 0.97)
+            hidden |= between & (aside < radius) & (height > bottom) & (height < top)
+        return hidden
+
+    def _over_land(self, eyes: Floats, targets: Floats) -> Floats:
+        """How free lines are of hills, and of land that houses will be built on, (n,)."""
+        free = np.ones(len(eyes))
+        if self.index.tree is None or not len(eyes):
+            return free
+        hilly = float(np.ptp(self.index.points[:, 2])) > 1.0
+        if not hilly and not self.rows:
+            return free
+        points = eyes[:, None] + _STEPS[None, :, None] * (targets - eyes)[:, None]
+        flat = points.reshape(-1, 3)
+        nearest, away = self.index.nearest(flat[:, :2])
+        above = (flat[:, 2] - self.index.points[nearest, 2]).reshape(points.shape[:2])
+        if self.rows:
+            built = (away.reshape(above.shape) > _ROOM) & (above < _ROOFS)
+            free *= 1.0 - 0.8 * built.any(axis=1)
+        # Slopes between roads are not known exactly; near the eye's own height they may hide.
+        free[(above < 0.2).any(axis=1)] = 0.0
+        return free
+
+
+def outdoors(scenario: Scenario, place: Floats, movement: Movement) -> Outdoors:
+    """Return what stands around a place.
+
+    Args:
+        scenario: Roads, signals, buildings and plants.
+        place: Around which the cameras are, (3,) [m].
+        movement: Everyone near, while the shots last; who stands is in the way.
+    """
+    network = near_network(scenario.network, place, REACH)
+    index = build_lane_index(network)
+    walls, tops = _walls(scenario, place, index)
+    posts = [*_plants(scenario, place, index), *_signals(scenario, network, index)]
+    posts += _standing(scenario, movement)
+    upright = np.array(posts, dtype=np.float64).reshape(-1, 5)
+    rows = not any(kind_of(item.type, item.source) == "buildings" for item in scenario.polygons)
+    return Outdoors(index, shapely.STRtree(walls), tops, upright, rows and _is_town(network))
+
+
+def near_network(network: Network, place: Floats, reach: float) -> Network:
+    """Return the edges of a network that come near a place, and their connections.
+
+    Args:
+        network: Of any size.
+        place: (2,) or (3,) [m].
+        reach: How near, along each axis [m].
+    """
+    edges = {name: edge for name, edge in network.edges.items() if edge.lanes}
+    shapes = [edge.lanes[0].shape[:, :2] for edge in edges.values()]
+    if not shapes:
+        return network
+    boxes = shapely.bounds(np.array([shapely.LineString(shape) for shape in shapes]))
+    near = (boxes[:, :2] <= place[:2] + reach).all(axis=1)
+    near &= (boxes[:, 2:] >= place[:2] - reach).all(axis=1)
+    kept = {name: edges[name] for name, close in zip(edges, near, strict=True) if close}
+    lanes = {lane.id for edge in kept.values() for lane in edge.lanes}
+    links = tuple(c for c in network.connections if c.from_lane in lanes and c.to_lane in lanes)
+    return replace(network, edges=kept, connections=links)
+
+
+def _is_town(network: Network) -> bool:
+    """Whether more lanes are slow than fast."""
+    lanes = [k for e in network.edges.values() if e.function == "normal" for k in e.lanes]
+    slow = sum(lane.length for lane in lanes if lane.speed < 61.0 / 3.6)
+    return slow > 0.5 * sum(lane.length for lane in lanes)
+
+
+def _walls(
+    scenario: Scenario, place: Floats, index: LaneIndex
+) -> tuple[list[shapely.Geometry], Floats]:
+    """Plans of buildings near a place, and the heights of their roofs above zero [m]."""
+    plans, tops = [], []
+    for item in scenario.polygons:
+        low, high = item.shape[:, :2].min(axis=0), item.shape[:, :2].max(axis=0)
+        near = (low < place[:2] + REACH).all() and (high > place[:2] - REACH).all()
+        if not near or len(item.shape) < 3:
+            continue
+        if kind_of(item.type, item.source) == "buildings":
+            plan = shapely.make_valid(shapely.Polygon(item.shape[:, :2]))
+            plans.append(plan)
+            # Roofs rise above walls.
+            height = height_of(item, float(plan.area), 1) + 2.0
+            tops.append(float(index.heights(item.shape[:, :2]).min()) + height)
+    return plans, np.array(tops)
+
+
+def _plants(scenario: Scenario, place: Floats, index: LaneIndex) -> list[tuple[float, ...]]:
+    """Trees, shrubs, houses at points and lamps of the scenario, as cylinders."""
+    spaces = {kind.name: kind.space for kind in KINDS}
+    found: list[tuple[float, ...]] = []
+    for poi in scenario.pois:
+        x, y = poi.position
+        if abs(x - place[0]) > REACH or abs(y - place[1]) > REACH:
+            continue
+        ground = float(index.heights(np.array([[x, y]]))[0])
+        space = spaces.get(kind_of(poi.type, poi.source) or "")
+        if space is not None:
+            found.append((x, y, space.radius, ground + space.bottom, ground + space.top))
+        elif poi.type.lower().split(".")[0] in LAMPS:
+            found.append((x, y, _POLE, ground, ground + LOW + 0.5))
+    return found
+
+
+def _signals(scenario: Scenario, network: Network, index: LaneIndex) -> list[tuple[float, ...]]:
+    """Poles and heads of traffic lights, as cylinders."""
+    from sumo3dviz_pt.job.settings import SignalSettings
+    from sumo3dviz_pt.world.placement.surroundings import Surroundings
+
+    around = Surroundings(index, index.heights, np.zeros((0, 3)), 1)
+    heads = build_signals(network, scenario.signals, SignalSettings(), around=around).heads
+    found: list[tuple[float, ...]] = []
+    for head in heads:
+        x, y, low = head.position.tolist()
+        foot_x, foot_y, foot = head.foot.tolist()
+        found.append((foot_x, foot_y, _POLE, foot, max(low + _HEAD[1], foot + 3.2)))
+        found.append((x, y, _HEAD[0], low, low + _HEAD[1]))
+        # The arm that it hangs on.
+        length = float(np.hypot(x - foot_x, y - foot_y))
+        for share in np.arange(0.5, length, 1.0) / max(length, 1e-9) if head.over_road else ():
+            x_at, y_at = foot_x + share * (x - foot_x), foot_y + share * (y - foot_y)
+            found.append((x_at, y_at, 0.5, low + 0.7, low + _HEAD[1]))
+    # Heads share poles and arms.
+    return sorted({tuple(np.round(post, 2).tolist()) for post in found})
+
+
+def _standing(scenario: Scenario, movement: Movement) -> list[tuple[float, ...]]:
+    """Vehicles that stand all the time, as three cylinders each."""
+    found: list[tuple[float, ...]] = []
+    users, driven = movement.distances()
+    for user in users[driven < _STANDS].tolist():
+        trace = movement.traces[user]
+        kind = scenario.vehicle_types.get(trace.type_id)
+        if kind is None or trace.kind != "vehicle":
+            continue
+        row = int(np.flatnonzero(movement.users == user)[0])
+        x, y, z = movement.places[row].tolist()
+        yaw = float(movement.yaws[row])
+        for share in (0.15, 0.5, 0.85):
+            back = share * kind.length
+            x_at, y_at = x - back * np.cos(yaw), y - back * np.sin(yaw)
+            found.append((x_at, y_at, 0.5 * kind.width, z, z + kind.height))
+    return found
