@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -27,12 +27,15 @@ from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.ratios import Ratio, ratio_of
-from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
+from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
 from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
-from sumo3dviz_pt.pipeline.guessed_types import note_guesses
 from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
+from sumo3dviz_pt.pipeline.reading import motion_of, read_files
+from sumo3dviz_pt.pipeline.reading import object_files as object_files
+from sumo3dviz_pt.pipeline.reading import read as read
+from sumo3dviz_pt.pipeline.reading import scenario_files as scenario_files
 from sumo3dviz_pt.pipeline.riders import check_rider
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
 from sumo3dviz_pt.pipeline.stills.still import Still as Still
@@ -40,7 +43,6 @@ from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
 from sumo3dviz_pt.pipeline.worlds import world_of
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.motion import LogMotion
     from sumo3dviz_pt.render.backend import Backend
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
@@ -134,94 +136,6 @@ class Production:
         return account_of(self)
 
 
-def scenario_files(job: Job) -> ScenarioFiles:
-    """Return where a job's simulation lies.
-
-    Raises:
-        InputError: If network or trajectories are missing.
-        ConfigError: If the scene file names none.
-    """
-    from sumo3dviz_pt.sumo import find_scenario
-
-    named = job.scenario
-    place = named.sumocfg or named.folder
-    if place is not None:
-        files = find_scenario(place, network=named.network, trajectories=named.trajectories)
-        return replace(
-            files,
-            signals=named.signals or files.signals,
-            additional=files.additional + named.additional,
-            vehicle_types=files.vehicle_types + named.vehicle_types,
-        )
-    if named.network is None or not named.trajectories:
-        raise ConfigError("give sumocfg or folder, or network and trajectories", key="scenario")
-    return ScenarioFiles(
-        named.network,
-        named.trajectories,
-        named.signals,
-        named.additional,
-        named.vehicle_types + named.additional,
-    )
-
-
-def object_files(job: Job) -> tuple[Path, ...]:
-    """Return the files of static objects that the scene file names."""
-    kinds = (getattr(job.objects, name) for name in type(job.objects).model_fields)
-    return tuple(kind.file for kind in kinds if kind is not None and kind.file is not None)
-
-
-def read(
-    job: Job, *, begin: float | None = None, end: float | None = None
-) -> tuple[ScenarioFiles, Scenario, tuple[Trajectory, ...]]:
-    """Read a simulation's window and smooth its motion.
-
-    Args:
-        job: The scene file.
-        begin: First time to show [s]; the margin that smoothing needs is added.
-        end: Last time to show [s].
-    """
-    files, scenario = _read_files(job, begin=begin, end=end)
-    return files, scenario, _motion(job, scenario).smooth()
-
-
-def _read_files(
-    job: Job, *, begin: float | None = None, end: float | None = None
-) -> tuple[ScenarioFiles, Scenario]:
-    """Read a simulation's window, and the margin that smoothing needs."""
-    from sumo3dviz_pt.motion import MARGIN
-    from sumo3dviz_pt.sumo import read_scenario
-
-    announce(Doing.READ)
-    files = scenario_files(job)
-    extra = tuple(path for path in object_files(job) if path not in files.additional)
-    files = replace(files, additional=files.additional + extra)
-    truncated = job.scenario.allow_truncated
-    choices = LogChoices(job.scenario.allow_misfit, job.vehicles.types)
-    scenario = read_scenario(
-        files,
-        begin=begin,
-        end=end,
-        margin=MARGIN,
-        allow_truncated=truncated,
-        choices=choices,
-    )
-    note_guesses(scenario.guesses, log=files.trajectories[0])
-    return files, scenario
-
-
-def _motion(job: Job, scenario: Scenario) -> LogMotion:
-    """Return what makes continuous motion of a simulation's log."""
-    from sumo3dviz_pt.motion import LogMotion
-
-    return LogMotion.of(
-        scenario.traffic,
-        smoother=job.motion.smoother,
-        network=scenario.network,
-        types=scenario.vehicle_types,
-        heading=job.motion.heading,
-    )
-
-
 def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction(1)) -> Floats:
     """Return the times of a film's frames: all start + n speed / fps before `end`, (n,) [s].
 
@@ -268,12 +182,12 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
     job = request.applied(job)
     quality = quality_preset(job.quality, spp=request.spp)
     name, camera = camera_settings(job, request.camera)
-    files, scenario = _read_files(job, begin=float(times[0]), end=float(times[-1]))
+    files, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]))
     _check_window(scenario, times)
     if film:
         times = _within_log(scenario, times)
     # Whom the camera rides with says where it is, and so who else is in view.
-    motion = _motion(job, scenario)
+    motion = motion_of(job, scenario)
     riders = motion.smooth(motion.named(getattr(camera, "vehicle", "")))
     check_rider(camera, name=name, times=times, trajectories=riders, logs=files.trajectories)
     announce(Doing.BUILD)

@@ -160,7 +160,11 @@ def test_a_shape_counts_more_than_the_class(gui_shape):
         assert names_of(vclass, size, gui_shape) <= expected
 
 
-@pytest.mark.parametrize(("vclass", "size", "expected"), BY_SIZE, ids=lambda v: str(v))
+@pytest.mark.parametrize(
+    ("vclass", "size", "expected"),
+    BY_SIZE,
+    ids=lambda v: " or ".join(sorted(v)) if isinstance(v, set) else str(v),
+)
 def test_the_size_picks_among_models(vclass, size, expected):
     assert names_of(vclass, size, CLASS_DEFAULTS[vclass].gui_shape) <= expected
 

@@ -14,7 +14,7 @@ SMALL = "vehicles/e_scooter"
 
 
 def test_families():
-    others = ["areas", "buildings", "materials", "palettes", "people", "plants"]
+    others = ["areas", "buildings", "materials", "palettes", "people", "plants", "road_styles"]
     assert list(baking.families()) == [*others, "skies", "surfaces", "vehicles"]
 
 

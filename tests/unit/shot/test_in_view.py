@@ -8,7 +8,8 @@ import pytest
 from sumo3dviz_pt.job.settings import LagrangianCamera
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.motion import LogMotion
-from sumo3dviz_pt.pipeline.production import _motion, _read_files, example
+from sumo3dviz_pt.pipeline.production import example
+from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.pipeline.worlds import world_of
 from sumo3dviz_pt.shot import visibility
@@ -22,8 +23,8 @@ def read(request):
     job = load_job(example(request.param))
     shot = job.shots[0]
     times = np.arange(shot.start, shot.start + 4.0, 0.2)
-    files, scenario = _read_files(job, begin=times[0], end=times[-1])
-    return job, times, world_of(scenario, job, files), _motion(job, scenario)
+    files, scenario = read_files(job, begin=times[0], end=times[-1])
+    return job, times, world_of(scenario, job, files), motion_of(job, scenario)
 
 
 def test_nobody_who_is_drawn_is_left_out(read):

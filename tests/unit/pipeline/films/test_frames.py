@@ -16,6 +16,8 @@ from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.production import Request, frame_times, life_of, prepare, read
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
+from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.shot.build import everyone
 from sumo3dviz_pt.shot.visibility import FAR_END
 
 
@@ -51,17 +53,16 @@ def test_every_vehicle_of_the_log_is_in_the_frame(tmp_path, step, fps):
     job = load_job(scene)
     times = frame_times(4.0, 4.5, fps)
     shot = prepare(job, Request(camera="post"), times).shot
-    _, scenario, _ = read(job)
-    everyone = {trace.key for trace in scenario.traffic.traces}
-    assert len(everyone) == 43
+    files, scenario, trajectories = read(job)
+    fleet = everyone(world_of(scenario, job, files), trajectories)
+    assert len(fleet.keys) == 43
     for number, time in enumerate(times):
         frame = shot.frame_at(float(time))
         assert abs(frame.time - (4.0 + number / fps)) < 1e-9
-        assert {mover.id for mover in shot.fleet.movers_at(float(time))} == everyone
         drawn = [mover.id for mover in frame.everyone if not mover.part]
         assert len(drawn) == len(set(drawn))
         camera = frame.view.world_from_camera.matrix[:3, :3]
-        for mover in shot.fleet.movers_at(float(time)):
+        for mover in fleet.movers_at(float(time)):
             x, y, z = (mover.world_from_body.position - frame.view.position) @ camera
             half = frame.view.lens.half_width
             seen = x > 0 and abs(y / x) < half and abs(z / x) < half * 36 / 64

@@ -103,10 +103,6 @@ REFUSED = {
         changed(x=lambda r: r["x"] / 0.3048, y=lambda r: r["y"] / 0.3048),
         "seem to be feet",
     ),
-    "places without netOffset": (
-        changed(x=lambda r: r["x"] + 4000.0, y=lambda r: r["y"] + 2500.0),
-        "netOffset seems to be missing",
-    ),
     "places in degrees": (
         changed(x=lambda r: 2.1 + r["x"] * 1e-5, y=lambda r: 41.3 + r["y"] * 1e-5),
         "--fcd-output.geo",

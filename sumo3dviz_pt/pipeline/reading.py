@@ -1,0 +1,111 @@
+"""Reads a simulation's files and makes its motion continuous."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.guessed_types import note_guesses
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.motion import LogMotion
+
+
+def scenario_files(job: Job) -> ScenarioFiles:
+    """Return where a job's simulation lies.
+
+    Raises:
+        InputError: If network or trajectories are missing.
+        ConfigError: If the scene file names none.
+    """
+    from sumo3dviz_pt.sumo import find_scenario
+
+    named = job.scenario
+    place = named.sumocfg or named.folder
+    if place is not None:
+        files = find_scenario(place, network=named.network, trajectories=named.trajectories)
+        return replace(
+            files,
+            signals=named.signals or files.signals,
+            additional=files.additional + named.additional,
+            vehicle_types=files.vehicle_types + named.vehicle_types,
+        )
+    if named.network is None or not named.trajectories:
+        raise ConfigError("give sumocfg or folder, or network and trajectories", key="scenario")
+    return ScenarioFiles(
+        named.network,
+        named.trajectories,
+        named.signals,
+        named.additional,
+        named.vehicle_types + named.additional,
+    )
+
+
+def object_files(job: Job) -> tuple[Path, ...]:
+    """Return the files of static objects that the scene file names."""
+    kinds = (getattr(job.objects, name) for name in type(job.objects).model_fields)
+    return tuple(kind.file for kind in kinds if kind is not None and kind.file is not None)
+
+
+def read(
+    job: Job, *, begin: float | None = None, end: float | None = None
+) -> tuple[ScenarioFiles, Scenario, tuple[Trajectory, ...]]:
+    """Read a simulation's window and smooth its motion.
+
+    Args:
+        job: The scene file.
+        begin: First time to show [s]; the margin that smoothing needs is added.
+        end: Last time to show [s].
+    """
+    files, scenario = read_files(job, begin=begin, end=end)
+    return files, scenario, motion_of(job, scenario).smooth()
+
+
+def read_files(
+    job: Job, *, begin: float | None = None, end: float | None = None
+) -> tuple[ScenarioFiles, Scenario]:
+    """Read a simulation's window, and the margin that smoothing needs.
+
+    Args:
+        job: The scene file.
+        begin: First time to show [s]; None is the log's.
+        end: Last time to show [s]; None is the log's.
+    """
+    from sumo3dviz_pt.motion import MARGIN
+    from sumo3dviz_pt.sumo import read_scenario
+
+    announce(Doing.READ)
+    files = scenario_files(job)
+    extra = tuple(path for path in object_files(job) if path not in files.additional)
+    files = replace(files, additional=files.additional + extra)
+    truncated = job.scenario.allow_truncated
+    choices = LogChoices(job.scenario.allow_misfit, job.vehicles.types)
+    scenario = read_scenario(
+        files,
+        begin=begin,
+        end=end,
+        margin=MARGIN,
+        allow_truncated=truncated,
+        choices=choices,
+    )
+    note_guesses(scenario.guesses, log=files.trajectories[0])
+    return files, scenario
+
+
+def motion_of(job: Job, scenario: Scenario) -> LogMotion:
+    """Return what makes continuous motion of a simulation's log."""
+    from sumo3dviz_pt.motion import LogMotion
+
+    return LogMotion.of(
+        scenario.traffic,
+        smoother=job.motion.smoother,
+        network=scenario.network,
+        types=scenario.vehicle_types,
+        heading=job.motion.heading,
+    )
