@@ -33,6 +33,7 @@ def make_city(folder: Path, lanes: int, *, hills: float = 0.0) -> Path:
     """Make a network, traffic and a log of about so many lanes; return the configuration."""
     import sumo
 
+    folder = folder.absolute()
     config = folder / "city.sumocfg"
     if config.exists():
         return config
@@ -43,14 +44,37 @@ def make_city(folder: Path, lanes: int, *, hills: float = 0.0) -> Path:
     looks = ["--random-lanenumber", "--default.lanenumber", "3", "--tls.guess"]
     looks += ["--sidewalks.guess", "--sidewalks.guess.max-speed", "20", "--crossings.guess"]
     looks += ["--perturb-z", str(hills)] if hills else []
-    _run("netgenerate", *size, *looks, "--no-warnings", "-o", str(net))
+    _run("netgenerate", *size, *looks, "--no-warnings", "-o", str(net), folder=folder)
     period = end * PER_VEHICLE / (lanes * 3.0)
     tool = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
     often = ["-e", str(end), "-p", str(period), "--seed", "3", "--fringe-factor", "2"]
-    _run(sys.executable, str(tool), "-n", str(net), "-o", str(trips), "--validate", *often)
+    _run(
+        sys.executable,
+        str(tool),
+        "-n",
+        str(net),
+        "-o",
+        str(trips),
+        "--validate",
+        *often,
+        folder=folder,
+    )
     log = ["--fcd-output", str(folder / "fcd.xml"), "--device.fcd.begin", str(end - WINDOW)]
     quiet = ["--no-step-log", "--no-warnings", "--ignore-route-errors", "--step-length", "0.5"]
-    _run("sumo", "-n", str(net), "-r", str(trips), "-e", str(end), "--seed", "3", *log, *quiet)
+    _run(
+        "sumo",
+        "-n",
+        str(net),
+        "-r",
+        str(trips),
+        "-e",
+        str(end),
+        "--seed",
+        "3",
+        *log,
+        *quiet,
+        folder=folder,
+    )
     inputs = '<net-file value="city.net.xml"/><route-files value="trips.rou.xml"/>'
     output = '<fcd-output value="fcd.xml"/>'
     config.write_text(
@@ -59,9 +83,10 @@ def make_city(folder: Path, lanes: int, *, hills: float = 0.0) -> Path:
     return config
 
 
-def _run(*command: str) -> None:
-    """Run a program of SUMO; its own words are of no interest."""
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def _run(*command: str, folder: Path) -> None:
+    """Run a program of SUMO in a folder, where it leaves files; its own words do not matter."""
+    quiet = subprocess.DEVNULL
+    subprocess.run(command, cwd=folder, check=True, stdout=quiet, stderr=quiet)
 
 
 def init(config: Path) -> None:
