@@ -264,7 +264,7 @@ def wrong_heads(network: Network, signals: Signals) -> Iterator[str]:
         ends["people" if walks else "vehicles"][tls, number] += 2 if walks else 1
     heads: dict[str, dict[tuple[str, int], list[Head]]] = {"vehicles": {}, "people": {}}
     for head in signals.heads:
-        if not head.over_road:
+        if not head.over_road or head.kind == "rail":
             own = heads["people" if head.walks else "vehicles"]
             for number in head.links:
                 own.setdefault((head.tls, number), []).append(head)
@@ -281,10 +281,14 @@ def wrong_heads(network: Network, signals: Signals) -> Iterator[str]:
 
 
 def _guarded(network: Network) -> dict[tuple[str, int, str], bool]:
-    """Links with a light by traffic light, number and guarded edge; whether people walk there."""
+    """Links with a light by traffic light, number and guarded edge; whether people walk there.
+
+    Level crossings have barriers.
+    """
     found = {}
+    rail = {key for key, node in network.junctions.items() if node.type == "rail_crossing"}
     for link in network.connections:
-        if link.tls and link.link_index >= 0:
+        if link.tls and link.link_index >= 0 and link.tls not in rail:
             edge, walks = _guarded_edge(network, link)
             if edge is not None:
                 found[link.tls, link.link_index, edge.id] = walks
