@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +16,14 @@ from sumo3dviz_pt.pipeline.scene_file import load_job
 from sumo3dviz_pt.sumo import find_scenario, read_scenario
 from sumo3dviz_pt.world.roads.layout import layout_roads
 
-EVERY = 3
-"""Of so many networks one is built with houses and plants and rendered, the others plainly."""
+WHOLE = os.environ.get("ANY_NETWORK") == "all"
+"""Whether all networks are built, and more of them rendered; it takes a quarter of an hour."""
+
+PICTURED = range(0, len(RECIPES), 3 if WHOLE else 10)
+"""Networks that are built with houses and plants, and rendered."""
+
+BUILT = frozenset(range(len(RECIPES)) if WHOLE else range(1, len(RECIPES), 3)) - {*PICTURED}
+"""Networks that are built plainly; the others are laid out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

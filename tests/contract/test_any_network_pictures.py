@@ -14,8 +14,7 @@ import pytest
 from any_network.known import expect
 from any_network.laws import before_camera, standing_on_roads
 from any_network.programs import why_missing
-from any_network.recipes import RECIPES
-from any_network.towns import EVERY, Town, made_town, name_of
+from any_network.towns import PICTURED, Town, made_town, name_of
 
 from sumo3dviz_pt.job.meanings import default
 from sumo3dviz_pt.job.settings import Job
@@ -48,7 +47,7 @@ class Built:
     static: tuple[StaticPart, ...]
 
 
-@pytest.fixture(scope="module", params=range(0, len(RECIPES), EVERY), ids=name_of)
+@pytest.fixture(scope="module", params=PICTURED, ids=name_of)
 def built(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Built]:
@@ -76,7 +75,7 @@ def test_nothing_stands_before_the_proposed_camera(built, request):
 def test_a_proposed_camera_takes_a_picture(built, request):
     expect(request, "picture", built.town.number)
     names = sorted(built.job.cameras)
-    name = names[built.town.number // EVERY % len(names)]
+    name = names[PICTURED.index(built.town.number) % len(names)]
     asked = Request(camera=name, size=SIZE, quality="draft", variant="scalar")
     with OpenShot(prepare(built.job, asked, np.array([built.time]))) as shot:
         still = shot.still(built.time)
