@@ -19,9 +19,9 @@ from sumo3dviz_pt.pipeline.production import (
     frame_times,
     life_of,
     prepare,
-    read,
 )
 from sumo3dviz_pt.pipeline.progress.costs import cost_of, space_in_words, time_in_words
+from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.sun_report import sun_report
 
@@ -64,12 +64,15 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
     check_choices(job, Request())
     # Without shots, each camera shows all that it can.
     windows = [_Span(shot.camera, shot.start, shot.end, shot.speed) for shot in job.shots]
-    files, scenario, trajectories = read(job)
+    files, scenario = read_files(job)
+    motion = motion_of(job, scenario)
     if not windows:
+        trajectories = motion.smooth()
         lives = {name: life_of(camera, trajectories) for name, camera in job.cameras.items()}
         windows = [_Span(name, *life) for name, life in lives.items()]
     # Say what the simulation holds, then what each shot would cost.
     traffic = scenario.traffic
+    types = {key: trace.type_id for key, trace in zip(motion.ids, traffic.traces, strict=True)}
     sun = sun_report(job, location=scenario.network.location)
     report: dict[str, Any] = {
         "network": {
@@ -85,7 +88,7 @@ def check_scene(job: Job, *, presets: Sequence[str] | None = None) -> dict[str, 
         },
         "sun": None if sun is None else sun.as_dict(),
         "missing_files": [str(path) for path in files.missing],
-        "nobody": idle(job.vehicles.by_id, {t.id: t.type_id for t in trajectories}),
+        "nobody": idle(job.vehicles.by_id, types),
         "shots": [],
     }
     for window in windows:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -41,6 +42,20 @@ class _Draft:
     left_hand: bool = False
     lanes: dict[str, Lane] = field(default_factory=dict)
     length: float = 0.0
+
+
+def network_of(path: Path) -> Network:
+    """Read a road network as `read_network` does, once for as long as its file is the same."""
+    if not path.is_file():
+        return read_network(path)
+    stat = path.stat()
+    return _network_of(path, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=1)
+def _network_of(path: Path, changed: int, size: int) -> Network:
+    """What `network_of` keeps: the last network, which all shots of a scene file share."""
+    return read_network(path)
 
 
 def read_network(path: Path) -> Network:

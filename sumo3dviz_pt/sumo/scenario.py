@@ -21,7 +21,7 @@ from sumo3dviz_pt.sumo.classes import TYPE_OF_KIND
 from sumo3dviz_pt.sumo.fcd import read_trajectories
 from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
 from sumo3dviz_pt.sumo.heights import with_heights
-from sumo3dviz_pt.sumo.network import read_network
+from sumo3dviz_pt.sumo.network import network_of
 from sumo3dviz_pt.sumo.parking import read_parking
 from sumo3dviz_pt.sumo.places.coordinates import rows_in_net
 from sumo3dviz_pt.sumo.plausibility.build import findings
@@ -66,7 +66,7 @@ def read_scenario(
             make a film of nonsense.
     """
     choices = choices or LogChoices()
-    network = read_network(files.network)
+    network = network_of(files.network)
     with _doubts(allow=choices.allow_misfit):
         for path in files.trajectories:
             rows = rows_in_net(first_rows(path), path, network.location)
