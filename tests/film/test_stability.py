@@ -57,7 +57,6 @@ def test_crowds(tmp_path, vehicles):
     assert still(place, time=5.0).max() > 0
     shot = prepare(load_job(place), Request(camera="post"), frame_times(4, 5, 5)).shot
     frame = shot.frame_at(4.4)
-    assert len(shot.fleet.movers_at(4.4)) == vehicles
     assert len({m.id for m in frame.movers}) <= shot.limit and len(frame.users) > 50
 
 

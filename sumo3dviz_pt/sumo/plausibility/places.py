@@ -208,7 +208,9 @@ def _own_lanes(sample: LogSample, lanes: Sequence[Lane | None]) -> _OwnLanes:
         at = sample.offsets[rows] * along[-1] / max(lane.length, 1e-9)
         logged = np.column_stack([np.interp(at, along, axis) for axis in lane.shape.T])
         shifts[rows] = np.where(np.isfinite(at)[:, None], sample.places[rows] - logged, np.nan)
-    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
+    # Where a lane is a point it has no side, and says nothing of shifts.
+    lengths = np.linalg.norm(sides, axis=1, keepdims=True)
+    sides /= np.where(lengths == 0.0, 1.0, lengths)
     aside = ((sample.places[:, :2] - feet) * sides).sum(axis=1)
     return _OwnLanes(np.isfinite(distances), distances, on, shifts, sides, aside)
 
