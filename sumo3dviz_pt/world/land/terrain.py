@@ -105,14 +105,16 @@ def terrain(
     samples = border_samples(levels)
     shaping = _shaping(samples, network, levels)
     points = _points(roads, samples, land)
-    faces = _facing_up(points.flat, spatial.Delaunay(points.flat).simplices.astype(np.int64))
+    net = spatial.Delaunay(points.flat)
+    faces, number = _facing_up(points.flat, net.simplices.astype(np.int64))
     z = _blended(points.flat, shaping) + land.heights(points.flat)
-    tree = shapely.STRtree(shapely.polygons(points.flat[faces]))
     vertices = np.column_stack([points.flat, _sloped(points, z, faces)])
     shown = ~_hidden(points, vertices[:, 2], faces)
-    vertices = _pushed_below(road_samples(roads), vertices, faces, tree=tree, shown=shown)
+    samples = road_samples(roads)
+    face = number[net.find_simplex(samples[:, :2])]
+    vertices = _pushed_below(samples, vertices, faces, on=np.where(shown[face], face, -1))
     mesh = Mesh(vertices, faces[shown], _normals(vertices, faces))
-    return mesh, _height_at(vertices, faces, tree)
+    return mesh, _height_at(vertices, faces, net, number)
 
 
 def road_samples(roads: RoadLayout) -> Floats:
@@ -125,20 +127,17 @@ def road_samples(roads: RoadLayout) -> Floats:
     return np.column_stack([flat, surface_heights(roads.cells, cell, flat)])
 
 
-def _pushed_below(
-    samples: Floats, vertices: Floats, faces: Ints, *, tree: shapely.STRtree, shown: Bools
-) -> Floats:
+def _pushed_below(samples: Floats, vertices: Floats, faces: Ints, *, on: Ints) -> Floats:
     """Vertices lowered until no sample of a road lies below a face that is shown, (n, 3) [m].
 
     Args:
         samples: Points of roads, (k, 3) [m].
         vertices: Of the terrain, (n, 3) [m].
         faces: Its triangles, (m, 3).
-        tree: Of the triangles from above.
-        shown: Which triangles are shown, (m,).
+        on: The triangle that is shown and lies at each point, (k,); negative where none is.
     """
-    at, face = tree.query(shapely.points(samples[:, :2]), predicate="intersects")
-    at, face = at[shown[face]], face[shown[face]]
+    at = np.flatnonzero(on >= 0)
+    face = on[at]
     pushed = vertices.copy()
     for _ in range(_PUSHES):
         above = _plane_heights(pushed[faces], face, samples[at, :2]) - samples[at, 2] + _LEAST
@@ -159,17 +158,28 @@ def _plane_heights(corners: Floats, face: Ints, flat: Floats) -> Floats:
     return np.asarray(a[:, 2] - ((flat - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2])
 
 
-def _height_at(vertices: Floats, faces: Ints, tree: shapely.STRtree) -> HeightAt:
-    """A function that gives the height of triangles at points."""
+def _height_at(vertices: Floats, faces: Ints, net: spatial.Delaunay, number: Ints) -> HeightAt:
+    """A function that gives the height of triangles at points.
+
+    Args:
+        vertices: (n, 3) [m].
+        faces: (m, 3).
+        net: Of all triangles from above.
+        number: Each one's number among the faces, and -1 last; negative for one without area.
+    """
     corners = vertices[faces]
     usual = float(vertices[:, 2].mean())
 
     def height_at(places: Floats) -> Floats:
         """Return height of the terrain at points, (n, 2) [m], as (n,) [m]."""
         flat = np.asarray(places, dtype=np.float64)[:, :2]
-        at, face = tree.query(shapely.points(flat), predicate="intersects")
+        simplex = net.find_simplex(flat)
+        face = number[simplex]
+        at = np.flatnonzero(face >= 0)
         found = np.full(len(flat), usual)
-        found[at] = _plane_heights(corners, face, flat[at])
+        found[at] = _plane_heights(corners, face[at], flat[at])
+        thin = np.flatnonzero((simplex >= 0) & (face < 0))
+        found[thin] = vertices[net.simplices[simplex[thin], 0], 2]
         return found
 
     return height_at
@@ -369,12 +379,19 @@ def _reached(graph: sparse.csr_matrix, start: Floats) -> Floats:
     return np.asarray(found + lowest)
 
 
-def _facing_up(flat: Floats, faces: Ints) -> Ints:
-    """Faces with their corners counter-clockwise from above; those without area go."""
+def _facing_up(flat: Floats, faces: Ints) -> tuple[Ints, Ints]:
+    """Faces with their corners counter-clockwise from above; those without area go.
+
+    Returns:
+        Faces, (m, 3), and the number that each of all has among them, with -1 at the end; -1 for
+        those that go.
+    """
     a, b, c = (flat[faces[:, k]] for k in range(3))
     twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
     turned = np.where((twice < 0)[:, None], faces[:, ::-1], faces)
-    return np.asarray(turned[np.abs(twice) > 1e-6])
+    kept = np.abs(twice) > 1e-6
+    number = np.where(kept, np.cumsum(kept) - 1, -1)
+    return np.asarray(turned[kept]), np.append(number, -1)
 
 
 def _hidden(points: _Points, z: Floats, faces: Ints) -> Bools:
