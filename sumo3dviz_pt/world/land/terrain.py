@@ -110,9 +110,9 @@ def terrain(
     z = _blended(points.flat, shaping) + land.heights(points.flat)
     vertices = np.column_stack([points.flat, _sloped(points, z, faces)])
     shown = ~_hidden(points, vertices[:, 2], faces)
-    samples = road_samples(roads)
-    face = number[net.find_simplex(samples[:, :2])]
-    vertices = _pushed_below(samples, vertices, faces, on=np.where(shown[face], face, -1))
+    under = road_samples(roads)
+    face = number[net.find_simplex(under[:, :2])]
+    vertices = _pushed_below(under, vertices, faces, on=np.where(shown[face], face, -1))
     mesh = Mesh(vertices, faces[shown], _normals(vertices, faces))
     return mesh, _height_at(vertices, faces, net, number)
 
