@@ -32,6 +32,7 @@ from sumo3dviz_pt.cast.lights import VehicleLights
 from sumo3dviz_pt.cast.own_looks import OwnLooks
 from sumo3dviz_pt.cast.pose_sampler import PoseSampler
 from sumo3dviz_pt.cast.presence import Presence, Present
+from sumo3dviz_pt.cast.settled import Rise, settled
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
@@ -42,6 +43,9 @@ from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, VehicleType
 from sumo3dviz_pt.model.trajectory import Trajectory
 
 _LOG = logging.getLogger(__name__)
+
+_OFF_GROUND = frozenset({"aircraft", "cable_car", "drone", "ship"})
+"""vClasses that stand on no road."""
 
 Level = Literal["near", "far", "full"]
 """In detail, by a stand-in, in full detail."""
@@ -203,6 +207,21 @@ class Fleet:
         if not (opened and cockpit):
             return drawn
         return replace(drawn, near=(cockpit, *drawn.near[1:]), full=())
+
+    def settled(self, rise: Rise) -> Fleet:
+        """Return the same fleet on the road that is drawn.
+
+        Args:
+            rise: How far the drawn surface lies above points, (n, 3) -> (n,) [m].
+        """
+        upright = np.where(self.on_foot, 0.0, self.lengths).tolist()
+        trajectories = tuple(
+            trajectory if body.vclass in _OFF_GROUND else settled(trajectory, rise, length=length)
+            for trajectory, body, length in zip(
+                self.trajectories, self.bodies, upright, strict=True
+            )
+        )
+        return replace(self, trajectories=trajectories)
 
     def with_full_detail(self, models: frozenset[str]) -> Fleet:
         """Return the same fleet with some models in full detail; build them if they are new."""

@@ -42,6 +42,7 @@ from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
 from sumo3dviz_pt.world.rails.build import Railway
+from sumo3dviz_pt.world.roads.drawn import drawn_surface
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -221,8 +222,12 @@ def build_shot(
     aspect = job.output.size[1] / job.output.size[0]
     moments = moments_of(built, times)
     camera_path = _camera_path(built, moments, aspect)
-    crowd = partial(_crowd, fleet, built, moments, aspect)
-    return ShotBuilder(world, aspect).shot(fleet, built, camera_path, plan=crowd)
+    return ShotBuilder(world, aspect).shot(
+        fleet,
+        camera_path,
+        camera=partial(build_camera, camera, left_hand=left_hand),
+        plan=partial(_crowd, times=moments, aspect=aspect),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,25 +240,31 @@ class ShotBuilder:
     def shot(
         self,
         fleet: Fleet,
-        camera: Camera,
         camera_path: CameraPath,
         *,
+        camera: Callable[..., Camera],
         plan: Callable[..., CrowdPlan],
     ) -> Shot:
         """Put a shot together.
 
         Args:
-            fleet: Everyone on the road.
-            camera: Where it is seen from.
+            fleet: Everyone on the road, at the log's heights.
             camera_path: Where cameras are and look.
-            plan: Makes room for road users in a number of triangles, `budget`.
+            camera: Builds the camera that it is seen from, of a `fleet`.
+            plan: Makes room for road users, `fleet` and `camera`, in a number of triangles,
+                `budget`.
         """
         # What stands leaves some triangles for road users.
         scenario, dark = self.world.scenario, self.world.dark
         left_hand = self.world.left_hand
         place = build_place(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
-        crowd = plan(budget=SHOT_TRIANGLES - standing)
+        # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
+        surface = drawn_surface(place.roads.layout)
+        if surface is not None:
+            fleet = fleet.settled(surface.rise_at)
+        built = camera(fleet=fleet)
+        crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
         opened = shown_bodies(fleet.prototypes, crowd.slots)
@@ -272,7 +283,7 @@ class ShotBuilder:
         return Shot(
             data=data,
             fleet=fleet,
-            camera=camera,
+            camera=built,
             signals=place.signals,
             railway=place.railway,
             footway=place.roads.surface_height_at,
@@ -328,7 +339,7 @@ def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
     return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
 
 
-def _crowd(fleet: Fleet, camera: Camera, times: Floats, aspect: float, *, budget: int) -> CrowdPlan:
+def _crowd(*, fleet: Fleet, camera: Camera, times: Floats, aspect: float, budget: int) -> CrowdPlan:
     """Plan how road users are drawn over the whole shot, in a number of triangles."""
     if not fleet.keys:
         return CrowdPlan(Slots(), visibility.MOST_NEAR)

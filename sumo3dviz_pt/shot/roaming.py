@@ -23,7 +23,7 @@ from sumo3dviz_pt.model.scene import Slots, View
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
 from sumo3dviz_pt.shot.build import Shot, ShotBuilder, everyone, with_seat
-from sumo3dviz_pt.shot.cameras.build import build_camera
+from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
 from sumo3dviz_pt.shot.cameras.standing import StandingCamera
 from sumo3dviz_pt.shot.crowd import CrowdFrames, CrowdPlan, plan_crowd
 from sumo3dviz_pt.world.build import World
@@ -73,9 +73,10 @@ def build_roam(
     moments = np.arange(times[0], times[1] + _STEP, _STEP)
     # Build the shot.
     builder = ShotBuilder(world, job.output.size[1] / job.output.size[0])
-    home, room = StandingCamera(views[0]), partial(_room, fleet, places, moments)
+    home, room = StandingCamera(views[0]), partial(_room, eyes=places, times=moments)
     camera_path = CameraPath.all_round(places)
-    return replace(builder.shot(fleet, home, camera_path, plan=room), places=places)
+    shot = builder.shot(fleet, camera_path, camera=lambda **_: home, plan=room)
+    return replace(shot, places=places)
 
 
 def camera_view(shot: Shot, camera: CameraSettings, time: float, *, left_hand: bool) -> View:
@@ -111,12 +112,14 @@ def _overview(scenario: Scenario) -> View:
     return View(placed, Lens.of_degrees(60.0))
 
 
-def _room(fleet: Fleet, eyes: Floats, times: Floats, *, budget: int) -> CrowdPlan:
+def _room(*, fleet: Fleet, camera: Camera, eyes: Floats, times: Floats, budget: int) -> CrowdPlan:
     """Room for those near any of the places in detail, and for everyone as a stand-in.
 
     None are drawn in full detail, which takes instances and triangles and would be seen in
     stills only. Each opened cabin has a slot of its own, as the vehicle may also be seen closed.
+    Where the shot's own camera stands does not matter.
     """
+    del camera
     bodies = [replace(fleet.drawn(k), full=()) for k in range(len(fleet.keys))]
     frames, most = [], Counter[str]()
     for part in visibility.chunks(len(times)):

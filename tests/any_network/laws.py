@@ -15,11 +15,18 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.cast.settled import SettledPiece
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import StaticPart
+from sumo3dviz_pt.model.traffic import Trace
+from sumo3dviz_pt.model.trajectory import Motion
+from sumo3dviz_pt.world.roads.cells import Cells
+from sumo3dviz_pt.world.roads.drawn import drawn_surface
+from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT, find_drops
 from sumo3dviz_pt.world.roads.layout import RoadLayout
+from sumo3dviz_pt.world.roads.mesh import surface_meshes
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.signals.heads import Head
 
@@ -83,6 +90,15 @@ class Drawn:
         }
 
     @cached_property
+    def triangles(self) -> Triangles:
+        """Triangles of the road surface, as they are drawn."""
+        cells = self.layout.cells
+        drops = find_drops(self.network, cells, None)
+        meshes = surface_meshes(cells, raised=self.layout.raised, near=(0.0, 0.0), drops=drops)
+        corners = [mesh.vertices[mesh.faces] for mesh in meshes.values()]
+        return Triangles(np.concatenate([np.zeros((0, 3, 3)), *corners]), cells)
+
+    @cached_property
     def expected(self) -> shapely.Geometry:
         """Lanes, walking areas and junctions of the network from above."""
         shapes = list(self.lanes.values())
@@ -93,6 +109,43 @@ class Drawn:
         ]
         shapes += [_outline(junction.outline) for junction in self.network.junctions.values()]
         return shapely.union_all(shapes, grid_size=1e-4)
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Triangles of the road surface.
+
+    Attributes:
+        corners: (m, 3, 3) [m].
+        cells: What they show.
+    """
+
+    corners: Floats
+    cells: Cells
+
+    @cached_property
+    def tree(self) -> shapely.STRtree:
+        """Of them all from above."""
+        return shapely.STRtree(shapely.polygons(self.corners[..., :2]))
+
+    @cached_property
+    def raised(self) -> Bools:
+        """Which lie above a raised cell, (m,)."""
+        tree = shapely.STRtree(self.cells.polygons[self.cells.raised])
+        middles = shapely.points(self.corners[..., :2].mean(axis=1))
+        found = np.zeros(len(self.corners), dtype=np.bool_)
+        found[tree.query(middles, predicate="intersects")[0]] = True
+        return found
+
+    def below(self, points: Floats) -> tuple[Ints, Floats, Bools]:
+        """Numbers of points, heights of triangles below or above each, and which are raised."""
+        spots = shapely.points(points[:, :2])
+        asked, face = self.tree.query(spots, predicate="dwithin", distance=0.02)
+        a, b, c = (self.corners[face, k] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        away = points[asked, :2] - a[:, :2]
+        heights = a[:, 2] - (away * normal[:, :2]).sum(axis=1) / normal[:, 2]
+        return asked, heights, self.raised[face]
 
 
 # Surfaces -----------------------------------------------------------------------------------
@@ -212,12 +265,13 @@ def overlaps(drawn: Drawn) -> Iterator[str]:
 
 
 def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
-    """Yield road users whose logged front stands on no surface of its own kind.
+    """Yield road users whose front stands on no drawn surface of its own kind.
 
-    Rows beside their own lane are left out; some logs have them in bends.
+    What is measured is what is drawn: the front as the cast places it for a row of the log,
+    above the triangles of the road. From above it must be where the log says, and no farther
+    above or below than a level's height. Rows beside their own lane are left out; some logs have them
+    in bends.
     """
-    cells = drawn.layout.cells
-    tree = shapely.STRtree(cells.polygons)
     for trace in scenario.traffic.traces:
         kind = scenario.vehicle_types[trace.type_id].vclass
         if trace.kind == "container" or kind in _FLYING:
@@ -231,22 +285,73 @@ def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
         ]
         if not rows:
             continue
-        spots = trace.positions[rows]
-        asked, cell = tree.query(shapely.points(spots[:, :2]), predicate="dwithin", distance=0.02)
-        heights = cells.heights(cell, spots[asked, :2])
-        fits = np.abs(heights - spots[asked, 2]) <= STAND
-        if trace.kind == "vehicle" and kind not in _OFF_ROAD:
-            fits &= ~cells.raised[cell]
-        bad = sorted(set(range(len(rows))) - set(asked[fits].tolist()))
+        placed = _placed(drawn, trace, scenario)[rows]
+        asked, heights, raised = drawn.triangles.below(placed)
+        # People climb kerbs, which the shot adds.
+        climbs = trace.kind != "vehicle" or kind in _OFF_ROAD
+        kerb = np.where(raised & climbs, SIDEWALK_HEIGHT, 0.0)
+        fits = np.abs(heights - kerb - placed[asked, 2]) <= STAND
+        bad = set(range(len(rows))) - set(asked[fits].tolist())
+        moved = np.abs(placed - trace.positions[rows])
+        bad |= set(np.flatnonzero((moved > [1e-9, 1e-9, _LEVEL]).any(axis=1)).tolist())
         if not bad:
             continue
-        x, y, z = spots[bad[0]]
-        below = heights[asked == bad[0]]
+        first = min(bad)
+        (x, y, z), logged = placed[first], trace.positions[rows[first], 2]
+        below = heights[asked == first]
         what = f"surfaces at {np.round(below, 2).tolist()} m" if len(below) else "no surface"
         yield (
             f"{trace.kind} {trace.id} ({kind}): {len(bad)} of {len(rows)} rows, first on"
-            f" {lanes[rows[bad[0]]]} at ({x:.2f}, {y:.2f}, {z:.2f}): {what}"
+            f" {lanes[rows[first]]} at ({x:.2f}, {y:.2f}, {z:.2f}), logged at {logged:.2f}: {what}"
         )
+
+
+def _placed(drawn: Drawn, trace: Trace, scenario: Scenario) -> Floats:
+    """Fronts of a road user as the cast places them for the rows of the log, (n, 3) [m]."""
+    surface = drawn_surface(drawn.layout)
+    if surface is None:
+        return trace.positions
+    names = scenario.traffic.lane_names
+    lanes = [drawn.network.lanes.get(names[k]) if k >= 0 else None for k in trace.lanes]
+    places = zip(trace.positions, lanes, strict=True)
+    rows = _Rows(trace, np.array([_slope_at(place, lane) for place, lane in places]))
+    times = np.arange(len(trace.times), dtype=np.float64)
+    length = scenario.vehicle_types[trace.type_id].length
+    return SettledPiece(rows, surface.rise_at, length).sample(times).positions
+
+
+def _slope_at(place: Floats, lane: Lane | None) -> float:
+    """How steeply a lane climbs beside a place [rad]."""
+    if lane is None:
+        return 0.0
+    steps = np.diff(lane.shape, axis=0)
+    sides = shapely.linestrings(np.stack([lane.shape[:-1, :2], lane.shape[1:, :2]], axis=1))
+    step = steps[int(np.argmin(shapely.distance(sides, shapely.Point(place[:2]))))]
+    return float(np.arctan2(step[2], np.hypot(step[0], step[1])))
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The rows of a log as motion along lanes of some slopes; their numbers stand for times."""
+
+    trace: Trace
+    slopes: Floats
+    begin = 0.0
+
+    @property
+    def end(self) -> float:
+        """The number of the last row."""
+        return float(len(self.trace.times) - 1)
+
+    def sample(self, times: Floats) -> Motion:
+        """The logged poses, whatever the times."""
+        trace, still = self.trace, np.zeros(len(times))
+        alive = np.ones(len(times), dtype=np.bool_)
+        return Motion(alive, trace.positions, trace.yaws, self.slopes, still, still)
+
+    def trail(self, times: Floats, distances: Floats) -> Floats:
+        """Nothing is behind a row."""
+        raise NotImplementedError
 
 
 # Signals ------------------------------------------------------------------------------------

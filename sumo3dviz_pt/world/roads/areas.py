@@ -30,6 +30,9 @@ _REACH = 0.25
 _CAR_SPACE = 1.3
 """Walking areas keep this far from the middle of vehicles' ways [m]."""
 
+_KNOTS_APART = 2.0
+"""Distance of points of known height along ways through junctions [m]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JunctionInside:
@@ -196,10 +199,16 @@ def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shap
 
 def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
     """Known heights: of vehicles' ways and the lanes around, or else of the outline."""
-    knots = [strip.lane.shape for strip in ways]
+    knots = [_close_together(strip.lane.shape) for strip in ways]
     corners = quads[np.isfinite(quads).all(axis=(1, 2))].reshape(-1, 3)
     if len(outline) and len(corners):
         away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
         corners = corners[np.asarray(away) < 2.0]
     known = np.concatenate([*knots, corners])
     return known if len(known) else outline
+
+
+def _close_together(line: Floats) -> Floats:
+    """A line with points at most `_KNOTS_APART` from one another, (n, 3) [m]."""
+    dense = shapely.segmentize(shapely.LineString(line), _KNOTS_APART)
+    return np.asarray(shapely.get_coordinates(dense, include_z=True))

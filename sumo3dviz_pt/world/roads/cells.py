@@ -77,6 +77,16 @@ class Cells:
         """Of the whole quads of `lanes`."""
         return shapely.STRtree(quad_polygons(self.quads[self.lanes]))
 
+    @cached_property
+    def areas(self) -> Ints:
+        """Numbers of the cells that are no lanes, (k,)."""
+        return np.flatnonzero(np.isnan(self.quads[:, 0, 0]))
+
+    @cached_property
+    def area_tree(self) -> shapely.STRtree:
+        """Of the polygons of `areas`."""
+        return shapely.STRtree(self.polygons[self.areas])
+
     def heights(self, index: Ints, points: Floats) -> Floats:
         """Return the height of cells at points that lie on them or near them.
 

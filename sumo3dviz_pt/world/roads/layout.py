@@ -25,6 +25,7 @@ from sumo3dviz_pt.world.roads.cells import (
     lane_cells,
     without_overlaps,
 )
+from sumo3dviz_pt.world.roads.heights import with_border_knots
 from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area
 from sumo3dviz_pt.world.roads.plain import PlainRoads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
@@ -83,7 +84,7 @@ def layout_roads(
     walks = walking_cells(insides, footways=footways)
     slivers = sliver_cells(network, settings, strips)
     junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
-    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
+    cells = with_border_knots(without_overlaps(join_cells([lanes, walks, slivers, junctions])))
     return RoadLayout(
         cells, strips, insides, raised_area(cells), outer_area(cells), memory or Memory()
     )
