@@ -269,8 +269,8 @@ def floating_users(drawn: Drawn, scenario: Scenario) -> Iterator[str]:
 
     What is measured is what is drawn: the front as the cast places it for a row of the log,
     above the triangles of the road. From above it must be where the log says, and no farther
-    above or below than a level's height. Rows beside their own lane are left out; some logs have them
-    in bends.
+    above or below than a level is high. Rows beside their own lane are left out; some logs have
+    them in bends.
     """
     for trace in scenario.traffic.traces:
         kind = scenario.vehicle_types[trace.type_id].vclass
@@ -474,16 +474,10 @@ def _spread(part: StaticPart) -> Floats:
 
 
 def _is_drawn(edge: Edge, lane: Lane) -> bool:
-    """Whether a lane has a surface of its own.
-
-    Waterways have none, nor have lanes without length. People on foot turn round on the spot:
-    of their lanes inside junctions only what lies within outlines is paved.
-    """
-    inside = edge.function == "internal"
+    """Whether a lane has a surface of its own: waterways have none, nor lanes without length."""
     length = float(np.hypot(*np.ptp(lane.shape[:, :2], axis=0)))
-    none = {"ship"} | ({"pedestrian", "wheelchair"} if inside else set())
-    bare = bool(lane.allowed) and lane.allowed <= none
-    return not bare and length >= (1e-3 if inside else 0.05)
+    bare = bool(lane.allowed) and lane.allowed <= {"ship"}
+    return not bare and length >= (1e-3 if edge.function == "internal" else 0.05)
 
 
 def _lane_area(lane: Lane) -> shapely.Geometry:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -13,7 +13,7 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
-from sumo3dviz_pt.world.roads.cells import Cells, area_cells
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells, area_cells
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
 from sumo3dviz_pt.world.roads.style import (
     PAVING,
@@ -30,7 +30,10 @@ _REACH = 0.25
 _CAR_SPACE = 1.3
 """Walking areas keep this far from the middle of vehicles' ways [m]."""
 
-_KNOTS_APART = 2.0
+_CRUMB = 0.01
+"""Ways that touch less of a footway leave it as it is [m2]."""
+
+_KNOTS_APART = 1.0
 """Distance of points of known height along ways through junctions [m]."""
 
 
@@ -41,10 +44,12 @@ class JunctionInside:
     Attributes:
         ways: Strips of vehicles' internal lanes.
         walks: Walking areas.
+        paths: Strips of internal lanes for people on foot alone.
     """
 
     ways: tuple[Strip, ...]
     walks: tuple[Edge, ...]
+    paths: tuple[Strip, ...] = ()
 
 
 def junction_insides(
@@ -59,6 +64,7 @@ def junction_insides(
     """
     # Sort internal edges and walking areas by their junctions.
     ways: dict[str, list[Strip]] = {}
+    paths: dict[str, list[Strip]] = {}
     walks: dict[str, list[Edge]] = {}
     for edge in network.edges.values():
         owner = junction_of(edge.id)
@@ -68,7 +74,9 @@ def junction_insides(
             walks.setdefault(owner, []).append(edge)
         elif edge.function == "internal":
             strips = edge_strips(edge, settings, left_hand=network.left_hand)
-            ways.setdefault(owner, []).extend(s for s in strips if not is_footway(s.lane))
+            for strip in strips:
+                among = paths if is_footway(strip.lane) else ways
+                among.setdefault(owner, []).append(strip)
     # Keep junctions with any of these, or with their outline in the region.
     touched = {
         key
@@ -76,10 +84,36 @@ def junction_insides(
         if junction.type != "internal" and in_region(junction.outline, region)
     }
     return {
-        key: JunctionInside(tuple(ways.get(key, ())), tuple(walks.get(key, ())))
+        key: JunctionInside(
+            tuple(ways.get(key, ())), tuple(walks.get(key, ())), tuple(paths.get(key, ()))
+        )
         for key in network.junctions
-        if key in touched or key in ways or key in walks
+        if key in touched or key in ways or key in walks or key in paths
     }
+
+
+def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cells:
+    """Return lanes of footways without what vehicles' ways through junctions need.
+
+    Args:
+        footways: Lanes.
+        insides: Contents of junctions, by junction id.
+    """
+    ways = [s for inside in insides.values() for s in inside.ways if not _is_cycled(s)]
+    cores = np.array([_core(strip) for strip in ways], dtype=object)
+    tree = shapely.STRtree(footways.polygons)
+    way, cell = tree.query(cores, predicate="intersects")
+    polygons = footways.polygons.copy()
+    for k, index in zip(way.tolist(), cell.tolist(), strict=True):
+        shared = common(footways.polygons[index], cores[k])
+        if shared.area < _CRUMB:
+            continue
+        # A way on a bridge above the footway, or below it, takes nothing from it.
+        middle = shapely.get_coordinates(shapely.point_on_surface(shared))
+        height = _height_of(ways[k], middle[0])
+        if abs(float(footways.heights(np.array([index]), middle)[0]) - height) < STOREY:
+            polygons[index] = subtract(polygons[index], [cores[k]])
+    return replace(footways, polygons=polygons)
 
 
 def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
@@ -87,8 +121,7 @@ def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> 
     polygons, knots, owners = [], [], []
     tree = shapely.STRtree(footways.polygons)
     for inside in insides.values():
-        cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
-        kept_free = union(cores)
+        kept_free = union([_core(strip) for strip in inside.ways])
         for edge in inside.walks:
             outline = edge.lanes[0].shape
             if len(outline) < 3:
@@ -118,19 +151,24 @@ def junction_cells(
         insides: Contents of junctions, by junction id.
         lanes: Surfaces around them.
     """
-    polygons, knots, surfaces, owners = [], [], [], []
+    polygons, knots, surfaces, on_foot, owners = [], [], [], [], []
     tree = shapely.STRtree(lanes.polygons)
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        shape = _junction_shape(outline, inside.ways)
+        strips = (*inside.ways, *inside.paths)
+        shape = _junction_shape(outline, strips)
         if shape.is_empty:
             continue
         near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
         polygons.append(_closed(shape, lanes.polygons[near]))
-        knots.append(_junction_knots(outline, inside.ways, lanes.quads[near]))
+        knots.append(_junction_knots(outline, strips, lanes.quads[near]))
         surfaces.append(junction_surface(network, key, settings))
+        on_foot.append(bool(inside.paths) and not inside.ways)
         owners.append(key)
-    return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
+    made = area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
+    # Where nobody drives, a junction lies as high as the footways that meet there.
+    surfaces = [PAVING if walked else key for key, walked in zip(surfaces, on_foot, strict=True)]
+    return replace(made, surfaces=tuple(surfaces), raised=np.array(on_foot, dtype=np.bool_))
 
 
 def sliver_cells(
@@ -176,9 +214,22 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
     ]
 
 
-def _way_line(strip: Strip) -> shapely.Geometry:
-    """The middle of a strip from above."""
-    return shapely.LineString(strip.lane.shape[:, :2])
+def _core(strip: Strip) -> shapely.Geometry:
+    """What a vehicle needs of its way, from above."""
+    line = shapely.LineString(strip.lane.shape[:, :2])
+    return line.buffer(min(_CAR_SPACE, 0.5 * strip.look.width))
+
+
+def _is_cycled(strip: Strip) -> bool:
+    """Whether a way is for bicycles and the like alone, which may ride on footways."""
+    return bool(strip.lane.allowed) and strip.lane.allowed <= {"bicycle", "scooter"}
+
+
+def _height_of(strip: Strip, place: Floats) -> float:
+    """The height of a strip at a place, (2,) [m]."""
+    line = shapely.LineString(strip.lane.shape[:, :2])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(strip.lane.shape[:, :2].T)))])
+    return float(np.interp(line.project(shapely.Point(place)), along, strip.lane.shape[:, 2]))
 
 
 def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
@@ -198,7 +249,7 @@ def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shap
 
 
 def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
-    """Known heights: of vehicles' ways and the lanes around, or else of the outline."""
+    """Known heights: of ways and the lanes around, or else of the outline."""
     knots = [_close_together(strip.lane.shape) for strip in ways]
     corners = quads[np.isfinite(quads).all(axis=(1, 2))].reshape(-1, 3)
     if len(outline) and len(corners):

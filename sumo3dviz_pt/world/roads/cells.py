@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.library.mesh.planar import GRID, areal, subtract
+from sumo3dviz_pt.library.mesh.planar import GRID, areal, common, subtract, union
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.world.roads.strips import Strip
 
@@ -26,6 +26,12 @@ STOREY = 2.5
 
 _CRUMB = 2e-5
 """Overlaps below this area [m2] are left alone."""
+
+_SQUARE = 0.5
+"""Side of the squares in which cells that climb away from each other are cut [m]."""
+
+_BLUNT = 0.2
+"""Heights of areas have no peaks nearer to known points than this [m]."""
 
 Polygons = NDArray[Any]
 """Shapely geometries, (n,)."""
@@ -91,7 +97,7 @@ class Cells:
         """Return the height of cells at points that lie on them or near them.
 
         A quad is ruled between its two ends; an area takes the inverse-distance mean
-        (power 2) of its known points.
+        (power 4) of its known points.
 
         Args:
             index: Which cell each point belongs to, (m,).
@@ -178,18 +184,33 @@ def join_cells(groups: Sequence[Cells]) -> Cells:
     )
 
 
+class Overlaps(NamedTuple):
+    """Pairs of cells that overlap on one level.
+
+    Attributes:
+        winners: Cells with the higher precedence, (m,).
+        losers: Cells with the lower precedence, (m,).
+        parts: What to cut from each loser, (m,); None where it is all of the winner.
+    """
+
+    winners: Ints
+    losers: Ints
+    parts: Polygons
+
+
 def without_overlaps(cells: Cells) -> Cells:
     """Cut from every cell what belongs to cells before it on the same level."""
-    first, second = overlapping_pairs(cells)
+    first, second, parts = _overlaps(cells)
     if not len(first):
         return cells
     polygons = cells.polygons.copy()
     cutters: dict[int, Ints] = {}
     order = np.argsort(second, kind="stable")
     loser, starts = np.unique(second[order], return_index=True)
-    for index, winners in zip(loser, np.split(first[order], starts[1:]), strict=True):
-        cutters[int(index)] = winners
-        polygons[index] = subtract(cells.polygons[index], cells.polygons[winners])
+    for index, pairs in zip(loser, np.split(order, starts[1:]), strict=True):
+        cutters[int(index)] = first[pairs]
+        cut = [parts[k] if parts[k] is not None else cells.polygons[first[k]] for k in pairs]
+        polygons[index] = subtract(cells.polygons[index], cut)
     return replace(cells, polygons=polygons, cutters=cutters)
 
 
@@ -200,6 +221,12 @@ def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Int
         cells: In order of precedence.
         above: Overlaps of less than this area do not count [m2].
     """
+    found = _overlaps(cells, above=above)
+    return found.winners, found.losers
+
+
+def _overlaps(cells: Cells, *, above: float = _CRUMB) -> Overlaps:
+    """The pairs of cells that overlap on one level; arguments as in `overlapping_pairs`."""
     tree = shapely.STRtree(cells.polygons)
     one, other = tree.query(cells.polygons, predicate="intersects")
     ordered = one < other
@@ -207,11 +234,42 @@ def overlapping_pairs(cells: Cells, *, above: float = _CRUMB) -> tuple[Ints, Int
     shared = shapely.intersection(cells.polygons[first], cells.polygons[second], grid_size=GRID)
     real = shapely.area(shared) > above
     first, second, shared = first[real], second[real], shared[real]
+    parts = np.full(len(first), None, dtype=object)
     if not len(first) or cells.is_flat:
-        return first, second
-    middle = shapely.get_coordinates(shapely.point_on_surface(shared))
-    gap = np.abs(cells.heights(first, middle) - cells.heights(second, middle))
-    return first[gap < STOREY], second[gap < STOREY]
+        return Overlaps(first, second, parts)
+    # Where one climbs away from the other, only the part within a storey is cut.
+    points, pair = shapely.get_coordinates(shared, return_index=True)
+    gap = np.abs(cells.heights(first[pair], points) - cells.heights(second[pair], points))
+    low, high = np.full(len(first), np.inf), np.zeros(len(first))
+    np.minimum.at(low, pair, gap)
+    np.maximum.at(high, pair, gap)
+    for k in np.flatnonzero((low < STOREY) & (high >= STOREY)):
+        parts[k] = _within_storey(cells, int(first[k]), int(second[k]), areal(shared[k]))
+    near = np.array(
+        [
+            high[k] < STOREY if parts[k] is None else not parts[k].is_empty
+            for k in range(len(first))
+        ],
+        dtype=np.bool_,
+    )
+    return Overlaps(first[near], second[near], parts[near])
+
+
+def _within_storey(cells: Cells, one: int, other: int, shared: shapely.Geometry) -> Any:
+    """What to cut from a cell below another: squares where they are less than a storey apart."""
+    x0, y0, x1, y1 = (np.floor(shared.bounds[k] / _SQUARE) + (k > 1) for k in range(4))
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(x0, x1), np.arange(y0, y1)))
+    squares = shapely.box(_SQUARE * x, _SQUARE * y, _SQUARE * (x + 1), _SQUARE * (y + 1))
+    pieces = shapely.intersection(squares, shared, grid_size=GRID)
+    points, square = shapely.get_coordinates(
+        shapely.segmentize(pieces, 0.5 * _SQUARE), return_index=True
+    )
+    gap = cells.heights(np.full(len(points), one), points)
+    gap -= cells.heights(np.full(len(points), other), points)
+    low = np.full(len(squares), np.inf)
+    np.minimum.at(low, square, np.abs(gap))
+    # No hair of the loser is left along the winner's border.
+    return common(cells.polygons[one].buffer(100 * GRID), union(squares[low < STOREY]))
 
 
 def quad_polygons(corners: Floats) -> Polygons:
@@ -232,9 +290,9 @@ def _geometries(shapes: Sequence[shapely.Geometry]) -> Polygons:
 
 
 def _inverse_distance(points: Floats, knots: Floats) -> Floats:
-    """Inverse-distance mean of knots' heights (Shepard 1968, power 2), (m,) [m]."""
+    """Inverse-distance mean of knots' heights (Shepard 1968, power 4), (m,) [m]."""
     away = ((points[:, None, :] - knots[None, :, :2]) ** 2).sum(axis=2)
-    weights = 1.0 / (away + 1e-4)
+    weights = 1.0 / (away + _BLUNT**2) ** 2
     return np.asarray((weights * knots[None, :, 2]).sum(axis=1) / weights.sum(axis=1))
 
 

@@ -17,6 +17,7 @@ from sumo3dviz_pt.world.roads.areas import (
     junction_insides,
     sliver_cells,
     walking_cells,
+    without_ways,
 )
 from sumo3dviz_pt.world.roads.cells import (
     Cells,
@@ -79,7 +80,7 @@ def layout_roads(
     strips = with_own_tracks(network_strips(network, settings, region=region))
     insides = junction_insides(network, settings, region=region)
     carriageways = _lane_cells(strips, raised=False)
-    footways = _lane_cells(strips, raised=True)
+    footways = without_ways(_lane_cells(strips, raised=True), insides)
     lanes = join_cells([carriageways, footways])
     walks = walking_cells(insides, footways=footways)
     slivers = sliver_cells(network, settings, strips)
