@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from any_network.ageing import aged
-from any_network.known import EXAMPLES_KNOWN
 from any_network.laws import (
     Drawn,
     before_camera,
@@ -58,12 +57,9 @@ def town(name: str) -> Town:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("name", NAMES)
-def test_real_networks_keep_the_laws(name, law, request):
+def test_real_networks_keep_the_laws(name, law):
     if law == "wrong_heads" and not town(name).scenario.signals:
         pytest.skip("it has no signal log")
-    if (law, name) in EXAMPLES_KNOWN:
-        reason = EXAMPLES_KNOWN[law, name]
-        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
     faults = list(LAWS[law](town(name)))
     assert not faults, f"{len(faults)} faults\n" + "\n".join(faults[:10])
 

@@ -15,13 +15,12 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.mesh.planar import polygon_parts
 from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.world.roads.cells import STOREY
 from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.mesh import with_kerb_tops
+from sumo3dviz_pt.world.roads.mesh import pieces_of, with_kerb_tops
 
 LEVEL = 3.0
 """Surfaces farther above or below a road user belong to another level [m]."""
@@ -126,7 +125,7 @@ def _surface(layout: RoadLayout) -> DrawnSurface:
     def triangles(index: int) -> Triangles:
         # This is the name by which the mesh of the surface keeps them, too.
         name = ("rest", index, (), ())
-        return layout.memory.of(name, lambda: triangulate_all(polygon_parts(cells.polygons[index])))
+        return layout.memory.of(name, lambda: triangulate_all(pieces_of(cells, index)))
 
     found = [triangles(index) for index in range(len(cells.polygons))]
     flat = np.concatenate([np.zeros((0, 2)), *(some for some, _ in found)])

@@ -36,6 +36,9 @@ KERB_WIDTH = 0.15
 _VERGE_WIDTH, _VERGE_DROP = 0.12, 0.08
 """Extent of the slope around roads, sideways and down [m]."""
 
+_RIM, _RIM_STEP = 1.0, 2.0
+"""Width of the rim of junctions on slopes, and distance of the points on its inside [m]."""
+
 _RAMP_STEP = 0.3
 """Distance of points of kerbs where they are lowered [m]."""
 
@@ -269,6 +272,20 @@ def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     return unit(total[place])
 
 
+def pieces_of(cells: Cells, index: int) -> list[shapely.Polygon]:
+    """Return the polygons that a cell's triangles are cut from.
+
+    A junction on a slope gets a rim along its border, where it meets lanes that are higher or
+    lower than its own ways. Without a rim, triangles from there would reach across the ways.
+    """
+    polygon = cells.polygons[index]
+    if cells.is_flat or cells.raised[index] or index not in cells.knots:
+        return polygon_parts(polygon)
+    core = polygon.buffer(-_RIM, join_style="mitre", mitre_limit=2.0)
+    core = shapely.segmentize(core, _RIM_STEP)
+    return [*polygon_parts(core), *polygon_parts(subtract(polygon, [core]))]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cutting:
     """Cells that are cut into triangles.
@@ -292,7 +309,9 @@ class _Cutting:
 
         def pieces() -> list[shapely.Geometry]:
             cut = partial(cut_for_ramps, polygon, self.drops)
-            return self.memory.of(("ramps", index, ramps), cut) if ramps else polygon_parts(polygon)
+            if ramps:
+                return self.memory.of(("ramps", index, ramps), cut)
+            return pieces_of(self.cells, index)
 
         def rest() -> Triangles:
             return triangulate_all([p for one in pieces() for p in without_tiles(one, tiles)])
