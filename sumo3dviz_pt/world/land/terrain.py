@@ -17,7 +17,7 @@ import shapely
 from scipy import sparse, spatial
 from scipy.sparse.csgraph import dijkstra
 
-from sumo3dviz_pt.library.mesh.polyline import mitres
+from sumo3dviz_pt.library.mesh.polyline import densified, mitres
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.vectors import area_vectors, unit
@@ -25,6 +25,7 @@ from sumo3dviz_pt.world.land.horizon import Land, built_points, land_around, lan
 from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.levels import Levels, levels_of, lowest_surface
+from sumo3dviz_pt.world.roads.uneven import points_within
 
 STEEPEST = 1.0 / 1.5
 """Slope of embankments and cuttings: two thirds, as grass holds."""
@@ -35,7 +36,7 @@ _MARGIN = 0.06
 _SUNK = 0.30
 """How far it lies below the middle of a road [m]."""
 
-_LEAST, _PUSHES = 0.03, 4
+_LEAST, _PUSHES = 0.052, 8
 """Depth below roads at which the terrain is lowered no more [m]; how often that is tried."""
 
 _EDGE, _SHOULDER = 0.05, 1.0
@@ -123,7 +124,8 @@ def road_samples(roads: RoadLayout) -> Floats:
     outlines = shapely.segmentize(polygons, 0.5 * _STEP)
     rings, ring = shapely.get_coordinates(outlines, return_index=True)
     inside, inner = shapely.get_coordinates(shapely.point_on_surface(polygons), return_index=True)
-    flat, cell = np.concatenate([rings, inside]), np.concatenate([ring, inner])
+    within, owner = points_within(roads.cells)
+    flat, cell = np.concatenate([rings, inside, within]), np.concatenate([ring, inner, owner])
     return np.column_stack([flat, surface_heights(roads.cells, cell, flat)])
 
 
@@ -200,21 +202,6 @@ def border_samples(levels: Levels) -> Samples:
         points.append(dense)
         outward.append(-unit(mitres(dense, closed=border.closed)))
     return Samples(np.concatenate(points), np.concatenate(outward))
-
-
-def densified(line: Floats, step: float) -> Floats:
-    """Return a line with more points, so that none is farther than `step` [m] from the next.
-
-    Args:
-        line: (n, 3) [m].
-        step: [m].
-    """
-    length = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
-    count = np.maximum(np.ceil(settled(length / step)), 1).astype(np.int64)
-    index = np.repeat(np.arange(len(count)), count)
-    share = (np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)) / count[index]
-    dense = line[index] + share[:, None] * (line[index + 1] - line[index])
-    return np.concatenate([dense, line[-1:]])
 
 
 def _shaping(samples: Samples, network: Network, levels: Levels) -> Floats:

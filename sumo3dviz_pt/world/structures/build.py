@@ -11,12 +11,12 @@ from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.materials.by_key import KERB
 from sumo3dviz_pt.library.mesh.planar import union
-from sumo3dviz_pt.library.mesh.polyline import mitres
+from sumo3dviz_pt.library.mesh.polyline import densified, mitres
 from sumo3dviz_pt.library.mesh.walls import between
 from sumo3dviz_pt.library.street.barriers import swept, upright_boxes
 from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.world.land.terrain import STEEPEST, densified
+from sumo3dviz_pt.world.land.terrain import STEEPEST
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.levels import Border, Levels, levels_of
 from sumo3dviz_pt.world.structures.decks import deck_mesh, decks_of
