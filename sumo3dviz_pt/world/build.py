@@ -195,6 +195,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         (
             *aimed_at((*signals.lamps, *railway.lamps), dark=dark),
             *scenery.lamps,
+            *land.ground.lamps,
             *grown.fronts.lamps,
             *street.lamps,
         ),

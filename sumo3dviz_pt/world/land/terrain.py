@@ -104,7 +104,7 @@ def terrain(
         land = land_around(corners, horizon="flat", surface="", seed=0)
     levels = levels_of(roads)
     samples = border_samples(levels)
-    shaping = _shaping(samples, network, levels)
+    shaping = _shaping_of(roads, network)
     points = _points(roads, samples, land)
     net = spatial.Delaunay(points.flat)
     faces, number = _facing_up(points.flat, net.simplices.astype(np.int64))
@@ -116,6 +116,34 @@ def terrain(
     vertices = _pushed_below(under, vertices, faces, on=np.where(shown[face], face, -1))
     mesh = Mesh(vertices, faces[shown], _normals(vertices, faces))
     return mesh, _height_at(vertices, faces, net, number)
+
+
+def ground_between(roads: RoadLayout, network: Network, land: Land) -> HeightAt:
+    """Return the height of the ground as if no road were far above or below it.
+
+    Args:
+        roads: What is built.
+        network: All roads.
+        land: Its hills.
+    """
+    shaping = _shaping_of(roads, network)
+
+    def height_at(places: Floats) -> Floats:
+        """Return height of the ground, (n, 2) -> (n,) [m]."""
+        flat = np.asarray(places, dtype=np.float64)[:, :2]
+        return _blended(flat, shaping) + land.heights(flat)
+
+    return height_at
+
+
+def _shaping_of(roads: RoadLayout, network: Network) -> Floats:
+    """Points of roads that shape the ground, which are kept in the layout's memory, (n, 3) [m]."""
+
+    def found() -> Floats:
+        levels = levels_of(roads)
+        return _shaping(border_samples(levels), network, levels)
+
+    return roads.memory.of(("what shapes the ground",), found)
 
 
 def road_samples(roads: RoadLayout) -> Floats:
