@@ -68,6 +68,6 @@ def build_tunnels(layout: RoadLayout, ground: HeightAt, terrain_at: HeightAt) ->
         for lid in bare
         if len(lid.faces)
     ]
-    shell = merge_meshes([lining(tunnel, layout, top) for tunnel in found])
+    shell = merge_meshes([lining(tunnel, layout, height_at) for tunnel in found])
     part = StaticPart("ground/tunnels", "ground", Part(shell, KERB))
     return Tunnels(tuple(lids), height_at, (part,), tunnel_lamps(found, layout))

@@ -109,9 +109,17 @@ def test_lamps_hang_below_the_ceiling_and_none_elsewhere():
     net = network()
     layout, (tunnel,) = found(net)
     ground = build_ground(GroundSettings(), net, roads=layout, textured=False)
-    (lamps,) = ground.lamps
-    assert lamps.sampled and len(lamps.lamps) > 20
-    assert shapely.intersects_xy(tunnel.area, *lamps.mesh.vertices[:, :2].T).all()
+    always, by_day = ground.lamps
+    assert len(always.lamps) > 20 and always.id != by_day.id
+    ends = [mouth.middle[0] for mouth in tunnel.mouths]
+    for lamps in ground.lamps:
+        assert lamps.sampled
+        assert shapely.intersects_xy(tunnel.area, *lamps.mesh.vertices[:, :2].T).all()
+        corners = lamps.mesh.vertices[lamps.mesh.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        assert (normals[:, 2] < 0.0).all()
+    away = np.abs(by_day.mesh.vertices[:, 0][:, None] - ends).min(axis=1)
+    assert away.max() < 61.0
     level = network(depth=0.0)
     bare = build_ground(GroundSettings(), level, roads=found(level)[0], textured=False)
     assert bare.lamps == () and "ground/tunnels" not in {part.id for part in bare.static}
