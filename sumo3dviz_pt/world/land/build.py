@@ -21,6 +21,7 @@ from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.world.land.between import ground_between
 from sumo3dviz_pt.world.land.far_woods import Room, woods
 from sumo3dviz_pt.world.land.horizon import (
     FAR_GROUND,
@@ -31,7 +32,7 @@ from sumo3dviz_pt.world.land.horizon import (
     land_mesh,
     split_far,
 )
-from sumo3dviz_pt.world.land.terrain import ground_between, terrain
+from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.structures.build import build_parapets, build_structures
 from sumo3dviz_pt.world.structures.tunnels import build_tunnels

@@ -15,7 +15,7 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract, union
 from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
-from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 from sumo3dviz_pt.model.vectors import arc_length, unit
 from sumo3dviz_pt.world.land.terrain import STEEPEST
 from sumo3dviz_pt.world.roads.drops import cut_on_grid
@@ -302,9 +302,7 @@ def _mouth(ends: Sequence[tuple[Floats, Floats, Floats]]) -> Mouth:
     return Mouth(np.append(place, points[:, 2].mean()), outward, float(0.5 * (high - low)))
 
 
-def _places(
-    layout: RoadLayout, area: shapely.Geometry, ground: HeightAt
-) -> tuple[Floats, list[int] | Floats]:
+def _places(layout: RoadLayout, area: shapely.Geometry, ground: HeightAt) -> tuple[Floats, Ints]:
     """Places on the deep cells in an area, (n, 2) [m], and these cells, (n,)."""
     cells = layout.cells
     near = np.sort(cells.tree.query(area, predicate="intersects"))
