@@ -35,6 +35,8 @@ from sumo3dviz_pt.world.land.horizon import (
 from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.structures.build import build_parapets, build_structures
+from sumo3dviz_pt.world.structures.concrete import MATERIAL as CONCRETE
+from sumo3dviz_pt.world.structures.concrete import SURFACE
 from sumo3dviz_pt.world.structures.tunnels import build_tunnels
 
 DROP = 0.03
@@ -107,7 +109,10 @@ def build_ground(
         static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
     for other in {part.part.material for part in static} - {name}:
-        materials[other] = MATERIALS[other]
+        bare = other == CONCRETE
+        materials[other] = (
+            surface_material(SURFACE, textured=textured) if bare else MATERIALS[other]
+        )
     return GroundParts(tuple(static), materials, shape.height_at, tuple(shape.lamps))
 
 

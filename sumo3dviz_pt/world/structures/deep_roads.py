@@ -12,12 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy import sparse, spatial
+from scipy.sparse.csgraph import connected_components
 
 from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract, union
 from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh
 from sumo3dviz_pt.model.vectors import arc_length, unit
 from sumo3dviz_pt.world.land.terrain import STEEPEST
+from sumo3dviz_pt.world.roads.cells import STOREY
 from sumo3dviz_pt.world.roads.drops import cut_on_grid
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.levels import levels_of
@@ -33,6 +36,9 @@ HIGHEST = 5.2
 
 _COVER = 0.7
 """Ceiling and soil between a tunnel and the ground above it [m], at least."""
+
+_NARROWEST = 2.5
+"""Width of a tunnel [m], at least; paths of hikers have none."""
 
 _STEP, _GRID = 2.0, 3.0
 """Distances of places along roads and of points of the lid [m]."""
@@ -107,19 +113,40 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
     shared = levels_of(layout).crossings.shared
     if not len(shared):
         return ()
-    runs = list(_runs(layout, ground))
-    if not runs:
-        return ()
-    whole = union([run.area for run in runs]).buffer(_JOINED, join_style="mitre")
-    parts = polygon_parts(whole.buffer(-_JOINED, join_style="mitre"))
-    crossed = shapely.STRtree(shared)
     found = []
-    for part in parts:
-        if _length(part) >= LONG and len(crossed.query(part, predicate="intersects")):
+    crossed = shapely.STRtree(shared)
+    for runs in _connected(list(_runs(layout, ground))):
+        whole = union([run.area for run in runs]).buffer(_JOINED, join_style="mitre")
+        for part in polygon_parts(whole.buffer(-_JOINED, join_style="mitre")):
+            long, wide = _extent(part)
+            if long < LONG or part.area < _NARROWEST * long or wide < _NARROWEST:
+                continue
+            if not len(crossed.query(part, predicate="intersects")):
+                continue
             tunnel = _tunnel(layout, ground, part, runs)
             if tunnel is not None:
                 found.append(tunnel)
     return tuple(found)
+
+
+def _connected(runs: Sequence[_Run]) -> list[list[_Run]]:
+    """Runs in groups that touch each other from above and differ by less than a storey there."""
+    if not runs:
+        return []
+    areas = [run.area for run in runs]
+    one, other = shapely.STRtree(areas).query(areas, predicate="dwithin", distance=2.0 * _JOINED)
+    joined = np.array([_meet(runs[i], runs[j]) for i, j in zip(one, other, strict=True)])
+    pairs = sparse.coo_matrix((joined, (one, other)), shape=(len(runs), len(runs)))
+    count, label = connected_components(pairs, directed=False)
+    return [[runs[k] for k in np.flatnonzero(label == number)] for number in range(count)]
+
+
+def _meet(one: _Run, other: _Run) -> bool:
+    """Whether two runs differ by less than a storey where they are closest from above."""
+    away, near = spatial.cKDTree(other.line[:, :2]).query(one.line[:, :2])
+    first = int(np.argmin(away))
+    rise = one.line[first, 2] - other.line[int(np.asarray(near)[first]), 2]
+    return bool(abs(rise) < STOREY)
 
 
 def lid_height(layout: RoadLayout, tunnels: Sequence[Tunnel], ground: HeightAt) -> HeightAt:
@@ -180,11 +207,13 @@ class _Run:
 
     Attributes:
         area: From above.
+        line: Points along it, (n, 3) [m].
         ends: Its first and its last cross section: right and left border, (2, 2, 3) [m].
         ahead: Directions out of it at both ends, (2, 2).
     """
 
     area: shapely.Geometry
+    line: Floats
     ends: Floats
     ahead: Floats
 
@@ -192,6 +221,8 @@ class _Run:
 def _runs(layout: RoadLayout, ground: HeightAt) -> Iterator[_Run]:
     """Deep stretches of all edges, and deep junctions."""
     for strips in layout.strips.values():
+        if all(strip.look.raised for strip in strips):
+            continue
         right, left = strips[0].right, strips[-1].left
         if len(right) != len(left) or len(right) < 2:
             right, left = strips[0].right, strips[0].left
@@ -214,13 +245,16 @@ def _runs(layout: RoadLayout, ground: HeightAt) -> Iterator[_Run]:
                     :, :2
                 ]
             )
-            yield _Run(area, line[[0, -1]], ahead)
+            yield _Run(area, middle[first : last + 1], line[[0, -1]], ahead)
     cells = layout.cells
     areas = np.array([k for k in cells.knots if not cells.polygons[k].is_empty], dtype=np.int64)
     if len(areas):
         spots = shapely.get_coordinates(shapely.point_on_surface(cells.polygons[areas]))
-        for k in areas[ground(spots) - cells.heights(areas, spots) >= DEEP]:
-            yield _Run(cells.polygons[k], np.zeros((0, 2, 3)), np.zeros((0, 2)))
+        z = cells.heights(areas, spots)
+        for k in np.flatnonzero(ground(spots) - z >= DEEP):
+            spot = np.array([[*spots[k], z[k]]])
+            area = cells.polygons[areas[k]]
+            yield _Run(area, spot, np.zeros((0, 2, 3)), np.zeros((0, 2)))
 
 
 def _spans(deep: Bools) -> Iterator[tuple[int, int]]:
@@ -231,10 +265,12 @@ def _spans(deep: Bools) -> Iterator[tuple[int, int]]:
             yield int(start), int(end) - 1
 
 
-def _length(part: shapely.Geometry) -> float:
-    """Length of an area's longer side [m]."""
-    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(part))
-    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max(initial=0.0))
+def _extent(part: shapely.Geometry) -> tuple[float, float]:
+    """Length of an area's longer and of its shorter side [m], as a rectangle."""
+    around = shapely.minimum_rotated_rectangle(part)
+    corners = shapely.get_coordinates(around)
+    long = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).max(initial=0.0))
+    return long, float(around.area) / max(long, 1e-9)
 
 
 def _tunnel(
@@ -250,7 +286,7 @@ def _tunnel(
     # Measure how deep it lies.
     cells = layout.cells
     spots, cell = _places(layout, area, ground)
-    if not len(spots) or _length(area) < 0.5 * LONG:
+    if not len(spots) or _extent(area)[0] < 0.5 * LONG:
         return None
     depth = lid_height(layout, [Tunnel(area, (), 0.0, area)], ground)(spots)
     depth = depth - cells.heights(cell, spots)
@@ -273,7 +309,7 @@ def _mouths(part: shapely.Geometry, runs: Sequence[_Run]) -> tuple[Mouth, ...]:
         for border, ahead in zip(run.ends, run.ahead, strict=True):
             middle = border.mean(axis=0)
             beyond = shapely.Point(middle[:2] + 1.5 * _JOINED * ahead)
-            if part.intersects(run.area) and not part.intersects(beyond):
+            if not part.intersects(beyond):
                 ends.append((middle, border, ahead))
     groups: list[list[tuple[Floats, Floats, Floats]]] = []
     for end in ends:

@@ -35,12 +35,12 @@ opening, at least [m]."""
 _APART, _SIZE = 12.0, (1.2, 0.25)
 """Distance of lamps along a lane [m]; their length and width [m]."""
 
-_ENTRANCE, _CLOSE, _BRIGHTER = 60.0, 4.0, 4.0
+_ENTRANCE, _CLOSE, _BRIGHTER = 60.0, 4.0, 12.0
 """How far from a mouth [m] eyes are used to daylight; there, by day, lamps hang this close [m] and
 shine that much brighter (CIE 88:2004, threshold zone)."""
 
-_RADIANCE = (0.18, 0.14, 0.10)
-"""Of a lamp, in scene units of 32,000 cd/m2: 4,500 lm, of the colour of street lamps."""
+_RADIANCE = (0.06, 0.047, 0.034)
+"""Of a lamp, in scene units of 32,000 cd/m2: 1,500 lm, of the colour of street lamps."""
 
 HeightAt = Callable[[Floats], Floats]
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.materials.by_key import KERB
 from sumo3dviz_pt.library.mesh.planar import union
 from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.mesh import smooth_normals
+from sumo3dviz_pt.world.structures.concrete import MATERIAL, concrete
 from sumo3dviz_pt.world.structures.deep_roads import lid_height, lid_mesh, tunnels_of
 from sumo3dviz_pt.world.structures.linings import lining, tunnel_lamps
 
@@ -69,5 +69,5 @@ def build_tunnels(layout: RoadLayout, ground: HeightAt, terrain_at: HeightAt) ->
         if len(lid.faces)
     ]
     shell = merge_meshes([lining(tunnel, layout, height_at) for tunnel in found])
-    part = StaticPart("ground/tunnels", "ground", Part(shell, KERB))
+    part = StaticPart("ground/tunnels", "ground", Part(concrete(shell), MATERIAL))
     return Tunnels(tuple(lids), height_at, (part,), tunnel_lamps(found, layout))

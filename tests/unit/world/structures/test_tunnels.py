@@ -73,6 +73,20 @@ def test_shallow_short_and_lonely_roads_are_open(other):
     assert found(network(**other))[1] == ()
 
 
+def test_deep_roads_at_other_heights_are_no_mouths_of_a_tunnel():
+    net = network(streets=(190.0, 310.0))
+    line = np.array([(250.0, 150.0, 0.0), (250.0, 190.0, 0.0), (250.0, 260.0, 0.0)])
+    lane = Lane("up_0", "up", 0, line, 3.2, 13.9, 110.0, CARS)
+    edges = dict(net.edges) | {"up": Edge("up", "normal", "upa", "upb", (lane,))}
+    layout = layout_roads(Network(edges, {}, (), net.location), RoadSettings())
+    # The hill above both lies far above the upper road too.
+    (tunnel,) = tunnels_of(
+        layout, lambda places: np.where(np.abs(places[:, 0] - 250.0) < 120.0, 9.0, 0.0)
+    )
+    assert all(mouth.middle[2] < -2.9 for mouth in tunnel.mouths)
+    assert all(abs(mouth.outward[0]) > 0.99 for mouth in tunnel.mouths)
+
+
 def test_the_ground_lies_on_the_tunnel_and_below_the_streets():
     net = network()
     layout, (tunnel,) = found(net)
@@ -123,3 +137,15 @@ def test_lamps_hang_below_the_ceiling_and_none_elsewhere():
     level = network(depth=0.0)
     bare = build_ground(GroundSettings(), level, roads=found(level)[0], textured=False)
     assert bare.lamps == () and "ground/tunnels" not in {part.id for part in bare.static}
+
+
+def test_walls_show_concrete_at_one_scale():
+    net = network()
+    ground = build_ground(GroundSettings(), net, roads=found(net)[0], textured=True)
+    mesh = mesh_of(ground, "ground/tunnels")
+    assert "surface:concrete" in ground.materials and mesh.uvs is not None
+    corners, uvs = mesh.vertices[mesh.faces], mesh.uvs[mesh.faces]
+    drawn = np.linalg.norm(uvs[:, 1] - uvs[:, 0], axis=1) * 6.0
+    long = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    share = drawn[long > 0.1] / long[long > 0.1]
+    assert share.min() > 0.55 and share.max() < 1.01
