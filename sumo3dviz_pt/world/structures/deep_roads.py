@@ -110,18 +110,19 @@ def tunnels_of(layout: RoadLayout, ground: HeightAt) -> tuple[Tunnel, ...]:
         layout: The roads.
         ground: Height of the ground between roads, as if the deep ones were not there.
     """
-    shared = levels_of(layout).crossings.shared
-    if not len(shared):
+    crossings = levels_of(layout).crossings
+    if not len(crossings.shared):
         return ()
     found = []
-    crossed = shapely.STRtree(shared)
+    flat = shapely.get_coordinates(shapely.centroid(crossings.shared))
+    below = np.column_stack([flat, layout.cells.heights(crossings.lower, flat)])
     for runs in _connected(list(_runs(layout, ground))):
         whole = union([run.area for run in runs]).buffer(_JOINED, join_style="mitre")
         for part in polygon_parts(whole.buffer(-_JOINED, join_style="mitre")):
             long, wide = _extent(part)
             if long < LONG or part.area < _NARROWEST * long or wide < _NARROWEST:
                 continue
-            if not len(crossed.query(part, predicate="intersects")):
+            if not _crossed(part, runs, below):
                 continue
             tunnel = _tunnel(layout, ground, part, runs)
             if tunnel is not None:
@@ -136,9 +137,24 @@ def _connected(runs: Sequence[_Run]) -> list[list[_Run]]:
     areas = [run.area for run in runs]
     one, other = shapely.STRtree(areas).query(areas, predicate="dwithin", distance=2.0 * _JOINED)
     joined = np.array([_meet(runs[i], runs[j]) for i, j in zip(one, other, strict=True)])
-    pairs = sparse.coo_matrix((joined, (one, other)), shape=(len(runs), len(runs)))
+    one, other = one[joined], other[joined]
+    pairs = sparse.coo_matrix((np.ones(len(one)), (one, other)), shape=(len(runs), len(runs)))
     count, label = connected_components(pairs, directed=False)
     return [[runs[k] for k in np.flatnonzero(label == number)] for number in range(count)]
+
+
+def _crossed(part: shapely.Geometry, runs: Sequence[_Run], below: Floats) -> bool:
+    """Whether a road crosses above a deep area.
+
+    Args:
+        part: The area.
+        runs: What it was made of.
+        below: Places of lower roads below others, (n, 3) [m].
+    """
+    inside = below[shapely.intersects_xy(part, below[:, 0], below[:, 1])]
+    line = np.concatenate([run.line for run in runs])
+    _, near = spatial.cKDTree(line[:, :2]).query(inside[:, :2])
+    return bool((np.abs(line[np.asarray(near, dtype=np.int64), 2] - inside[:, 2]) < STOREY).any())
 
 
 def _meet(one: _Run, other: _Run) -> bool:
