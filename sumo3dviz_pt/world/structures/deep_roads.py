@@ -140,7 +140,7 @@ def _connected(runs: Sequence[_Run]) -> list[list[_Run]]:
     one, other = one[joined], other[joined]
     pairs = sparse.coo_matrix((np.ones(len(one)), (one, other)), shape=(len(runs), len(runs)))
     count, label = connected_components(pairs, directed=False)
-    return [[runs[k] for k in np.flatnonzero(label == number)] for number in range(count)]
+    return [[run for run, of in zip(runs, label, strict=True) if of == k] for k in range(count)]
 
 
 def _crossed(part: shapely.Geometry, runs: Sequence[_Run], below: Floats) -> bool:
