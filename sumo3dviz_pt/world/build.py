@@ -49,6 +49,7 @@ from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.street.build import build_street, site_of
 from sumo3dviz_pt.world.street.furniture import stop_areas
+from sumo3dviz_pt.world.structures.linings import DAY_SET
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -195,6 +196,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         (
             *aimed_at((*signals.lamps, *railway.lamps), dark=dark),
             *scenery.lamps,
+            *(some for some in land.ground.lamps if not (dark and some.id == DAY_SET)),
             *grown.fronts.lamps,
             *street.lamps,
         ),

@@ -11,9 +11,10 @@ from scipy import spatial
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
+from sumo3dviz_pt.library.mesh.polyline import densified
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
-from sumo3dviz_pt.world.roads.cells import Cells, area_cells
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells, area_cells, fitted_heights
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
 from sumo3dviz_pt.world.roads.style import (
     PAVING,
@@ -26,6 +27,10 @@ from sumo3dviz_pt.world.roads.style import (
 
 _REACH = 0.25
 """Gaps up to twice this width [m] between a junction and its lanes are closed."""
+
+_STEP, _BY = 1.5, 2.0
+"""Distance of points of known height along ways [m], and how far from a junction's outline lanes
+give its height [m]."""
 
 _CAR_SPACE = 1.3
 """Walking areas keep this far from the middle of vehicles' ways [m]."""
@@ -79,11 +84,71 @@ def junction_insides(
     }
 
 
-def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
-    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways."""
+def known_heights(
+    network: Network, insides: Mapping[str, JunctionInside], *, lanes: Cells
+) -> dict[str, Floats]:
+    """Return points of known height in each junction that has any, (k, 3) [m] by its id.
+
+    The carriageway and the walking areas of a junction share them, and junctions that touch each
+    other share theirs, so that all of them meet.
+
+    Args:
+        network: The network.
+        insides: Contents of junctions, by junction id.
+        lanes: Surfaces around them.
+    """
+    tree = shapely.STRtree(lanes.polygons)
+    own, shapes = {}, {}
+    for key, inside in insides.items():
+        outline = network.junctions[key].outline
+        shape = _junction_shape(outline, inside.ways)
+        areas = [edge.lanes[0].shape for edge in inside.walks]
+        known = [densified(line, _STEP) for line in (*(s.lane.shape for s in inside.ways), *areas)]
+        if len(outline) >= 3:
+            near = tree.query(shape, predicate="dwithin", distance=_BY)
+            known.append(_ends_near(outline, lanes.quads[near]))
+        whole = np.concatenate([np.zeros((0, 3)), *known])
+        if len(whole) or len(outline):
+            own[key] = whole if len(whole) else outline
+            shapes[key] = shape
+    return _shared(own, shapes)
+
+
+def _shared(own: Mapping[str, Floats], shapes: Mapping[str, shapely.Geometry]) -> dict[str, Floats]:
+    """Points of known height, with those of areas that touch on the same level.
+
+    Args:
+        own: Each area's own, (k, 3) [m].
+        shapes: The areas.
+    """
+    keys, areas = list(own), [shapes[key] for key in own]
+    if len(keys) < 2:
+        return dict(own)
+    one, other = shapely.STRtree(areas).query(areas, predicate="dwithin", distance=_REACH)
+    beside: dict[str, list[Floats]] = {key: [own[key]] for key in keys}
+    for i, j in zip(one, other, strict=True):
+        if i == j or areas[i].is_empty or areas[j].is_empty:
+            continue
+        place = shapely.get_coordinates(shapely.shortest_line(areas[i], areas[j])).mean(axis=0)
+        ends = [float(fitted_heights(own[keys[k]], place[None])[0]) for k in (i, j)]
+        if abs(ends[0] - ends[1]) < STOREY:
+            beside[keys[i]].append(own[keys[j]])
+    return {key: np.concatenate(lists) for key, lists in beside.items()}
+
+
+def walking_cells(
+    insides: Mapping[str, JunctionInside], *, footways: Cells, known: Mapping[str, Floats]
+) -> Cells:
+    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways.
+
+    Args:
+        insides: Contents of junctions, by junction id.
+        footways: Surfaces of lanes for people.
+        known: What `known_heights` gave.
+    """
     polygons, knots, owners = [], [], []
     tree = shapely.STRtree(footways.polygons)
-    for inside in insides.values():
+    for key, inside in insides.items():
         cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
         kept_free = union(cores)
         for edge in inside.walks:
@@ -94,7 +159,7 @@ def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> 
             near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
             area = _closed(area, footways.polygons[near]) if len(near) else area
             polygons.append(subtract(area, [kept_free]))
-            knots.append(outline)
+            knots.append(known[key])
             owners.append(edge.id)
     surfaces = [PAVING] * len(polygons)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=True, owners=owners)
@@ -106,6 +171,7 @@ def junction_cells(
     *,
     insides: Mapping[str, JunctionInside],
     lanes: Cells,
+    known: Mapping[str, Floats],
 ) -> Cells:
     """Build junction surfaces: outline and internal lanes, grown to meet the lanes around.
 
@@ -114,6 +180,7 @@ def junction_cells(
         settings: Surfaces of roads.
         insides: Contents of junctions, by junction id.
         lanes: Surfaces around them.
+        known: What `known_heights` gave.
     """
     polygons, knots, surfaces, owners = [], [], [], []
     tree = shapely.STRtree(lanes.polygons)
@@ -124,7 +191,7 @@ def junction_cells(
             continue
         near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
         polygons.append(_closed(shape, lanes.polygons[near]))
-        knots.append(_junction_knots(outline, inside.ways, lanes.quads[near]))
+        knots.append(known[key])
         surfaces.append(junction_surface(network, key, settings))
         owners.append(key)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
@@ -152,7 +219,7 @@ def sliver_cells(
             continue
         style = style_of(edge_id, settings)
         polygons.append(gaps)
-        knots.append(np.concatenate([s.lane.shape for s in sides]))
+        knots.append(np.concatenate([densified(s.lane.shape, _STEP) for s in sides]))
         surfaces.append(look_of(sides[0].lane, style, bicycle=bicycle_surface(settings)).surface)
         owners.append(edge_id)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
@@ -194,12 +261,8 @@ def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shap
     return union([shape, common(filled, shape.buffer(2 * _REACH, quad_segs=2))])
 
 
-def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
-    """Known heights: of vehicles' ways and the lanes around, or else of the outline."""
-    knots = [strip.lane.shape for strip in ways]
+def _ends_near(outline: Floats, quads: Floats) -> Floats:
+    """Corners of lanes close to the corners of a junction's outline, (k, 3) [m]."""
     corners = quads[np.isfinite(quads).all(axis=(1, 2))].reshape(-1, 3)
-    if len(outline) and len(corners):
-        away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
-        corners = corners[np.asarray(away) < 2.0]
-    known = np.concatenate([*knots, corners])
-    return known if len(known) else outline
+    away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
+    return np.asarray(corners[np.asarray(away) < _BY])

@@ -15,6 +15,7 @@ from sumo3dviz_pt.world.roads.areas import (
     JunctionInside,
     junction_cells,
     junction_insides,
+    known_heights,
     sliver_cells,
     walking_cells,
 )
@@ -80,9 +81,11 @@ def layout_roads(
     carriageways = _lane_cells(strips, raised=False)
     footways = _lane_cells(strips, raised=True)
     lanes = join_cells([carriageways, footways])
-    walks = walking_cells(insides, footways=footways)
+    known = known_heights(network, insides, lanes=lanes)
+    walks = walking_cells(insides, footways=footways, known=known)
     slivers = sliver_cells(network, settings, strips)
-    junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
+    around = join_cells([lanes, walks])
+    junctions = junction_cells(network, settings, insides=insides, lanes=around, known=known)
     cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
     return RoadLayout(
         cells, strips, insides, raised_area(cells), outer_area(cells), memory or Memory()

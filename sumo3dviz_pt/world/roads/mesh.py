@@ -22,6 +22,7 @@ from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
+from sumo3dviz_pt.world.roads.uneven import cut_small, is_uneven
 from sumo3dviz_pt.world.roads.wear.stains import (
     STAINED,
     Tile,
@@ -284,18 +285,20 @@ class _Cutting:
     memory: Memory
 
     def triangles(self, index: int) -> list[Triangles]:
-        """Triangles of a cell: small ones where it ramps or shows stains."""
+        """Triangles of a cell: small ones where it ramps, is uneven or shows stains."""
         polygon = self.cells.polygons[index]
         ramps = self.drops.at(polygon) if self.cells.raised[index] else ()
         stained = self.cells.surfaces[index] in STAINED
         tiles = stain_tiles(polygon, self.drops.focus) if stained else ()
+        uneven = is_uneven(self.cells, index)
 
         def pieces() -> list[shapely.Geometry]:
             cut = partial(cut_for_ramps, polygon, self.drops)
             return self.memory.of(("ramps", index, ramps), cut) if ramps else polygon_parts(polygon)
 
         def rest() -> Triangles:
-            return triangulate_all([p for one in pieces() for p in without_tiles(one, tiles)])
+            left = [p for one in pieces() for p in without_tiles(one, tiles)]
+            return triangulate_all([p for one in left for p in cut_small(one)] if uneven else left)
 
         def within(tile: Tile) -> Triangles:
             return triangulate_all([p for one in pieces() for p in cut_for_stains(one, tile)])
