@@ -47,7 +47,7 @@ from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
-from sumo3dviz_pt.world.street.build import build_street, site_of
+from sumo3dviz_pt.world.street.build import build_street, site_of, standing_height
 from sumo3dviz_pt.world.street.furniture import stop_areas
 
 STATIC_BUDGET = 880_000
@@ -159,7 +159,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         job.signals,
         style=style.signals,
         around=around,
-        raised=roads.surface_height_at,
+        standing=standing_height(roads, land.ground),
     )
     railway = build_railway(
         scenario, links, around=around, style=style, raised=roads.surface_height_at
