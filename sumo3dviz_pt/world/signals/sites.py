@@ -4,7 +4,8 @@ Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traff
 sidewalk and bicycle lane included, 3.5 m behind the stop line, so that drivers who wait at
 the line see it, or nearer where a carriageway is in the way; it carries one head per
 different course of the edge, in lane order. Edges with three or more signalled lanes
-also get an arm with heads over each lane. Pedestrians: a pole at either end of a crossing.
+also get an arm with heads over each lane. Pedestrians: a pole at either end of a
+crossing, or the pole of a road's heads or of another crossing that stands near.
 
 References:
     Distance from stop line to signal: FGSV, Richtlinien fuer Lichtsignalanlagen (RiLSA),
@@ -44,6 +45,7 @@ from sumo3dviz_pt.world.signals.heads import (
     leftward,
     row_offsets,
 )
+from sumo3dviz_pt.world.signals.sharing import with_shared_poles
 
 _BEHIND = (3.5, 2.0)  # places behind the stop line that are tried first [m]
 _LAST = 0.5  # and the last one [m]
@@ -82,7 +84,7 @@ def sites(
             made = _approach(network, network.edges[edge], own, design)
         heads += made[0]
         supports += made[1]
-    return heads, supports
+    return with_shared_poles(heads, supports)
 
 
 def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list[Connection]]:

@@ -362,3 +362,22 @@ def test_little_of_a_signal_reaches_the_pavement_below_it():
     lobe = signals.lamps[0].lobe
     low, half, ten = lobe.at(np.cos(np.radians([40.0, 10.0, 5.0])))
     assert 0.02 < low < 0.1 < 0.4 < half < 0.7 < ten < 1.0
+
+
+def test_people_on_foot_share_the_pole_of_a_road_and_no_two_heads_of_a_pole_look_alike():
+    made = crossing_network()
+    (lane,) = made.edges[":B_c0"].lanes
+    near = replace(lane, shape=np.array([(105.0, -2.6, 0.0), (105.0, 8.0, 0.0)]))
+    short = Edge(":B_c0", "crossing", "", "", (near,))
+    made = replace(made, edges={**made.edges, ":B_c0": short})
+    signals = build_signals(made, phases("rG", "Gr", "ry"), SignalSettings())
+    poles = {}
+    for head in signals.heads:
+        poles.setdefault(tuple(np.round(head.foot, 3)), []).append(head)
+    assert sorted([head.kind for head in group] for group in poles.values()) == [
+        ["foot"],
+        ["vehicle", "foot"],
+    ]
+    vehicle, foot = next(group for group in poles.values() if len(group) == 2)
+    assert np.cos(vehicle.yaw - foot.yaw) < 0.65
+    assert np.hypot(*(vehicle.position - foot.position)[:2]) > 0.2
