@@ -166,7 +166,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     )
     feet = np.concatenate([signals.feet, railway.feet])
     site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
-    street = build_street(scenario, job.street, site=site, dark=dark)
+    street = build_street(scenario, job.street, site=site, dark=dark, style=style.signs)
     rails = _rails(scenario, job, land)
     # Objects, in as many triangles as the rest leaves.
     made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street)
