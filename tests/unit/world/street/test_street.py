@@ -136,6 +136,25 @@ def test_narrow_roads_have_lamps_on_both_sides_in_turn():
     assert np.diff([x for x, _ in xs]).max() < 45.0
 
 
+def test_few_lamps_light_a_junction_of_short_roads():
+    ends = {"E": (40, 0), "W": (-40, 0), "N": (0, 40), "S": (0, -40)}
+    edges = []
+    for name, (x, y) in ends.items():
+        away, aside = np.array([x, y]) / 40.0, np.array([-y, x]) / 40.0
+        for key, side in ((f"{name}M", 1.6), (f"M{name}", -1.6)):
+            line = np.array([away * 8, away * 38]) + side * aside
+            shape = np.column_stack([line[::-1] if key[1] == "M" else line, np.zeros(2)])
+            lane = Lane(f"{key}_0", key, 0, shape, 3.2, 13.9, 30.0, CAR)
+            edges.append(Edge(key, "normal", key[0], key[1], (lane,)))
+    net = network(*edges)
+    site = site_on(net, viewpoints=((0.0, 900.0, 30.0),))
+    borders = [border_of(net, e) for e in edges]
+    places = np.array([lamp.place[:2] for lamp in place_lamps(borders, (), site)])
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    assert 3 <= len(places) <= 5
+    assert apart[~np.eye(len(places), dtype=bool)].min() > 18.0
+
+
 @pytest.mark.parametrize(
     ("kinds", "speed", "type_", "lit"),
     [
