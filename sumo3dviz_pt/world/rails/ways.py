@@ -12,7 +12,8 @@ def bare_ways(network: Network) -> frozenset[str]:
     SUMO writes a lane for every turn that a tram is allowed to make. Rails lie only where
     they lead from a track to a track, and nowhere where a tram would turn round.
     """
-    railed, bare = set(), set()
+    railed: set[str] = set()
+    bare: set[str] = set()
     following = {k.from_lane: k.via for k in network.connections if k.from_lane.startswith(":")}
     for link in network.connections:
         if not link.via or link.from_lane.startswith(":"):

@@ -204,7 +204,7 @@ def kind_of(network: Network, link: Connection) -> HeadKind:
 
 def row_offsets(count: int) -> Floats:
     """Where heads side by side hang along their row, from its middle, (count,) [m]."""
-    return SPACING * (np.arange(count) - (count - 1) / 2)
+    return np.asarray(SPACING * (np.arange(count) - (count - 1) / 2))
 
 
 def freest(

@@ -193,7 +193,7 @@ def _parting(before: Strip, after: Strip, *, style: LineStyle, reference: Floats
     dashes = band.dashes(dash=style.dash, gap=style.gap)
     inside = before.polygon.buffer(-_PARTED)
     shapely.prepare(inside)
-    return dashes[~shapely.intersects_xy(inside, dashes.mean(axis=1)[:, :2])]
+    return np.asarray(dashes[~shapely.intersects_xy(inside, dashes.mean(axis=1)[:, :2])])
 
 
 def _is_driven(strip: Strip) -> bool:
