@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -14,6 +14,7 @@ from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
 from sumo3dviz_pt.library.mesh.polyline import densified
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.world.rails.ways import bare_ways
 from sumo3dviz_pt.world.roads.cells import STOREY, Cells, area_cells, fitted_heights
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
 from sumo3dviz_pt.world.roads.style import (
@@ -62,6 +63,7 @@ def junction_insides(
     # Sort internal edges and walking areas by their junctions.
     ways: dict[str, list[Strip]] = {}
     walks: dict[str, list[Edge]] = {}
+    bare = bare_ways(network)
     for edge in network.edges.values():
         owner = junction_of(edge.id)
         if not any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes):
@@ -70,7 +72,8 @@ def junction_insides(
             walks.setdefault(owner, []).append(edge)
         elif edge.function == "internal":
             strips = edge_strips(edge, settings, left_hand=network.left_hand)
-            ways.setdefault(owner, []).extend(s for s in strips if not is_footway(s.lane))
+            driven = [_without_rails(s, bare) for s in strips if not is_footway(s.lane)]
+            ways.setdefault(owner, []).extend(driven)
     # Keep junctions with any of these, or with their outline in the region.
     touched = {
         key
@@ -82,6 +85,13 @@ def junction_insides(
         for key in network.junctions
         if key in touched or key in ways or key in walks
     }
+
+
+def _without_rails(strip: Strip, bare: frozenset[str]) -> Strip:
+    """A strip, without rails if it is one of the bare ways."""
+    if strip.lane.id not in bare or not strip.look.rails:
+        return strip
+    return replace(strip, look=replace(strip.look, rails=False))
 
 
 def known_heights(
