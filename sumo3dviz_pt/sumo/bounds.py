@@ -21,7 +21,10 @@ SPEED_LIMIT = Range(0.0, 1000.0, "m/s")
 LANE_WIDTH = Range(-1.0, 200.0, "m")
 """SUMO writes -1 for lanes of the usual width."""
 
-LANE_LENGTH = Range(1e-3, 1e6, "m")
+LANE_LENGTH = Range(-1e6, 1e6, "m")
+SHORTEST_LANE = 1e-3
+"""A lane with a smaller length has none; the length of its shape counts [m]."""
+
 BODY_LENGTH = Range(0.01, 5000.0, "m")
 BODY_WIDTH = Range(0.01, 200.0, "m")
 UNIT_LENGTH = Range(2.0, 5000.0, "m")
