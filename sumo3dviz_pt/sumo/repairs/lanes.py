@@ -21,6 +21,8 @@ _NARROWEST = 0.01
 SHORTEST = 0.01
 """Length of a lane of which only one point is known [m]."""
 
+_NO_POINTS = frozen(np.empty((0, 3)))
+
 
 def whole_lane(lane: Lane, oddities: Oddities, *, drawn: float, given: bool) -> Lane:
     """Return a lane with a width and a length, and note what it lacks.
@@ -116,8 +118,8 @@ class LaneEnds:
 
     def _between_lanes(self, lane: Lane) -> Floats | None:
         """Return the line from the lane before to the lane after."""
-        before = self._shapes.get(self._before.get(lane.id, ""), ())
-        after = self._shapes.get(self._after.get(lane.id, ""), ())
+        before = self._shapes.get(self._before.get(lane.id, ""), _NO_POINTS)
+        after = self._shapes.get(self._after.get(lane.id, ""), _NO_POINTS)
         if not len(before) or not len(after) or np.allclose(before[-1], after[0]):
             return None
         return np.array([before[-1], after[0]])
