@@ -53,6 +53,18 @@ def test_a_network_of_another_height_is_noted(tmp_path, caplog):
     assert "7 m below their lanes" in caplog.text
 
 
+@pytest.mark.parametrize(
+    ("way", "words"), [(-1, "netOffset seems to be missing"), (1, "netOffset seems to be added")]
+)
+@pytest.mark.parametrize("box", ['convBoundary="0,-100,400,200"', ""])
+def test_a_small_offset_that_is_wrong_is_told(way, words, box, tmp_path):
+    """Large ones are undone where the network has a box, as `--fcd-output.utm` leaves them out."""
+    net = FLAT.replace("-4000,-2500", "-400,-250").replace('convBoundary="0,-100,400,200"', box)
+    found = changed(x=lambda r: r["x"] - 400.0 * way, y=lambda r: r["y"] - 250.0 * way)
+    with pytest.raises(InputError, match=words):
+        read(tmp_path, found, net=net)
+
+
 def test_windows_are_never_refused(tmp_path, caplog):
     found, _ = REFUSED["angles in radians"]
     with caplog.at_level(logging.WARNING):
