@@ -62,6 +62,8 @@ def read_trajectories(
             window, or lacks an attribute that drawing needs.
     """
     asked = (-inf if begin is None else begin, inf if end is None else end)
+    # All of a log is the same with and without a margin, and is kept once.
+    margin = 0.0 if begin is None and end is None else margin
     files = [Path(path) for path in paths]
     place = place_of(files, (asked, margin, location))
     kept = None if place is None else kept_log(place)

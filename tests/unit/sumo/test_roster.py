@@ -182,7 +182,7 @@ def test_a_kept_log_gives_the_same_without_being_read(tmp_path, monkeypatch):
     ]
     path, asked = log(tmp_path, *steps), {"near": Point(150, 0, 35), "at": 20.4}
     streamed = roster(path, **asked)
-    read_trajectories([path])
+    read_trajectories([path], margin=2.0)
     monkeypatch.setattr(reader.LogReader, "read", None)
     found = roster(path, **asked)
     assert found.keys() == streamed.keys() and len(found) == 6
