@@ -143,6 +143,11 @@ def _take(draft: _Draft, element: Element) -> None:
             length = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
             lane = _lane(element, owner, shape, drawn=length, place=len(siblings))
             _add(draft.lanes, element, lane)
+            if length > max(bounds.LONGEST_SHAPE, bounds.MOST_STRETCHED * lane.length):
+                raise element.error(
+                    f"the shape is {length / 1e3:,.0f} km long, and the length is"
+                    f" {lane.length:g} m; write the network again with netconvert"
+                )
             given = "length" in element.attributes
             siblings.append(whole_lane(lane, draft.oddities, drawn=length, given=given))
             draft.length += length

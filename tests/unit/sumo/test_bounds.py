@@ -36,6 +36,7 @@ NETWORKS = {
     "shape off the Earth": ("1.60,-60.00", "1.60,-6e9", "'1.60,-6e9' lies off the Earth"),
     "height": ("60.00,-1.60,0.50", "60.00,-1.60,1e6", "lies off the Earth"),
     "junction's size": ("5.00,0.00 5.00,-3.20", "5.00,0.00 5e6,1e6", "shape is 5,000 km across"),
+    "lane's size": ('shape="-120.00,-1.60', 'shape="1e6,-1.60', "the shape is 1,000 km long"),
     "no number": ("1.60,-60.00", "1.60,south", "'1.60,south' is not a point"),
     "5000 digits": ("1.60,-60.00", f"1.60,{LONG}", "...' is not a point"),
     "junction's place": ('x="-120.00"', 'x="1e300"', 'x="1e300" must lie from -20000000'),
@@ -102,7 +103,7 @@ def test_long_shapes_of_roads_stay():
 
 def test_more_roads_than_there_are(tmp_path):
     lanes = "".join(
-        f'<edge id="l{k}"><lane id="l{k}_0" index="0" shape="-1e7,{k} 1e7,{k}" length="5"/></edge>'
+        f'<edge id="l{k}"><lane id="l{k}_0" index="0" shape="-1e7,{k} 1e7,{k}" length="1e6"/></edge>'
         for k in range(12)
     )
     error = complaint(tmp_path, "net.net.xml", NETWORK.replace("</net>", lanes + "</net>"))
