@@ -326,6 +326,11 @@ class RunningLamps:
         """Return whether there is anything to light."""
         return bool(self._sets)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the meshes."""
+        return tuple(lenses.name for lenses in self._sets)
+
     def entries(self, bsdf: Any) -> dict[str, Any]:
         """Make the shapes and emitters, by name."""
         shapes = {lenses.name: lenses.make(bsdf, jit=self._jit) for lenses in self._sets}
