@@ -95,9 +95,18 @@ class _RowUntiled(Untiled):
         return weights, shifts
 
     def _wear_at(self, si: Any, active: Any) -> Any:
-        """Return the mesh's wear, in [0, 1] each; a texture without wear is unworn."""
-        wear = self.tables.wear(si.corners, si.weights, active & self.worn)
-        return dr.select(self.worn, wear, mi.Color3f(1.0, 0.0, 0.0))
+        """Return the mesh's wear, in [0, 1] each."""
+        return self.tables.wear(si.corners, si.weights, active & self.worn)
+
+    def _worn(self, si: Any, colour: Any, *, relief: Any, noise: Any, active: Any) -> Any:
+        """Return a colour with its wear and paint, where a lane's texture shows them."""
+        worn = Untiled._worn(self, si, colour, relief=relief, noise=noise, active=active)
+        return dr.select(self.worn, worn, colour)
+
+    def _polished(self, si: Any, rough: Any, *, noise: Any, active: Any) -> Any:
+        """Return a roughness with its wear and paint, where a lane's texture shows them."""
+        polished = Untiled._polished(self, si, rough, noise=noise, active=active)
+        return dr.select(self.worn, polished, rough)
 
 
 class Textures:

@@ -158,11 +158,15 @@ class Untiled:
             noise = near.unevenness
         value = self.roughness + 0.07 * noise
         if self.wear is not None:
-            wear = self._wear_at(si, active)
-            polish = 0.4 * dr.clip(1.0 - wear.x, 0.0, 0.3)
-            share = self._share(wear, mi.Float(0.0), 0.1 * noise)
-            value = dr.lerp(value - polish, _PAINT_ROUGHNESS, share)
+            value = self._polished(si, value, noise=noise, active=active)
         return dr.clip(value, 0.1, 1.0)
+
+    def _polished(self, si: Any, rough: Any, *, noise: Any, active: Any) -> Any:
+        """Return a roughness with its wear and paint."""
+        wear = self._wear_at(si, active)
+        polish = 0.4 * dr.clip(1.0 - wear.x, 0.0, 0.3)
+        share = self._share(wear, mi.Float(0.0), 0.1 * noise)
+        return dr.lerp(rough - polish, _PAINT_ROUGHNESS, share)
 
     def _wear_at(self, si: Any, active: Any) -> Any:
         """Return the mesh's wear, in [0, 1] each.
