@@ -47,6 +47,7 @@ class LoadedScene:
         origin: Its origin in the network's coordinates, (3,) [m]; None before.
         parameters: Of Mitsuba's scene; None before.
         aimed: Whether light paths aim at lamps.
+        running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
     """
 
@@ -65,7 +66,7 @@ class LoadedScene:
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
         self._static = merged_meshes([part.part for part in data.static], data.materials)
         floor = lowest([merged.mesh for merged in self._static])
-        self._running = RunningLamps(data, floor=floor, jit=jit)
+        self.running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
         self._crowds = (far, Crowd("deforming", data, data.slots.deforming, far=False, floor=floor))
         self.pool = InstancePool(data, self._materials, floor=floor) if jit else None
@@ -91,8 +92,8 @@ class LoadedScene:
         for crowd in self._crowds:
             if crowd:
                 yield HeldMesh(crowd.name, COMPOUND, moving=True)
-        for name in (*self._lamps.names, *self._running.names):
-            moving = name in self._running.names
+        for name in (*self._lamps.names, *self.running.names):
+            moving = name in self.running.names
             yield HeldMesh(name, self._materials.bsdf("signal_lens"), moving=moving)
         for body, materials in self.pool.bodies.items() if self.pool is not None else ():
             for number, material in enumerate(materials):
@@ -122,8 +123,8 @@ class LoadedScene:
         for number, merged in enumerate(self._static):
             parts[f"static_{number}"] = self._place(merged, number, frame.origin)
         parts |= self._lamps.entries(frame.origin)
-        if self._running:
-            parts |= self._running.entries(self._lens())
+        if self.running:
+            parts |= self.running.entries(self._lens())
         parts |= {crowd.name: crowd.make(self._materials) for crowd in self._crowds if crowd}
         if self.pool is not None:
             parts |= self.pool.entries
@@ -148,7 +149,7 @@ class LoadedScene:
             if crowd:
                 crowd.update(parameters, movers, frame.origin)
         self._lamps.update(parameters, frame)
-        self._running.update(parameters, frame)
+        self.running.update(parameters, frame)
         parameters.update()
 
     def _recentre(self, origin: Floats) -> None:

@@ -125,7 +125,7 @@ class Finish:
         """
         side = self.side(wi)
         wi = side * wi
-        glossy, coat, diffuse = self._chances()
+        _, coat, diffuse = self._chances()
         diffuse_wo = mi.warp.square_to_cosine_hemisphere(sample)
         wo = self._mirrored(wi, self._facet(wi, sample))
         if self.lobes.coats:

@@ -46,6 +46,10 @@ class Kind(IntFlag):
     BITMAP = 256
 
 
+PLAIN = Kind(0)
+"""Nothing is special."""
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """A material as numbers.
@@ -64,7 +68,7 @@ class Row:
         gain: What a stained colour is multiplied with, by channel.
     """
 
-    kind: Kind = Kind(0)
+    kind: Kind = PLAIN
     colour: tuple[float, float, float] = (_MIDDLE, _MIDDLE, _MIDDLE)
     roughness: float = _MIDDLE
     metallic: float = 0.0
@@ -84,7 +88,7 @@ class Row:
         return np.array([*gloss, *looks, *self.gain, 0.0])
 
 
-class _NotOurs(Exception):
+class _ForeignError(Exception):
     """A dict says something that this module does not know."""
 
 
@@ -109,7 +113,7 @@ class RowMaker:
         """
         try:
             return Row(**self._said(bsdf, painted=painted))
-        except _NotOurs:
+        except _ForeignError:
             return Row(Kind.FOREIGN)
 
     def _said(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
@@ -120,19 +124,19 @@ class RowMaker:
         makers = {"principled": self._principled, "principledthin": self._thin, "diffuse": _matt}
         maker = makers.get(str(bsdf.get("type")))
         if maker is None:
-            raise _NotOurs
+            raise _ForeignError
         said = maker(bsdf)
         return said | self._coloured(said.pop("base"), said["kind"], painted=painted)
 
     def _principled(self, bsdf: Bsdf) -> dict[str, Any]:
         """Return the fields of a material of Disney's kind, with its colour as `base`."""
         if not set(bsdf) <= _PRINCIPLED or bsdf.get("spec_tint", 0.0) != 0.0:
-            raise _NotOurs
+            raise _ForeignError
         gloss = _number(bsdf.get("clearcoat_gloss", 0.0))
         specular = _number(bsdf.get("specular", _MIDDLE))
         dull, bright = _COAT_ROUGHNESS
         said = {
-            "kind": Kind(0),
+            "kind": PLAIN,
             "base": bsdf["base_color"],
             "metallic": _of_faces(bsdf.get("metallic", 0.0), 0.0),
             "eta": 2.0 / (1.0 - np.sqrt(0.08 * specular)) - 1.0 if specular > 0 else 1.001,
@@ -151,7 +155,7 @@ class RowMaker:
     def _thin(self, bsdf: Bsdf) -> dict[str, Any]:
         """Return the fields of leaves, with their colour as `base`."""
         if not set(bsdf) <= _THIN or bsdf.get("spec_trans", 0.0) != 0.0:
-            raise _NotOurs
+            raise _ForeignError
         return {
             "kind": Kind.LEAF | Kind.OPEN,
             "base": bsdf["base_color"],
@@ -166,22 +170,22 @@ class RowMaker:
             value = np.broadcast_to(np.asarray(base["value"], dtype=np.float64), 3)
             return {"colour": tuple(map(float, value))}
         if word in ("tint", "mesh_attribute"):
-            return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else Kind(0))}
+            return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else PLAIN)}
         if word == "untiled" and "roughness" not in base:
             return {"kind": kind | Kind.UNTILED, "texture": _numbered(self.untiled, base)}
         if word == "bitmap":
             return {"kind": kind | Kind.BITMAP, "texture": _numbered(self.bitmaps, base)}
         if word == "stained":
-            tinted = Kind.STAINED | (Kind.PAINTED if painted else Kind(0))
+            tinted = Kind.STAINED | (Kind.PAINTED if painted else PLAIN)
             inner = self._coloured(base["texture"], kind | tinted, painted=painted)
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
-        raise _NotOurs
+        raise _ForeignError
 
 
 def _matt(bsdf: Bsdf) -> dict[str, Any]:
     """Return the fields of a perfectly diffuse material, with its colour as `base`."""
     if not set(bsdf) <= {"type", "reflectance"}:
-        raise _NotOurs
+        raise _ForeignError
     grey = {"type": "rgb", "value": _MIDDLE}
     return {"kind": Kind.MATT, "base": bsdf.get("reflectance", grey)}
 
@@ -189,7 +193,7 @@ def _matt(bsdf: Bsdf) -> dict[str, Any]:
 def _number(value: Any) -> float:
     """Return a number that must not be a texture."""
     if not isinstance(value, int | float):
-        raise _NotOurs
+        raise _ForeignError
     return float(value)
 
 
@@ -209,7 +213,7 @@ def _numbered(known: list[Bsdf], value: Bsdf) -> int:
 
 def kinds_of(rows: Iterable[Row]) -> Kind:
     """Return everything that is special about any of some materials."""
-    found = Kind(0)
+    found = PLAIN
     for row in rows:
         found |= row.kind
     return found

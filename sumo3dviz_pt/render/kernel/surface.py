@@ -68,9 +68,7 @@ class Surfaces:
         a, b, c = (dr.gather(mi.Vector4f, tables.points, corners[k], there) for k in range(3))
         p = _mixed(weights, a, b, c)
         normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
-        na, nb, nc = (
-            dr.gather(mi.Vector4f, tables.normals, corners[k], there) for k in range(3)
-        )
+        na, nb, nc = (dr.gather(mi.Vector4f, tables.normals, corners[k], there) for k in range(3))
         shading = dr.select(smooth, dr.normalize(_mixed(weights, na, nb, nc)), normal)
         paint = mi.Color3f(0.5)
         if tables.instanced:

@@ -15,8 +15,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import UNWORN, Floats, Ints
-from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.model.geometry import UNWORN, Floats
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
 from sumo3dviz_pt.render.kernel.rows import Kind, Row, RowMaker
 from sumo3dviz_pt.render.kernels import aligned
@@ -137,9 +136,8 @@ class Tables:
         table = [(p.face, lamp_of.get(p.mesh.name, 0)) for p in self._places]
         self._meshes = _own(np.array(table, np.uint32), mi.UInt32, np.uint32)
 
-    def follow(self, frame: FrameState | None = None) -> None:
+    def follow(self) -> None:
         """Bring the tables to what the loaded scene shows."""
-        del frame
         loaded, parameters = self._loaded, self._loaded.parameters
         moved = loaded.origin is not self._origin
         self._origin = loaded.origin
@@ -221,9 +219,7 @@ class Tables:
         """Return the matrix of the instance that was hit, its colour, and if there is one."""
         number = dr.reinterpret_array(mi.UInt32, hit.instance)
         there = active & (number != 0)
-        rows = [
-            dr.gather(mi.Vector4f, self._instances, 4 * number + k, there) for k in range(4)
-        ]
+        rows = [dr.gather(mi.Vector4f, self._instances, 4 * number + k, there) for k in range(4)]
         colour = mi.Color3f(rows[3].x, rows[3].y, rows[3].z)
         return rows[:3], colour, there
 
@@ -255,11 +251,11 @@ def _looks(parameters: Any, name: str, row: Row, faces: int) -> Floats:
 def _by_face(parameters: Any, key: str, plain: float, faces: slice) -> Floats:
     """Return a number for each face of a slice, the same for all where there is no attribute."""
     if key in parameters:
-        return _array(parameters, key, 1)[:, 0]
+        return np.asarray(parameters[key], dtype=np.float64)
     return np.full(faces.stop - faces.start, plain)
 
 
-def _array(parameters: Mapping[str, Any], key: str, width: int) -> Floats | Ints:
+def _array(parameters: Mapping[str, Any], key: str, width: int) -> Any:
     """Return a parameter as rows of some width."""
     return np.asarray(parameters[key]).reshape(-1, width)
 

@@ -15,6 +15,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.scene import Bsdf
+from sumo3dviz_pt.render.kernel.skipping import where
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned, load
 from sumo3dviz_pt.render.materials.pyramid import Pyramid
@@ -76,7 +77,7 @@ class _RowUntiled(Untiled):
     @property
     def average(self) -> list[Any]:
         """Mean of each channel."""
-        mean = self.pyramid.mean
+        mean: Any = self.pyramid.mean
         return [mean.x, mean.y, mean.z]
 
     def has(self, what: str) -> bool:
@@ -140,7 +141,7 @@ class Textures:
         """
         colour, roughness = mi.Color3f(0.5), mi.Float(0.5)
         if self._texels is not None:
-            colour, roughness = _where(
+            colour, roughness = where(
                 untiled | rough,
                 (*spot.arrays, *numbers, untiled, rough),
                 self._without_repetition,
@@ -148,7 +149,7 @@ class Textures:
             )
         for number, texture in enumerate(self._bitmaps):
             own = bitmap & (numbers[0] == number)
-            (colour,) = _where(own, (spot.uv, own), _bitmap(texture), (colour,))
+            (colour,) = where(own, (spot.uv, own), _bitmap(texture), (colour,))
         return colour, roughness
 
     def _without_repetition(self, *given: Any) -> tuple[Any, Any]:
@@ -169,9 +170,7 @@ class Textures:
 
     def _row(self, number: Any, active: Any) -> _RowUntiled:
         """Return the textures of some numbers."""
-        a, b, c, d = (
-            dr.gather(mi.Vector4f, self._rows, 4 * number + k, active) for k in range(4)
-        )
+        a, b, c, d = (dr.gather(mi.Vector4f, self._rows, 4 * number + k, active) for k in range(4))
         sizes = _Sizes(a.x, a.y, mi.Vector3f(b.x, b.y, b.z), a.z)
         return _RowUntiled(
             sizes,  # type: ignore[arg-type]
@@ -189,17 +188,6 @@ class Textures:
             worn=active & (d.z > 0.0),
             tables=self._tables,
         )
-
-
-def _where(active: Any, given: tuple[Any, ...], found: Any, otherwise: tuple[Any, ...]) -> Any:
-    """Return what a function finds where it is wanted; packets that want it nowhere skip it."""
-    def skipped(*given: Any) -> Any:
-        return given[-len(otherwise) :]
-
-    def wanted(*given: Any) -> Any:
-        return found(*given[: -len(otherwise)])
-
-    return dr.if_stmt((*given, *otherwise), active, wanted, skipped)
 
 
 def _bitmap(texture: Any) -> Any:
