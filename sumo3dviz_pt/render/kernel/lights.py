@@ -156,7 +156,7 @@ class Lights:
         groups: list[tuple[Any, Callable[..., Aim]]] = [(number == 0, self._sky_picked)]
         if self._sun is not None:
             groups.append((number == 1, self._sun_picked))
-        if self._lamps is not None:
+        if self._lamps is not None and self._loaded.aimed:
             lamp = (number >= self._first_lamp) & (number < self._first_beam)
             groups.append((lamp, self._lamp_picked))
         if self._beam_names:
