@@ -81,10 +81,13 @@ class Kernel:
 
         Args:
             sensor: One of Mitsuba's, with its sampler.
-            spp: Samples of a pixel.
+            spp: Samples of a pixel; samplers with a pattern may take some more.
             seed: Of the pass.
             limits: Of its paths.
         """
+        pattern = sensor.sampler().clone()
+        pattern.set_sample_count(spp)
+        spp = pattern.sample_count()
         width, height = (int(size) for size in sensor.film().crop_size())
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
         bounds, parts = limits.bounds(), []
