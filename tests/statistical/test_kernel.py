@@ -157,3 +157,19 @@ def test_lamps_light_as_by_mitsuba():
     )
     scene = scene_of_balls(SETS["coated and thin"], sky=constant_sky(0.01), lamps=sets)
     compared(scene, frame({each.id: np.full((1, 3), 3.0) for each in sets}))
+
+
+def test_a_lamp_in_front_of_its_housing_lights_the_wall_opposite():
+    """Rays start a centimetre off the wall, which is more than the lamp stands before its box."""
+    middle = np.array([100.0, 100.0, 0.0])
+    corners = np.array([[-1, -0.006, 1], [1, -0.006, 1], [1, -0.006, 2], [-1, -0.006, 2]])
+    panel = Mesh(corners + middle, np.array([[0, 1, 2], [0, 2, 3]]))
+    sign = LampSet("sign", "signals", panel, np.zeros(2, int), ("one",), sampled=True)
+    parts = [
+        static("housing", box(np.add(middle, (-2, 0, 0)), np.add(middle, (2, 1, 3))), "earth"),
+        static("wall", box(np.add(middle, (-2, -3, 0)), np.add(middle, (2, -2, 3))), "earth"),
+    ]
+    scene = scene_of(parts, {**MATERIALS, "earth": EARTH}, sky=constant_sky(0.01), lamps=[sign])
+    view = view_at(np.add(middle, (-6, 3, 5)), heading=135, pitch=-20, fov=50)
+    ours, theirs, _, _ = compared(scene, frame_of(view, lamps={"sign": np.full((1, 3), 3.0)}))
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=5e-3)

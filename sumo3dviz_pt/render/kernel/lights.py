@@ -25,8 +25,6 @@ FAR = 0.1 * SUN_DISTANCE
 """What rays meet beyond this distance is the sun [m]."""
 
 _BEAM = 16  # numbers of a beam: three rows of the inverse of its matrix, then its intensity
-_SHORT = 1.0 - 1e-3
-"""Shadow rays to lamps end before them, at this share of the distance."""
 
 
 class Aim(NamedTuple):
@@ -34,7 +32,7 @@ class Aim(NamedTuple):
 
     Attributes:
         d: Unit.
-        distance: How far nothing may stand in between [m].
+        distance: To the emitter [m]; inf to the sky.
         pdf: Its density, without the chance of the choice among emitters [1/sr]; 0 where
             there is no light.
         light: Radiance over that density, a colour.
@@ -205,7 +203,7 @@ class Lights:
         aim = self._lamps.aim(number - self._first_lamp, place, sample, active)
         lit = active & (aim.pdf > 0.0)
         light = dr.select(lit, aim.radiance / aim.pdf, 0.0)
-        return Aim(aim.d, aim.distance * _SHORT, aim.pdf, light)
+        return Aim(aim.d, aim.distance, aim.pdf, light)
 
     def _beam_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
         """Find the direction to a head lamp; arguments as in `_lamp_picked`."""
@@ -219,7 +217,7 @@ class Lights:
         ds, light = self._beam.sample_direction(local, sample, active)
         d = axes[0] * ds.d.x + axes[1] * ds.d.y + axes[2] * ds.d.z
         colour = mi.Color3f(rows[3].x, rows[3].y, rows[3].z)
-        return Aim(d, ds.dist * _SHORT, dr.select(active, mi.Float(1.0), 0.0), light * colour)
+        return Aim(d, ds.dist, dr.select(active, mi.Float(1.0), 0.0), light * colour)
 
 
 def _merged(chosen: Any, aim: Aim, place: Any, sample: Any, number: Any, maker: Any) -> Aim:

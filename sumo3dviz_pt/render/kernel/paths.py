@@ -16,11 +16,12 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.render.kernel.lights import Lights
+from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
 
 _LIKELIEST = 0.95  # that a path goes on, by roulette
+_SHORT = 1.0 - 9e-4  # share of the way to a lamp that must be free
 _CERTAIN = 1e18  # density of a mirror's direction, which no emitter's can match
 
 
@@ -171,9 +172,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     share = dr.select(delta, 1.0, _heuristic(aim.pdf, scattered.pdf))
     gain = path.through * scattered.value * aim.light * share
     lit = on & (aim.pdf > 0.0) & dr.any(gain != 0.0)
-    shadow = si.spawn_ray(aim.d)
-    shadow.maxt = aim.distance
-    lit &= ~place.scene.ray_test(shadow, lit)
+    lit &= ~place.scene.ray_test(_shadow_ray(si, aim), lit)
     path.light = dr.select(lit, path.light + gain, path.light)
 
     first = surface.there & primary
@@ -191,6 +190,21 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     lucky = sampler.next_1d(on) < likely
     path.through = dr.select(late, through * dr.rcp(likely), through)
     path.active = on & (~late | lucky) & (brightest != 0.0)
+
+
+def _shadow_ray(si: Any, aim: Aim) -> Any:
+    """Return the ray that tells whether an emitter is hidden.
+
+    Rays start some centimetres off their surface, so one to a lamp must be aimed from there: a
+    parallel ray would miss the lamp and end in the housing behind it.
+    """
+    ray = si.spawn_ray(aim.d)
+    near = aim.distance < FAR
+    to = si.p + aim.d * dr.select(near, aim.distance, 1.0) - ray.o
+    away = dr.norm(to)
+    ray.d = dr.select(near, to / away, ray.d)
+    ray.maxt = dr.select(near, away * _SHORT, aim.distance)
+    return ray
 
 
 def _met(path: _Path, found: Any, surface: Surface, lights: Lights, direct: Any) -> Any:
