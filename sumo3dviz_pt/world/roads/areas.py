@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
@@ -13,8 +14,9 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Edge, Network
-from sumo3dviz_pt.world.roads.cells import Cells, area_cells
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
+from sumo3dviz_pt.world.memory import Memory, digest_of
+from sumo3dviz_pt.world.roads.cells import Cells, Polygons, area_cells
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region, junction_of, kept_strips
 from sumo3dviz_pt.world.roads.style import (
     PAVING,
     bicycle_surface,
@@ -45,7 +47,7 @@ class JunctionInside:
 
 
 def junction_insides(
-    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None, memory: Memory
 ) -> dict[str, JunctionInside]:
     """Find what lies inside all junctions that touch a region, by junction id.
 
@@ -53,6 +55,7 @@ def junction_insides(
         network: The network.
         settings: Surfaces and widths of lanes.
         region: A box [m]; None is everywhere.
+        memory: Of the network's world.
     """
     # Sort internal edges and walking areas by their junctions.
     ways: dict[str, list[Strip]] = {}
@@ -64,7 +67,7 @@ def junction_insides(
         if edge.function == "walkingarea":
             walks.setdefault(owner, []).append(edge)
         elif edge.function == "internal":
-            strips = edge_strips(edge, settings, left_hand=network.left_hand)
+            strips = kept_strips(edge, settings, left_hand=network.left_hand, memory=memory)
             ways.setdefault(owner, []).extend(s for s in strips if not is_footway(s.lane))
     # Keep junctions with any of these, or with their outline in the region.
     touched = {
@@ -79,25 +82,39 @@ def junction_insides(
     }
 
 
-def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
-    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways."""
+def walking_cells(
+    insides: Mapping[str, JunctionInside], *, footways: Cells, memory: Memory
+) -> Cells:
+    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways.
+
+    Args:
+        insides: Contents of junctions, by junction id.
+        footways: What the paving meets.
+        memory: Of the network's world.
+    """
     polygons, knots, owners = [], [], []
     tree = shapely.STRtree(footways.polygons)
     for inside in insides.values():
-        cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
-        kept_free = union(cores)
         for edge in inside.walks:
             outline = edge.lanes[0].shape
             if len(outline) < 3:
                 continue
             area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
-            near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
-            area = _closed(area, footways.polygons[near]) if len(near) else area
-            polygons.append(subtract(area, [kept_free]))
+            near = footways.polygons[tree.query(area, predicate="dwithin", distance=2 * _REACH)]
+            name = ("walk", edge.id, digest_of(*(way.lane.id for way in inside.ways), *near))
+            make = partial(_paved_walk, area, near, inside.ways)
+            polygons.append(memory.by_content.of(name, make))
             knots.append(outline)
             owners.append(edge.id)
     surfaces = [PAVING] * len(polygons)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=True, owners=owners)
+
+
+def _paved_walk(area: shapely.Geometry, near: Polygons, ways: Sequence[Strip]) -> shapely.Geometry:
+    """A walking area grown to meet the footways near it, without room for vehicles."""
+    cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in ways]
+    grown = _closed(area, near) if len(near) else area
+    return subtract(grown, [union(cores)])
 
 
 def junction_cells(
@@ -106,6 +123,7 @@ def junction_cells(
     *,
     insides: Mapping[str, JunctionInside],
     lanes: Cells,
+    memory: Memory,
 ) -> Cells:
     """Build junction surfaces: outline and internal lanes, grown to meet the lanes around.
 
@@ -114,16 +132,22 @@ def junction_cells(
         settings: Surfaces of roads.
         insides: Contents of junctions, by junction id.
         lanes: Surfaces around them.
+        memory: Of the network's world.
     """
     polygons, knots, surfaces, owners = [], [], [], []
     tree = shapely.STRtree(lanes.polygons)
+    keep = memory.by_content
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        shape = _junction_shape(outline, inside.ways)
+        ways = tuple(way.lane.id for way in inside.ways)
+        make = partial(_junction_shape, outline, inside.ways)
+        shape = keep.of(("junction", key, ways), make)
         if shape.is_empty:
             continue
         near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
-        polygons.append(_closed(shape, lanes.polygons[near]))
+        around = lanes.polygons[near]
+        name = ("joined junction", key, ways, digest_of(*around))
+        polygons.append(keep.of(name, partial(_closed, shape, around)))
         knots.append(_junction_knots(outline, inside.ways, lanes.quads[near]))
         surfaces.append(junction_surface(network, key, settings))
         owners.append(key)
