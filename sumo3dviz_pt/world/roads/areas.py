@@ -12,7 +12,7 @@ from scipy import spatial
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Edge, Network
 from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons, area_cells
@@ -100,7 +100,7 @@ def walking_cells(
             if len(outline) < 3:
                 continue
             area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
-            near = footways.polygons[tree.query(area, predicate="dwithin", distance=2 * _REACH)]
+            near = footways.polygons[_near(tree, area)]
             name = ("walk", edge.id, digest_of(*(way.lane.id for way in inside.ways), *near))
             make = partial(_paved_walk, area, near, inside.ways)
             polygons.append(memory.by_content.of(name, make))
@@ -144,7 +144,7 @@ def junction_cells(
         shape = keep.of(("junction", key, ways), make)
         if shape.is_empty:
             continue
-        near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
+        near = _near(tree, shape)
         around = lanes.polygons[near]
         name = ("joined junction", key, ways, digest_of(*around))
         polygons.append(keep.of(name, partial(_closed, shape, around)))
@@ -195,6 +195,12 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
         for other in by_ends.get((end, start), [])
         if key < other
     ]
+
+
+def _near(tree: shapely.STRtree, shape: shapely.Geometry) -> Ints:
+    """Numbers of what lies beside a shape, ascending; a tree gives them in an order of its own."""
+    found = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
+    return np.asarray(np.sort(found), dtype=np.int64)
 
 
 def _way_line(strip: Strip) -> shapely.Geometry:
