@@ -36,7 +36,7 @@ def evenly_along(lines: Sequence[Floats], count: Callable[[Floats], Ints]) -> Al
     # Lines with as many vertices make one array.
     for size in np.unique(sizes):
         chosen = np.flatnonzero(sizes == size)
-        found, line = _divided(np.stack([lines[k] for k in chosen]), count)
+        found, line = _divided(np.stack([lines[k] for k in chosen.tolist()]), count)
         numbers.append(chosen[line])
         pieces.append(found)
     order = np.argsort(np.concatenate(numbers), kind="stable")

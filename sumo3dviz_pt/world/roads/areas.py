@@ -216,7 +216,7 @@ def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
     return union(shapes)
 
 
-def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
+def _closed(shape: shapely.Geometry, around: Polygons) -> shapely.Geometry:
     """A junction's shape and the narrow gaps between it and the lanes around it."""
     reach = shape.buffer(3.0, quad_segs=2)
     nearby = [common(cell, reach) for cell in around]
