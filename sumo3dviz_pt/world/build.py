@@ -124,8 +124,11 @@ class World:
         Raises:
             ConfigError: If the sky's settings contradict each other.
         """
-        sky = build_sky(job.sky, location=scenario.network.location)
-        return cls(scenario, job, sky, clearance or Clearance(), memory or Memory())
+        memory = memory or Memory()
+        lit = partial(build_sky, job.sky, location=scenario.network.location)
+        # A user's file may be another one the next time.
+        sky = lit() if job.sky.file else memory.of(("sky",), lit)
+        return cls(scenario, job, sky, clearance or Clearance(), memory)
 
     @property
     def dark(self) -> bool:

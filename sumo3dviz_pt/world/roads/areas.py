@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -12,11 +13,12 @@ from scipy import spatial
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
 from sumo3dviz_pt.library.mesh.polyline import densified
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Edge, Network
+from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.rails.ways import bare_ways
-from sumo3dviz_pt.world.roads.cells import STOREY, Cells, area_cells, fitted_heights
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells, Polygons, area_cells, fitted_heights
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region, junction_of, kept_strips
 from sumo3dviz_pt.world.roads.style import (
     PAVING,
     bicycle_surface,
@@ -51,7 +53,7 @@ class JunctionInside:
 
 
 def junction_insides(
-    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None, memory: Memory
 ) -> dict[str, JunctionInside]:
     """Find what lies inside all junctions that touch a region, by junction id.
 
@@ -59,6 +61,7 @@ def junction_insides(
         network: The network.
         settings: Surfaces and widths of lanes.
         region: A box [m]; None is everywhere.
+        memory: Of the network's world.
     """
     # Sort internal edges and walking areas by their junctions.
     ways: dict[str, list[Strip]] = {}
@@ -71,7 +74,7 @@ def junction_insides(
         if edge.function == "walkingarea":
             walks.setdefault(owner, []).append(edge)
         elif edge.function == "internal":
-            strips = edge_strips(edge, settings, left_hand=network.left_hand)
+            strips = kept_strips(edge, settings, left_hand=network.left_hand, memory=memory)
             driven = [_without_rails(s, bare) for s in strips if not is_footway(s.lane)]
             ways.setdefault(owner, []).extend(driven)
     # Keep junctions with any of these, or with their outline in the region.
@@ -95,7 +98,7 @@ def _without_rails(strip: Strip, bare: frozenset[str]) -> Strip:
 
 
 def known_heights(
-    network: Network, insides: Mapping[str, JunctionInside], *, lanes: Cells
+    network: Network, insides: Mapping[str, JunctionInside], *, lanes: Cells, memory: Memory
 ) -> dict[str, Floats]:
     """Return points of known height in each junction that has any, (k, 3) [m] by its id.
 
@@ -106,16 +109,17 @@ def known_heights(
         network: The network.
         insides: Contents of junctions, by junction id.
         lanes: Surfaces around them.
+        memory: Of the network's world.
     """
     tree = shapely.STRtree(lanes.polygons)
     own, shapes = {}, {}
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        shape = _junction_shape(outline, inside.ways)
+        shape = _kept_shape(key, outline, inside.ways, memory=memory)
         areas = [edge.lanes[0].shape for edge in inside.walks]
         known = [densified(line, _STEP) for line in (*(s.lane.shape for s in inside.ways), *areas)]
         if len(outline) >= 3:
-            near = tree.query(shape, predicate="dwithin", distance=_BY)
+            near = _near(tree, shape, distance=_BY)
             known.append(_ends_near(outline, lanes.quads[near]))
         whole = np.concatenate([np.zeros((0, 3)), *known])
         if len(whole) or len(outline):
@@ -147,32 +151,43 @@ def _shared(own: Mapping[str, Floats], shapes: Mapping[str, shapely.Geometry]) -
 
 
 def walking_cells(
-    insides: Mapping[str, JunctionInside], *, footways: Cells, known: Mapping[str, Floats]
+    insides: Mapping[str, JunctionInside],
+    *,
+    footways: Cells,
+    known: Mapping[str, Floats],
+    memory: Memory,
 ) -> Cells:
     """Build raised paving of walking areas, where no vehicle passes, grown to meet footways.
 
     Args:
         insides: Contents of junctions, by junction id.
-        footways: Surfaces of lanes for people.
+        footways: What the paving meets.
         known: What `known_heights` gave.
+        memory: Of the network's world.
     """
     polygons, knots, owners = [], [], []
     tree = shapely.STRtree(footways.polygons)
     for key, inside in insides.items():
-        cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in inside.ways]
-        kept_free = union(cores)
         for edge in inside.walks:
             outline = edge.lanes[0].shape
             if len(outline) < 3:
                 continue
             area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
-            near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
-            area = _closed(area, footways.polygons[near]) if len(near) else area
-            polygons.append(subtract(area, [kept_free]))
+            near = footways.polygons[_near(tree, area)]
+            name = ("walk", edge.id, digest_of(*(way.lane.id for way in inside.ways), *near))
+            make = partial(_paved_walk, area, near, inside.ways)
+            polygons.append(memory.by_content.of(name, make))
             knots.append(known[key])
             owners.append(edge.id)
     surfaces = [PAVING] * len(polygons)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=True, owners=owners)
+
+
+def _paved_walk(area: shapely.Geometry, near: Polygons, ways: Sequence[Strip]) -> shapely.Geometry:
+    """A walking area grown to meet the footways near it, without room for vehicles."""
+    cores = [_way_line(s).buffer(min(_CAR_SPACE, 0.5 * s.look.width)) for s in ways]
+    grown = _closed(area, near) if len(near) else area
+    return subtract(grown, [union(cores)])
 
 
 def junction_cells(
@@ -182,6 +197,7 @@ def junction_cells(
     insides: Mapping[str, JunctionInside],
     lanes: Cells,
     known: Mapping[str, Floats],
+    memory: Memory,
 ) -> Cells:
     """Build junction surfaces: outline and internal lanes, grown to meet the lanes around.
 
@@ -191,16 +207,19 @@ def junction_cells(
         insides: Contents of junctions, by junction id.
         lanes: Surfaces around them.
         known: What `known_heights` gave.
+        memory: Of the network's world.
     """
     polygons, knots, surfaces, owners = [], [], [], []
     tree = shapely.STRtree(lanes.polygons)
+    keep = memory.by_content
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        shape = _junction_shape(outline, inside.ways)
+        shape = _kept_shape(key, outline, inside.ways, memory=memory)
         if shape.is_empty:
             continue
-        near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
-        polygons.append(_closed(shape, lanes.polygons[near]))
+        around = lanes.polygons[_near(tree, shape)]
+        name = ("joined junction", key, digest_of(shape, *around))
+        polygons.append(keep.of(name, partial(_closed, shape, around)))
         knots.append(known[key])
         surfaces.append(junction_surface(network, key, settings))
         owners.append(key)
@@ -250,9 +269,23 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
     ]
 
 
+def _near(tree: shapely.STRtree, shape: shapely.Geometry, *, distance: float = 2 * _REACH) -> Ints:
+    """Numbers of what lies beside a shape, ascending; a tree gives them in an order of its own."""
+    found = tree.query(shape, predicate="dwithin", distance=distance)
+    return np.asarray(np.sort(found), dtype=np.int64)
+
+
 def _way_line(strip: Strip) -> shapely.Geometry:
     """The middle of a strip from above."""
     return shapely.LineString(strip.lane.shape[:, :2])
+
+
+def _kept_shape(
+    key: str, outline: Floats, ways: Sequence[Strip], *, memory: Memory
+) -> shapely.Geometry:
+    """What `_junction_shape` gives, made once for all choices of roads."""
+    name = ("junction", key, tuple(way.lane.id for way in ways))
+    return memory.by_content.of(name, partial(_junction_shape, outline, ways))
 
 
 def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
@@ -263,7 +296,7 @@ def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
     return union(shapes)
 
 
-def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
+def _closed(shape: shapely.Geometry, around: Polygons) -> shapely.Geometry:
     """A junction's shape and the narrow gaps between it and the lanes around it."""
     reach = shape.buffer(3.0, quad_segs=2)
     nearby = [common(cell, reach) for cell in around]

@@ -184,7 +184,8 @@ def without_overlaps(cells: Cells) -> Cells:
         return cells
     polygons = cells.polygons.copy()
     cutters: dict[int, Ints] = {}
-    order = np.argsort(second, kind="stable")
+    # By number: a tree's own order hangs on all that it holds.
+    order = np.lexsort((first, second))
     loser, starts = np.unique(second[order], return_index=True)
     for index, winners in zip(loser, np.split(first[order], starts[1:]), strict=True):
         cutters[int(index)] = winners

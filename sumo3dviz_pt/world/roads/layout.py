@@ -75,21 +75,22 @@ def layout_roads(
         region: Only lanes and junctions that touch this box are built [m].
         memory: Keeps what is built on this layout; no other layout may use it.
     """
+    memory = memory or Memory()
     settings = with_style(settings, network)
-    strips = with_own_tracks(network_strips(network, settings, region=region))
-    insides = junction_insides(network, settings, region=region)
+    strips = with_own_tracks(network_strips(network, settings, region=region, memory=memory))
+    insides = junction_insides(network, settings, region=region, memory=memory)
     carriageways = _lane_cells(strips, raised=False)
     footways = _lane_cells(strips, raised=True)
     lanes = join_cells([carriageways, footways])
-    known = known_heights(network, insides, lanes=lanes)
-    walks = walking_cells(insides, footways=footways, known=known)
+    known = known_heights(network, insides, lanes=lanes, memory=memory)
+    walks = walking_cells(insides, footways=footways, known=known, memory=memory)
     slivers = sliver_cells(network, settings, strips)
     around = join_cells([lanes, walks])
-    junctions = junction_cells(network, settings, insides=insides, lanes=around, known=known)
-    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
-    return RoadLayout(
-        cells, strips, insides, raised_area(cells), outer_area(cells), memory or Memory()
+    junctions = junction_cells(
+        network, settings, insides=insides, lanes=around, known=known, memory=memory
     )
+    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
+    return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells), memory)
 
 
 def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:

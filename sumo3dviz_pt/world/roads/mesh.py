@@ -16,7 +16,7 @@ from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
 from sumo3dviz_pt.library.mesh.walls import between, walls
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
 from sumo3dviz_pt.model.vectors import area_vectors, unit
-from sumo3dviz_pt.world.memory import Memory
+from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
 from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
@@ -291,10 +291,11 @@ class _Cutting:
         stained = self.cells.surfaces[index] in STAINED
         tiles = stain_tiles(polygon, self.drops.focus) if stained else ()
         uneven = is_uneven(self.cells, index)
+        keep, shape = self.memory.by_content, digest_of(polygon)
 
         def pieces() -> list[shapely.Geometry]:
             cut = partial(cut_for_ramps, polygon, self.drops)
-            return self.memory.of(("ramps", index, ramps), cut) if ramps else polygon_parts(polygon)
+            return keep.of(("ramps", shape, ramps), cut) if ramps else polygon_parts(polygon)
 
         def rest() -> Triangles:
             left = [p for one in pieces() for p in without_tiles(one, tiles)]
@@ -303,9 +304,9 @@ class _Cutting:
         def within(tile: Tile) -> Triangles:
             return triangulate_all([p for one in pieces() for p in cut_for_stains(one, tile)])
 
-        found = [self.memory.of(("rest", index, ramps, tiles), rest)]
+        found = [keep.of(("rest", shape, uneven, ramps, tiles), rest)]
         return found + [
-            self.memory.of(("stained", index, ramps, tile), partial(within, tile)) for tile in tiles
+            keep.of(("stained", shape, ramps, tile), partial(within, tile)) for tile in tiles
         ]
 
 

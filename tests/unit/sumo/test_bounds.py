@@ -103,7 +103,8 @@ def test_long_shapes_of_roads_stay():
 
 def test_more_roads_than_there_are(tmp_path):
     lanes = "".join(
-        f'<edge id="l{k}"><lane id="l{k}_0" index="0" shape="-1e7,{k} 1e7,{k}" length="1e6"/></edge>'
+        f'<edge id="l{k}"><lane id="l{k}_0" index="0" length="1e6" shape="-1e7,{k} 1e7,{k}"/>'
+        "</edge>"
         for k in range(12)
     )
     error = complaint(tmp_path, "net.net.xml", NETWORK.replace("</net>", lanes + "</net>"))
