@@ -24,9 +24,12 @@ from sumo3dviz_pt.world.roads.layout import RoadLayout, layout_roads
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, why_none
 from sumo3dviz_pt.world.street.furniture import stop_areas
 
+GROWN = 130.0
+"""What our code adds is found up to this distance from a place, along each axis [m]."""
+
 _ROOF = 16.0  # height of houses in rows, about [m]
-_NEAR = 120.0  # houses farther than this from the place hide nothing [m]
-_REACH, _GRID = 130.0, 2.5  # of the heights around the place that are kept, and their steps [m]
+_NEAR = 110.0  # houses farther than this from the place hide nothing [m]
+_GRID = 2.5  # steps of the heights around the place that are kept [m]
 _SEED = 1
 
 
@@ -72,14 +75,14 @@ def _sampled(height_at: HeightAt, place: Floats) -> HeightAt:
 
     Many thousand lines of sight are compared with it, for which the terrain itself is too slow.
     """
-    steps = np.arange(-_REACH, _REACH + 0.5 * _GRID, _GRID)
+    steps = np.arange(-GROWN, GROWN + 0.5 * _GRID, _GRID)
     x, y = np.meshgrid(place[0] + steps, place[1] + steps, indexing="ij")
     heights = np.asarray(height_at(np.column_stack([x.ravel(), y.ravel()])))
     heights = ndimage.maximum_filter(heights.reshape(x.shape), size=3, mode="nearest")
 
     def land(places: Floats) -> Floats:
         """Return the height of the grid's point next to places, (n, 2) -> (n,) [m]."""
-        cell = np.rint((places[:, :2] - place[:2] + _REACH) / _GRID).astype(np.int64)
+        cell = np.rint((places[:, :2] - place[:2] + GROWN) / _GRID).astype(np.int64)
         row, column = np.clip(cell, 0, len(steps) - 1).T
         return np.asarray(heights[row, column])
 

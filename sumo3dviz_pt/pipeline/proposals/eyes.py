@@ -19,6 +19,7 @@ _REACH = 75.0  # who is farther than this from the place does not count [m]
 _MOST = 140  # places of road users that stand for all of them
 _WAITS = 0.3  # how much who waits counts beside who drives
 _LENS = 14.0  # what stands nearer than this fills much of the picture [m]
+_BEFORE, _MIDDLE = 0.85, 1.5  # share of the way to the target that is free so widely [m]
 _FARTHEST = 60.0  # what stands beyond this on an axis is small [m]
 _LIVELY = 0.6  # share of the time in which somebody is in view
 _LEAST_FREE = 0.6  # share of the picture that nothing near fills
@@ -146,7 +147,10 @@ def _free_axis(poses: Poses, around: Outdoors) -> Floats:
     share = np.where(ahead[:, 2] < 0.0, np.maximum(1.0 - FREE / steep / length, 0.0), 1.0)
     share = np.minimum(share, _FARTHEST / length)
     room = around.room(poses.eyes, poses.eyes + share[:, None] * ahead)
-    return np.where(room >= FREE, 1.0, 0.02 * room / FREE)
+    # Nor stands a pole in the very middle of the picture, whatever the camera's height.
+    middle = around.room(poses.eyes, poses.eyes + _BEFORE * ahead)
+    free = np.where(middle >= _MIDDLE, 1.0, 0.3 + 0.7 * middle / _MIDDLE)
+    return np.asarray(free * np.where(room >= FREE, 1.0, 0.02 * room / FREE))
 
 
 def _free_lens(poses: Poses, forwards: Floats, around: Outdoors) -> Floats:

@@ -10,7 +10,7 @@ import shapely
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
-from sumo3dviz_pt.pipeline.proposals.additions import Additions, additions
+from sumo3dviz_pt.pipeline.proposals.additions import GROWN, Additions, additions
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.world.objects.houses import height_of
 from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
@@ -173,7 +173,8 @@ def outdoors(
     network = near_network(scenario.network, place, REACH)
     index = build_lane_index(network)
     walls, tops = _walls(scenario, place, index)
-    added = additions(scenario, network, index, place) if textured else Additions()
+    close = near_network(network, place, GROWN)
+    added = additions(scenario, close, index, place) if textured else Additions()
     walls += added.houses
     tops = np.concatenate([tops, added.roofs])
     posts = [*_plants(scenario, place, index), *_signals(scenario, network, index)]
