@@ -41,6 +41,8 @@ MOST_TREES, MOST_SHRUBS = 900, 280
 MARGIN = 6.0
 """Distance from the scenario's own objects [m]."""
 
+_SHRUB_HEIGHT, _SHRUB_RADIUS = 2.5, 1.5  # of tall ones [m]
+
 SOURCE = "planting"
 """The `source` of everything that is planted."""
 
@@ -296,8 +298,7 @@ def _kept(
     away = around.distances(places)
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
-    if tall:
-        keep &= ~_in_sight(places, around)
+    keep &= ~(_in_sight(places, around) if tall else before_lens(places, around))
     near = np.flatnonzero(keep)
     margin = TREE_OFF if tall else SHRUB_OFF
     near = near[plot.free(places[near], margin=margin)]
@@ -314,6 +315,13 @@ def _in_sight(places: Floats, around: Surroundings) -> Bools:
         near = np.hypot(*(places - outlook.positions[0, :2]).T) < CLEAR
         hidden[near] |= around.pictured(places[near], radius=6.0, by=outlook)
     return hidden
+
+
+def before_lens(places: Floats, around: Surroundings) -> Bools:
+    """Return at which places, (n, 2) [m], a shrub would fill much of a camera's picture, (n,)."""
+    ground = around.height_at(places)
+    hides = around.clearance.before_lens
+    return hides(places, ground, height=_SHRUB_HEIGHT, reach=_SHRUB_RADIUS)
 
 
 def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:

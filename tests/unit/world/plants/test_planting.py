@@ -96,6 +96,17 @@ def test_no_tree_hides_the_roads_before_a_camera_that_stays():
     assert np.hypot(*trees[angle < 0.5].T).min() > CLEAR
 
 
+def test_no_shrub_stands_right_before_a_low_lens():
+    far = plant(EMPTY, Plot([ROAD]), around=around()).pois
+    shrubs = spots(far, "shrub")
+    x, y = shrubs[np.hypot(*shrubs.T).argmin()].tolist()
+    near = plant(EMPTY, Plot([ROAD]), around=around(eye=(x - 8.0, y, 2.2))).pois
+    left = spots(near, "shrub") - [x, y]
+    assert len(left) and np.hypot(*left.T).min() > 0.5
+    above = plant(EMPTY, Plot([ROAD]), around=around(eye=(x - 8.0, y, 12.0))).pois
+    assert np.hypot(*(spots(above, "shrub") - [x, y]).T).min() < 0.1, "it is far below that picture"
+
+
 def test_what_lies_far_stands_free_too_and_keeps_its_budget():
     parts = plant_far(Plot([ROAD]), around=around(half=3.0))
     for part in parts:
