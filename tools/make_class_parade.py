@@ -36,8 +36,8 @@ LENGTH = 640.0
 START = 450.0
 """Where fronts are at first [m]; the longest train has 400 m."""
 
-LONGEST = 90.0
-"""Of a train in the picture, whose exhibits stand 170 m apart [m]."""
+LONGEST = 52.0
+"""Of a train in the picture, so that its cars can be told apart [m]."""
 
 MOST_BYTES = 250_000
 """Of a picture that is a JPEG."""
@@ -268,7 +268,8 @@ def _exhibit(kind: VehicleType) -> Exhibit:
             parts.append(_painted(Part(frame.mesh(part.mesh), part.material, part.tint), colour))
     person = VehicleType("", "pedestrian", 0.215, 0.478, 1.719)
     beside = build_body(choose(person, name="scale", **options), {})
-    place = Transform.from_pose((-0.5, 0.5 * body.size[1] + 0.8, 0.0))
+    # Left of the front in the picture, where nothing is hidden.
+    place = Transform.from_pose((0.5, -0.5 * body.size[1] - 0.4, 0.0))
     for part in beside.prototype.parts:
         parts.append(
             _painted(Part(place.mesh(part.mesh), part.material, part.tint), (0.1, 0.2, 0.4))
