@@ -311,7 +311,7 @@ def _kept(
 
 
 def in_sight(places: Floats, around: Surroundings) -> Bools:
-    """Return at which places, (n, 2) [m], a tree stands in a camera or before what it shows, (n,)."""
+    """Return at which places, (n, 2) [m], a tree stands in or before a camera, (n,)."""
     hidden = around.clearance.distances(places) < MARGIN
     for outlook in around.clearance.outlooks:
         near = np.flatnonzero(np.hypot(*(places - outlook.positions[0, :2]).T) < CLEAR)
