@@ -9,7 +9,6 @@ _HILLS = "junctions take mean heights of the ways around, up to 0.12 m off the i
 KNOWN: dict[tuple[str, int], str] = {
     **{("floating_users", number): _HILLS for number in (2, 3, 10, 48)},
     ("floating_users", 46): "hairpins overlap themselves, and the upper turn hides the lower one",
-    ("before_camera", 3): "the proposed overview stands wherever traffic is seen best",
 }
 """Whoever mends one takes it out of this table; until then its test is expected to fail."""
 
