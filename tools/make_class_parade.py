@@ -2,7 +2,8 @@
 
 Each vClass and guiShape has an edge of its own, all side by side, and drives along it. A bus
 takes somebody aboard, a lorry a container. With `--sheet PICTURE.png` each road user is drawn as
-films show it, on a grid of 1 m and beside a person. Needs SUMO's netconvert and sumo.
+films show it, on a grid of 1 m and beside a person; a .jpg is made small enough for the manual.
+Needs SUMO's netconvert and sumo.
 """
 
 from __future__ import annotations
@@ -35,8 +36,11 @@ LENGTH = 640.0
 START = 450.0
 """Where fronts are at first [m]; the longest train has 400 m."""
 
-LONGEST = 90.0
-"""Of a train in the picture, whose exhibits stand 170 m apart [m]."""
+LONGEST = 52.0
+"""Of a train in the picture, so that its cars can be told apart [m]."""
+
+MOST_BYTES = 250_000
+"""Of a picture that is a JPEG."""
 
 SECONDS = 16
 SPEED = 3.0  # of everyone [m/s]
@@ -49,15 +53,23 @@ SHAPES = {
     "passenger/van": ("passenger", 4.8, 1.9, 1.9),
     "truck/semitrailer": ("truck", 16.5, 2.55, 4.0),
     "truck/trailer": ("truck", 18.75, 2.55, 4.0),
+    "bus/city": ("bus", 12.0, 2.55, 3.1),
+    "bus/overland": ("bus", 13.0, 2.55, 3.2),
+    "bus/coach": ("bus", 14.0, 2.55, 3.8),
     "bus/flexible": ("bus", 18.0, 2.55, 3.1),
     "bus/trolley": ("bus", 12.0, 2.55, 3.2),
+    "rail/light": ("tram", 33.0, 2.4, 3.4),
+    "rail/city": ("rail_urban", 70.0, 2.9, 3.7),
+    "rail/slow": ("rail", 130.0, 2.9, 3.9),
+    "rail/fast": ("rail_fast", 200.0, 2.9, 3.9),
+    "rail/railcar": ("rail", 55.0, 2.9, 3.9),
     "rail/cargo": ("rail", 180.0, 2.9, 3.9),
     "firebrigade": ("emergency", 8.4, 2.5, 3.3),
     "police": ("authority", 4.7, 1.8, 1.5),
     "rickshaw": ("taxi", 2.65, 1.3, 1.7),
     "aircraft": ("aircraft", 37.6, 35.8, 11.8),
 }
-"""Shapes beside those that a class has without more."""
+"""Shapes beside those that a class has without more, those that SUMO reads of old files too."""
 
 SIZES = {
     # Name: vClass, length, width, height [m]
@@ -69,6 +81,8 @@ SIZES = {
     "locomotive": ("rail", 19.0, 2.9, 3.9),
 }
 """Sizes beside those that a class has without more."""
+
+_SHAPE = "_shape"  # ends the names of rows that a guiShape has
 
 WALKERS = ("pedestrian", "wheelchair")
 """Classes of people."""
@@ -96,7 +110,7 @@ def rows() -> Iterator[Row]:
     for vclass, own in CLASS_DEFAULTS.items():
         yield Row(vclass, vclass, (own.length, own.width, own.height))
     for shape, (vclass, *size) in SHAPES.items():
-        yield _sized(shape.replace("/", "_") + "_shape", vclass, size, shape)
+        yield _sized(shape.replace("/", "_") + _SHAPE, vclass, size, shape)
     for name, (vclass, *size) in SIZES.items():
         yield _sized(name, vclass, size, "")
 
@@ -213,9 +227,24 @@ def _user(row: Row) -> str:
 
 def draw(routes: Path, picture: Path) -> None:
     """Draw everyone whose type is in a routes file, as films show it."""
-    order = sheets.SheetOrder("vehicles", picture, (320, 180), "draft")
+    drawn = picture.with_suffix(".png")
+    order = sheets.SheetOrder("classes", drawn, (240, 135), "preview", columns=6, counted=False)
     kinds = read_vehicle_types([routes])
     sheets.draw_exhibits([_exhibit(kind) for kind in kinds.values()], order)
+    if picture != drawn:
+        _write_small(drawn, picture)
+        drawn.unlink()
+
+
+def _write_small(drawn: Path, picture: Path) -> None:
+    """Write a PNG as a JPEG of at most `MOST_BYTES`, as good as that allows."""
+    from PIL import Image
+
+    with Image.open(drawn) as image:
+        for quality in range(88, 30, -4):
+            image.convert("RGB").save(picture, quality=quality, optimize=True)
+            if picture.stat().st_size <= MOST_BYTES:
+                return
 
 
 def _exhibit(kind: VehicleType) -> Exhibit:
@@ -239,14 +268,16 @@ def _exhibit(kind: VehicleType) -> Exhibit:
             parts.append(_painted(Part(frame.mesh(part.mesh), part.material, part.tint), colour))
     person = VehicleType("", "pedestrian", 0.215, 0.478, 1.719)
     beside = build_body(choose(person, name="scale", **options), {})
-    place = Transform.from_pose((-0.5, 0.5 * body.size[1] + 0.8, 0.0))
+    # Left of the front in the picture, where nothing is hidden.
+    place = Transform.from_pose((0.5, -0.5 * body.size[1] - 0.4, 0.0))
     for part in beside.prototype.parts:
         parts.append(
             _painted(Part(place.mesh(part.mesh), part.material, part.tint), (0.1, 0.2, 0.4))
         )
     parts.append(Part(_grid(body.size[0], body.size[1]), "parade_grid"))
     line = principled((0.3, 0.3, 0.29), roughness=0.9)
-    return Exhibit(kind.id, tuple(parts), {**MATERIALS, **body.materials, "parade_grid": line})
+    title = kind.gui_shape if kind.id.endswith(_SHAPE) else kind.id
+    return Exhibit(title, tuple(parts), {**MATERIALS, **body.materials, "parade_grid": line})
 
 
 def _painted(part: Part, colour: Colour) -> Part:
@@ -271,7 +302,7 @@ def main() -> None:
     """Write the log that the command line names, and draw its road users if it asks for that."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="where network, routes and log go")
-    parser.add_argument("--sheet", type=Path, help="picture of all road users")
+    parser.add_argument("--sheet", type=Path, help="picture of all road users, .png or .jpg")
     options = parser.parse_args()
     routes = write_log(options.folder)
     if options.sheet:

@@ -206,7 +206,7 @@ class StreetSettings(Settings):
         "auto", description="speed limits, stop, give way, priority, exits, gantries"
     )
     furniture: Literal["auto", "none"] = Field(
-        "auto", description="benches, bins, bollards along sidewalks"
+        "auto", description="benches, bins, bollards along sidewalks; kerbed islands"
     )
 
 

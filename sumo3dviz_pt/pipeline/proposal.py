@@ -8,8 +8,6 @@ from pathlib import Path
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.job.settings import ScenarioSettings
-from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario
 from sumo3dviz_pt.pipeline.guessed_types import guess_notes
@@ -79,6 +77,8 @@ def propose(
 
 def _proposal(scenario: Scenario, template: str | None) -> Proposal:
     """Choose template, moment, place, cameras and vehicles to ride in."""
+    from sumo3dviz_pt.world.sky.build import build_sky
+
     traffic, network = scenario.traffic, scenario.network
     if not traffic.traces:
         raise InputError("the vehicle log has steps but no traffic; there is nothing to film")
@@ -88,8 +88,10 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
     look = look or choose_template(network, found.place)
     # Scout the place for cameras.
     there = movement.during(found.start, found.end).near(found.place, _NEAR)
-    around = outdoors(scenario, found.place, there)
-    scouting = Scouting(found, there, around, _sun(look.name, network.location))
+    job = make_job({"scenario": {}, "template": look.name})
+    around = outdoors(scenario, found.place, there, textured=job.textured)
+    sun = build_sky(job.sky, location=network.location).sun_direction
+    scouting = Scouting(found, there, around, sun, scenario.vehicle_types)
     rides, unmet = choose_rides(traffic.traces, scenario.vehicle_types, found)
     return Proposal(
         found,
@@ -100,14 +102,6 @@ def _proposal(scenario: Scenario, template: str | None) -> Proposal:
         rides=tuple(rides),
         unmet=tuple(unmet),
     )
-
-
-def _sun(template: str, location: Location) -> Floats | None:
-    """Unit vector to the sun of a scene template, (3,), or None for a sky without one."""
-    from sumo3dviz_pt.world.sky.build import build_sky
-
-    job = make_job({"scenario": {}, "template": template})
-    return build_sky(job.sky, location=location).sun_direction
 
 
 def _notes(proposal: Proposal) -> list[str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -77,25 +79,80 @@ def read_files(
         begin: First time to show [s]; None is the log's.
         end: Last time to show [s]; None is the log's.
     """
-    from sumo3dviz_pt.motion import MARGIN
-    from sumo3dviz_pt.sumo import read_scenario
-
     announce(Doing.READ)
     files = scenario_files(job)
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
-    truncated = job.scenario.allow_truncated
-    choices = LogChoices(job.scenario.allow_misfit, job.vehicles.types)
-    scenario = read_scenario(
-        files,
-        begin=begin,
-        end=end,
-        margin=MARGIN,
-        allow_truncated=truncated,
-        choices=choices,
+    log = _AskedLog(
+        begin,
+        end,
+        job.scenario.allow_truncated,
+        job.scenario.allow_misfit,
+        tuple(job.vehicles.types.items()),
     )
+    scenario = _read_once(files, stamps_of(_named_in(files)), log)
     note_guesses(scenario.guesses, log=files.trajectories[0])
     return files, scenario
+
+
+@dataclass(frozen=True, slots=True)
+class _AskedLog:
+    """What of a log is read, and how.
+
+    Attributes:
+        begin: First time to show [s]; None is the log's.
+        end: Last time to show [s]; None is the log's.
+        truncated: Whether the complete steps of a log that breaks off are used.
+        misfit: Whether a log that seems wrong is used.
+        classes: vClasses by type id or pattern.
+    """
+
+    begin: float | None
+    end: float | None
+    truncated: bool
+    misfit: bool
+    classes: tuple[tuple[str, str], ...]
+
+
+@lru_cache(maxsize=1)
+def _read_once(
+    files: ScenarioFiles, stamps: tuple[tuple[str, int, int], ...], log: _AskedLog
+) -> Scenario:
+    """Read a scenario; the last one is kept, because most shots of a scene file share it.
+
+    Args:
+        files: The simulation's files.
+        stamps: Which versions of them; see `stamps_of`.
+        log: What of the log is read.
+    """
+    from sumo3dviz_pt.motion import MARGIN
+    from sumo3dviz_pt.sumo import read_scenario
+
+    return read_scenario(
+        files,
+        begin=log.begin,
+        end=log.end,
+        margin=MARGIN,
+        allow_truncated=log.truncated,
+        choices=LogChoices(log.misfit, dict(log.classes)),
+    )
+
+
+def _named_in(files: ScenarioFiles) -> Iterator[Path]:
+    """Yield all files that a scenario is read from."""
+    yield files.network
+    for some in (files.trajectories, files.signals, files.additional, files.vehicle_types):
+        yield from some
+
+
+def stamps_of(paths: Iterable[Path]) -> tuple[tuple[str, int, int], ...]:
+    """Return name, time of the last change [ns] and size [bytes] of each file that exists."""
+    found = []
+    for path in paths:
+        if path.exists():
+            stat = path.stat()
+            found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
+    return tuple(found)
 
 
 def motion_of(job: Job, scenario: Scenario) -> LogMotion:

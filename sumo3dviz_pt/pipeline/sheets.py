@@ -94,12 +94,16 @@ class SheetOrder:
         path: The PNG to write.
         size: Of each picture, width and height [px].
         quality: A preset's name.
+        columns: Pictures in a row; None leaves it to the sheet's name.
+        counted: Whether titles say how many triangles there are.
     """
 
     name: str
     path: Path
     size: tuple[int, int] = (480, 270)
     quality: str = "preview"
+    columns: int | None = None
+    counted: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,7 +111,7 @@ class _Picture:
     """A picture of a sheet.
 
     Attributes:
-        title: What stands above it.
+        title: What stands below it.
         pixels: 8-bit sRGB, (h, w, 3).
     """
 
@@ -192,7 +196,8 @@ def _exhibits(shown: Sequence[Exhibit], order: SheetOrder) -> Iterator[_Picture]
     sky = build_sky(SkySettings(preset="sky_daycloud1"))
     with _showing(shown, sky, order) as session:
         for number, exhibit in enumerate(shown):
-            count = f" ({exhibit.triangles:,})" if exhibit.triangles > _SLABS else ""
+            counted = order.counted and exhibit.triangles > _SLABS
+            count = f" ({exhibit.triangles:,})" if counted else ""
             title = f"{exhibit.title}{count}"
             view = _view_of(exhibit, at=_place(number), aspect=order.size[1] / order.size[0])
             yield _Picture(title, _photographed(session, view, sky))
@@ -284,7 +289,7 @@ def _compose(pictures: Sequence[_Picture], order: SheetOrder) -> None:
     from sumo3dviz_pt.report.plots import new_figure, save_figure
 
     size, path = order.size, order.path
-    columns = min(_COLUMNS.get(order.name, _MOSTLY), len(pictures))
+    columns = min(order.columns or _COLUMNS.get(order.name, _MOSTLY), len(pictures))
     rows = -(-len(pictures) // columns)
     width = columns * size[0] / 110 * 1.02
     figure: Any = new_figure(width, rows * (size[1] + 26) / 110)
@@ -293,6 +298,7 @@ def _compose(pictures: Sequence[_Picture], order: SheetOrder) -> None:
         axis.set_axis_off()
     for axis, picture in zip(axes.flat, pictures, strict=False):
         axis.imshow(picture.pixels)
-        axis.set_title(picture.title, fontsize=2.0 * max(columns, _MOSTLY), pad=2)
+        text = {"fontsize": 2.0 * max(columns, _MOSTLY), "ha": "center", "va": "top"}
+        axis.text(0.5, -0.02, picture.title, transform=axis.transAxes, **text)
     path.parent.mkdir(parents=True, exist_ok=True)
     save_figure(figure, path)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.pipeline.reading import stamps_of
 from sumo3dviz_pt.world.memory import Memory
 
 if TYPE_CHECKING:
@@ -42,7 +41,7 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     from sumo3dviz_pt.world.build import World
 
     settings = job.model_dump(mode="json", exclude=_APART)
-    stamps = _stamps((files.network, *files.additional))
+    stamps = stamps_of((files.network, *files.additional))
     cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
     memory = _memory_of(json.dumps([settings, stamps, cameras], sort_keys=True, default=str))
     clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
@@ -53,12 +52,3 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
 def _memory_of(name: str) -> Memory:
     """Return what was built of the world of a name; only the last name's is kept."""
     return Memory()
-
-
-def _stamps(paths: Iterable[Path]) -> list[tuple[str, int, int]]:
-    """Return name, time of the last change [ns] and size [bytes] of each file."""
-    found = []
-    for path in paths:
-        stat = path.stat()
-        found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
-    return found

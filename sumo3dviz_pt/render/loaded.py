@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import FrameState, SceneData
+from sumo3dviz_pt.model.scene import Bsdf, FrameState, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
-from sumo3dviz_pt.render.materials.compound import MergedMesh, merged_meshes
+from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_meshes
 from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
 from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.sensors import view_parameters
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeldMesh:
+    """A mesh of a loaded scene.
+
+    Attributes:
+        name: What its parameters' names begin with.
+        bsdf: Its material, with our own words.
+        body: Name of the body that it is a part of, if that is instanced; else empty.
+        moving: Whether its vertices differ from frame to frame.
+    """
+
+    name: str
+    bsdf: Bsdf
+    body: str = ""
+    moving: bool = False
 
 
 class LoadedScene:
@@ -28,7 +45,10 @@ class LoadedScene:
     Attributes:
         scene: Mitsuba's, once a frame was shown.
         origin: Its origin in the network's coordinates, (3,) [m]; None before.
+        parameters: Of Mitsuba's scene; None before.
         aimed: Whether light paths aim at lamps.
+        running: Lamps and beams of road users.
+        pool: Road users that are instanced; None in variants that do not compile.
     """
 
     def __init__(self, data: SceneData, *, jit: bool) -> None:
@@ -40,30 +60,45 @@ class LoadedScene:
         """
         self.scene: Any = None
         self.origin: Floats | None = None
-        self._parameters: Any = None
+        self.parameters: Any = None
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
         self._static = merged_meshes([part.part for part in data.static], data.materials)
         floor = lowest([merged.mesh for merged in self._static])
-        self._running = RunningLamps(data, floor=floor, jit=jit)
+        self.running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
         self._crowds = (far, Crowd("deforming", data, data.slots.deforming, far=False, floor=floor))
-        self._pool = InstancePool(data, self._materials, floor=floor) if jit else None
+        self.pool = InstancePool(data, self._materials, floor=floor) if jit else None
         self._scalar = None if jit else ScalarMovers(data, self._materials)
         running = data.running is not None and data.running.sampled
         self.aimed = running or any(lamps.sampled for lamps in data.lamps)
 
     def drop(self) -> None:
         """Let the scene go; the next frame loads it again."""
-        self.scene = self._parameters = None
+        self.scene = self.parameters = None
 
     def close(self) -> None:
         """Give every object back."""
         self.drop()
-        self._pool = self._scalar = None
+        self.pool = self._scalar = None
         self._lamps = Lamps((), bsdf=None, jit=False)
         self._materials = Materials({})
+
+    def meshes(self) -> Iterator[HeldMesh]:
+        """Go through all meshes but the sun's, if that is one."""
+        for number, merged in enumerate(self._static):
+            yield HeldMesh(f"static_{number}", self._materials.bsdf(merged.material))
+        for crowd in self._crowds:
+            if crowd:
+                yield HeldMesh(crowd.name, COMPOUND, moving=True)
+        for name in (*self._lamps.names, *self.running.names):
+            moving = name in self.running.names
+            yield HeldMesh(name, self._materials.bsdf("signal_lens"), moving=moving)
+        for body, materials in self.pool.bodies.items() if self.pool is not None else ():
+            for number, material in enumerate(materials):
+                bsdf = self._materials.bsdf(material)
+                yield HeldMesh(f"{body}.part{number}", bsdf, body=body)
 
     def show(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Bring the scene to a frame's state.
@@ -78,7 +113,7 @@ class LoadedScene:
             return
         if self.origin is None or not np.array_equal(self.origin, frame.origin):
             self._recentre(frame.origin)
-        self._move(self._parameters, frame)
+        self._move(self.parameters, frame)
 
     def _load(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Put the scene together around a frame's origin."""
@@ -88,17 +123,17 @@ class LoadedScene:
         for number, merged in enumerate(self._static):
             parts[f"static_{number}"] = self._place(merged, number, frame.origin)
         parts |= self._lamps.entries(frame.origin)
-        if self._running:
-            parts |= self._running.entries(self._lens())
+        if self.running:
+            parts |= self.running.entries(self._lens())
         parts |= {crowd.name: crowd.make(self._materials) for crowd in self._crowds if crowd}
-        if self._pool is not None:
-            parts |= self._pool.entries
+        if self.pool is not None:
+            parts |= self.pool.entries
         if self._scalar is not None:
             parts |= self._scalar.entries(frame)
         # Everything is moved to its place before there is a scene, whose trees are so built once.
         self._move(mi.traverse(_Parts(parts)), frame)
         self.scene = load({"type": "scene", **parts}, optimize=False)
-        self._parameters = mi.traverse(self.scene)
+        self.parameters = mi.traverse(self.scene)
         for sensor in self.scene.sensors():
             settle(sensor)
 
@@ -108,20 +143,20 @@ class LoadedScene:
         for sensor in ("sensor", "guide"):
             for name, value in seen.items():
                 parameters[f"{sensor}.{name}"] = value
-        if self._pool is not None:
-            self._pool.update(parameters, frame)
+        if self.pool is not None:
+            self.pool.update(parameters, frame)
         for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):
             if crowd:
                 crowd.update(parameters, movers, frame.origin)
         self._lamps.update(parameters, frame)
-        self._running.update(parameters, frame)
+        self.running.update(parameters, frame)
         parameters.update()
 
     def _recentre(self, origin: Floats) -> None:
         """Move everything static; nothing compiles, and the trees are rebuilt anyway."""
         for number, merged in enumerate(self._static):
-            convert.shift(self._parameters, f"static_{number}", merged.mesh, origin)
-        self._lamps.recentre(self._parameters, origin)
+            convert.shift(self.parameters, f"static_{number}", merged.mesh, origin)
+        self._lamps.recentre(self.parameters, origin)
         self.origin = origin
 
     def _place(self, merged: MergedMesh, number: int, origin: Floats) -> Any:

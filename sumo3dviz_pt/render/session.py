@@ -13,11 +13,12 @@ from sumo3dviz_pt.catalog import did_you_mean
 from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Bools, Image
-from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.model.scene import FrameState, SceneData, View
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.integrator import Integrator
+from sumo3dviz_pt.render.kernel.integrator import Kernel, Limits
 from sumo3dviz_pt.render.kernels import tracer
 from sumo3dviz_pt.render.lights.emitter import register_lamps
 from sumo3dviz_pt.render.loaded import LoadedScene
@@ -59,6 +60,8 @@ class RenderSettings:
         pixel: Angle of a pixel, by which textures are filtered [rad].
         layers: What `Session.render` returns; see `model/layers.py`. Those that the quality does
             not need are traced, too.
+        kernel: Whether variants that compile trace by our own kernel instead of Mitsuba's path
+            tracer.
     """
 
     size: tuple[int, int]
@@ -68,6 +71,7 @@ class RenderSettings:
     frozen: bool = False
     pixel: float = PIXEL
     layers: tuple[str, ...] = ("radiance",)
+    kernel: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,6 +141,7 @@ class Session:
             self.loaded = LoadedScene(scene, jit=backend.jit)
             weight = sky_weight(self.sky, lamps=self.loaded.aimed)
             self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
+            self._kernel: Kernel | None = None
             self._use_quality()
 
     def __enter__(self) -> Session:
@@ -146,7 +151,7 @@ class Session:
     def __exit__(self, *_: object) -> None:
         """Give everything back, so that another session compiles the same kernels."""
         self._trace = self._trace_guides = self._trace_lamps = tracer(recorded=False)
-        self._lights = {}
+        self._lights, self._kernel = {}, None
         self.loaded.close()
         gc.collect()
 
@@ -183,10 +188,14 @@ class Session:
             with clock.phase("update"):
                 self.show(frame)
             seed = frame_seed(self.settings.seed, frame.time)
-            with clock.phase("guides"):
-                found = self._guides(seed)
-            with clock.phase("render"):
-                sum_of = self._passes(seed, guides.uncapped(found), after_pass)
+            if self.settings.kernel and self.backend.jit:
+                with clock.phase("render"):
+                    found, sum_of = self._by_kernel(seed, after_pass)
+            else:
+                with clock.phase("guides"):
+                    found = self._guides(seed)
+                with clock.phase("render"):
+                    sum_of = self._passes(seed, guides.uncapped(found), after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
@@ -324,16 +333,15 @@ class Session:
             found |= self._trace_guides(scene, self._lamp_guide, sensor, spp, own)
         found = guides.as_guides(found)
         if self._lamp_integrator is not None:
-            passes = guides.lamp_passes(quality)
-            found |= {"glow": self._glow(self._lamp_integrator, seed ^ 0x3C6EF372, passes)}
+            found |= {"glow": self._glow(self._lamp_integrator, seed)}
         return found
 
-    def _glow(self, integrator: Integrator, seed: int, passes: int) -> Image:
+    def _glow(self, integrator: Integrator, seed: int) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
-        scene, spp = self.loaded.scene, guides.LAMP_SPP
+        scene, spp, own = self.loaded.scene, guides.LAMP_SPP, seed ^ 0x3C6EF372
         images = [
-            self._trace_lamps(scene, integrator, scene.sensors()[0], spp, pass_seed(seed, number))
-            for number in range(passes)
+            self._trace_lamps(scene, integrator, scene.sensors()[0], spp, pass_seed(own, number))
+            for number in range(guides.lamp_passes(self.settings.quality))
         ]
         return np.asarray(np.mean([image["emitted"] for image in images], axis=0))
 
@@ -354,6 +362,32 @@ class Session:
             if after_pass is not None:
                 after_pass(number + 1, count)
         return accumulator
+
+    def _by_kernel(
+        self, seed: int, after_pass: Callable[[int, int], None] | None
+    ) -> tuple[Layers, Accumulator]:
+        """Trace all passes of a frame by our own kernel, which finds the guides, too."""
+        if self._kernel is None or self._kernel.scene is not self.loaded.scene:
+            self._kernel = Kernel(self.loaded, self.settings.pixel)
+        else:
+            self._kernel.follow()
+        quality, sensor = self.settings.quality, self.loaded.scene.sensors()[0]
+        apart = self._lamp_integrator is not None
+        limits = Limits(quality.max_depth, quality.rr_depth, self.limit, direct=not apart)
+        count = -(-quality.spp // self._pass_spp)
+        passes = []
+        for number in range(count):
+            own = pass_seed(seed, number)
+            passes.append(self._kernel.trace(sensor, spp=self._pass_spp, seed=own, limits=limits))
+            if after_pass is not None:
+                after_pass(number + 1, count)
+        found = guides.as_guides(merged(passes, lambda *them: np.mean(them, axis=0)))
+        if self._lamp_integrator is not None:
+            found = found | {"glow": self._glow(self._lamp_integrator, seed)}
+        accumulator = Accumulator(guides.uncapped(found), white=self.settings.white)
+        for traced in passes:
+            accumulator.add(traced["capped"], traced["lost"])
+        return found, accumulator
 
     def _split(self, traced: Layers) -> tuple[Image, Image]:
         """Split a pass into what stays and what the cap took; scalar variants cap whole passes."""

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import shapely
 from sumo3dviz_pt.errors import InputError, cut
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.polylines import from_above
 from sumo3dviz_pt.sumo.bounds import COORDINATE
 from sumo3dviz_pt.sumo.formats import ElementSink, format_of
 from sumo3dviz_pt.sumo.formats.format import KINDS
@@ -242,10 +244,13 @@ def _astray(rows: LogRows, network: Network) -> str:
 
 def _beside(places: Floats, network: Network) -> Bools:
     """Return which places are near the centre of some lane, (n,)."""
-    tree = shapely.STRtree(
-        [shapely.LineString(lane.shape[:, :2]) for lane in network.lanes.values()]
-    )
-    found, _ = tree.query(shapely.points(places), predicate="dwithin", distance=_OFF)
+    found, _ = _lane_tree(network).query(shapely.points(places), predicate="dwithin", distance=_OFF)
     beside = np.zeros(len(places), dtype=np.bool_)
     beside[found] = True
     return beside
+
+
+@lru_cache(maxsize=1)
+def _lane_tree(network: Network) -> shapely.STRtree:
+    """Return a tree of the middles of a network's lanes; the last one is kept."""
+    return shapely.STRtree(from_above([lane.shape for lane in network.lanes.values()]))

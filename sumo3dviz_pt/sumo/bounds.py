@@ -21,7 +21,16 @@ SPEED_LIMIT = Range(0.0, 1000.0, "m/s")
 LANE_WIDTH = Range(-1.0, 200.0, "m")
 """SUMO writes -1 for lanes of the usual width."""
 
-LANE_LENGTH = Range(1e-3, 1e6, "m")
+LANE_LENGTH = Range(-1e6, 1e6, "m")
+SHORTEST_LANE = 1e-3
+"""A lane with a smaller length has none; the length of its shape counts [m]."""
+
+LONGEST_SHAPE = 50_000.0
+"""A lane with a longer shape must be told as long, or nearly, by its `length` [m]."""
+
+MOST_STRETCHED = 100.0
+"""Largest length of such a shape as a multiple of the lane's `length`."""
+
 BODY_LENGTH = Range(0.01, 5000.0, "m")
 BODY_WIDTH = Range(0.01, 200.0, "m")
 UNIT_LENGTH = Range(2.0, 5000.0, "m")

@@ -6,9 +6,11 @@ the first step past it. Rows are packed into one buffer of doubles per road user
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 from math import inf
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +18,13 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.traffic import TrafficLog
-from sumo3dviz_pt.sumo.logs.kept import keep_log, kept_log, place_of
+from sumo3dviz_pt.sumo.logs.kept import KeptLog, keep_log, kept_log, place_of
 from sumo3dviz_pt.sumo.logs.reader import Drain, LogReader
 from sumo3dviz_pt.sumo.places.coordinates import coordinates_of, put_in_net
+from sumo3dviz_pt.sumo.repairs.order import backward_steps, row_twice
 from sumo3dviz_pt.sumo.traces import RowsOfUsers, build_traces
+
+logger = logging.getLogger(__name__)
 
 
 def read_trajectories(
@@ -33,7 +38,7 @@ def read_trajectories(
 ) -> TrafficLog:
     """Read vehicle logs.
 
-    Steps out of order are sorted; of repeated ones the first counts. Persons and
+    Steps out of order are sorted; of repeated ones the first counts; a note says so. Persons and
     containers at the position of a vehicle ride in it and are left out while they do.
     An id that comes back with another type makes another trace with the same key.
     Steps before `begin` are not checked. A log is read up to its first step after `end`, so
@@ -57,14 +62,40 @@ def read_trajectories(
             window, or lacks an attribute that drawing needs.
     """
     asked = (-inf if begin is None else begin, inf if end is None else end)
+    # All of a log is the same with and without a margin, and is kept once.
+    margin = 0.0 if begin is None and end is None else margin
     files = [Path(path) for path in paths]
     place = place_of(files, (asked, margin, location))
-    log = None if place is None else kept_log(place)
-    if log is None:
-        log, whole = _read_logs(files, asked, margin, allow_truncated, location)
+    kept = None if place is None else kept_log(place)
+    if kept is None:
+        log, whole, notes = _read_logs(files, asked, margin, allow_truncated, location)
+        kept = KeptLog(log, notes)
         if place is not None and whole:
-            keep_log(place, log)
-    return log
+            keep_log(place, kept)
+    for number, note in enumerate(kept.notes):
+        once = {"once": f"disorder {number} of {files[0]}"}
+        logger.warning("%s", note, extra=once)
+    return kept.log
+
+
+def whole_log(files: Sequence[Path], location: Location | None) -> TrafficLog | None:
+    """Return all of a log that was read before, as `read_trajectories` gave it, if it was kept.
+
+    Args:
+        files: Logs that belong together.
+        location: Of the network.
+    """
+    place = place_of(files, ((-inf, inf), 0.0, location))
+    kept = None if place is None else kept_log(place)
+    return None if kept is None else kept.log
+
+
+class _Reading(NamedTuple):
+    """What was read, whether no log breaks off, and what is to be noted."""
+
+    log: TrafficLog
+    whole: bool
+    notes: tuple[str, ...]
 
 
 def _read_logs(
@@ -73,8 +104,8 @@ def _read_logs(
     margin: float,
     allow_truncated: bool,
     location: Location | None,
-) -> tuple[TrafficLog, bool]:
-    """Return what `read_trajectories` gives, and whether no log breaks off.
+) -> _Reading:
+    """Return what `read_trajectories` gives, and what else is known of the logs.
 
     Args:
         files: The logs.
@@ -88,12 +119,15 @@ def _read_logs(
     rows: RowsOfUsers = {}
     steps: set[float] = set()
     whole = True
+    notes: list[str] = []
     for file in files:
         reader = LogReader(file, window, lanes)
         reader.read(allow_truncated=allow_truncated)
         whole = whole and not reader.breaks_off
         steps.update(reader.steps)
         put_in_net(reader.rows, coordinates_of(file, location), location)
+        disorder = (backward_steps(reader.steps), row_twice(reader.rows))
+        notes += [f"{file}: {text}" for text in disorder if text]
         _move(reader.rows, rows)
     times = np.sort(np.fromiter(steps, dtype=np.float64, count=len(steps)))
     _check_steps(times, window, files, asked=asked)
@@ -104,7 +138,7 @@ def _read_logs(
         end=float(times[-1]),
         step=round(float(np.median(np.diff(times))), 6) if len(times) > 1 else 0.0,
     )
-    return log, whole
+    return _Reading(log, whole, tuple(notes))
 
 
 def stream_rows(

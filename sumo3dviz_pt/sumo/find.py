@@ -79,7 +79,8 @@ def find_scenario(
     configuration, folder = (None, path) if path.is_dir() else (path, path.parent)
     named = _NamedFiles() if configuration is None else _named_by(configuration)
     first = network or next((net for net in named.network if net.is_file()), None)
-    found = survey_folder(folder, network=first)
+    own = (*trajectories, *((network,) if network else ()))
+    found = survey_folder(folder, network=first, named=own)
     if configuration is None and len(found.configurations) == 1:
         return find_scenario(found.configurations[0], network=network, trajectories=trajectories)
     inputs = survey_files(file for file in named.inputs if file.is_file())

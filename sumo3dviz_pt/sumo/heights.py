@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Network
+from sumo3dviz_pt.model.polylines import evenly_along
 from sumo3dviz_pt.model.traffic import Trace
-from sumo3dviz_pt.model.vectors import arc_length
 
 _SPACING = 2.0
 """Distance between the points that stand for a lane [m]."""
@@ -27,10 +27,10 @@ def with_heights(traces: tuple[Trace, ...], network: Network) -> tuple[Trace, ..
         The same traces if the network is flat or any sample has a height, else traces
         with the z of the nearest lane [m].
     """
-    points = _lane_points(network)
-    flat_log = not any(trace.positions[:, 2].any() for trace in traces)
-    if not traces or not points[:, 2].any() or not flat_log:
+    hilly = any(lane.shape[:, 2].any() for lane in network.lanes.values())
+    if not hilly or any(trace.positions[:, 2].any() for trace in traces):
         return traces
+    points = _lane_points(network)
     tree = cKDTree(points[:, :2])
     return tuple(
         replace(trace, positions=_lifted(trace.positions, points[:, 2], tree)) for trace in traces
@@ -48,9 +48,5 @@ def _lifted(positions: Floats, heights: Floats, tree: cKDTree) -> Floats:
 
 def _lane_points(network: Network) -> Floats:
     """Return points along all lanes, at most `_SPACING` apart, (n, 3) [m]."""
-    parts = []
-    for lane in network.lanes.values():
-        along = arc_length(lane.shape[:, :2])
-        at = np.linspace(0.0, along[-1], max(2, int(np.ceil(along[-1] / _SPACING)) + 1))
-        parts.append(np.column_stack([np.interp(at, along, axis) for axis in lane.shape.T]))
-    return np.concatenate(parts)
+    shapes = [lane.shape for lane in network.lanes.values()]
+    return evenly_along(shapes, lambda long: np.maximum(np.ceil(long / _SPACING) + 1, 2)).points

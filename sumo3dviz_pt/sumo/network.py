@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -16,19 +15,17 @@ from sumo3dviz_pt.model.geometry import Floats, frozen
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.sumo import bounds
 from sumo3dviz_pt.sumo.classes import allowed_classes
+from sumo3dviz_pt.sumo.repairs.found import Oddities, Oddity
+from sumo3dviz_pt.sumo.repairs.lanes import DEFAULT_LANE_WIDTH, LaneEnds, from_point, whole_lane
+from sumo3dviz_pt.sumo.repairs.look import look_over
 from sumo3dviz_pt.sumo.stream import Element, read_elements
 from sumo3dviz_pt.sumo.values import parse_flag, parse_points
 
-logger = logging.getLogger(__name__)
-
 _T = TypeVar("_T")
 
-DEFAULT_LANE_WIDTH = 3.2
-"""SUMO's lane width where the file gives none [m]."""
-
 _DEFAULT_SPEED = 13.89
-_SHORTEST_LANE = 0.01
-_NARROWEST_LANE = 0.01
+_WIDEST_JUNCTION = 10_000.0
+"""Length of the longest side of a box around an outline that is drawn [m]."""
 
 
 @dataclass(slots=True)
@@ -42,6 +39,7 @@ class _Draft:
     left_hand: bool = False
     lanes: dict[str, Lane] = field(default_factory=dict)
     length: float = 0.0
+    oddities: Oddities = field(default_factory=Oddities)
 
 
 def network_of(path: Path) -> Network:
@@ -62,7 +60,8 @@ def read_network(path: Path) -> Network:
     """Read a road network.
 
     Repeated neighbouring points of shapes are dropped. A lane whose shape is a single
-    point becomes 1 cm long, so that it has a direction.
+    point becomes 1 cm long, so that it has a direction. What else can be repaired is, and one
+    note says what was odd: lanes without shape, width or length, junctions without a place.
 
     Args:
         path: The .net.xml, plain or gzipped.
@@ -71,18 +70,17 @@ def read_network(path: Path) -> Network:
         Edges of every function, junctions and connections, in net coordinates.
 
     Raises:
-        InputError: If the file is damaged, no network, has no lane, a lane has no shape, a
-            number is out of range, an id stands twice, or something names a lane or edge
-            that is not there.
+        InputError: If the file is damaged, no network, has no lane, a number is out of
+            range, an id stands twice, or something names a lane or edge that is not there.
     """
     draft = _Draft()
     for element in read_elements(path, root="net", what="a SUMO network"):
         _take(draft, element)
-    if not draft.edges:
+    if not draft.lanes:
         message = "the network has no lane; write it again with netedit or netconvert"
         raise InputError(message, file=path)
     network = Network(
-        {key: _edge(element, lanes) for key, (element, lanes) in draft.edges.items()},
+        _edges(draft),
         {key: junction for key, (_, junction) in draft.junctions.items()},
         tuple(connection for _, connection in draft.connections),
         draft.location,
@@ -95,6 +93,8 @@ def read_network(path: Path) -> Network:
             f" {bounds.MOST_LENGTH / 1e3:,.0f} km can be drawn; cut the network to the place",
             file=path,
         )
+    look_over(network, draft.oddities)
+    draft.oddities.say(path)
     return network
 
 
@@ -143,10 +143,16 @@ def _take(draft: _Draft, element: Element) -> None:
             length = float(np.linalg.norm(np.diff(shape, axis=0), axis=1).sum())
             lane = _lane(element, owner, shape, drawn=length, place=len(siblings))
             _add(draft.lanes, element, lane)
-            siblings.append(lane)
+            if length > max(bounds.LONGEST_SHAPE, bounds.MOST_STRETCHED * lane.length):
+                raise element.error(
+                    f"the shape is {length / 1e3:,.0f} km long, and the length is"
+                    f" {lane.length:g} m; write the network again with netconvert"
+                )
+            given = "length" in element.attributes
+            siblings.append(whole_lane(lane, draft.oddities, drawn=length, given=given))
             draft.length += length
         case "junction":
-            _add(draft.junctions, element, (element, _junction(element)))
+            _add(draft.junctions, element, (element, _junction(element, draft.oddities)))
         case "connection":
             draft.connections.append((element, _connection(element)))
 
@@ -164,9 +170,30 @@ def _add(known: dict[str, _T], element: Element, made: _T) -> None:
     known[element.text("id")] = made
 
 
+def _edges(draft: _Draft) -> dict[str, Edge]:
+    """Return the edges that have lanes; lanes without a shape get one."""
+    edges: dict[str, Edge] = {}
+    for key, (element, lanes) in draft.edges.items():
+        if lanes:
+            edges[key] = _edge(element, lanes)
+        else:
+            draft.oddities.add(Oddity.NO_LANE, key)
+    shapeless = [e for e in edges.values() if not all(len(lane.shape) for lane in e.lanes)]
+    if not shapeless:
+        return edges
+    junctions = {key: junction for key, (_, junction) in draft.junctions.items()}
+    links = [connection for _, connection in draft.connections]
+    ends = LaneEnds(edges, junctions, links, left_hand=draft.left_hand)
+    for edge in shapeless:
+        mended = ends.mended(edge, draft.oddities)
+        if mended is None:
+            message = "the edge has a lane without a shape; write the network again with netconvert"
+            raise draft.edges[edge.id][0].error(message)
+        edges[edge.id] = mended
+    return edges
+
+
 def _edge(element: Element, lanes: list[Lane]) -> Edge:
-    if not lanes:
-        raise element.error("the edge has no lane; write the network again with netconvert")
     function = element.text("function", "normal") or "normal"
     # netconvert itself numbers lanes of second internal edges twice.
     if function == "normal" and len({lane.index for lane in lanes}) < len(lanes):
@@ -185,15 +212,14 @@ def _edge(element: Element, lanes: list[Lane]) -> Edge:
 
 def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, place: int) -> Lane:
     """Make a lane; `drawn` is the length of its shape [m], `place` its position on the edge."""
-    outline = _points(element, "outlineShape")
+    outline = _outline(element, "outlineShape")
     width = element.number("width", DEFAULT_LANE_WIDTH, within=bounds.LANE_WIDTH)
     return Lane(
         id=element.text("id"),
         edge_id=owner.text("id"),
         index=element.integer("index", place, within=bounds.INDEX),
         shape=shape,
-        # SUMO writes -1 for "not given" in some generated files.
-        width=width if width >= _NARROWEST_LANE else DEFAULT_LANE_WIDTH,
+        width=width,
         speed=element.number("speed", _DEFAULT_SPEED, within=bounds.SPEED_LIMIT),
         length=element.number("length", drawn, within=bounds.LANE_LENGTH),
         allowed=allowed_classes(element.text("allow", ""), element.text("disallow", "")),
@@ -202,14 +228,21 @@ def _lane(element: Element, owner: Element, shape: Floats, *, drawn: float, plac
 
 
 def _lane_shape(element: Element) -> Floats:
-    """Return a lane's shape with at least two points."""
+    """Return a lane's shape, with at least two points unless it has none."""
     shape = _points(element, "shape")
-    if not len(shape):
-        raise element.error("the lane has no shape; write the network again with netconvert")
-    if len(shape) == 1:
-        logger.debug("%s: %s is a single point", element.file, element.name)
-        shape = np.vstack([shape, shape[0] + np.array([_SHORTEST_LANE, 0.0, 0.0])])
-    return frozen(shape)
+    return frozen(from_point(shape[0]) if len(shape) == 1 else shape)
+
+
+def _outline(element: Element, key: str) -> Floats:
+    """Return the outline of a junction or crossing, which is of a possible size."""
+    outline = _points(element, key)
+    across = float(np.ptp(outline[:, :2], axis=0).max()) if len(outline) else 0.0
+    if across > _WIDEST_JUNCTION:
+        raise element.error(
+            f"{key} is {across / 1e3:,.0f} km across, and at most {_WIDEST_JUNCTION / 1e3:g} km can"
+            " be drawn; write the network again with netconvert"
+        )
+    return outline
 
 
 def _points(element: Element, key: str) -> Floats:
@@ -220,19 +253,34 @@ def _points(element: Element, key: str) -> Floats:
         raise element.error(f"{key} must hold points such as 1.0,2.0, but {error}") from None
 
 
-def _junction(element: Element) -> Junction:
+def _junction(element: Element, oddities: Oddities) -> Junction:
+    outline = _outline(element, "shape")
     return Junction(
         id=element.text("id"),
         type=element.text("type", ""),
-        position=frozen(
-            [
-                element.number("x", within=bounds.COORDINATE),
-                element.number("y", within=bounds.COORDINATE),
-                element.number("z", 0.0, within=bounds.HEIGHT),
-            ]
-        ),
-        outline=_points(element, "shape"),
+        position=_place(element, outline, oddities),
+        outline=outline,
         incoming_lanes=tuple(element.text("incLanes", "").split()),
+    )
+
+
+def _place(element: Element, outline: Floats, oddities: Oddities) -> Floats:
+    """Return the position of a junction, (3,) [m]; where none is given, the middle of its outline.
+
+    Args:
+        element: The junction's.
+        outline: (n, 3) [m].
+        oddities: What is odd; it grows.
+    """
+    if len(outline) and not {"x", "y"} <= element.attributes.keys():
+        oddities.add(Oddity.NO_PLACE, element.text("id"))
+        return frozen(outline.mean(axis=0))
+    return frozen(
+        [
+            element.number("x", within=bounds.COORDINATE),
+            element.number("y", within=bounds.COORDINATE),
+            element.number("z", 0.0, within=bounds.HEIGHT),
+        ]
     )
 
 

@@ -1,4 +1,8 @@
-"""List who is in a vehicle log in one pass; memory grows with road users, not with time."""
+"""List who is in a vehicle log in one pass.
+
+A log that was read before is taken from the user's cache. Any other is streamed, and memory grows
+with road users, not with time.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +19,9 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Location
 from sumo3dviz_pt.model.roster import Passage, Point, RoadUser, UserPlace
 from sumo3dviz_pt.model.traffic import FASTEST, GAP_FACTOR, unique_ids
-from sumo3dviz_pt.sumo.fcd import stream_rows
+from sumo3dviz_pt.sumo.fcd import stream_rows, whole_log
 from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
-from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, table_of
+from sumo3dviz_pt.sumo.traces import Key, RowsOfUsers, in_order, riding_rows, rows_of, table_of
 
 _LEAP = 15.0
 """A step that exceeds 1.5 x speed x time by more than this is a leap [m]."""
@@ -54,7 +58,13 @@ def read_roster(
         InputError: If a log is damaged, breaks off or holds no step.
     """
     census = _RowCensus(near, nan if at is None else at)
-    lanes = stream_rows(paths, census.count, allow_truncated=allow_truncated, location=location)
+    files = list(map(Path, paths))
+    known = whole_log(files, location)
+    if known is None:
+        lanes = stream_rows(files, census.count, allow_truncated=allow_truncated, location=location)
+    else:
+        lanes = known.lane_names
+        census.count(rows_of(known.traces), [0.0, known.step] if known.step else [0.0])
     found = [_user(key, tally, lanes=lanes, types=types) for key, tally in census.tallies.items()]
     found.sort(key=lambda user: user.begin)
     return tuple(replace(user, id=own) for user, own in zip(found, unique_ids(found), strict=True))

@@ -8,6 +8,7 @@ so memory does not grow with the file.
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import math
 import zlib
@@ -264,7 +265,7 @@ def _steps(parser: expat.XMLParserType, file: Path, sieve: Sieve | None = None) 
             try:
                 parser.Parse(part, False)
             except expat.ExpatError as error:
-                raise _not_xml(error, file, sieve.lines) from None
+                raise _not_xml(error, file, sieve.lines, part) from None
 
     try:
         with _opened(file) as stream:
@@ -317,10 +318,28 @@ def _truncated(parser: expat.XMLParserType, file: Path, skipped: int) -> Truncat
     )
 
 
-def _not_xml(error: expat.ExpatError, file: Path, skipped: int) -> InputError:
+def _not_xml(error: expat.ExpatError, file: Path, skipped: int, part: bytes) -> InputError:
+    """Return what is wrong with a file that cannot be parsed.
+
+    Args:
+        error: The parser's.
+        file: For messages.
+        skipped: Number of lines that were not parsed.
+        part: The bytes that were parsed last.
+    """
     reason = expat.errors.messages.get(error.code, str(error)) if error.code else str(error)
-    return InputError(
-        f"is not well-formed XML ({reason}); give an XML file of SUMO, plain or gzipped",
-        file=file,
-        line=error.lineno + skipped,
-    )
+    message = f"is not well-formed XML ({reason}); give an XML file of SUMO, plain or gzipped"
+    if reason == expat.errors.XML_ERROR_INVALID_TOKEN and not _is_utf8(part):
+        message = "is not written in UTF-8, as XML is by default; write it again"
+    return InputError(message, file=file, line=error.lineno + skipped)
+
+
+def _is_utf8(part: bytes) -> bool:
+    """Whether bytes from the middle of a file may be UTF-8."""
+    # The first character may have begun before them, and the last may end after them.
+    part = part.lstrip(bytes(range(0x80, 0xC0)))
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(part)
+    except UnicodeDecodeError:
+        return False
+    return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, fields
 from itertools import islice
 from pathlib import Path
@@ -64,7 +64,9 @@ class Survey:
         )
 
 
-def survey_folder(folder: Path, *, network: Path | None = None) -> Survey:
+def survey_folder(
+    folder: Path, *, network: Path | None = None, named: Collection[Path] = ()
+) -> Survey:
     """Look at the files of a folder and of its subfolders, one level down.
 
     A subfolder with a network of its own is another scenario and is left out, unless
@@ -73,13 +75,14 @@ def survey_folder(folder: Path, *, network: Path | None = None) -> Survey:
     Args:
         folder: Where to look.
         network: The scenario's network, if it is known.
+        named: Files that a user names, whose own readers say what is wrong with them.
 
     Returns:
         The files of SUMO; unreadable files are left out.
     """
-    top = survey_files(file for file in sorted(folder.iterdir()) if file.is_file())
+    top = survey_files((file for file in sorted(folder.iterdir()) if file.is_file()), named)
     for sub in sorted(sub for sub in folder.iterdir() if _is_place(sub)):
-        below = survey_files(file for file in sorted(sub.iterdir()) if file.is_file())
+        below = survey_files((file for file in sorted(sub.iterdir()) if file.is_file()), named)
         asked = network is not None and network.resolve() in [n.resolve() for n in below.networks]
         if below.networks and not asked and (network is not None or top.networks):
             logger.info("%s: has its own network and is left out", sub)
@@ -88,12 +91,16 @@ def survey_folder(folder: Path, *, network: Path | None = None) -> Survey:
     return top
 
 
-def survey_files(files: Iterable[Path]) -> Survey:
-    """Sort files by content; files that are not of SUMO are left out."""
+def survey_files(files: Iterable[Path], named: Collection[Path] = ()) -> Survey:
+    """Sort files by content; files that are not of SUMO are left out.
+
+    A note says which files of SUMO are damaged, but for those that a user names.
+    """
     found = Survey()
+    silent = {file.resolve() for file in named}
     for file in files:
         root = root_of(file) if may_be_xml(file) else None
-        if root is None and may_be_xml(file):
+        if root is None and may_be_xml(file) and file.resolve() not in silent:
             note_damage(file)
         found = found + _sorted_in(file, root)
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from array import array
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -56,6 +57,26 @@ def build_traces(rows: RowsOfUsers) -> tuple[Trace, ...]:
         logger.info("%d samples of riders coincide with their vehicle and are left out", hidden)
     traces.sort(key=lambda trace: trace.times[0])
     return tuple(traces)
+
+
+def rows_of(traces: Iterable[Trace]) -> RowsOfUsers:
+    """Return the packed rows that traces were made from, without what traces leave out."""
+    rows: RowsOfUsers = {}
+    for trace in traces:
+        empty = np.full(len(trace.times), np.nan)
+        columns = (
+            trace.times,
+            *trace.positions.T,
+            90.0 - np.degrees(trace.yaws),
+            trace.speeds,
+            np.degrees(trace.slopes),
+            trace.lanes,
+            trace.signals,
+            trace.offsets if len(trace.offsets) else empty,
+        )
+        buffer = rows.setdefault((trace.kind, trace.id, trace.type_id), array("d"))
+        buffer.frombytes(np.column_stack(columns).tobytes())
+    return rows
 
 
 def table_of(buffer: array[float]) -> Floats:

@@ -47,8 +47,15 @@ from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
-from sumo3dviz_pt.world.street.build import build_street, site_of
+from sumo3dviz_pt.world.street.build import build_street, site_of, standing_height
 from sumo3dviz_pt.world.street.furniture import stop_areas
+from sumo3dviz_pt.world.street.islands import (
+    IslandParts,
+    island_parts,
+    island_shrubs,
+    islands_of,
+)
+from sumo3dviz_pt.world.structures.linings import DAY_SET
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -117,8 +124,11 @@ class World:
         Raises:
             ConfigError: If the sky's settings contradict each other.
         """
-        sky = build_sky(job.sky, location=scenario.network.location)
-        return cls(scenario, job, sky, clearance or Clearance(), memory or Memory())
+        memory = memory or Memory()
+        lit = partial(build_sky, job.sky, location=scenario.network.location)
+        # A user's file may be another one the next time.
+        sky = lit() if job.sky.file else memory.of(("sky",), lit)
+        return cls(scenario, job, sky, clearance or Clearance(), memory)
 
     @property
     def dark(self) -> bool:
@@ -149,6 +159,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     region = region_of(world, camera_path)
     land, areas = _land(world, camera_path, region)
     roads, around = land.roads, land.around
+    islands, areas = _islands(world, land, areas)
     grown = _grown(scenario, job, land, areas)
     # What stands along the roads.
     links = connections_in(scenario.network, region)
@@ -159,17 +170,17 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         job.signals,
         style=style.signals,
         around=around,
-        raised=roads.surface_height_at,
+        standing=standing_height(roads, land.ground),
     )
     railway = build_railway(
         scenario, links, around=around, style=style, raised=roads.surface_height_at
     )
     feet = np.concatenate([signals.feet, railway.feet])
     site = site_of(scenario, around, roads=roads, ground=land.ground, supports=feet)
-    street = build_street(scenario, job.street, site=site, dark=dark)
+    street = build_street(scenario, job.street, site=site, dark=dark, style=style.signs)
     rails = _rails(scenario, job, land)
     # Objects, in as many triangles as the rest leaves.
-    made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street)
+    made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street, islands)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
     fixed += [*grown.pits, *areas.static, *areas.grown.static]
     scenery = build_scenery(
@@ -184,7 +195,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     parts = (*fixed, *scenery.static)
     said = (
         *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
-        *(signals, railway, street),
+        *(signals, railway, street, islands),
     )
     return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
@@ -195,6 +206,7 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         (
             *aimed_at((*signals.lamps, *railway.lamps), dark=dark),
             *scenery.lamps,
+            *(some for some in land.ground.lamps if not (dark and some.id == DAY_SET)),
             *grown.fronts.lamps,
             *street.lamps,
         ),
@@ -327,6 +339,22 @@ def _planting(scenario: Scenario, job: Job, roads: RoadParts, around: Surroundin
     found = plant(scenario.network, plot, around=around)
     static = (*far, *plant_far(plot, around=around))
     return replace(found, pois=(*belts, *found.pois), static=static, open=True)
+
+
+def _islands(world: World, land: _PreparedLand, areas: AreaParts) -> tuple[IslandParts, AreaParts]:
+    """Kerbed islands between roads, and areas with what grows on those."""
+    job, roads, around = world.job, land.roads, land.around
+    why = None if job.textured else "everything is shown in plain colours"
+    if job.street.furniture == "none":
+        why = "switched off by `street.furniture`"
+    if why is not None:
+        return island_parts((), roads.layout, why=why), areas
+    find = partial(islands_of, world.scenario.network, roads.layout, around.index)
+    islands = roads.layout.memory.of(("islands",), find)
+    shrubs = island_shrubs(islands, around) if _why_barren(job) is None else ()
+    grown = replace(areas.grown, pois=(*areas.grown.pois, *shrubs))
+    bare = (*areas.bare, *(island.shape for island in islands if island.paved))
+    return island_parts(islands, roads.layout), replace(areas, grown=grown, bare=bare)
 
 
 def _rails(scenario: Scenario, job: Job, land: _PreparedLand) -> Rails:

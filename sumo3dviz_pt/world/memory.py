@@ -7,10 +7,12 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Mapping
 from copy import copy
 from dataclasses import dataclass, fields, is_dataclass
+from hashlib import blake2b
 from itertools import islice
 from typing import Any, TypeVar
 
 import numpy as np
+import shapely
 
 MOST_BYTES = 600_000_000
 """What is kept, about; what was used longest ago goes first."""
@@ -51,6 +53,16 @@ class Memory:
         view._prefix = (*self._prefix, *prefix)
         return view
 
+    @property
+    def by_content(self) -> Memory:
+        """A view of this memory without any prefix, for names that hold a thing's whole content.
+
+        What shots that differ in their choice of roads have in common is found here.
+        """
+        view = copy(self)
+        view._prefix = ("by content",)
+        return view
+
     def of(self, name: Name, make: Callable[[], _T]) -> _T:
         """Return the thing of a name; make it if it is not there.
 
@@ -67,6 +79,23 @@ class Memory:
         made = make()
         self._store.keep(name, _Kept(made, _size_of(made)))
         return made
+
+
+def digest_of(*values: Any) -> bytes:
+    """Return a digest of geometries, arrays of numbers, words and numbers, in their order."""
+    digest = blake2b(digest_size=16)
+    for value in values:
+        if isinstance(value, shapely.Geometry):
+            content = shapely.to_wkb(value)
+        elif isinstance(value, np.ndarray):
+            digest.update(repr((value.shape, value.dtype.str)).encode())
+            content = np.ascontiguousarray(value).tobytes()
+        else:
+            content = repr(value).encode()
+        # With its length, so that the end of one value is not taken for the next one's beginning.
+        digest.update(len(content).to_bytes(8, "little"))
+        digest.update(content)
+    return digest.digest()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ import pytest
 from any_network.known import expect
 from any_network.laws import before_camera, standing_on_roads
 from any_network.programs import why_missing
+from any_network.proposed import Pose, badly_placed, filled, lonely, poses_of
 from any_network.towns import PICTURED, Town, made_town, name_of
 
 from sumo3dviz_pt.job.meanings import default
@@ -70,6 +71,35 @@ def test_nothing_stands_before_the_proposed_camera(built, request):
     eye, target = np.array(camera.position), np.array(camera.look_at)
     faults = list(before_camera(eye, target, built.static))
     assert not faults, "\n".join(faults[:20])
+
+
+def test_eyes_of_proposed_cameras_are_in_the_open(built, request):
+    expect(request, "badly_placed", built.town.number)
+    faults = [
+        f"{name}: {fault}"
+        for name, pose in _poses(built)
+        for law in (badly_placed, filled)
+        for fault in law(pose, built.static)
+    ]
+    assert not faults, "\n".join(faults[:20])
+
+
+def test_somebody_is_in_view_of_a_proposed_camera(built, request):
+    expect(request, "lonely", built.town.number)
+    span = (built.job.shots[0].start, built.job.shots[0].end)
+    faults = [
+        f"{name}: {fault}"
+        for name in ("overview", "corner", "flight")
+        if name in built.job.cameras
+        for fault in lonely(poses_of(built.job.cameras[name]), span, built.town.scenario)
+    ]
+    assert not faults, "\n".join(faults[:20])
+
+
+def _poses(built: Built) -> Iterator[tuple[str, Pose]]:
+    """Poses of all proposed cameras that ride in no vehicle."""
+    for name, camera in built.job.cameras.items():
+        yield from ((name, pose) for pose in poses_of(camera))
 
 
 def test_a_proposed_camera_takes_a_picture(built, request):

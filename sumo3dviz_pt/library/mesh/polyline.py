@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, settled
 from sumo3dviz_pt.model.vectors import unit
 
 MITRE_LIMIT = 2.0
@@ -102,3 +102,18 @@ def offset(points: Floats, distance: float) -> Floats:
     moved = np.array(points, dtype=np.float64)
     moved[:, :2] += distance * mitres(points)
     return moved
+
+
+def densified(line: Floats, step: float) -> Floats:
+    """Return a line with more points, so that none is farther than `step` [m] from the next.
+
+    Args:
+        line: (n, 3) [m].
+        step: [m].
+    """
+    length = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
+    count = np.maximum(np.ceil(settled(length / step)), 1).astype(np.int64)
+    index = np.repeat(np.arange(len(count)), count)
+    share = (np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)) / count[index]
+    dense = line[index] + share[:, None] * (line[index + 1] - line[index])
+    return np.concatenate([dense, line[-1:]])

@@ -119,6 +119,23 @@ class SignalStyle(RecipeValue):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SignStyle(RecipeValue):
+    """What traffic signs look like.
+
+    Attributes:
+        limit: A speed limit is a round sign with a red ring, or a white panel with words.
+        unit: Of speed limits.
+        give_way: What is written on the triangle that tells drivers to give way; may be empty.
+        priority: Whether a yellow diamond tells drivers that they go first.
+    """
+
+    limit: Literal["ring", "panel"]
+    unit: Literal["km/h", "mph"]
+    give_way: str
+    priority: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RoadStyle(RecipeValue):
     """A country's habits.
 
@@ -131,6 +148,7 @@ class RoadStyle(RecipeValue):
         bicycle_surface: Surface of bicycle lanes; an asset's name.
         bus_lane: What is written on bus lanes.
         signals: Traffic lights.
+        signs: Traffic signs.
         st_andrews_cross: The cross at level crossings.
     """
 
@@ -142,6 +160,7 @@ class RoadStyle(RecipeValue):
     bicycle_surface: str
     bus_lane: BusLanePaint
     signals: SignalStyle
+    signs: SignStyle
     st_andrews_cross: CrossDesign
 
 

@@ -83,8 +83,14 @@ def speed_limit(number: int) -> tuple[Part, ...]:
 @cache
 def give_way() -> tuple[Part, ...]:
     """Build a triangle on its tip, white with a red border."""
+    outline, layers = triangle_face()
+    return tuple(plate(outline, layers, z=-0.08))
+
+
+def triangle_face() -> tuple[Floats, list[SignLayer]]:
+    """Return outline, (n, 2) [m], and layers of a white triangle on its tip with a red border."""
     outer, inner = _triangle(0.45), _triangle(0.31)
-    return tuple(plate(outer, [(fan(inner), WHITE), (ring(outer, inner), RED)], z=-0.08))
+    return outer, [(fan(inner), WHITE), (ring(outer, inner), RED)]
 
 
 @cache

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import logging
 from collections.abc import Mapping
 from dataclasses import asdict, replace
@@ -93,7 +95,7 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
     Raises:
         ConfigError: If the recipe is wrong; it names the file and the key.
     """
-    recipe = _read(folder)
+    recipe = completed_recipe(folder)
     try:
         baked = bake_vehicle(recipe)
     except ConfigError as error:
@@ -103,7 +105,8 @@ def bake_folder(folder: Path) -> tuple[Path, ...]:
         old.unlink()
     listing = folder / "baked.yaml"
     source = f"../{recipe['turns']}/" if "turns" in recipe else ""
-    text = yaml.safe_dump(_listing(baked, source), sort_keys=False)
+    content = {"made_from": digest_of(recipe), **_listing(baked, source)}
+    text = yaml.safe_dump(content, sort_keys=False)
     listing.write_text(text, encoding="utf-8")
     _LOG.info("%s: %d files", folder.name, len(files))
     return (*files, listing)
@@ -120,10 +123,21 @@ def _write_meshes(folder: Path, baked: BakedVehicle) -> tuple[Path, ...]:
     return tuple(files)
 
 
-def _read(folder: Path) -> dict[str, Any]:
-    """A folder's recipe, completed by that of the asset which it varies."""
+def completed_recipe(folder: Path) -> dict[str, Any]:
+    """Return a folder's recipe, completed by that of the asset which it varies."""
     own: dict[str, Any] = yaml.safe_load((folder / "asset.yaml").read_text(encoding="utf-8"))
-    return varied(_read(folder.parent / str(own["base"])), own) if "base" in own else own
+    if "base" not in own:
+        return own
+    return varied(completed_recipe(folder.parent / str(own["base"])), own)
+
+
+def digest_of(recipe: Mapping[str, Any]) -> str:
+    """Return the digest of a completed recipe: `made_from` in `baked.yaml`.
+
+    Where it differs, the recipe was changed after the files were made.
+    """
+    text = json.dumps(recipe, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _listing(baked: BakedVehicle, source: str) -> dict[str, Any]:

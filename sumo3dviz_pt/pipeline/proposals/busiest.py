@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -74,10 +74,25 @@ def busiest(
         if best is None or value > best[0] * (1.0 + 1e-9):
             best = (value, Busiest(start, stop, middle, junction, movers))
     if best is not None:
-        return best[1]
-    # Nobody moves: any place with a road user will do.
-    place, junction = _snapped(movement.places[len(movement.times) // 2], crossings)
-    return Busiest(first, min(first + length, end), place, junction, 0)
+        return _alive(best[1], movement)
+    # Nobody moves: any place and moment with a road user will do.
+    row = len(movement.times) // 2
+    place, junction = _snapped(movement.places[row], crossings)
+    start = float(np.clip(np.floor(movement.times[row]), begin, max(first, end - length)))
+    return _alive(Busiest(start, min(start + length, end), place, junction, 0), movement)
+
+
+def _alive(found: Busiest, movement: Movement) -> Busiest:
+    """Shorten a moment to the time in which somebody is at the place, if that is under half."""
+    there = movement.during(found.start, found.end).near(found.place, NEAR).times
+    if not len(there):
+        return found
+    seconds = np.unique(np.floor(there - found.start + 1e-6))
+    if len(seconds) >= 0.5 * (found.end - found.start):
+        return found
+    start = found.start + float(seconds[0])
+    end = min(found.end, found.start + float(seconds[-1]) + 1.0)
+    return replace(found, start=start, end=end)
 
 
 def _coarse(movement: Movement, first: float, *, latest: float) -> list[tuple[int, Floats]]:

@@ -7,23 +7,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.vectors import unit
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors
 
 FREE = 3.0
-"""Nothing stands nearer than this on the axis of a camera [m]."""
+"""Nothing stands nearer than this to the axis of a camera, before its target [m]."""
 
 _REACH = 75.0  # who is farther than this from the place does not count [m]
 _MOST = 140  # places of road users that stand for all of them
 _WAITS = 0.3  # how much who waits counts beside who drives
-_CROWDED = 1.6  # nobody shall come nearer to a standing eye than this [m]
-_PASSING = 8.5  # a vehicle that passes nearer than this fills the picture of a low eye [m]
 _LENS = 14.0  # what stands nearer than this fills much of the picture [m]
+_BEFORE, _MIDDLE = 0.85, 1.5  # share of the way to the target that is free so widely [m]
+_FARTHEST = 60.0  # what stands beyond this on an axis is small [m]
+_LIVELY = 0.6  # share of the time in which somebody is in view
+_LEAST_FREE = 0.6  # share of the picture that nothing near fills
 _CLUTTER = 12.0  # how much a share of the picture that poles fill spoils it
 _RASTER = np.array([(x, y) for y in (-0.7, -0.25, 0.25, 0.6) for x in (-0.8, -0.4, 0.0, 0.4, 0.8)])
-_RATIO = 9.0 / 16.0
+RATIO = 9.0 / 16.0
+"""Height / width of pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,22 +37,27 @@ class Subjects:
         places: Middles of bodies, (n, 3) [m].
         yaws: Driving directions, (n,) [rad].
         weights: How much each counts, (n,).
+        seconds: In which second of the log each is there, (n,).
     """
 
     places: Floats
     yaws: Floats
     weights: Floats
+    seconds: Ints
 
 
 def subjects_of(movement: Movement, place: Floats) -> Subjects:
     """Return whom a camera is to see near a place, (3,) [m], among the rows of the shots."""
     near = movement.near(place, _REACH)
+    # Thin out in the order of time, so that every second keeps somebody.
     step = max(1, -(-len(near.times) // _MOST))
-    places = near.places[::step] + np.array([0.0, 0.0, 0.9])
-    moves = 1.0 - np.exp(-near.driven[::step] / 1.5)
+    some = np.argsort(near.times, kind="stable")[::step]
+    places = near.places[some] + np.array([0.0, 0.0, 0.9])
+    moves = 1.0 - np.exp(-near.driven[some] / 1.5)
     away = np.hypot(*(places[:, :2] - place[:2]).T)
     weights = (_WAITS + (1.0 - _WAITS) * moves) * np.exp(-((away / 50.0) ** 2))
-    return Subjects(places, near.yaws[::step], weights)
+    seconds = np.floor(near.times[some] + 1e-6).astype(np.int64)
+    return Subjects(places, near.yaws[some], weights, seconds)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +88,7 @@ def rated(poses: Poses, subjects: Subjects, around: Outdoors, *, sun: Floats | N
     """
     forwards = unit(poses.aims - poses.eyes)
     value = _seen(poses, forwards, subjects, around)
-    value *= _free_lens(poses, forwards, around)
+    value *= _free_lens(poses, forwards, around) * _free_axis(poses, around)
     value *= np.exp(-_CLUTTER * _cluttered(poses, forwards, around.posts))
     if sun is not None and sun[2] > 0.05:
         # With the sun in front, all that is seen lies in its own shadow.
@@ -95,11 +103,11 @@ def _seen(poses: Poses, forwards: Floats, subjects: Subjects, around: Outdoors) 
         return np.ones(len(poses.eyes))
     way = subjects.places[None] - poses.eyes[:, None]
     distance = np.maximum(np.linalg.norm(way, axis=2), 0.1)
-    rights, ups = _frame(forwards)
+    rights, ups = frame(forwards)
     half = np.tan(np.radians(poses.fov) / 2.0)
     ahead = np.einsum("nkc,nc->nk", way, forwards)
     x = np.einsum("nkc,nc->nk", way, rights) / np.maximum(ahead, 0.1) / half
-    y = np.einsum("nkc,nc->nk", way, ups) / np.maximum(ahead, 0.1) / (half * _RATIO)
+    y = np.einsum("nkc,nc->nk", way, ups) / np.maximum(ahead, 0.1) / (half * RATIO)
     inside = (ahead > 1.0) & (np.abs(x) < 0.97) & (np.abs(y) < 0.95)
     # Near the picture's border a road user is worth less.
     share = inside * (1.0 - 0.4 * np.maximum(np.abs(x), np.abs(y)) ** 4)
@@ -112,29 +120,58 @@ def _seen(poses: Poses, forwards: Floats, subjects: Subjects, around: Outdoors) 
     eye, subject = np.nonzero(share > 0.0)
     free = np.zeros(share.shape)
     free[eye, subject] = around.clear(poses.eyes[eye], subjects.places[subject])
-    return np.asarray((share * free).sum(axis=1))
+    seen = share * free
+    return np.asarray(seen.sum(axis=1) * _lively(seen > 0.0, subjects.seconds))
+
+
+def _lively(seen: Bools, seconds: Ints) -> Floats:
+    """A factor that is lower where nobody is in view for much of the time, (n,) in [0, 1].
+
+    Args:
+        seen: Whom each of n poses sees, (n, k).
+        seconds: When each of them is there, (k,).
+    """
+    moments, row = np.unique(seconds, return_inverse=True)
+    alive = np.zeros((len(seen), len(moments)), dtype=np.bool_)
+    for moment in range(len(moments)):
+        alive[:, moment] = seen[:, row == moment].any(axis=1)
+    return np.asarray(np.minimum(alive.mean(axis=1) / _LIVELY, 1.0) ** 2)
+
+
+def _free_axis(poses: Poses, around: Outdoors) -> Floats:
+    """A factor that is near 0 where something stands beside an axis above heads, (n,)."""
+    ahead = poses.aims - poses.eyes
+    length = np.maximum(np.linalg.norm(ahead, axis=1), 1e-6)
+    # Down at the target something may stand: an axis ends as far above it as it is to be free.
+    steep = np.maximum(-ahead[:, 2] / length, 1e-6)
+    share = np.where(ahead[:, 2] < 0.0, np.maximum(1.0 - FREE / steep / length, 0.0), 1.0)
+    share = np.minimum(share, _FARTHEST / length)
+    room = around.room(poses.eyes, poses.eyes + share[:, None] * ahead)
+    # Nor stands a pole in the very middle of the picture, whatever the camera's height.
+    middle = around.room(poses.eyes, poses.eyes + _BEFORE * ahead)
+    free = np.where(middle >= _MIDDLE, 1.0, 0.3 + 0.7 * middle / _MIDDLE)
+    return np.asarray(free * np.where(room >= FREE, 1.0, 0.02 * room / FREE))
 
 
 def _free_lens(poses: Poses, forwards: Floats, around: Outdoors) -> Floats:
     """How little of the picture something near fills, (n,) in [0, 1]."""
-    rights, ups = _frame(forwards)
+    rights, ups = frame(forwards)
     half = np.tan(np.radians(poses.fov) / 2.0)
     ways = (
         forwards[:, None]
         + half * _RASTER[None, :, :1] * rights[:, None]
-        + half * _RATIO * _RASTER[None, :, 1:] * ups[:, None]
+        + half * RATIO * _RASTER[None, :, 1:] * ups[:, None]
     )
     starts = np.repeat(poses.eyes, len(_RASTER), axis=0)
     ends = starts + _LENS * unit(ways.reshape(-1, 3))
-    free = around.clear(starts, ends).reshape(len(poses.eyes), len(_RASTER))
-    axis = around.clear(poses.eyes, poses.eyes + FREE / 0.97 * forwards)
-    return np.asarray(free.mean(axis=1) ** 3 * (axis > 0.0))
+    free = around.clear(starts, ends).reshape(len(poses.eyes), len(_RASTER)).mean(axis=1)
+    return np.asarray(free**3 * (free >= _LEAST_FREE))
 
 
 def _cluttered(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
     """Which share of each picture upright things before the place fill, about, (n,)."""
     share = np.zeros(len(poses.eyes))
-    rights, ups = _frame(forwards)
+    rights, ups = frame(forwards)
     half = np.tan(np.radians(poses.fov) / 2.0)
     before = 0.85 * np.linalg.norm(poses.aims - poses.eyes, axis=1)
     x, y, radius, bottom, top = posts.T
@@ -144,40 +181,11 @@ def _cluttered(poses: Poses, forwards: Floats, posts: Floats) -> Floats:
         ahead = np.einsum("nkc,nc->nk", way, forwards)
         depth = np.maximum(ahead, 0.5)
         inside = np.abs(np.einsum("nkc,nc->nk", way, rights)) < half * depth
-        inside &= np.abs(np.einsum("nkc,nc->nk", way, ups)) < half * _RATIO * depth
+        inside &= np.abs(np.einsum("nkc,nc->nk", way, ups)) < half * RATIO * depth
         inside &= (ahead > 0.5) & (ahead < before[:, None])
         area = 2.0 * radius * (top - bottom) / 3.0
-        share += (inside * area / depth**2).sum(axis=1) / (4.0 * half**2 * _RATIO)
+        share += (inside * area / depth**2).sum(axis=1) / (4.0 * half**2 * RATIO)
     return share
-
-
-def crowded(eyes: Floats, movement: Movement) -> Bools:
-    """Return which eyes at the height of people, (n, 3) [m], somebody bumps into, (n,)."""
-    if not len(movement.times):
-        return np.zeros(len(eyes), dtype=np.bool_)
-    away = np.hypot(*(eyes[:, None, :2] - movement.places[None, :, :2]).transpose(2, 0, 1))
-    return np.asarray((away < _CROWDED).any(axis=1))
-
-
-def unblocked(poses: Poses, movement: Movement) -> Floats:
-    """Return a factor that is lower the longer vehicles pass right before eyes, (n,) in [0, 1].
-
-    Args:
-        poses: n of them.
-        movement: Everyone near, while the shots last.
-    """
-    kinds = [trace.kind == "vehicle" for trace in movement.traces]
-    vehicles = movement.where(np.array(kinds, dtype=np.bool_)[movement.users])
-    if not len(vehicles.times):
-        return np.ones(len(poses.eyes))
-    back = np.stack([np.cos(vehicles.yaws), np.sin(vehicles.yaws)], axis=1)
-    middles = vehicles.places[:, :2] - 2.2 * back
-    way = middles[None] - poses.eyes[:, None, :2]
-    away = np.maximum(np.hypot(way[..., 0], way[..., 1]), 0.1)
-    ahead = np.einsum("nkc,nc->nk", way, unit((poses.aims - poses.eyes)[:, :2])) / away
-    near = (away < _PASSING) & (ahead > np.cos(np.radians(poses.fov / 2.0 + 12.0)))
-    seconds = max(float(np.ptp(vehicles.times)), 1.0)
-    return np.asarray((1.0 - np.minimum(near.sum(axis=1) / seconds, 1.0)) ** 2)
 
 
 def best_of(values: Floats) -> int | None:
@@ -203,7 +211,7 @@ def ring(middle: Floats, *, azimuths: Sequence[float], distances: Sequence[float
     return np.asarray(middle[:2] + steps)
 
 
-def _frame(forwards: Floats) -> tuple[Floats, Floats]:
-    """Unit vectors to the right and up in pictures, both (n, 3)."""
+def frame(forwards: Floats) -> tuple[Floats, Floats]:
+    """Return unit vectors to the right and up in pictures that look forwards, both (n, 3)."""
     rights = unit(np.cross(forwards, [0.0, 0.0, 1.0]))
     return rights, np.cross(rights, forwards)

@@ -10,10 +10,12 @@ import shapely
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.pipeline.proposals.additions import GROWN, Additions, additions
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.world.objects.houses import height_of
 from sumo3dviz_pt.world.objects.kinds import KINDS, kind_of
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex, build_lane_index
+from sumo3dviz_pt.world.placement.surroundings import HeightAt
 from sumo3dviz_pt.world.signals.build import build_signals
 from sumo3dviz_pt.world.street.lamps import LOW
 from sumo3dviz_pt.world.street.lamps import WORDS as LAMPS
@@ -23,10 +25,10 @@ REACH = 300.0
 
 _POLE = 0.15  # radius of poles [m]
 _HEAD = (0.35, 1.1)  # radius and height of a signal's head [m]
+_BESIDE = 6.0  # houses farther than this from an axis are not measured [m]
 _STANDS = 2.0  # who drives less than this during the shots is an obstacle [m]
-_STEPS = np.linspace(0.08, 0.92, 8)  # shares of a ray at which the ground is compared
-_ROOM = 11.0  # beyond this from the middle of a lane houses may come to stand [m]
-_ROOFS = 9.0  # and are about this high [m]
+_STEPS = np.linspace(0.06, 0.94, 12)  # shares of a ray at which the ground is compared
+_ALONG = np.linspace(0.0, 1.0, 33)  # shares of an axis at which upright things are compared
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,18 +40,19 @@ class Outdoors:
         walls: Plans of buildings, (p,) polygons.
         tops: Heights of their roofs above zero, (p,) [m].
         posts: Upright cylinders: x, y, radius, bottom, top, (m, 5) [m].
-        rows: Whether our code will line the streets with houses.
+        land: Height of the terrain, or None where roads are level.
     """
 
     index: LaneIndex
     walls: shapely.STRtree
     tops: Floats
     posts: Floats
-    rows: bool = False
+    land: HeightAt | None = None
 
     def ground(self, places: Floats) -> Floats:
-        """Return the height of the nearest road at places, (n, 2 or more) -> (n,) [m]."""
-        return self.index.heights(places[:, :2])
+        """Return the height of road or terrain at places, (n, 2 or more) -> (n,) [m]."""
+        road = self.index.heights(places[:, :2])
+        return road if self.land is None else np.maximum(road, self.land(places[:, :2]))
 
     def on_road(self, places: Floats, *, margin: float) -> Bools:
         """Return which places, (n, 2 or more) [m], lie on a road or within a margin [m]."""
@@ -85,6 +88,28 @@ class Outdoors:
         free[self._behind_walls(eyes, targets) | self._behind_posts(eyes, targets)] = 0.0
         return free * self._over_land(eyes, targets)
 
+    def room(self, eyes: Floats, ends: Floats) -> Floats:
+        """Return the distance between axes of cameras and what stands beside them, (n,) [m].
+
+        Args:
+            eyes: Where the axes begin, (n, 3) [m].
+            ends: Where they end, (n, 3) [m].
+        """
+        points = eyes[:, None] + _ALONG[None, :, None] * (ends - eyes)[:, None]
+        found = np.full(len(eyes), np.inf)
+        if len(self.walls.geometries):
+            axes = shapely.linestrings(np.stack([eyes[:, :2], ends[:, :2]], axis=1))
+            axis, wall = self.walls.query(axes, predicate="dwithin", distance=_BESIDE)
+            spots = shapely.points(points[axis, :, :2])
+            aside = shapely.distance(spots, self.walls.geometries[wall][:, None])
+            level = np.maximum(points[axis, :, 2] - self.tops[wall][:, None], 0.0)
+            np.minimum.at(found, axis, np.hypot(aside, level).min(axis=1))
+        for x, y, radius, bottom, top in self.posts.tolist():
+            level = np.maximum(np.maximum(bottom - points[..., 2], points[..., 2] - top), 0.0)
+            aside = np.maximum(np.hypot(points[..., 0] - x, points[..., 1] - y) - radius, 0.0)
+            found = np.minimum(found, np.hypot(level, aside).min(axis=1))
+        return found
+
     def _behind_walls(self, eyes: Floats, targets: Floats) -> Bools:
         """Which lines a building crosses below its roof."""
         hidden = np.zeros(len(eyes), dtype=np.bool_)
@@ -92,10 +117,13 @@ class Outdoors:
             return hidden
         lines = shapely.linestrings(np.stack([eyes[:, :2], targets[:, :2]], axis=1))
         ray, wall = self.walls.query(lines, predicate="intersects")
+        below = np.maximum(eyes[ray, 2], targets[ray, 2]) < self.tops[wall]
+        hidden[ray[below]] = True
+        # Some begin above a roof and pass it; those that fall are lowest where they leave it.
+        ray, wall = ray[~below & ~hidden[ray]], wall[~below & ~hidden[ray]]
         if not len(ray):
             return hidden
         crossed = shapely.intersection(lines[ray], self.walls.geometries[wall])
-        # Lines fall towards their targets, so they are lowest where they leave a building.
         ends = shapely.points(targets[ray, :2])
         length = np.maximum(np.hypot(*(targets - eyes)[ray, :2].T), 1e-6)
         share = 1.0 - shapely.distance(crossed, ends) / length
@@ -118,41 +146,41 @@ class Outdoors:
         return hidden
 
     def _over_land(self, eyes: Floats, targets: Floats) -> Floats:
-        """How free lines are of hills, and of land that houses will be built on, (n,)."""
+        """How free lines are of hills, (n,)."""
         free = np.ones(len(eyes))
-        if self.index.tree is None or not len(eyes):
-            return free
-        hilly = float(np.ptp(self.index.points[:, 2])) > 1.0
-        if not hilly and not self.rows:
+        hilly = self.index.tree is not None and float(np.ptp(self.index.points[:, 2])) > 1.0
+        if not len(eyes) or not hilly:
             return free
         points = eyes[:, None] + _STEPS[None, :, None] * (targets - eyes)[:, None]
         flat = points.reshape(-1, 3)
-        nearest, away = self.index.nearest(flat[:, :2])
-        above = (flat[:, 2] - self.index.points[nearest, 2]).reshape(points.shape[:2])
-        if self.rows:
-            built = (away.reshape(above.shape) > _ROOM) & (above < _ROOFS)
-            free *= 1.0 - 0.8 * built.any(axis=1)
-        # Slopes between roads are not known exactly; near the eye's own height they may hide.
+        heights = self.index.heights(flat[:, :2]) if self.land is None else self.land(flat)
+        above = (flat[:, 2] - heights).reshape(points.shape[:2])
         free[(above < 0.2).any(axis=1)] = 0.0
         return free
 
 
-def outdoors(scenario: Scenario, place: Floats, movement: Movement) -> Outdoors:
+def outdoors(
+    scenario: Scenario, place: Floats, movement: Movement, *, textured: bool = True
+) -> Outdoors:
     """Return what stands around a place.
 
     Args:
         scenario: Roads, signals, buildings and plants.
         place: Around which the cameras are, (3,) [m].
         movement: Everyone near, while the shots last; who stands is in the way.
+        textured: Whether our code adds houses; none stand where everything is plain.
     """
     network = near_network(scenario.network, place, REACH)
     index = build_lane_index(network)
     walls, tops = _walls(scenario, place, index)
+    close = near_network(network, place, GROWN)
+    added = additions(scenario, close, index, place) if textured else Additions()
+    walls += added.houses
+    tops = np.concatenate([tops, added.roofs])
     posts = [*_plants(scenario, place, index), *_signals(scenario, network, index)]
     posts += _standing(scenario, movement)
     upright = np.array(posts, dtype=np.float64).reshape(-1, 5)
-    rows = not any(kind_of(item.type, item.source) == "buildings" for item in scenario.polygons)
-    return Outdoors(index, shapely.STRtree(walls), tops, upright, rows and _is_town(network))
+    return Outdoors(index, shapely.STRtree(walls), tops, upright, added.land)
 
 
 def near_network(network: Network, place: Floats, reach: float) -> Network:
@@ -174,13 +202,6 @@ def near_network(network: Network, place: Floats, reach: float) -> Network:
     lanes = {lane.id for edge in kept.values() for lane in edge.lanes}
     links = tuple(c for c in network.connections if c.from_lane in lanes and c.to_lane in lanes)
     return replace(network, edges=kept, connections=links)
-
-
-def _is_town(network: Network) -> bool:
-    """Whether more lanes are slow than fast."""
-    lanes = [k for e in network.edges.values() if e.function == "normal" for k in e.lanes]
-    slow = sum(lane.length for lane in lanes if lane.speed < 61.0 / 3.6)
-    return slow > 0.5 * sum(lane.length for lane in lanes)
 
 
 def _walls(

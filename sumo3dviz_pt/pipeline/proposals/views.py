@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.traffic import VehicleType
 from sumo3dviz_pt.model.vectors import unit
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest
 from sumo3dviz_pt.pipeline.proposals.eyes import (
     Poses,
     Subjects,
     best_of,
-    crowded,
     rated,
     ring,
     subjects_of,
-    unblocked,
 )
 from sumo3dviz_pt.pipeline.proposals.movement import Movement
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors
+from sumo3dviz_pt.pipeline.proposals.passers import crowded, not_looming, unblocked
 
 SEED = 1
 """Of the ring's first azimuth, and of the proposed scene file."""
@@ -33,9 +33,10 @@ _KERB = 0.9  # and those at the height of people this from carriageways [m]
 _HEIGHTS = (7.0, 9.5, 13.0)  # of an overview's eye above the place [m]
 _HIGHER = (0.85, 1.0, 1.0)  # factors of their values: from above, vehicles hide each other less
 _AWAY = (7.0, 9.5, 12.0, 14.5, 17.0, 19.5, 22.0, 24.5, 27.0, 30.0)  # corners from the place [m]
-_LOW = (1.7, 2.5, 3.6)  # heights of a corner's eye above the ground, the best first [m]
+_LOW = (2.2, 2.7, 3.6)  # heights of a corner's eye above the ground, the best first [m]
 _LOWER = (1.0, 0.8, 0.6)  # factors of their values: the first is how people see a street
-_ASIDE = 9.0  # an eye up to this far from the middle of a lane takes no house away [m]
+_BESIDE = 12.0  # corners stand at most this far from the middle of a lane [m]
+_CLEAR = 2.0  # eyes are no nearer to the ground than this [m]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,32 +80,34 @@ class Scouting:
         movement: Everyone near the place, while the shots last.
         around: What stands there.
         sun: Unit vector to the sun, (3,), or None.
+        types: Vehicle types by id.
     """
 
     found: Busiest
     movement: Movement
     around: Outdoors
     sun: Floats | None
+    types: Mapping[str, VehicleType] = field(default_factory=dict)
 
     @property
     def subjects(self) -> Subjects:
         """Whom cameras are to see."""
         return subjects_of(self.movement, self.found.place)
 
-    def rated(self, poses: Poses) -> Floats:
-        """Return how good poses are, (n,)."""
-        return rated(poses, self.subjects, self.around, sun=self.sun)
+    def rated(self, poses: Poses, *, margin: float) -> Floats:
+        """Return how good poses are, (n,); 0 for eyes in something or too near to the ground.
 
-    def usable(self, eyes: Floats, *, margin: float) -> Bools:
-        """Return which eyes, (n, 3) [m], are neither inside of something nor below the road."""
-        above = eyes[:, 2] - self.around.ground(eyes)
-        return np.asarray((above > 1.5) & ~self.around.within(eyes, margin=margin))
-
-    def beside(self, eyes: Floats) -> Floats:
-        """Return a factor that prefers eyes near roads, where no houses stand, (n,)."""
-        if not self.around.rows:
-            return np.ones(len(eyes))
-        return np.exp(-np.maximum(self.around.off_road(eyes) - _ASIDE, 0.0) / 8.0)
+        Args:
+            poses: n of them.
+            margin: Distance that eyes keep from everything that stands [m].
+        """
+        above = poses.eyes[:, 2] - self.around.ground(poses.eyes)
+        usable = (above >= _CLEAR) & ~self.around.within(poses.eyes, margin=margin)
+        some = Poses(poses.eyes[usable], poses.aims[usable], poses.fov, poses.focus)
+        values = np.zeros(len(usable))
+        values[usable] = rated(some, self.subjects, self.around, sun=self.sun)
+        values[usable] *= not_looming(some, self.movement, self.types)
+        return values
 
 
 def overview(scouting: Scouting) -> Stand:
@@ -118,7 +121,7 @@ def overview(scouting: Scouting) -> Stand:
     aims[:, 2] += 0.5
     eyes = np.tile(eyes, (2, 1))
     poses = Poses(eyes, aims, _FOV)
-    values = scouting.rated(poses) * scouting.usable(eyes, margin=_MARGIN) * scouting.beside(eyes)
+    values = scouting.rated(poses, margin=_MARGIN)
     values *= np.tile(np.repeat(_HIGHER, len(spots)), 2)
     chosen = best_of(values)
     if chosen is None:
@@ -132,7 +135,7 @@ def corner(scouting: Scouting) -> Stand | None:
     """Return a camera at the height of people beside the road, or None without room for it."""
     place = scouting.found.place
     spots = ring(place, azimuths=_azimuths("corner", 36), distances=_AWAY)
-    near = scouting.around.off_road(spots) < _ASIDE + 3.0
+    near = scouting.around.off_road(spots) < _BESIDE
     spots = spots[near & ~scouting.around.on_road(spots, margin=_KERB)]
     if not len(spots):
         return None
@@ -145,7 +148,7 @@ def corner(scouting: Scouting) -> Stand | None:
     aims = np.tile(place, (len(eyes), 1))
     aims[:, 2] = np.maximum(place[2] + 1.0, 0.75 * (eyes[:, 2] - place[2]) + place[2] - 0.3)
     poses = Poses(eyes, aims, _CORNER_FOV, focus=12.0)
-    values = scouting.rated(poses) * factors * scouting.usable(eyes, margin=1.2)
+    values = scouting.rated(poses, margin=1.2) * factors
     values *= unblocked(poses, scouting.movement)
     values *= ~(crowded(eyes, scouting.movement) & (factors == 1.0))
     chosen = best_of(values)
@@ -160,8 +163,8 @@ def flight(scouting: Scouting) -> Flight | None:
     eyes = np.concatenate(ways)
     aims = np.tile(place + np.array([0.0, 0.0, 1.0]), (len(eyes), 1))
     poses = Poses(eyes, aims, _FOV)
-    values = scouting.rated(poses) * scouting.usable(eyes, margin=_MARGIN + 1.0)
-    values = (values * scouting.beside(eyes)).reshape(len(ways), -1)
+    values = scouting.rated(poses, margin=_MARGIN + 1.0)
+    values = (values).reshape(len(ways), -1)
     chosen = best_of(0.5 * values.mean(axis=1) + 0.5 * values.min(axis=1))
     if chosen is None:
         return None

@@ -11,6 +11,7 @@ that paths never aim at.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
@@ -179,6 +180,21 @@ def register_lamps() -> None:
                 callback.put(name, getattr(self, name), mi.ParamFlags.Differentiable)
 
     mi.register_emitter(_PLUGIN, lambda props: LampEmitter(props))
+
+
+@dataclass(frozen=True, slots=True)
+class LampSizes:
+    """How many lamps an emitter has, and how they are picked; see its attributes of these names."""
+
+    count: int
+    units: int
+    fan: int
+    cells: int
+
+
+def lamp_sizes(emitter: Any) -> LampSizes:
+    """Return the sizes of an emitter of lamps."""
+    return LampSizes(emitter.count, emitter.units, emitter.fan, emitter.cells)
 
 
 def lamp_emitter(count: int, units: int, *, jit: bool, fan: int = 1) -> dict[str, Any]:

@@ -211,10 +211,15 @@ class Beams:
         scene: Holds the bodies and how many of each there can be.
         beam: What a car's head lamps throw onto the road.
         heads: Power of head lamps against a car's, by prototype.
+
+    Attributes:
+        placed: Placement of the spots that shine, (4, 4), relative to the renderer's origin,
+            and their intensity, (3,), by name.
     """
 
     def __init__(self, scene: SceneData, beam: Beam, heads: Mapping[str, float]) -> None:
         self._beam, self._power = beam, heads
+        self.placed: dict[str, tuple[Floats, Floats]] = {}
         places = {name: _between(some.lamps) for name, some in scene.prototypes.items()}
         self._heads = {name: place for name, place in places.items() if place is not None}
         slots = (scene.slots.detailed, scene.slots.far)
@@ -223,22 +228,30 @@ class Beams:
 
     def entries(self) -> dict[str, Any]:
         """Make the spots, by name; they are dark and share one pattern."""
+        spot = self._spot(0.0)
+        return {f"beam_{k:02d}": load(spot) for k in range(self.count)}
+
+    def unit(self) -> Any:
+        """Make a spot of intensity 1 at the origin."""
+        return load(self._spot(1.0))
+
+    def _spot(self, intensity: float) -> dict[str, Any]:
+        """Return a spot at the origin as a plugin's dict, with its pattern as an object."""
         # A spot's u runs to its left and its v upwards.
         pattern = np.ascontiguousarray(self._beam.pattern[::-1, ::-1, None], np.float32)
         image = {"type": "bitmap", "bitmap": mi.Bitmap(pattern), "raw": True, "wrap_mode": "clamp"}
         angle = float(np.degrees(self._beam.half_angle))
-        spot = {
+        return {
             "type": "spot",
             "cutoff_angle": angle,
             "beam_width": angle,
-            "intensity": {"type": "rgb", "value": [0.0, 0.0, 0.0]},
+            "intensity": {"type": "rgb", "value": [intensity] * 3},
             "texture": load(image),
         }
-        return {f"beam_{k:02d}": load(spot) for k in range(self.count)}
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Aim the beams of a frame."""
-        shining = self._shining(frame)
+        shining, self.placed = self._shining(frame), {}
         for k in range(self.count):
             name = f"beam_{k:02d}"
             place, share = shining[k] if k < len(shining) else (None, 0.0)
@@ -250,6 +263,7 @@ class Beams:
             if place is not None:
                 matrix = convert.relative(place, frame.origin) @ _SPOT
                 parameters[f"{name}.to_world"] = convert.transform(matrix)
+                self.placed[name] = (matrix, np.array(intensity))
 
     def _shining(self, frame: FrameState) -> list[tuple[Transform, float]]:
         """Return where lamps are and how strong they are, those that matter most first."""
@@ -310,6 +324,9 @@ class RunningLamps:
         scene: Says what vehicles light.
         floor: Height where lamps that are off wait [m].
         jit: Whether the variant compiles.
+
+    Attributes:
+        beams: Of head lamps; None where there are none.
     """
 
     def __init__(self, scene: SceneData, *, floor: float, jit: bool) -> None:
@@ -318,22 +335,27 @@ class RunningLamps:
         if lights is not None:
             sets = [GlowingLenses(scene, lights, far=far, floor=floor) for far in _WEIGHTS]
             self._sets = [lenses for lenses in sets if lenses]
-        self._beams: Beams | None = None
+        self.beams: Beams | None = None
         if lights is not None and lights.beam is not None:
-            self._beams = Beams(scene, lights.beam, lights.heads)
+            self.beams = Beams(scene, lights.beam, lights.heads)
 
     def __bool__(self) -> bool:
         """Return whether there is anything to light."""
         return bool(self._sets)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the meshes."""
+        return tuple(lenses.name for lenses in self._sets)
+
     def entries(self, bsdf: Any) -> dict[str, Any]:
         """Make the shapes and emitters, by name."""
         shapes = {lenses.name: lenses.make(bsdf, jit=self._jit) for lenses in self._sets}
-        return shapes if self._beams is None else {**shapes, **self._beams.entries()}
+        return shapes if self.beams is None else {**shapes, **self.beams.entries()}
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Light what a frame lights."""
         for lenses in self._sets:
             lenses.update(parameters, frame, jit=self._jit)
-        if self._beams is not None:
-            self._beams.update(parameters, frame)
+        if self.beams is not None:
+            self.beams.update(parameters, frame)

@@ -55,6 +55,11 @@ class Lamps:
         self._bsdf, self._jit = bsdf, jit
         self._sets = [_Standing(lamps) for lamps in sets]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the meshes."""
+        return tuple(each.name for each in self._sets)
+
     def entries(self, origin: Floats) -> dict[str, Any]:
         """Shapes by name, relative to an origin; all are dark."""
         return {each.name: self._shape(each, origin) for each in self._sets}

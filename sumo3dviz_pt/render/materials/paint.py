@@ -36,9 +36,7 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
         def _colour(self, si: Any, active: Any) -> Any:
             index = dr.reinterpret_array(mi.UInt32, si.instance) & (TABLE_SIZE - 1)
             paint = dr.gather(mi.Color3f, self.table, index, active)
-            # Mitsuba's v is ours, negated; meshes without uvs have positive coordinates.
-            grime = dr.clip(-si.uv.y, 0.0, 1.0)
-            return dr.lerp(paint, mi.Color3f(*_DUST), grime)
+            return dusty(paint, si.uv)
 
         def eval(self, si: Any, active: Any = True) -> Any:
             return self._colour(si, active)
@@ -62,6 +60,13 @@ def register_paint() -> None:  # noqa: C901 - the plugin's class needs the varia
             return "PaintTexture[]"
 
     mi.register_texture(_PLUGIN, lambda props: PaintTexture(props))
+
+
+def dusty(paint: Any, uv: Any) -> Any:
+    """Return a paint with the dirt that a mesh's texture coordinates tell."""
+    # Mitsuba's v is ours, negated; meshes without uvs have positive coordinates.
+    grime = dr.clip(-uv.y, 0.0, 1.0)
+    return dr.lerp(paint, mi.Color3f(*_DUST), grime)
 
 
 def paint_texture() -> dict[str, Any]:

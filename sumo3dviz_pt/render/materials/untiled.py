@@ -26,7 +26,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import UNWORN, Floats, Mesh
 from sumo3dviz_pt.model.scene import Bsdf
 from sumo3dviz_pt.render.kernels import aligned, load
-from sumo3dviz_pt.render.materials.pyramid import make_pyramid
+from sumo3dviz_pt.render.materials.pyramid import Pyramid, make_pyramid
 from sumo3dviz_pt.render.materials.untiled_shading import PAINTS, Untiled
 
 UNTILED = "untiled"
@@ -37,7 +37,7 @@ WEAR_ATTRIBUTE = "vertex_wear"
 
 _PLUGIN = "sumo3dviz_untiled"
 _COLOUR_ATTRIBUTE = "vertex_colour"
-_PLAIN = {
+PLAIN = {
     "tile": 4.0,
     "uneven": 0.0,
     "patches": 0.0,
@@ -45,6 +45,8 @@ _PLAIN = {
     "roughness": 0.0,
     "regular": 0.0,
 }
+"""Numbers that a texture's dict leaves out."""
+
 _UNKNOWN = (0.12, 0.12, 0.12)  # reflectance
 
 PIXEL = 8e-4
@@ -113,10 +115,10 @@ def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:
     return next((found for word in words if (found := _wearing(word)) is not None), None)
 
 
-def _read(filename: str) -> Floats:
-    """Return a picture's linear reflectance, (n, n, 3)."""
+def pyramid_of(filename: str) -> Pyramid:
+    """Read a picture's linear reflectance at all sizes."""
     bitmap = mi.Bitmap(filename).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
-    return np.array(bitmap, dtype=np.float64)
+    return make_pyramid(np.array(bitmap, dtype=np.float64))
 
 
 def register_untiled(pixel: float = PIXEL) -> None:  # noqa: C901 - needs the variant to exist
@@ -161,7 +163,7 @@ def register_untiled(pixel: float = PIXEL) -> None:  # noqa: C901 - needs the va
 
 def _untiled(props: Any, pixel: float) -> Untiled:
     """Make the texture that a plugin's properties describe."""
-    pyramid = make_pyramid(_read(str(props["filename"])))
+    pyramid = pyramid_of(str(props["filename"]))
     attribute = {"type": "mesh_attribute", "name": WEAR_ATTRIBUTE}
     worn = bool(props.get("wear", False))
     return Untiled(
@@ -169,5 +171,5 @@ def _untiled(props: Any, pixel: float) -> Untiled:
         mi.Float(aligned(pyramid.texels, np.float32)),
         dr.opaque(mi.Float, pixel),
         wear=load(attribute) if worn else None,
-        **{name: float(props.get(name, plain)) for name, plain in _PLAIN.items()},
+        **{name: float(props.get(name, plain)) for name, plain in PLAIN.items()},
     )

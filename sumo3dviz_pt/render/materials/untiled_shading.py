@@ -26,6 +26,12 @@ _CRACK = 0.025  # half the width of cracks, as noise
 _BROAD = 8  # lattice cells of the fine grid along a cell of the broad unevenness
 
 
+def slide(uv: Any) -> Any:
+    """Return by what bits a row of slabs slides, so the joints between rows stay straight."""
+    row = mi.UInt32(mi.Int32(dr.floor(uv.y)))
+    return hashed(row, mi.UInt32(0), PERIOD - 1) & 0xFFFF
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Untiled:
     """A bitmap laid without its period.
@@ -41,6 +47,7 @@ class Untiled:
         roughness: Mean roughness, where this is one; else 0.
         wear: Tells a mesh's wear, if it has any.
         regular: Not 0 where copies may slide by whole rows only: slabs.
+        first: Where its values begin in `texels`.
     """
 
     pyramid: Pyramid
@@ -53,11 +60,16 @@ class Untiled:
     roughness: float
     wear: Any
     regular: float = 0.0
+    first: Any = 0
 
     @property
-    def average(self) -> list[float]:
+    def average(self) -> list[Any]:
         """Mean of each channel."""
         return [float(value) for value in self.pyramid.mean]
+
+    def has(self, what: str) -> bool:
+        """Return whether one of the amounts, by its name, is above 0."""
+        return bool(getattr(self, what) > 0)
 
     def _level(self, si: Any, dice: Any) -> Any:
         """Return the level whose texels are one to two pixels large; chance decides in between."""
@@ -75,7 +87,7 @@ class Untiled:
         # Levels before this one hold size^2 (1 + 1/4 + ...) texels.
         before = (mi.UInt32(self.pyramid.size**2) - size * size) // 3 * 4
         index = before + (mi.UInt32(y) & (size - 1)) * size + (mi.UInt32(x) & (size - 1))
-        return dr.gather(mi.Vector4f, self.texels, index, active)
+        return dr.gather(mi.Vector4f, self.texels, self.first + index, active)
 
     def _blended(self, si: Any, active: Any) -> tuple[Any, Any]:
         """Return how the blend of three copies deviates from the mean, and broad noise."""
@@ -89,29 +101,32 @@ class Untiled:
         jitter = mi.Vector2f(unit(again << 16), unit(again & 0xFFFF0000)) - 0.5
         uv = si.uv + jitter / mi.Float(mi.UInt32(self.pyramid.size) >> level)
         near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
-        if self.regular > 0:
-            # Whole rows of slabs slide along each other, so the joints between rows stay straight.
-            row = mi.UInt32(mi.Int32(dr.floor(si.uv.y)))
-            slide = hashed(row, mi.UInt32(0), PERIOD - 1) & 0xFFFF
-            texel = self._pick(uv, level, slide, active)
-            return mi.Color3f(texel.x, texel.y, texel.z) - mi.Color3f(self.average), (
-                self._noise(si.uv, near)
-            )
-        # Cubed weights make the zones of blending narrow, so that most stones stay sharp.
-        sharp = [weight * weight * weight for weight in near.weights]
-        total = sharp[0] + sharp[1] + sharp[2]
-        length = dr.square(sharp[0]) + dr.square(sharp[1]) + dr.square(sharp[2])
+        sharp, shifts = self._copies(si.uv, near)
+        total = sum(sharp[1:], sharp[0])
+        length = sum((dr.square(weight) for weight in sharp[1:]), dr.square(sharp[0]))
         value = mi.Color3f(0.0)
-        for weight, shift in zip(sharp, near.hashes, strict=True):
+        for weight, shift in zip(sharp, shifts, strict=True):
             texel = self._pick(uv, level, shift, active)
             value += weight * mi.Color3f(texel.x, texel.y, texel.z)
         # Sum(w x) / |w| has the bitmap's variance; subtracting the mean's part corrects the mean.
         deviation = (value - mi.Color3f(self.average) * total) * dr.rsqrt(length)
         return deviation, self._noise(si.uv, near)
 
+    def _copies(self, uv: Any, near: Any) -> tuple[list[Any], list[Any]]:
+        """Return how much each shifted copy counts, and by what bits each is shifted.
+
+        Args:
+            uv: Texture coordinates [tiles].
+            near: The lattice's corners around them.
+        """
+        if self.regular > 0:
+            return [mi.Float(1.0)], [slide(uv)]
+        # Cubed weights make the zones of blending narrow, so that most stones stay sharp.
+        return [weight * weight * weight for weight in near.weights], list(near.hashes)
+
     def _noise(self, uv: Any, near: Any) -> Any:
         """Return broad noise in [-1, 1]; 0 on an even surface."""
-        if self.uneven == 0:
+        if not self.has("uneven"):
             return mi.Float(0.0)
         far = corners(uv, cells=_GRID / _BROAD, mask=_GRID * PERIOD // _BROAD - 1)
         return 0.5 * near.unevenness + 0.5 * far.unevenness
@@ -124,9 +139,9 @@ class Untiled:
         """Return the reflectance, three channels."""
         deviation, noise = self._blended(si, active)
         colour = (mi.Color3f(self.average) + deviation) * (1.0 + 2.0 * self.uneven * noise)
-        if self.patches > 0:
+        if self.has("patches"):
             colour *= patches(si.uv, self.patches)
-        if self.fields > 0:
+        if self.has("fields"):
             away = si.t * dr.rsqrt(dr.maximum(dr.abs(si.wi.z), 0.02))
             crops = fields(si.uv, self.tile, away)
             colour *= dr.lerp(mi.Color3f(1.0), crops, self.fields)
@@ -138,16 +153,20 @@ class Untiled:
     def rough(self, si: Any, active: Any) -> Any:
         """Return the roughness: it differs broadly, and is less in wheel tracks and on paint."""
         noise = mi.Float(0.0)
-        if self.uneven > 0:
+        if self.has("uneven"):
             near = corners(si.uv, cells=_GRID, mask=_GRID * PERIOD - 1)
             noise = near.unevenness
         value = self.roughness + 0.07 * noise
         if self.wear is not None:
-            wear = self._wear_at(si, active)
-            polish = 0.4 * dr.clip(1.0 - wear.x, 0.0, 0.3)
-            share = self._share(wear, mi.Float(0.0), 0.1 * noise)
-            value = dr.lerp(value - polish, _PAINT_ROUGHNESS, share)
+            value = self._polished(si, value, noise=noise, active=active)
         return dr.clip(value, 0.1, 1.0)
+
+    def _polished(self, si: Any, rough: Any, *, noise: Any, active: Any) -> Any:
+        """Return a roughness with its wear and paint."""
+        wear = self._wear_at(si, active)
+        polish = 0.4 * dr.clip(1.0 - wear.x, 0.0, 0.3)
+        share = self._share(wear, mi.Float(0.0), 0.1 * noise)
+        return dr.lerp(rough - polish, _PAINT_ROUGHNESS, share)
 
     def _wear_at(self, si: Any, active: Any) -> Any:
         """Return the mesh's wear, in [0, 1] each.

@@ -17,10 +17,10 @@ import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
 from sumo3dviz_pt.model.geometry import Floats, Mesh
-from sumo3dviz_pt.model.scene import FrameState, Mover, Prototype, SceneData, is_tinted
+from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, Prototype, SceneData, is_tinted
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load
-from sumo3dviz_pt.render.materials.compound import COMPOUND, merged_meshes
+from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_meshes
 from sumo3dviz_pt.render.materials.paint import colour_table, table_index
 
 
@@ -31,6 +31,10 @@ class Materials:
         self.dicts = materials
         self._made: dict[tuple[Any, ...], Any] = {}
 
+    def bsdf(self, name: str) -> Bsdf:
+        """Return a material's dict; the name is as in `get`."""
+        return self.dicts[name] if name else COMPOUND
+
     def get(self, name: str, tint: Mapping[str, Any], *, worn: bool = False) -> Any:
         """Return a material, made at its first use.
 
@@ -39,7 +43,7 @@ class Materials:
             tint: Where its colour comes from, as a plugin dict.
             worn: Whether it is for a worn or painted mesh.
         """
-        bsdf = self.dicts[name] if name else COMPOUND
+        bsdf = self.bsdf(name)
         worn = worn and "scalar" in mi.variant()
         key = (name, repr(sorted(tint.items())) if is_tinted(bsdf) else "", worn)
         if key not in self._made:
@@ -47,16 +51,24 @@ class Materials:
         return self._made[key]
 
 
-def shape_group(prototype: Prototype, materials: Materials, tint: Mapping[str, Any]) -> Any:
+def body_meshes(prototype: Prototype, materials: Materials) -> list[MergedMesh]:
+    """Merge the parts of a detailed body whose tint is its mover's colour."""
+    return merged_meshes(prototype.parts, materials.dicts, own_tint=False)
+
+
+def shape_group(
+    prototype: Prototype, meshes: Sequence[MergedMesh], materials: Materials, tint: Bsdf
+) -> Any:
     """Make the detailed body of a prototype, ready to be instanced.
 
     Args:
         prototype: The body.
+        meshes: Its meshes.
         materials: Of the scene.
         tint: Where its colour comes from, as a plugin dict.
     """
     group: dict[str, Any] = {"type": "shapegroup"}
-    for index, merged in enumerate(merged_meshes(prototype.parts, materials.dicts, own_tint=False)):
+    for index, merged in enumerate(meshes):
         attributes = {
             name: values
             for name, values in merged.attributes.items()
@@ -77,21 +89,33 @@ class InstancePool:
         scene: Holds the bodies and how many of each there can be.
         materials: Of the scene.
         floor: Height where free slots wait [m].
+
+    Attributes:
+        bodies: Names of the materials of each body's meshes, by the body's name in the scene.
+        body_of_slot: Name of the body that a slot shows, by the slot's name.
+        placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
     """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
         self._floor = floor
+        self.bodies: dict[str, tuple[str, ...]] = {}
+        self.body_of_slot: dict[str, str] = {}
+        self.placed: dict[str, tuple[Floats, Floats]] = {}
         self._entries: dict[str, Any] = {}
         self._slots: dict[str, list[str]] = defaultdict(list)
         self._index: dict[str, int] = {}
         number = 0
         for name, count in sorted(scene.slots.near.items()):
-            group = shape_group(scene.prototypes[name], materials, convert.instance_tint())
-            self._entries[f"body_{len(self._slots)}"] = group
+            body, prototype = f"body_{len(self._slots)}", scene.prototypes[name]
+            meshes = body_meshes(prototype, materials)
+            group = shape_group(prototype, meshes, materials, convert.instance_tint())
+            self._entries[body] = group
+            self.bodies[body] = tuple(mesh.material for mesh in meshes)
             for _ in range(count):
                 key = f"slot_{number:04d}"
                 self._entries[key] = load({"type": "instance", "body": group})
                 self._slots[name].append(key)
+                self.body_of_slot[key] = body
                 self._index[key] = table_index(self._entries[key])
                 number += 1
 
@@ -105,6 +129,7 @@ class InstancePool:
         if not self._index:
             return
         free = {name: iter(keys) for name, keys in self._slots.items()}
+        self.placed = {}
         parked = np.eye(4)
         parked[2, 3] = self._floor - frame.origin[2]
         colours: dict[int, Floats] = {}
@@ -115,9 +140,11 @@ class InstancePool:
             matrix = convert.relative(mover.world_from_body, frame.origin)
             parameters[f"{key}.to_world"] = convert.transform(matrix)
             colours[self._index[key]] = np.asarray(mover.colour)
+            self.placed[key] = (matrix, np.asarray(mover.colour))
         for keys in free.values():
             for key in keys:
                 parameters[f"{key}.to_world"] = convert.transform(parked)
+                self.placed[key] = (parked, np.full(3, 0.5))
         for name in parameters.keys():  # noqa: SIM118 - a SceneParameters object has no iterator
             if name.endswith(".table"):
                 convert.overwrite(parameters, name, colour_table(colours))
@@ -148,7 +175,8 @@ class ScalarMovers:
         if key not in self._groups:
             prototype = self._scene.prototypes[mover.prototype]
             tint = convert.constant_tint(mover.colour)
-            self._groups[key] = shape_group(prototype, self._materials, tint)
+            meshes = body_meshes(prototype, self._materials)
+            self._groups[key] = shape_group(prototype, meshes, self._materials, tint)
         return self._groups[key]
 
 

@@ -17,7 +17,7 @@ import shutil
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,6 +43,13 @@ _NUMBERS = ("times", "positions", "yaws", "speeds", "slopes", "offsets")
 _INDICES = ("lanes", "signals")
 
 
+class KeptLog(NamedTuple):
+    """A log, and what is to be noted whenever it is used."""
+
+    log: TrafficLog
+    notes: tuple[str, ...] = ()
+
+
 def place_of(files: Sequence[Path], question: Iterable[Any]) -> Path | None:
     """Return the folder that keeps what is read of logs; None for small logs.
 
@@ -65,7 +72,7 @@ def place_of(files: Sequence[Path], question: Iterable[Any]) -> Path | None:
     return catalog.cache_root() / "logs" / digest.hexdigest()
 
 
-def kept_log(place: Path) -> TrafficLog | None:
+def kept_log(place: Path) -> KeptLog | None:
     """Return a log that was kept; None if it is not there or damaged."""
     files = read_whole(place)
     if files is None:
@@ -78,23 +85,25 @@ def kept_log(place: Path) -> TrafficLog | None:
         return None
 
 
-def keep_log(place: Path, log: TrafficLog) -> None:
+def keep_log(place: Path, kept: KeptLog) -> None:
     """Keep a log, unless it is huge, and remove the oldest ones if there are too many."""
-    if sum(len(trace.times) for trace in log.traces) > _MOST_ROWS:
+    if sum(len(trace.times) for trace in kept.log.traces) > _MOST_ROWS:
         return
     try:
-        keep(place, _packed(log))
+        keep(place, _packed(kept))
         _make_room(place)
     except OSError as error:
         logger.info("%s: the log is not kept (%s)", place, error)
 
 
-def _packed(log: TrafficLog) -> Files:
+def _packed(kept: KeptLog) -> Files:
     """Return a log as files."""
+    log = kept.log
     about = {
         "users": [[t.kind, t.id, t.type_id, len(t.times)] for t in log.traces],
         "lanes": log.lane_names,
         "times": [log.begin, log.end, log.step],
+        "notes": kept.notes,
     }
     arrays = {
         name: np.concatenate([np.empty(0), *(getattr(t, name).ravel() for t in log.traces)])
@@ -107,7 +116,7 @@ def _packed(log: TrafficLog) -> Files:
     return {"about.json": json.dumps(about).encode(), **files}
 
 
-def _unpacked(files: Files) -> TrafficLog:
+def _unpacked(files: Files) -> KeptLog:
     """Return a log that was kept as files."""
     about = json.loads(files["about.json"])
     arrays: dict[str, Any] = {name: np.frombuffer(files[name]) for name in _NUMBERS}
@@ -120,7 +129,8 @@ def _unpacked(files: Files) -> TrafficLog:
         parts = {name: array[start:end] for name, array in arrays.items()}
         traces.append(Trace(id=own, kind=kind, type_id=type_id, **parts))
         start = end
-    return TrafficLog(tuple(traces), tuple(about["lanes"]), *about["times"])
+    log = TrafficLog(tuple(traces), tuple(about["lanes"]), *about["times"])
+    return KeptLog(log, tuple(about["notes"]))
 
 
 def _make_room(newest: Path) -> None:

@@ -17,9 +17,11 @@ from sumo3dviz_pt.library.materials.by_key import (
     surface_material,
 )
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.model.geometry import Floats, Mesh
+from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
+from sumo3dviz_pt.world.land.between import ground_between
 from sumo3dviz_pt.world.land.far_woods import Room, woods
 from sumo3dviz_pt.world.land.horizon import (
     FAR_GROUND,
@@ -33,6 +35,9 @@ from sumo3dviz_pt.world.land.horizon import (
 from sumo3dviz_pt.world.land.terrain import terrain
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.structures.build import build_parapets, build_structures
+from sumo3dviz_pt.world.structures.concrete import MATERIAL as CONCRETE
+from sumo3dviz_pt.world.structures.concrete import SURFACE
+from sumo3dviz_pt.world.structures.tunnels import build_tunnels
 
 DROP = 0.03
 """How far level ground lies below the road surface [m]."""
@@ -46,11 +51,13 @@ class GroundParts:
         static: Its meshes.
         materials: Their materials by name.
         height_at: Height of the ground at places, (n, 2) -> (n,) [m].
+        lamps: In tunnels.
     """
 
     static: tuple[StaticPart, ...]
     materials: dict[str, Bsdf]
     height_at: Callable[[Floats], Floats]
+    lamps: tuple[LampSet, ...] = ()
 
 
 def build_ground(
@@ -102,8 +109,11 @@ def build_ground(
         static.append(StaticPart(f"ground/woods/{number}", "ground", part))
     materials: dict[str, Bsdf] = {name: surface_material(settings.texture, textured=textured)}
     for other in {part.part.material for part in static} - {name}:
-        materials[other] = MATERIALS[other]
-    return GroundParts(tuple(static), materials, shape.height_at)
+        bare = other == CONCRETE
+        materials[other] = (
+            surface_material(SURFACE, textured=textured) if bare else MATERIALS[other]
+        )
+    return GroundParts(tuple(static), materials, shape.height_at, tuple(shape.lamps))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,12 +123,14 @@ class _Shape:
     Attributes:
         mesh: Of all of it.
         height_at: Its height at places, (n, 2) -> (n,) [m].
-        walls: Bridges and retaining walls.
+        walls: Bridges, retaining walls and linings of tunnels.
+        lamps: In tunnels.
     """
 
     mesh: Mesh
     height_at: Callable[[Floats], Floats]
     walls: Sequence[StaticPart] = ()
+    lamps: Sequence[LampSet] = ()
 
 
 def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
@@ -127,7 +139,10 @@ def _shape(roads: RoadLayout, network: Network, land: Land) -> _Shape:
         level = road_level(roads, network) - DROP
         return _Shape(land_mesh(land, level), lambda places: level + land.heights(places))
     mesh, height_at = terrain(roads, network, land=land)
-    return _Shape(mesh, height_at, build_structures(roads, height_at))
+    below = build_tunnels(roads, ground_between(roads, network, land), height_at)
+    mesh = merge_meshes([mesh, *below.lids])
+    walls = (*build_structures(roads, below.height_at), *below.static)
+    return _Shape(mesh, below.height_at, walls, below.lamps)
 
 
 def mean_reflectance(texture: str) -> Floats:

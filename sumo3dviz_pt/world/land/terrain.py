@@ -9,7 +9,6 @@ win, so the space between its embankments stays open.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +16,22 @@ import shapely
 from scipy import sparse, spatial
 from scipy.sparse.csgraph import dijkstra
 
-from sumo3dviz_pt.library.mesh.polyline import mitres
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints, Mesh, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.vectors import area_vectors, unit
+from sumo3dviz_pt.world.land.between import (
+    STEP,
+    HeightAt,
+    Samples,
+    blended,
+    border_samples,
+    shaping_of,
+)
 from sumo3dviz_pt.world.land.horizon import Land, built_points, land_around, land_mesh
 from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.levels import Levels, levels_of, lowest_surface
+from sumo3dviz_pt.world.roads.levels import levels_of, lowest_surface
+from sumo3dviz_pt.world.roads.uneven import points_within
 
 STEEPEST = 1.0 / 1.5
 """Slope of embankments and cuttings: two thirds, as grass holds."""
@@ -35,7 +42,7 @@ _MARGIN = 0.06
 _SUNK = 0.30
 """How far it lies below the middle of a road [m]."""
 
-_LEAST, _PUSHES = 0.03, 4
+_LEAST, _PUSHES = 0.052, 8
 """Depth below roads at which the terrain is lowered no more [m]; how often that is tried."""
 
 _EDGE, _SHOULDER = 0.05, 1.0
@@ -44,33 +51,11 @@ _EDGE, _SHOULDER = 0.05, 1.0
 _BESIDE = (2.6, 5.5, 10.0)
 """Distances of further points, for slopes [m]."""
 
-_STEP, _MOST_SAMPLES = 3.0, 30_000
-"""Distance of points along borders [m], and how many there may be, about."""
-
 _CELL, _COARSE, _MOST = 10.0, 40.0, 260
 """Grid spacing near roads and elsewhere in the network [m]; most lines per axis."""
 
 _NEAR = 70.0
 """How far from roads the fine grid reaches [m]."""
-
-_LOCAL, _AMBIENT, _ODD = 150.0, 120.0, 2.0
-"""Roads within the first distance [m] of a crossing of levels are compared with the usual height
-within the second one [m]; those that differ by more than the third [m] do not shape the ground."""
-
-HeightAt = Callable[[Floats], Floats]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Samples:
-    """Points along the borders of roads.
-
-    Attributes:
-        points: On the border, (n, 3) [m].
-        outward: Unit vectors away from the road, (n, 2).
-    """
-
-    points: Floats
-    outward: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,11 +88,11 @@ def terrain(
         land = land_around(corners, horizon="flat", surface="", seed=0)
     levels = levels_of(roads)
     samples = border_samples(levels)
-    shaping = _shaping(samples, network, levels)
+    shaping = shaping_of(roads, network)
     points = _points(roads, samples, land)
     net = spatial.Delaunay(points.flat)
     faces, number = _facing_up(points.flat, net.simplices.astype(np.int64))
-    z = _blended(points.flat, shaping) + land.heights(points.flat)
+    z = blended(points.flat, shaping) + land.heights(points.flat)
     vertices = np.column_stack([points.flat, _sloped(points, z, faces)])
     shown = ~_hidden(points, vertices[:, 2], faces)
     under = road_samples(roads)
@@ -120,10 +105,11 @@ def terrain(
 def road_samples(roads: RoadLayout) -> Floats:
     """Return points of all cells, on their outlines and within, (n, 3) [m]."""
     polygons = roads.cells.polygons
-    outlines = shapely.segmentize(polygons, 0.5 * _STEP)
+    outlines = shapely.segmentize(polygons, 0.5 * STEP)
     rings, ring = shapely.get_coordinates(outlines, return_index=True)
     inside, inner = shapely.get_coordinates(shapely.point_on_surface(polygons), return_index=True)
-    flat, cell = np.concatenate([rings, inside]), np.concatenate([ring, inner])
+    within, owner = points_within(roads.cells)
+    flat, cell = np.concatenate([rings, inside, within]), np.concatenate([ring, inner, owner])
     return np.column_stack([flat, surface_heights(roads.cells, cell, flat)])
 
 
@@ -185,81 +171,6 @@ def _height_at(vertices: Floats, faces: Ints, net: spatial.Delaunay, number: Int
     return height_at
 
 
-def border_samples(levels: Levels) -> Samples:
-    """Return points along all borders of a road surface, at most about 3 m apart."""
-    total = sum(
-        float(np.linalg.norm(np.diff(border.line[:, :2], axis=0), axis=1).sum())
-        for border in levels.borders
-    )
-    step = max(_STEP, total / _MOST_SAMPLES)
-    points, outward = [np.zeros((0, 3))], [np.zeros((0, 2))]
-    for border in levels.borders:
-        line = np.vstack([border.line, border.line[:1]]) if border.closed else border.line
-        dense = densified(line, step)
-        dense = dense[:-1] if border.closed else dense
-        points.append(dense)
-        outward.append(-unit(mitres(dense, closed=border.closed)))
-    return Samples(np.concatenate(points), np.concatenate(outward))
-
-
-def densified(line: Floats, step: float) -> Floats:
-    """Return a line with more points, so that none is farther than `step` [m] from the next.
-
-    Args:
-        line: (n, 3) [m].
-        step: [m].
-    """
-    length = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
-    count = np.maximum(np.ceil(settled(length / step)), 1).astype(np.int64)
-    index = np.repeat(np.arange(len(count)), count)
-    share = (np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)) / count[index]
-    dense = line[index] + share[:, None] * (line[index + 1] - line[index])
-    return np.concatenate([dense, line[-1:]])
-
-
-def _shaping(samples: Samples, network: Network, levels: Levels) -> Floats:
-    """Points of roads that shape the ground, (n, 3) [m]: neither bridges nor underpasses.
-
-    Near crossings of levels, roads far from the usual height around are left out.
-    """
-    lanes = np.concatenate([lane.shape for lane in network.lanes.values()])
-    known = np.concatenate([samples.points, lanes])
-    shared = levels.crossings.shared
-    if not len(shared):
-        return known
-    # Find what lies near crossings.
-    centres = shapely.get_coordinates(shapely.centroid(shared))
-    away, _ = spatial.cKDTree(centres).query(known[:, :2])
-    near = np.flatnonzero(np.asarray(away) < _LOCAL)
-    # Compare it with the usual height around, to which odd heights count less each time.
-    step = max(len(known) // 6000, 1)
-    around = known[::step]
-    pairs = spatial.cKDTree(known[near, :2]).query_ball_tree(
-        spatial.cKDTree(around[:, :2]), 1.5 * _AMBIENT
-    )
-    odd = np.array(
-        [
-            abs(_usual(around[found], known[k]) - known[k, 2]) > _ODD
-            for k, found in zip(near, pairs, strict=True)
-        ],
-        dtype=np.bool_,
-    )
-    return np.delete(known, near[odd], axis=0) if not odd.all() else known
-
-
-def _usual(around: Floats, place: Floats) -> float:
-    """The usual height around a place [m]: a mean that odd heights hardly change."""
-    if not len(around):
-        return float(place[2])
-    away = ((around[:, :2] - place[:2]) ** 2).sum(axis=1)
-    near = np.exp(-0.5 * away / (0.5 * _AMBIENT) ** 2) + 1e-9
-    order = np.argsort(around[:, 2], kind="stable")
-    share = np.cumsum(near[order])
-    middle = float(around[order, 2][np.searchsorted(share, 0.5 * share[-1])])
-    weight = near / (1.0 + (around[:, 2] - middle) ** 2)
-    return float((weight * around[:, 2]).sum() / weight.sum())
-
-
 def _points(roads: RoadLayout, samples: Samples, land: Land) -> _Points:
     """All points of the terrain from above, with the heights that are known."""
     at, out, z = samples.points[:, :2], samples.outward, samples.points[:, 2]
@@ -313,17 +224,6 @@ def _grid(samples: Floats, land: Land) -> Floats:
     every = max(int(_COARSE / step), 1)
     keep = (np.asarray(away) < _NEAR) | ((i % every == 0) & (j % every == 0))
     return np.asarray(flat[keep & (land.away(flat) < 1.0)])
-
-
-def _blended(flat: Floats, shaping: Floats) -> Floats:
-    """Inverse-distance heights of the nearest roads, (n,) [m]."""
-    count = min(16, len(shaping))
-    away, near = (
-        np.asarray(v).reshape(len(flat), count)
-        for v in spatial.cKDTree(shaping[:, :2]).query(flat, k=count)
-    )
-    weights = 1.0 / (away**2 + 4.0)
-    return np.asarray((weights * shaping[near, 2]).sum(axis=1) / weights.sum(axis=1))
 
 
 def _sloped(points: _Points, z: Floats, triangles: Ints) -> Floats:

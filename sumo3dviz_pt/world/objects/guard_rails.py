@@ -9,6 +9,8 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.library.mesh.planar import union
+from sumo3dviz_pt.library.mesh.polyline import densified
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Lane, Network
 from sumo3dviz_pt.model.scene import LeftOut
 from sumo3dviz_pt.model.traffic import Polygon
@@ -32,6 +34,7 @@ SOURCE = "guard_rails"
 _WEDGE = 1.0  # gaps between carriageways narrower than twice this hold none, beside `OFF` [m]
 _SHORTEST = 40.0  # length of a rail, at least [m]
 _STEP = 8.0  # distance between its points, at most [m]
+_BRIDGE, _COVER = 0.9, 2.5  # roads so far above or below the ground have parapets or walls [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +90,9 @@ def _rails_along(
     near = [area for area in shapely.clip_by_rect(list(paved), *box) if not area.is_empty]
     fast = union(
         [
-            shapely.LineString(lane.shape[:, :2]).buffer(lane.width / 2.0, cap_style="flat")
+            shapely.LineString(line[:, :2]).buffer(lane.width / 2.0, cap_style="flat")
             for lane in lanes
-            if len(lane.shape) > 1
+            for line in _on_ground(lane.shape, around)
         ]
     )
     # Closing small gaps ends rails before the sharp wedges where ramps leave.
@@ -103,3 +106,14 @@ def _rails_along(
         if line.length > _SHORTEST and len(shape) > 1:
             found.append(Polygon(f"rail:{len(found)}", "guard_rail", shape, False, None, SOURCE))
     return found
+
+
+def _on_ground(line: Floats, around: Surroundings) -> list[Floats]:
+    """The stretches of a lane that are on no bridge and in no tunnel, (n, 3) [m] each."""
+    dense = densified(line, _STEP)
+    above = around.height_at(dense[:, :2]) - dense[:, 2]
+    free = (above > -_BRIDGE) & (above < _COVER)
+    if free.all():
+        return [line] * (len(line) > 1)
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int64)))
+    return [dense[a:b] for a, b in ends.reshape(-1, 2) if b - a > 1]

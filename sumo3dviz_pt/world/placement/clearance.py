@@ -30,6 +30,10 @@ picture, and in its middle [m]."""
 _MIDDLE = np.radians(7.0)  # half the angle of a picture's middle
 _LOWER = 0.25  # things whose tops stay below this share of the picture's half height do not hide
 
+_ROOM, _REACH = 3.0, 60.0
+"""What stands no nearer than the one to an axis that is above heads does not hang before the lens;
+up to the other along it [m]."""
+
 _STAYS = 60.0
 """A camera that moves less shows one place only [m]."""
 
@@ -93,6 +97,30 @@ class Clearance:
             pictured = settled(aside - wide - way.half_angles) < 0.0
             middle = settled(aside - _MIDDLE) < 0.0
             seen = ((away < _LENS) & pictured) | ((away < _AXIS) & middle)
+            seen &= settled(top - lowest) > 0.0
+            seen |= _beside_axis(way, towards, ground, height=height, reach=reach)
             seen &= way.half_angles < np.pi / 2.0  # others have no picture
-            hides |= (seen & (settled(top - lowest) > 0.0)).any(axis=1)
+            hides |= seen.any(axis=1)
         return hides
+
+
+def _beside_axis(
+    way: CameraPath, towards: Floats, ground: Floats, *, height: float, reach: float
+) -> Bools:
+    """Which upright things come near the axes of cameras, where those are above heads, (k, n).
+
+    Args:
+        way: Where a camera is and looks at n times.
+        towards: Plan vectors from it to the things, (k, n, 2) [m].
+        ground: Height of the ground at the things, (k,) [m].
+        height: Of the things [m].
+        reach: How far parts of them stand out [m].
+    """
+    flat = np.maximum(np.hypot(way.forwards[:, 0], way.forwards[:, 1]), 1e-6)
+    ahead = way.forwards[:, :2] / flat[:, None]
+    along = (towards * ahead).sum(axis=-1)
+    aside = np.abs(towards[..., 0] * ahead[:, 1] - towards[..., 1] * ahead[:, 0])
+    # A pole that stands beside the axis reaches up to it or nearly.
+    axis = way.positions[:, 2] + along * way.forwards[:, 2] / flat - ground[:, None]
+    near = (settled(aside) < _ROOM + reach) & (settled(along) > 0.0) & (settled(along) < _REACH)
+    return np.asarray(near & (settled(axis) > _ROOM) & (settled(axis) < height + _ROOM))

@@ -10,7 +10,7 @@ import shapely
 
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Lane, Network
-from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.model.polylines import evenly_along, from_above
 from sumo3dviz_pt.world.placement.nearest import Nearest
 
 _STEP = 4.0  # distance between sampled lane points [m]
@@ -64,14 +64,14 @@ class LaneIndex:
 def build_lane_index(network: Network) -> LaneIndex:
     """Index every lane that is not for pedestrians only."""
     lanes = [lane for lane in _carriageways(network) if len(lane.shape) > 1]
-    middles = [shapely.LineString(lane.shape[:, :2]) for lane in lanes]
-    half = np.array([lane.width / 2 for lane in lanes])
-    areas = shapely.buffer(np.array(middles, dtype=object), half, cap_style="flat")
     if not lanes:
         return LaneIndex(shapely.STRtree([]), np.zeros((0, 3)), np.zeros((0, 2)), None)
-    sampled = [_sampled(lane.shape) for lane in lanes]
-    points = np.concatenate([points for points, _ in sampled])
-    directions = np.concatenate([directions for _, directions in sampled])
+    half = np.array([lane.width / 2 for lane in lanes])
+    shapes = [lane.shape for lane in lanes]
+    areas = shapely.buffer(from_above(shapes), half, cap_style="flat")
+    points, sides = evenly_along(shapes, lambda lengths: np.maximum(lengths // _STEP, 1) + 1)
+    directions = sides[:, :2]
+    directions = directions / np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-12)
     return LaneIndex(shapely.STRtree(areas), points, directions, Nearest(points[:, :2]))
 
 
@@ -80,15 +80,3 @@ def _carriageways(network: Network) -> Iterable[Lane]:
     for edge in network.edges.values():
         if edge.function in _OFF_FOOT:
             yield from (lane for lane in edge.lanes if lane.allowed - {"pedestrian"})
-
-
-def _sampled(shape: Floats) -> tuple[Floats, Floats]:
-    """Points along a polyline and directions there."""
-    steps = np.diff(shape, axis=0)
-    distance = arc_length(shape[:, :2])
-    at = np.linspace(0.0, distance[-1], max(int(distance[-1] / _STEP), 1) + 1)
-    points = np.stack([np.interp(at, distance, column) for column in shape.T], axis=1)
-    which = np.clip(np.searchsorted(distance, at, side="right") - 1, 0, len(steps) - 1)
-    directions = steps[which, :2]
-    length = np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-12)
-    return points, directions / length

@@ -16,6 +16,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from sumo3dviz_pt.library.mesh.planar import sides
+from sumo3dviz_pt.model.camera_path import in_picture
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import pick, share_of
@@ -40,6 +41,9 @@ MOST_TREES, MOST_SHRUBS = 900, 280
 
 MARGIN = 6.0
 """Distance from the scenario's own objects [m]."""
+
+_SHRUB_HEIGHT, _SHRUB_RADIUS = 2.5, 1.5  # of tall ones [m]
+_CROWN = 8.0  # height of the middle of a tree's crown [m]
 
 SOURCE = "planting"
 """The `source` of everything that is planted."""
@@ -296,8 +300,7 @@ def _kept(
     away = around.distances(places)
     keep = away < (REACH if tall else _SHRUB_REACH)
     keep &= around.pictured(places, radius=14.0) | (away < 40.0)
-    if tall:
-        keep &= ~_in_sight(places, around)
+    keep &= ~(in_sight(places, around) if tall else before_lens(places, around))
     near = np.flatnonzero(keep)
     margin = TREE_OFF if tall else SHRUB_OFF
     near = near[plot.free(places[near], margin=margin)]
@@ -307,13 +310,26 @@ def _kept(
     return [planted(*found[int(k)], tall=tall) for k in near[:most]]
 
 
-def _in_sight(places: Floats, around: Surroundings) -> Bools:
-    """Which places stand in a camera, or before the roads that one looks at where it stays."""
+def in_sight(places: Floats, around: Surroundings) -> Bools:
+    """Return at which places, (n, 2) [m], a tree stands in or before a camera, (n,)."""
     hidden = around.clearance.distances(places) < MARGIN
     for outlook in around.clearance.outlooks:
-        near = np.hypot(*(places - outlook.positions[0, :2]).T) < CLEAR
-        hidden[near] |= around.pictured(places[near], radius=6.0, by=outlook)
+        near = np.flatnonzero(np.hypot(*(places - outlook.positions[0, :2]).T) < CLEAR)
+        if not len(near):
+            continue
+        feet = np.column_stack([places[near], around.height_at(places[near])])
+        # A camera high above sees crowns whose feet lie below its picture.
+        for up in (0.0, _CROWN):
+            crowns = feet + np.array([0.0, 0.0, up])
+            hidden[near] |= in_picture(outlook, crowns, radius=6.0).any(axis=1)
     return hidden
+
+
+def before_lens(places: Floats, around: Surroundings) -> Bools:
+    """Return at which places, (n, 2) [m], a shrub would fill much of a camera's picture, (n,)."""
+    ground = around.height_at(places)
+    hides = around.clearance.before_lens
+    return hides(places, ground, height=_SHRUB_HEIGHT, reach=_SHRUB_RADIUS)
 
 
 def planted(name: str, place: Floats, species: str, *, tall: bool, behind: int = 0) -> Poi:

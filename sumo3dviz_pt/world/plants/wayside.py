@@ -23,7 +23,14 @@ from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.land.far_woods import grown
 from sumo3dviz_pt.world.objects.kinds import kind_of
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
-from sumo3dviz_pt.world.plants.build import SHRUB_OFF, TREE_OFF, Plot, is_fast, planted
+from sumo3dviz_pt.world.plants.build import (
+    SHRUB_OFF,
+    TREE_OFF,
+    Plot,
+    before_lens,
+    is_fast,
+    planted,
+)
 from sumo3dviz_pt.world.street.places import Border, borders_near
 
 CLEAR_ZONE = 9.5
@@ -109,6 +116,7 @@ def wayside(
     shrubs = _belt(borders, _SHRUB_ROWS, around, "shrub")
     shrubs = shrubs.some(around.distances(shrubs.places) < 0.7 * NEAR_REACH)
     shrubs = _free(shrubs, plot, pois, margin=SHRUB_OFF)
+    shrubs = shrubs.some(~before_lens(shrubs.places, around))
     # The nearest are built in detail, up to a number.
     away = around.distances(trees.places)
     order = np.argsort(away, kind="stable")

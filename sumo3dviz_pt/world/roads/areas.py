@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import shapely
@@ -11,10 +12,13 @@ from scipy import spatial
 
 from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.planar import closing, common, subtract, union
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.library.mesh.polyline import densified
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Edge, Network
-from sumo3dviz_pt.world.roads.cells import STOREY, Cells, area_cells
-from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, edge_strips, in_region, junction_of
+from sumo3dviz_pt.world.memory import Memory, digest_of
+from sumo3dviz_pt.world.rails.ways import bare_ways
+from sumo3dviz_pt.world.roads.cells import STOREY, Cells, Polygons, area_cells, fitted_heights
+from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region, junction_of, kept_strips
 from sumo3dviz_pt.world.roads.style import (
     PAVING,
     bicycle_surface,
@@ -27,14 +31,15 @@ from sumo3dviz_pt.world.roads.style import (
 _REACH = 0.25
 """Gaps up to twice this width [m] between a junction and its lanes are closed."""
 
+_STEP, _BY = 1.5, 2.0
+"""Distance of points of known height along ways [m], and how far from a junction's outline lanes
+give its height [m]."""
+
 _CAR_SPACE = 1.3
 """Walking areas keep this far from the middle of vehicles' ways [m]."""
 
 _CRUMB = 0.01
 """Ways that touch less of a footway leave it as it is [m2]."""
-
-_KNOTS_APART = 1.0
-"""Distance of points of known height along ways through junctions [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,9 +56,14 @@ class JunctionInside:
     walks: tuple[Edge, ...]
     paths: tuple[Strip, ...] = ()
 
+    @property
+    def strips(self) -> tuple[Strip, ...]:
+        """All ways and paths."""
+        return (*self.ways, *self.paths)
+
 
 def junction_insides(
-    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None, memory: Memory
 ) -> dict[str, JunctionInside]:
     """Find what lies inside all junctions that touch a region, by junction id.
 
@@ -61,11 +71,13 @@ def junction_insides(
         network: The network.
         settings: Surfaces and widths of lanes.
         region: A box [m]; None is everywhere.
+        memory: Of the network's world.
     """
     # Sort internal edges and walking areas by their junctions.
     ways: dict[str, list[Strip]] = {}
     paths: dict[str, list[Strip]] = {}
     walks: dict[str, list[Edge]] = {}
+    bare = bare_ways(network)
     for edge in network.edges.values():
         owner = junction_of(edge.id)
         if not any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes):
@@ -73,10 +85,10 @@ def junction_insides(
         if edge.function == "walkingarea":
             walks.setdefault(owner, []).append(edge)
         elif edge.function == "internal":
-            strips = edge_strips(edge, settings, left_hand=network.left_hand)
+            strips = kept_strips(edge, settings, left_hand=network.left_hand, memory=memory)
             for strip in strips:
                 among = paths if is_footway(strip.lane) else ways
-                among.setdefault(owner, []).append(strip)
+                among.setdefault(owner, []).append(_without_rails(strip, bare))
     # Keep junctions with any of these, or with their outline in the region.
     touched = {
         key
@@ -90,6 +102,68 @@ def junction_insides(
         for key in network.junctions
         if key in touched or key in ways or key in walks or key in paths
     }
+
+
+def _without_rails(strip: Strip, bare: frozenset[str]) -> Strip:
+    """A strip, without rails if it is one of the bare ways."""
+    if strip.lane.id not in bare or not strip.look.rails:
+        return strip
+    return replace(strip, look=replace(strip.look, rails=False))
+
+
+def known_heights(
+    network: Network, insides: Mapping[str, JunctionInside], *, lanes: Cells, memory: Memory
+) -> dict[str, Floats]:
+    """Return points of known height in each junction that has any, (k, 3) [m] by its id.
+
+    The carriageway and the walking areas of a junction share them, and junctions that touch each
+    other share theirs, so that all of them meet.
+
+    Args:
+        network: The network.
+        insides: Contents of junctions, by junction id.
+        lanes: Surfaces around them.
+        memory: Of the network's world.
+    """
+    tree = shapely.STRtree(lanes.polygons)
+    own, shapes = {}, {}
+    for key, inside in insides.items():
+        outline = network.junctions[key].outline
+        shape = _kept_shape(key, outline, inside.strips, memory=memory)
+        areas = [edge.lanes[0].shape for edge in inside.walks]
+        known = [
+            densified(line, _STEP) for line in (*(s.lane.shape for s in inside.strips), *areas)
+        ]
+        if len(outline) >= 3:
+            near = _near(tree, shape, distance=_BY)
+            known.append(_ends_near(outline, lanes.quads[near]))
+        whole = np.concatenate([np.zeros((0, 3)), *known])
+        if len(whole) or len(outline):
+            own[key] = whole if len(whole) else outline
+            shapes[key] = shape
+    return _shared(own, shapes)
+
+
+def _shared(own: Mapping[str, Floats], shapes: Mapping[str, shapely.Geometry]) -> dict[str, Floats]:
+    """Points of known height, with those of areas that touch on the same level.
+
+    Args:
+        own: Each area's own, (k, 3) [m].
+        shapes: The areas.
+    """
+    keys, areas = list(own), [shapes[key] for key in own]
+    if len(keys) < 2:
+        return dict(own)
+    one, other = shapely.STRtree(areas).query(areas, predicate="dwithin", distance=_REACH)
+    beside: dict[str, list[Floats]] = {key: [own[key]] for key in keys}
+    for i, j in zip(one, other, strict=True):
+        if i == j or areas[i].is_empty or areas[j].is_empty:
+            continue
+        place = shapely.get_coordinates(shapely.shortest_line(areas[i], areas[j])).mean(axis=0)
+        ends = [float(fitted_heights(own[keys[k]], place[None])[0]) for k in (i, j)]
+        if abs(ends[0] - ends[1]) < STOREY:
+            beside[keys[i]].append(own[keys[j]])
+    return {key: np.concatenate(lists) for key, lists in beside.items()}
 
 
 def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cells:
@@ -116,24 +190,44 @@ def without_ways(footways: Cells, insides: Mapping[str, JunctionInside]) -> Cell
     return replace(footways, polygons=polygons)
 
 
-def walking_cells(insides: Mapping[str, JunctionInside], *, footways: Cells) -> Cells:
-    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways."""
+def walking_cells(
+    insides: Mapping[str, JunctionInside],
+    *,
+    footways: Cells,
+    known: Mapping[str, Floats],
+    memory: Memory,
+) -> Cells:
+    """Build raised paving of walking areas, where no vehicle passes, grown to meet footways.
+
+    Args:
+        insides: Contents of junctions, by junction id.
+        footways: What the paving meets.
+        known: What `known_heights` gave.
+        memory: Of the network's world.
+    """
     polygons, knots, owners = [], [], []
     tree = shapely.STRtree(footways.polygons)
-    for inside in insides.values():
-        kept_free = union([_core(strip) for strip in inside.ways])
+    for key, inside in insides.items():
         for edge in inside.walks:
             outline = edge.lanes[0].shape
             if len(outline) < 3:
                 continue
             area = shapely.make_valid(shapely.Polygon(np.round(outline[:, :2], 3)))
-            near = tree.query(area, predicate="dwithin", distance=2 * _REACH)
-            area = _closed(area, footways.polygons[near]) if len(near) else area
-            polygons.append(subtract(area, [kept_free]))
-            knots.append(outline)
+            near = footways.polygons[_near(tree, area)]
+            name = ("walk", edge.id, digest_of(*(way.lane.id for way in inside.ways), *near))
+            make = partial(_paved_walk, area, near, inside.ways)
+            polygons.append(memory.by_content.of(name, make))
+            knots.append(known[key])
             owners.append(edge.id)
     surfaces = [PAVING] * len(polygons)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=True, owners=owners)
+
+
+def _paved_walk(area: shapely.Geometry, near: Polygons, ways: Sequence[Strip]) -> shapely.Geometry:
+    """A walking area grown to meet the footways near it, without room for vehicles."""
+    cores = [_core(strip) for strip in ways]
+    grown = _closed(area, near) if len(near) else area
+    return subtract(grown, [union(cores)])
 
 
 def junction_cells(
@@ -142,6 +236,8 @@ def junction_cells(
     *,
     insides: Mapping[str, JunctionInside],
     lanes: Cells,
+    known: Mapping[str, Floats],
+    memory: Memory,
 ) -> Cells:
     """Build junction surfaces: outline and internal lanes, grown to meet the lanes around.
 
@@ -150,25 +246,27 @@ def junction_cells(
         settings: Surfaces of roads.
         insides: Contents of junctions, by junction id.
         lanes: Surfaces around them.
+        known: What `known_heights` gave.
+        memory: Of the network's world.
     """
     polygons, knots, surfaces, on_foot, owners = [], [], [], [], []
     tree = shapely.STRtree(lanes.polygons)
+    keep = memory.by_content
     for key, inside in insides.items():
         outline = network.junctions[key].outline
-        strips = (*inside.ways, *inside.paths)
-        shape = _junction_shape(outline, strips)
+        shape = _kept_shape(key, outline, inside.strips, memory=memory)
         if shape.is_empty:
             continue
-        near = tree.query(shape, predicate="dwithin", distance=2 * _REACH)
-        polygons.append(_closed(shape, lanes.polygons[near]))
-        knots.append(_junction_knots(outline, strips, lanes.quads[near]))
-        surfaces.append(junction_surface(network, key, settings))
+        around = lanes.polygons[_near(tree, shape)]
+        name = ("joined junction", key, digest_of(shape, *around))
+        polygons.append(keep.of(name, partial(_closed, shape, around)))
+        knots.append(known[key])
         on_foot.append(bool(inside.paths) and not inside.ways)
+        surfaces.append(PAVING if on_foot[-1] else junction_surface(network, key, settings))
         owners.append(key)
     made = area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
     # Where nobody drives, a junction lies as high as the footways that meet there.
-    surfaces = [PAVING if walked else key for key, walked in zip(surfaces, on_foot, strict=True)]
-    return replace(made, surfaces=tuple(surfaces), raised=np.array(on_foot, dtype=np.bool_))
+    return replace(made, raised=np.array(on_foot, dtype=np.bool_))
 
 
 def sliver_cells(
@@ -193,7 +291,7 @@ def sliver_cells(
             continue
         style = style_of(edge_id, settings)
         polygons.append(gaps)
-        knots.append(np.concatenate([s.lane.shape for s in sides]))
+        knots.append(np.concatenate([densified(s.lane.shape, _STEP) for s in sides]))
         surfaces.append(look_of(sides[0].lane, style, bicycle=bicycle_surface(settings)).surface)
         owners.append(edge_id)
     return area_cells(polygons, knots=knots, surfaces=surfaces, raised=False, owners=owners)
@@ -214,6 +312,12 @@ def opposite_edges(network: Network, edge_ids: Iterable[str]) -> list[tuple[str,
     ]
 
 
+def _near(tree: shapely.STRtree, shape: shapely.Geometry, *, distance: float = 2 * _REACH) -> Ints:
+    """Numbers of what lies beside a shape, ascending; a tree gives them in an order of its own."""
+    found = tree.query(shape, predicate="dwithin", distance=distance)
+    return np.asarray(np.sort(found), dtype=np.int64)
+
+
 def _core(strip: Strip) -> shapely.Geometry:
     """What a vehicle needs of its way, from above."""
     line = shapely.LineString(strip.lane.shape[:, :2])
@@ -232,6 +336,14 @@ def _height_of(strip: Strip, place: Floats) -> float:
     return float(np.interp(line.project(shapely.Point(place)), along, strip.lane.shape[:, 2]))
 
 
+def _kept_shape(
+    key: str, outline: Floats, ways: Sequence[Strip], *, memory: Memory
+) -> shapely.Geometry:
+    """What `_junction_shape` gives, made once for all choices of roads."""
+    name = ("junction", key, tuple(way.lane.id for way in ways))
+    return memory.by_content.of(name, partial(_junction_shape, outline, ways))
+
+
 def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
     """A junction's outline with all its internal lanes, from above."""
     shapes = [strip.polygon for strip in ways]
@@ -240,7 +352,7 @@ def _junction_shape(outline: Floats, ways: Sequence[Strip]) -> shapely.Geometry:
     return union(shapes)
 
 
-def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shapely.Geometry:
+def _closed(shape: shapely.Geometry, around: Polygons) -> shapely.Geometry:
     """A junction's shape and the narrow gaps between it and the lanes around it."""
     reach = shape.buffer(3.0, quad_segs=2)
     nearby = [common(cell, reach) for cell in around]
@@ -248,18 +360,8 @@ def _closed(shape: shapely.Geometry, around: Sequence[shapely.Geometry]) -> shap
     return union([shape, common(filled, shape.buffer(2 * _REACH, quad_segs=2))])
 
 
-def _junction_knots(outline: Floats, ways: Sequence[Strip], quads: Floats) -> Floats:
-    """Known heights: of ways and the lanes around, or else of the outline."""
-    knots = [_close_together(strip.lane.shape) for strip in ways]
+def _ends_near(outline: Floats, quads: Floats) -> Floats:
+    """Corners of lanes close to the corners of a junction's outline, (k, 3) [m]."""
     corners = quads[np.isfinite(quads).all(axis=(1, 2))].reshape(-1, 3)
-    if len(outline) and len(corners):
-        away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
-        corners = corners[np.asarray(away) < 2.0]
-    known = np.concatenate([*knots, corners])
-    return known if len(known) else outline
-
-
-def _close_together(line: Floats) -> Floats:
-    """A line with points at most `_KNOTS_APART` from one another, (n, 3) [m]."""
-    dense = shapely.segmentize(shapely.LineString(line), _KNOTS_APART)
-    return np.asarray(shapely.get_coordinates(dense, include_z=True))
+    away, _ = spatial.cKDTree(outline[:, :2]).query(corners[:, :2])
+    return np.asarray(corners[np.asarray(away) < _BY])

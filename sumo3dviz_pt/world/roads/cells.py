@@ -30,8 +30,12 @@ _CRUMB = 2e-5
 _SQUARE = 0.5
 """Side of the squares in which cells that climb away from each other are cut [m]."""
 
-_BLUNT = 0.2
-"""Heights of areas have no peaks nearer to known points than this [m]."""
+_BLUR, _RIDGE = 0.5, 0.02
+"""Known heights closer than this [m] are evened out; how much slopes across rows of known points
+are held back."""
+
+_ROWS = 500
+"""Places whose heights are found at once."""
 
 Polygons = NDArray[Any]
 """Shapely geometries, (n,)."""
@@ -83,21 +87,11 @@ class Cells:
         """Of the whole quads of `lanes`."""
         return shapely.STRtree(quad_polygons(self.quads[self.lanes]))
 
-    @cached_property
-    def areas(self) -> Ints:
-        """Numbers of the cells that are no lanes, (k,)."""
-        return np.flatnonzero(np.isnan(self.quads[:, 0, 0]))
-
-    @cached_property
-    def area_tree(self) -> shapely.STRtree:
-        """Of the polygons of `areas`."""
-        return shapely.STRtree(self.polygons[self.areas])
-
     def heights(self, index: Ints, points: Floats) -> Floats:
         """Return the height of cells at points that lie on them or near them.
 
-        A quad is ruled between its two ends; an area takes the inverse-distance mean
-        (power 4) of its known points.
+        A quad is ruled between its two ends; an area follows the planes that fit its known
+        points best around each place.
 
         Args:
             index: Which cell each point belongs to, (m,).
@@ -113,9 +107,11 @@ class Cells:
         heights = (1 - share) * quads[:, [0, 3], 2].mean(axis=1) + share * quads[:, [1, 2], 2].mean(
             axis=1
         )
-        for cell in np.unique(index[np.isnan(heights)]):
-            here = index == cell
-            heights[here] = _inverse_distance(points[here], self.knots[int(cell)])
+        areas = np.flatnonzero(np.isnan(heights))
+        areas = areas[np.argsort(index[areas], kind="stable")]
+        cells, starts = np.unique(index[areas], return_index=True)
+        for cell, here in zip(cells, np.split(areas, starts[1:]), strict=False):
+            heights[here] = fitted_heights(self.knots[int(cell)], points[here])
         return np.asarray(heights)
 
 
@@ -289,11 +285,44 @@ def _geometries(shapes: Sequence[shapely.Geometry]) -> Polygons:
     return array
 
 
-def _inverse_distance(points: Floats, knots: Floats) -> Floats:
-    """Inverse-distance mean of knots' heights (Shepard 1968, power 4), (m,) [m]."""
-    away = ((points[:, None, :] - knots[None, :, :2]) ** 2).sum(axis=2)
-    weights = 1.0 / (away + _BLUNT**2) ** 2
-    return np.asarray((weights * knots[None, :, 2]).sum(axis=1) / weights.sum(axis=1))
+def fitted_heights(knots: Floats, points: Floats) -> Floats:
+    """Return heights of the planes that fit known points best around places.
+
+    A moving least-squares fit (Lancaster and Salkauskas 1981, doi:10.2307/2007507): every place
+    has a plane of its own, for which near points count most. A slope stays a slope, and heights
+    never leave the range of those that are known.
+
+    Args:
+        knots: Points of known height, (k, 3) [m], k >= 1.
+        points: (m, 2) [m].
+
+    Returns:
+        (m,) [m].
+    """
+    low, high = float(knots[:, 2].min()), float(knots[:, 2].max())
+    if low == high:
+        return np.full(len(points), low)
+    found = [_fitted(knots, some) for some in np.array_split(points, len(points) // _ROWS + 1)]
+    return np.clip(np.concatenate(found), low, high)
+
+
+def _fitted(knots: Floats, points: Floats) -> Floats:
+    """Heights as `fitted_heights` gives, beyond the known range too, (m,) [m]."""
+    east, north = (knots[None, :, k] - points[:, None, k] for k in range(2))
+    weights = (east**2 + north**2 + _BLUR**2) ** -2.0
+    weights /= weights.sum(axis=1, keepdims=True)
+    # Weighted means and variances around them, as seen from each place.
+    x, y, z = (weights * east).sum(axis=1), (weights * north).sum(axis=1), weights @ knots[:, 2]
+    east, north = east - x[:, None], north - y[:, None]
+    pairs = ((east, east), (east, north), (north, north))
+    xx, xy, yy = ((weights * a * b).sum(axis=1) for a, b in pairs)
+    rise = knots[None, :, 2] - z[:, None]
+    xz, yz = (weights * east * rise).sum(axis=1), (weights * north * rise).sum(axis=1)
+    # Solve for the slopes; across points in one row, the plane is level.
+    ridge = _RIDGE * (xx + yy) + 1e-9
+    xx, yy = xx + ridge, yy + ridge
+    scale = 1.0 / (xx * yy - xy**2)
+    return np.asarray(z - scale * (x * (yy * xz - xy * yz) + y * (xx * yz - xy * xz)))
 
 
 def _distance_to_line(points: Floats, start: Floats, end: Floats) -> Floats:

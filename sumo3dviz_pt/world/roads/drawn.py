@@ -15,12 +15,15 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from sumo3dviz_pt.library.mesh.planar import polygon_parts
 from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
 from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.world.memory import digest_of
 from sumo3dviz_pt.world.roads.cells import STOREY
 from sumo3dviz_pt.world.roads.heights import surface_heights
 from sumo3dviz_pt.world.roads.layout import RoadLayout
-from sumo3dviz_pt.world.roads.mesh import pieces_of, with_kerb_tops
+from sumo3dviz_pt.world.roads.mesh import with_kerb_tops
+from sumo3dviz_pt.world.roads.uneven import is_uneven, pieces_of
 
 LEVEL = 3.0
 """Surfaces farther above or below a road user belong to another level [m]."""
@@ -123,9 +126,12 @@ def _surface(layout: RoadLayout) -> DrawnSurface:
     cells = layout.memory.of(("kerb tops",), lambda: with_kerb_tops(layout.cells, layout.raised))
 
     def triangles(index: int) -> Triangles:
+        polygon = cells.polygons[index]
         # This is the name by which the mesh of the surface keeps them, too.
-        name = ("rest", index, (), ())
-        return layout.memory.of(name, lambda: triangulate_all(pieces_of(cells, index)))
+        name = ("rest", digest_of(polygon), is_uneven(cells, index), (), ())
+        return layout.memory.by_content.of(
+            name, lambda: triangulate_all(pieces_of(cells, index, polygon_parts(polygon)))
+        )
 
     found = [triangles(index) for index in range(len(cells.polygons))]
     flat = np.concatenate([np.zeros((0, 2)), *(some for some, _ in found)])

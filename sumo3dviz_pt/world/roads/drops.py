@@ -9,7 +9,7 @@ import shapely
 
 from sumo3dviz_pt.library.mesh.planar import common, polygon_parts, subtract
 from sumo3dviz_pt.library.mesh.polyline import without_repeats
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
 from sumo3dviz_pt.world.roads.strips import BoundsXY, distance_to
@@ -65,9 +65,10 @@ class Drops:
         Returns:
             Distances from the end, off the carriageway and to the left, (n, 2) [m].
         """
-        away = points - self.ends[k]
+        x, y = (points[:, axis] - self.ends[k, axis] for axis in (0, 1))
         ahead = self.ahead[k]
-        return np.stack([away @ ahead, away @ np.array([-ahead[1], ahead[0]])], axis=1)
+        # Sums without BLAS, which rounds a point by how many there are.
+        return np.stack([x * ahead[0] + y * ahead[1], y * ahead[0] - x * ahead[1]], axis=1)
 
     def frame(self, k: int, places: Floats) -> Floats:
         """Return places in the frame of end k as points: the inverse of `local`."""
@@ -145,12 +146,13 @@ def rise_at(drops: Drops, points: Floats) -> Floats:
     if not len(points):
         return LOWEST + (SIDEWALK_HEIGHT - LOWEST) * share
     low, high = points[:, :2].min(axis=0) - 0.05, points[:, :2].max(axis=0) + 0.05
+    order = np.argsort(points[:, 0], kind="stable")
     for k in sorted(drops.ramps.query(shapely.box(*low, *high)).tolist()):
-        place = drops.local(k, points)
+        some = _in_box(points, order, drops.ramps.geometries[k].bounds)
+        place = drops.local(k, points[some])
         beside = (np.abs(place[:, 1]) - drops.halves[k]) / _BESIDE
-        near = np.flatnonzero(
-            (beside < 1.0) & (place[:, 0] > -_BEFORE - 0.01) & (place[:, 0] < _AFTER + 0.01)
-        )
+        within = (beside < 1.0) & (place[:, 0] > -_BEFORE - 0.01) & (place[:, 0] < _AFTER + 0.01)
+        near, beside = some[within], beside[within]
         if not len(near):
             continue
         # Ramps rise with the distance from the crossing or from the kerb.
@@ -162,9 +164,24 @@ def rise_at(drops: Drops, points: Floats) -> Floats:
             all_matches=False,
         )
         away[spot] = found
-        ramp = np.clip(np.maximum(beside[near], away / _BEHIND), 0.0, 1.0)
+        ramp = np.clip(np.maximum(beside, away / _BEHIND), 0.0, 1.0)
         share[near] = np.minimum(share[near], ramp)
     return LOWEST + (SIDEWALK_HEIGHT - LOWEST) * share
+
+
+def _in_box(points: Floats, order: Ints, box: BoundsXY) -> Ints:
+    """Numbers of the points, (n, 2) [m], in a box and up to 5 cm around it, ascending.
+
+    Args:
+        points: Places [m].
+        order: Their numbers by rising x, (n,).
+        box: Parallel to the axes [m].
+    """
+    x0, y0, x1, y1 = box
+    first, last = np.searchsorted(points[order, 0], [x0 - 0.05, x1 + 0.05])
+    found = np.sort(order[first:last])
+    y = points[found, 1]
+    return np.asarray(found[(y >= y0 - 0.05) & (y <= y1 + 0.05)])
 
 
 def cut_for_ramps(shape: shapely.Geometry, drops: Drops) -> list[shapely.Geometry]:

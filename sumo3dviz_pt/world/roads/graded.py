@@ -93,8 +93,13 @@ def graded_quads(quads: Floats, shares: Floats, wear: Floats) -> Graded:
     return Graded(flat, _with_area(flat, faces.reshape(-1, 3)), wear.reshape(-1, 3))
 
 
-def clipped(piece: Graded, polygon: shapely.Geometry) -> Graded:
-    """Return the part of some triangles that lies on a polygon, seen from above."""
+def clipped(piece: Graded, polygon: shapely.Geometry | Polygons) -> Graded:
+    """Return the part of some triangles that lies on a polygon, seen from above.
+
+    Args:
+        piece: The triangles.
+        polygon: One for all triangles, or one for each, (m,).
+    """
     corners = piece.vertices[piece.faces]
     triangles = shapely.polygons(corners[..., :2])
     shared = shapely.intersection(triangles, polygon, grid_size=GRID)
@@ -122,12 +127,12 @@ def graded_on(quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons
         return NOTHING
     left = shapely.area(polygons)
     intact = whole_quads(quads, polygons)
-    pieces = [_shortened(quads[intact], shares[intact], wear[intact])]
-    for k in np.flatnonzero(~intact & (left > _SAME_AREA)):
-        one = slice(k, k + 1)
-        piece = _shortened(quads[one], shares[one], wear[one])
-        pieces.append(clipped(piece, polygons[k]))
-    return joined(pieces)
+    whole, _ = _shortened(quads[intact], shares[intact], wear[intact])
+    cut = ~intact & (left > _SAME_AREA)
+    if not cut.any():
+        return joined([whole])
+    piece, quad = _shortened(quads[cut], shares[cut], wear[cut])
+    return joined([whole, clipped(piece, polygons[cut][quad])])
 
 
 def whole_quads(quads: Floats, polygons: Polygons) -> Bools:
@@ -138,8 +143,8 @@ def whole_quads(quads: Floats, polygons: Polygons) -> Bools:
     return np.asarray((whole - left < _SAME_AREA) & (left > _SAME_AREA))
 
 
-def _shortened(quads: Floats, shares: Floats, wear: Floats) -> Graded:
-    """As `graded_quads`, but of quads that are cut across until none is too slim."""
+def _shortened(quads: Floats, shares: Floats, wear: Floats) -> tuple[Graded, Ints]:
+    """As `graded_quads`, of quads cut across until none is too slim; and each face's quad."""
     # Into how many rows each quad must be cut.
     sides = np.linalg.norm((quads[:, [1, 2]] - quads[:, [0, 3]])[..., :2], axis=-1).max(axis=1)
     width = np.linalg.norm((quads[:, [3, 2]] - quads[:, [0, 1]])[..., :2], axis=-1).max(axis=1)
@@ -155,7 +160,8 @@ def _shortened(quads: Floats, shares: Floats, wear: Floats) -> Graded:
     cut = np.stack([near[:, 0], far[:, 0], far[:, 1], near[:, 1]], axis=1)
     first, last = wear[index][:, 0], wear[index][:, 1]
     between = np.stack([first + low * (last - first), first + high * (last - first)], axis=1)
-    return graded_quads(cut, shares[index], between)
+    piece = graded_quads(cut, shares[index], between)
+    return piece, index[piece.faces[:, 0] // (2 * shares.shape[1])]
 
 
 def _with_area(vertices: Floats, faces: Ints) -> Ints:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -11,21 +10,9 @@ import shapely
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.world.roads.cells import STOREY, Cells
 
-_BESIDE = 0.02
-"""Cells whose borders lie this close [m] to a point meet there."""
-
-_CONTRADICTION = 1.0
-"""Heights of a walking area and of the roads beside it differ by up to this [m]."""
-
-_KNOTS_APART = 0.5
-"""Distance of points of known height along borders [m]."""
-
 
 def surface_heights(cells: Cells, index: Ints, points: Floats) -> Floats:
-    """Return heights as `Cells.heights` does, but areas meet the cells beside them without a step.
-
-    On their borders they take the heights of lanes, or else those of other areas of a higher
-    precedence; but walking areas follow the roads, not roads them.
+    """Return heights as `Cells.heights` does, but areas meet the lanes beside them without a step.
 
     Args:
         cells: The surface.
@@ -36,64 +23,14 @@ def surface_heights(cells: Cells, index: Ints, points: Floats) -> Floats:
         return np.full(len(points), _any_height(cells))
     heights = cells.heights(index, points)
     area = np.flatnonzero(np.isnan(cells.quads[index, 0, 0]))
-    heights[area] = _met(cells, index[area], points[area], heights[area])
-    return heights
-
-
-def with_border_knots(cells: Cells) -> Cells:
-    """Return cells whose walking areas have the heights of the roads beside them on their border.
-
-    SUMO gives walking areas heights of their own, up to a metre off those roads. Without these
-    points, all of the difference would lie within the kerb stones.
-    """
-    if cells.is_flat:
-        return cells
-    knots = dict(cells.knots)
-    walks = cells.areas[cells.raised[cells.areas]]
-    for index, polygon in zip(walks.tolist(), cells.polygons[walks], strict=True):
-        points = shapely.get_coordinates(shapely.segmentize(polygon, _KNOTS_APART))
-        own = np.full(len(points), index)
-        before = cells.heights(own, points)
-        met = _met(cells, own, points, before)
-        change = np.abs(met - before)
-        known = np.column_stack([points, met])[(change > 0.0) & (change < _CONTRADICTION)]
-        knots[index] = np.concatenate([knots[index], known])
-    return replace(cells, knots=knots)
-
-
-def _met(cells: Cells, index: Ints, points: Floats, heights: Floats) -> Floats:
-    """Heights at points of areas, (m,) [m], that meet what lies beside them.
-
-    Args:
-        cells: The surface.
-        index: Which area each point belongs to, (m,).
-        points: (m, 2) [m].
-        heights: Of the areas by themselves, (m,) [m].
-    """
-    met, spots = heights.copy(), shapely.points(points)
-    near, area = cells.area_tree.query(spots, predicate="dwithin", distance=_BESIDE)
-    area, own = cells.areas[area], index[near]
-    leads = ~cells.raised[area] & (cells.raised[own] | (area < own))
-    near, area = near[leads], area[leads]
-    _take(met, near, cells.heights(area, points[near]), area)
-    near, lane = cells.lane_tree.query(spots, predicate="dwithin", distance=_BESIDE)
-    _take(met, near, cells.heights(cells.lanes[lane], points[near]), lane)
-    return met
-
-
-def _take(heights: Floats, which: Ints, offered: Floats, rank: Ints) -> None:
-    """Put offered heights, (k,) [m], in the place of some, unless another level offers them.
-
-    Args:
-        heights: (m,) [m]; changed.
-        which: Numbers of the heights, (k,).
-        offered: (k,) [m].
-        rank: Of several offers, the one with the lowest rank is taken, (k,).
-    """
-    fits = np.abs(offered - heights[which]) < STOREY
+    spots = shapely.points(points[area])
+    near, lane = cells.lane_tree.query(spots, predicate="dwithin", distance=0.02)
+    offered = cells.heights(cells.lanes[lane], points[area[near]])
+    fits = np.abs(offered - heights[area[near]]) < STOREY
     # Written in reverse, so that the cell with the highest precedence wins.
-    order = np.lexsort((-rank[fits], which[fits]))
-    heights[which[fits][order]] = offered[fits][order]
+    order = np.lexsort((-lane[fits], near[fits]))
+    heights[area[near[fits][order]]] = offered[fits][order]
+    return heights
 
 
 def _any_height(cells: Cells) -> float:

@@ -15,6 +15,7 @@ from sumo3dviz_pt.world.roads.areas import (
     JunctionInside,
     junction_cells,
     junction_insides,
+    known_heights,
     sliver_cells,
     walking_cells,
     without_ways,
@@ -26,7 +27,6 @@ from sumo3dviz_pt.world.roads.cells import (
     lane_cells,
     without_overlaps,
 )
-from sumo3dviz_pt.world.roads.heights import with_border_knots
 from sumo3dviz_pt.world.roads.mesh import outer_area, raised_area
 from sumo3dviz_pt.world.roads.plain import PlainRoads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, network_strips
@@ -76,19 +76,22 @@ def layout_roads(
         region: Only lanes and junctions that touch this box are built [m].
         memory: Keeps what is built on this layout; no other layout may use it.
     """
+    memory = memory or Memory()
     settings = with_style(settings, network)
-    strips = with_own_tracks(network_strips(network, settings, region=region))
-    insides = junction_insides(network, settings, region=region)
+    strips = with_own_tracks(network_strips(network, settings, region=region, memory=memory))
+    insides = junction_insides(network, settings, region=region, memory=memory)
     carriageways = _lane_cells(strips, raised=False)
     footways = without_ways(_lane_cells(strips, raised=True), insides)
     lanes = join_cells([carriageways, footways])
-    walks = walking_cells(insides, footways=footways)
+    known = known_heights(network, insides, lanes=lanes, memory=memory)
+    walks = walking_cells(insides, footways=footways, known=known, memory=memory)
     slivers = sliver_cells(network, settings, strips)
-    junctions = junction_cells(network, settings, insides=insides, lanes=join_cells([lanes, walks]))
-    cells = with_border_knots(without_overlaps(join_cells([lanes, walks, slivers, junctions])))
-    return RoadLayout(
-        cells, strips, insides, raised_area(cells), outer_area(cells), memory or Memory()
+    around = join_cells([lanes, walks])
+    junctions = junction_cells(
+        network, settings, insides=insides, lanes=around, known=known, memory=memory
     )
+    cells = without_overlaps(join_cells([lanes, walks, slivers, junctions]))
+    return RoadLayout(cells, strips, insides, raised_area(cells), outer_area(cells), memory)
 
 
 def _lane_cells(strips: Mapping[str, tuple[Strip, ...]], *, raised: bool) -> Cells:

@@ -16,12 +16,13 @@ from sumo3dviz_pt.library.mesh.triangulate import Triangles, triangulate_all
 from sumo3dviz_pt.library.mesh.walls import between, walls
 from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes, settled
 from sumo3dviz_pt.model.vectors import area_vectors, unit
-from sumo3dviz_pt.world.memory import Memory
+from sumo3dviz_pt.world.memory import Memory, digest_of
 from sumo3dviz_pt.world.roads.cells import Cells, Polygons
 from sumo3dviz_pt.world.roads.crossings import Crossings, crossings_of, stacked
 from sumo3dviz_pt.world.roads.drops import SIDEWALK_HEIGHT as SIDEWALK_HEIGHT
 from sumo3dviz_pt.world.roads.drops import Drops, cut_for_ramps, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near, surface_heights
+from sumo3dviz_pt.world.roads.uneven import is_uneven, pieces_of
 from sumo3dviz_pt.world.roads.wear.stains import (
     STAINED,
     Tile,
@@ -35,9 +36,6 @@ KERB_WIDTH = 0.15
 
 _VERGE_WIDTH, _VERGE_DROP = 0.12, 0.08
 """Extent of the slope around roads, sideways and down [m]."""
-
-_RIM, _RIM_STEP = 1.0, 2.0
-"""Width of the rim of junctions on slopes, and distance of the points on its inside [m]."""
 
 _RAMP_STEP = 0.3
 """Distance of points of kerbs where they are lowered [m]."""
@@ -272,20 +270,6 @@ def smooth_normals(vertices: Floats, faces: Ints) -> Floats:
     return unit(total[place])
 
 
-def pieces_of(cells: Cells, index: int) -> list[shapely.Polygon]:
-    """Return the polygons that a cell's triangles are cut from.
-
-    A junction on a slope gets a rim along its border, where it meets lanes that are higher or
-    lower than its own ways. Without a rim, triangles from there would reach across the ways.
-    """
-    polygon = cells.polygons[index]
-    if cells.is_flat or cells.raised[index] or index not in cells.knots:
-        return polygon_parts(polygon)
-    core = polygon.buffer(-_RIM, join_style="mitre", mitre_limit=2.0)
-    core = shapely.segmentize(core, _RIM_STEP)
-    return [*polygon_parts(core), *polygon_parts(subtract(polygon, [core]))]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Cutting:
     """Cells that are cut into triangles.
@@ -301,27 +285,28 @@ class _Cutting:
     memory: Memory
 
     def triangles(self, index: int) -> list[Triangles]:
-        """Triangles of a cell: small ones where it ramps or shows stains."""
+        """Triangles of a cell: small ones where it ramps, is uneven or shows stains."""
         polygon = self.cells.polygons[index]
         ramps = self.drops.at(polygon) if self.cells.raised[index] else ()
         stained = self.cells.surfaces[index] in STAINED
         tiles = stain_tiles(polygon, self.drops.focus) if stained else ()
+        uneven = is_uneven(self.cells, index)
+        keep, shape = self.memory.by_content, digest_of(polygon)
 
         def pieces() -> list[shapely.Geometry]:
             cut = partial(cut_for_ramps, polygon, self.drops)
-            if ramps:
-                return self.memory.of(("ramps", index, ramps), cut)
-            return pieces_of(self.cells, index)
+            return keep.of(("ramps", shape, ramps), cut) if ramps else polygon_parts(polygon)
 
         def rest() -> Triangles:
-            return triangulate_all([p for one in pieces() for p in without_tiles(one, tiles)])
+            left = [p for one in pieces() for p in without_tiles(one, tiles)]
+            return triangulate_all(pieces_of(self.cells, index, left))
 
         def within(tile: Tile) -> Triangles:
             return triangulate_all([p for one in pieces() for p in cut_for_stains(one, tile)])
 
-        found = [self.memory.of(("rest", index, ramps, tiles), rest)]
+        found = [keep.of(("rest", shape, uneven, ramps, tiles), rest)]
         return found + [
-            self.memory.of(("stained", index, ramps, tile), partial(within, tile)) for tile in tiles
+            keep.of(("stained", shape, ramps, tile), partial(within, tile)) for tile in tiles
         ]
 
 

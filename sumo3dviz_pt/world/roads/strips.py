@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import shapely
@@ -11,6 +12,7 @@ from sumo3dviz_pt.job.settings import RoadSettings
 from sumo3dviz_pt.library.mesh.polyline import offset, with_split_bends, without_repeats
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
+from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.roads.style import (
     LaneLook,
     bicycle_surface,
@@ -140,8 +142,23 @@ def _shared_border(before: Strip, line: Floats, lane: Lane) -> Floats | None:
     return np.round(0.5 * (sides[0] + sides[1]), 3)
 
 
+def kept_strips(
+    edge: Edge, settings: RoadSettings, *, left_hand: bool, memory: Memory
+) -> tuple[Strip, ...]:
+    """Return what `edge_strips` gives, made once for all choices of roads.
+
+    Args:
+        edge: The edge.
+        settings: Surfaces and widths of lanes.
+        left_hand: Whether lanes are counted from the left.
+        memory: Of the network's world.
+    """
+    make = partial(edge_strips, edge, settings, left_hand=left_hand)
+    return memory.by_content.of(("strips", edge.id), make)
+
+
 def network_strips(
-    network: Network, settings: RoadSettings, *, region: BoundsXY | None
+    network: Network, settings: RoadSettings, *, region: BoundsXY | None, memory: Memory
 ) -> dict[str, tuple[Strip, ...]]:
     """Return strips of all normal edges that touch a region, by edge id.
 
@@ -149,13 +166,14 @@ def network_strips(
         network: The network.
         settings: Surfaces and widths of lanes.
         region: A box [m]; None is everywhere.
+        memory: Of the network's world.
     """
     edges = (edge for edge in network.edges.values() if edge.function in {"normal", "connector"})
     return {
         edge.id: strips
         for edge in edges
         if any(in_region(lane.shape, region, margin=lane.width) for lane in edge.lanes)
-        and (strips := edge_strips(edge, settings, left_hand=network.left_hand))
+        and (strips := kept_strips(edge, settings, left_hand=network.left_hand, memory=memory))
     }
 
 

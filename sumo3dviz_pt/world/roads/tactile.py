@@ -8,10 +8,11 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh
+from sumo3dviz_pt.world.memory import digest_of
+from sumo3dviz_pt.world.roads.cells import Polygons
 from sumo3dviz_pt.world.roads.drops import Drops, rise_at
 from sumo3dviz_pt.world.roads.heights import heights_near
 from sumo3dviz_pt.world.roads.layers import Base
-from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.markings.build import lifted
 from sumo3dviz_pt.world.roads.mesh import KERB_WIDTH
 from sumo3dviz_pt.world.roads.style import PAVING
@@ -39,8 +40,11 @@ def tactile_slabs(base: Base, drops: Drops) -> tuple[Mesh, Floats]:
     layout = base.layout
     quads = [np.zeros((0, 4, 2))]
     tones = [np.zeros((0, 3))]
+    footways = layout.memory.of(("footways",), lambda: shapely.STRtree(layout.raised))
     for k, name in enumerate(drops.names):
-        found = layout.memory.of(("tactile", name), partial(_at_end, k, drops, layout))
+        near = footways.geometries[np.sort(footways.query(drops.ramps.geometries[k]))]
+        made_of = ("tactile", name, digest_of(*near))
+        found = layout.memory.by_content.of(made_of, partial(_at_end, k, drops, near))
         quads.append(found[0])
         tones.append(found[1])
     flat = np.concatenate(quads).reshape(-1, 2)
@@ -56,16 +60,16 @@ def tactile_slabs(base: Base, drops: Drops) -> tuple[Mesh, Floats]:
     return mesh, np.repeat(np.concatenate(tones), 2, axis=0)
 
 
-def _footways(layout: RoadLayout) -> shapely.Geometry:
-    """All footways."""
-    area = shapely.union_all(layout.raised)
+def _at_end(k: int, drops: Drops, footways: Polygons) -> tuple[Floats, Floats]:
+    """Ribs and grooves along one end of a crossing, (n, 4, 2) [m], and their tones, (n, 3).
+
+    Args:
+        k: Number of the end.
+        drops: Where kerbs are lowered.
+        footways: The footways near it, (n,).
+    """
+    area = shapely.union_all(footways)
     shapely.prepare(area)
-    return area
-
-
-def _at_end(k: int, drops: Drops, layout: RoadLayout) -> tuple[Floats, Floats]:
-    """Ribs and grooves along one end of a crossing, (n, 4, 2) [m], and their tones, (n, 3)."""
-    area = layout.memory.of(("footways",), partial(_footways, layout))
     count = int(2.0 * drops.halves[k] / _SLAB)
     half = 0.5 * count * _SLAB
     marks = np.linspace(-half, half, count * 2 * _RIBS + 1)

@@ -38,6 +38,7 @@ _SETBACK, _BARE = 2.2, 4.2  # between pavement, or kerb, and houses [m]
 _ROW, _TRUNK = 9.0, 2.6  # trees nearer to a pavement are street trees; houses keep off them [m]
 _SLIT = 4.0  # narrower gaps between pavements are no land [m]
 _RIM = 0.17  # how far forecourts cover the stones at the back of pavements [m]
+_STRAIGHT = 0.3  # by how much mitred land may come nearer to what is paved [m]
 _YARDS = 0.06  # share of lots that stay open
 _TILE = 500.0  # tiles of houses [m]
 _SMALLEST = 250.0  # smaller blocks bear no houses [m2]
@@ -121,8 +122,7 @@ def _in_tile(
     near = shapely.STRtree(list(paved)).query(box, predicate="intersects")
     ground = union(polygon_parts(shapely.intersection(union([paved[k] for k in near]), box)))
     setback = _setback(ground, _trees(given.pois), streets)
-    grown = ground.buffer(setback + _SLIT, join_style="mitre", mitre_limit=2.0)
-    grown = grown.buffer(-_SLIT, join_style="mitre", mitre_limit=2.0)
+    grown = _kept_free(ground, setback)
     blocks = [Block(land, tile) for land in polygon_parts(shapely.difference(box, grown))]
     blocks = [block for block in blocks if block.land.area > _SMALLEST and not block.room.is_empty]
     # Divide its borders into lots and build on them.
@@ -139,6 +139,14 @@ def _in_tile(
     inner = ground.buffer(-rim, join_style="mitre")
     courts = _forecourts(lots, setback, ground=inner, houses=houses)
     return Rows(tuple(houses), courts, tuple(found.yards))
+
+
+def _kept_free(ground: shapely.Geometry, setback: float) -> shapely.Geometry:
+    """What is paved with a setback [m] around it, and narrow gaps between."""
+    wide = ground.buffer(setback + _SLIT, join_style="mitre", mitre_limit=2.0)
+    closed = wide.buffer(-_SLIT, join_style="mitre", mitre_limit=2.0)
+    # Mitred corners that are cut off come back too small, even smaller than what is paved.
+    return union([closed, ground.buffer(setback - _STRAIGHT, quad_segs=4)])
 
 
 def _trees(pois: Sequence[Poi]) -> Floats:

@@ -22,6 +22,7 @@ from sumo3dviz_pt.world.signals.heads import (
     direction_at_end,
     freest,
     leftward,
+    row_offsets,
 )
 
 _STRAIGHT = np.radians(25.0)  # a driver sees heads at most so far above or aside [rad]
@@ -71,7 +72,7 @@ def far_side_heads(
     bar = (len(shown) - 1) * SPACING
     aside = width + BESIDE + bar / 2 + np.arange(0.0, 7.0, 0.5)
     ahead = (reach + np.array([0.6, 1.5, 2.5, 4.0, 6.0]))[:, None, None] * along
-    probes = (0.0 * along, -bar / 2 * outward, bar / 2 * outward)
+    row = [offset * outward for offset in row_offsets(len(shown))]
     height = POLE_BOTTOM + 0.3 * design.lamps + 0.12
     made: list[Head] = []
     supports: list[Support] = []
@@ -79,7 +80,7 @@ def far_side_heads(
         if made and not any(_out_of_view(lane, [*heads, *made]) for lane in lanes):
             break
         places = start + (ahead + aside[:, None] * side).reshape(-1, 3)
-        foot = freest(places, probes, design.index)
+        foot = freest(places, row, design.ground)
         stand = Stand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
         made += stand.row(shown, lamps=design.lamps)
         supports.append(Support(foot, yaw, height, bar=bar))

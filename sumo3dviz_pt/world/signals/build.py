@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection, Network
 from sumo3dviz_pt.model.scene import LeftOut, StaticPart
 from sumo3dviz_pt.model.traffic import SignalPhases
+from sumo3dviz_pt.world.placement.driven_ground import DrivenGround, driven_ground
 from sumo3dviz_pt.world.placement.lane_index import build_lane_index
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
 from sumo3dviz_pt.world.rails.guards import guard_of
@@ -46,6 +48,9 @@ to 400 cd for heads of performance level 1, class 1.
 
 TRAM_RADIANCE: Mapping[str, Colour] = dict.fromkeys((RED, YELLOW, GREEN), (0.7, 0.7, 0.66))
 """The same for the white bars of trams' signals."""
+
+_SAME_GROUND = 2.0
+"""Ground that is higher than a signal's road by more belongs to another level [m]."""
 
 NIGHT_POWER = 0.35
 """Factor of `RADIANCE` by night, when signals are dimmed so that they do not dazzle."""
@@ -122,7 +127,7 @@ def build_signals(
     *,
     style: SignalStyle = STYLES["european"].signals,
     around: Surroundings | None = None,
-    raised: HeightAt | None = None,
+    standing: HeightAt | None = None,
 ) -> Signals:
     """Build the traffic lights of a network.
 
@@ -132,7 +137,7 @@ def build_signals(
         settings: Design, and what to do about missing yellow.
         style: What heads look like, and where they are repeated.
         around: Lanes and cameras, if they are indexed already; without, all is near.
-        raised: How much higher than the carriageway people walk at places.
+        standing: Height of whatever people walk on at places.
 
     Returns:
         Empty, and saying why, without lights in the network or without a log.
@@ -155,10 +160,10 @@ def build_signals(
             courses[key] = unique.setdefault(course, course)
         return courses[key]
 
-    # Place heads and poles, on footways as high as people walk.
-    index = build_lane_index(network) if around is None else around.index
+    # Place heads and poles, as high as people walk there.
+    ground = _driven_ground(network, around)
     heads, supports = sites(
-        network, links, index=index, course_of=shown, lamps=lamps, far_side=style.far_side
+        network, links, ground=ground, course_of=shown, lamps=lamps, far_side=style.far_side
     )
     if not heads:
         return Signals(left_out=left_out)
@@ -166,11 +171,11 @@ def build_signals(
         heads = [replace(head, counter=head.kind == "vehicle") for head in heads]
     heads = [
         replace(head, position=head.position + up, foot=head.foot + up)
-        for head, up in zip(heads, _lift(heads, raised), strict=True)
+        for head, up in zip(heads, _lift(heads, standing), strict=True)
     ]
     supports = [
         replace(support, position=support.position + up)
-        for support, up in zip(supports, _lift(supports, raised), strict=True)
+        for support, up in zip(supports, _lift(supports, standing), strict=True)
     ]
     # Build what they are made of.
     static = static_parts(
@@ -184,11 +189,20 @@ def build_signals(
     return Signals(static, (lamp_set(heads),), tuple(heads), left_out, power)
 
 
-def _lift(things: list[Head] | list[Support], raised: HeightAt | None) -> Floats:
-    """By how much things move up to stand where people walk, (n, 3) [m]."""
+def _driven_ground(network: Network, around: Surroundings | None) -> DrivenGround:
+    """Where vehicles drive, indexed once for all shots."""
+    if around is None:
+        return driven_ground(network, build_lane_index(network))
+    return around.memory.of(("driven ground",), partial(driven_ground, network, around.index))
+
+
+def _lift(things: list[Head] | list[Support], standing: HeightAt | None) -> Floats:
+    """By how much things move up to stand on the ground, (n, 3) [m]; never onto a bridge."""
     up = np.zeros((len(things), 3))
-    if raised is not None and things:
-        up[:, 2] = raised(np.array([thing.foot[:2] for thing in things]))
+    if standing is not None and things:
+        feet = np.array([thing.foot for thing in things])
+        rise = standing(feet[:, :2]) - feet[:, 2]
+        up[:, 2] = np.where(rise < _SAME_GROUND, np.maximum(rise, 0.0), 0.0)
     return up
 
 

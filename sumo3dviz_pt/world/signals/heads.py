@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.network import Connection, Network
-from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.placement.driven_ground import DrivenGround
 from sumo3dviz_pt.world.rails.guards import guard_of, only_rails
 from sumo3dviz_pt.world.signals.aspects import AspectCourse
 
@@ -31,6 +31,8 @@ WALKS = ("crossing", "walkingarea")
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 _CIRCLE = np.column_stack([np.cos(_TURN), np.sin(_TURN), 0.0 * _TURN])
+_FARTHEST = 40.0  # a pole stands at most so far from its usual place [m]
+_ROW_REACH = 8.0  # and at most so far only to keep heads off carriageways [m]
 _CYCLISTS = frozenset({"bicycle", "scooter"})
 
 HeadKind = Literal["vehicle", "foot", "bicycle", "tram", "rail"]
@@ -127,14 +129,14 @@ class HeadDesign:
 
     Attributes:
         network: Says who uses a lane.
-        index: Keeps poles off carriageways.
+        ground: Keeps poles off carriageways.
         course_of: Says what a head for a link shows.
         lamps: Of a head for vehicles, 2 or 3.
         far_side: When a head stands beyond the junction, too; as in `SignalStyle`.
     """
 
     network: Network
-    index: LaneIndex
+    ground: DrivenGround
     course_of: CourseOf
     lamps: int
     far_side: str = "never"
@@ -172,7 +174,7 @@ class Stand:
 
     def row(self, groups: Sequence[SignalGroup], *, lamps: int) -> list[Head]:
         """Return one head of so many lamps for each group."""
-        offsets = (np.arange(len(groups)) - (len(groups) - 1) / 2) * SPACING
+        offsets = row_offsets(len(groups))
         return [
             Head(
                 group.tls,
@@ -200,28 +202,58 @@ def kind_of(network: Network, link: Connection) -> HeadKind:
     return "bicycle" if lane.allowed and lane.allowed <= _CYCLISTS else "vehicle"
 
 
+def row_offsets(count: int) -> Floats:
+    """Where heads side by side hang along their row, from its middle, (count,) [m]."""
+    return np.asarray(SPACING * (np.arange(count) - (count - 1) / 2))
+
+
 def freest(
-    candidates: Floats, probes: Sequence[Floats], index: LaneIndex, *, margin: float = 0.3
+    candidates: Floats,
+    row: Sequence[Floats],
+    ground: DrivenGround,
+    *,
+    wishes: Sequence[Floats] = (),
+    margin: float = 0.3,
 ) -> Floats:
-    """The first place that is most clear of carriageways, and never one on a lane.
+    """Return the first place that is most clear of carriageways, and none on one if possible.
 
     Args:
         candidates: Places for a pole, best first, (n, 3) [m].
-        probes: Vectors from the pole to what must not be over a carriageway, (3,) each; the
-            first is the pole's own foot.
-        index: The network's lanes.
-        margin: Between a pole's middle and a lane, at least [m].
+        row: Vectors from the pole to the heads that it carries low above the ground, (3,) each.
+        ground: Where vehicles drive.
+        wishes: Vectors from the pole to what had better lie off carriageways, too, (3,) each.
+        margin: Between a pole's middle and a carriageway, at least [m].
     """
-    blocked = np.array([index.covers((candidates + k)[:, :2], margin=margin) for k in probes])
-    # A pole on a lane is worse than any number of heads over one.
-    cost = blocked.sum(axis=0) + len(probes) * blocked[0]
-    best: Floats = candidates[int(np.argmin(cost))]
-    if cost.min() <= len(probes):
+    # A pole on a carriageway is worst, heads over one come next, then wishes.
+    hard = _counted(candidates, (np.zeros(3), *row), ground, margin=margin)
+    worst = ground.covers(candidates[:, :2], margin=margin)
+    soft = _counted(candidates, wishes, ground, margin=margin)
+    order = np.lexsort((soft, hard, worst))
+    best: Floats = candidates[int(order[0])]
+    if not hard[order[0]]:
         return best
-    # In joined junctions all usual places may lie on lanes: take the nearest that does not.
-    rings = best + np.concatenate([r * _CIRCLE for r in np.arange(0.5, 40.0, 0.5)])
-    free = ~index.covers(rings[:, :2], margin=margin)
-    return np.asarray(rings[int(np.argmax(free))] if free.any() else best)
+    # In joined junctions all usual places may lie on asphalt: take the nearest that does not.
+    rings = best + np.concatenate([r * _CIRCLE for r in np.arange(0.5, _FARTHEST, 0.5)])
+    off = ~ground.covers(rings[:, :2], margin=margin)
+    if len(row) and off.any():
+        reach = np.linalg.norm(rings - best, axis=1)
+        near = np.flatnonzero(off & (reach < _ROW_REACH))
+        clear = near[_counted(rings[near], row, ground, margin=margin) == 0]
+        if len(clear):
+            return np.asarray(rings[clear[0]])
+    if not worst[order[0]]:
+        return best
+    return np.asarray(rings[int(np.argmax(off))] if off.any() else best)
+
+
+def _counted(
+    places: Floats, vectors: Sequence[Floats], ground: DrivenGround, *, margin: float
+) -> Ints:
+    """How many of the vectors from places, (n, 3) [m], end over a carriageway, (n,)."""
+    count = np.zeros(len(places), dtype=np.int64)
+    for vector in vectors:
+        count += ground.covers((places + vector)[:, :2], margin=margin)
+    return count
 
 
 def direction_at_end(shape: Floats) -> tuple[Floats, float]:

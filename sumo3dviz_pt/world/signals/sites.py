@@ -4,7 +4,8 @@ Vehicles: a pole 0.7 m beyond the edge's outer border (right in right-hand traff
 sidewalk and bicycle lane included, 3.5 m behind the stop line, so that drivers who wait at
 the line see it, or nearer where a carriageway is in the way; it carries one head per
 different course of the edge, in lane order. Edges with three or more signalled lanes
-also get an arm with heads over each lane. Pedestrians: a pole at either end of a crossing.
+also get an arm with heads over each lane. Pedestrians: a pole at either end of a
+crossing, or the pole of a road's heads or of another crossing that stands near.
 
 References:
     Distance from stop line to signal: FGSV, Richtlinien fuer Lichtsignalanlagen (RiLSA),
@@ -20,7 +21,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Network
-from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.placement.driven_ground import DrivenGround
 from sumo3dviz_pt.world.signals.beyond import far_side_heads
 from sumo3dviz_pt.world.signals.heads import (
     ARM_BOTTOM,
@@ -42,7 +43,9 @@ from sumo3dviz_pt.world.signals.heads import (
     freest,
     kind_of,
     leftward,
+    row_offsets,
 )
+from sumo3dviz_pt.world.signals.sharing import with_shared_poles
 
 _BEHIND = (3.5, 2.0)  # places behind the stop line that are tried first [m]
 _LAST = 0.5  # and the last one [m]
@@ -54,7 +57,7 @@ def sites(
     network: Network,
     links: Sequence[Connection],
     *,
-    index: LaneIndex,
+    ground: DrivenGround,
     course_of: CourseOf,
     lamps: int,
     far_side: str = "never",
@@ -64,24 +67,24 @@ def sites(
     Args:
         network: The road network.
         links: Signalled connections.
-        index: Keeps poles off carriageways.
+        ground: Keeps poles off carriageways.
         course_of: Says what a head for a link shows.
         lamps: Of a head for vehicles, 2 or 3.
         far_side: When a head stands beyond the junction, too; as in `SignalStyle`.
     """
     heads: list[Head] = []
     supports: list[Support] = []
-    design = HeadDesign(network, index, course_of, lamps, far_side)
+    design = HeadDesign(network, ground, course_of, lamps, far_side)
     for edge, own in _by_edge(network, links).items():
         if network.edges[edge].function in WALKS:
-            made = _crossing(network.edges[edge], design.groups(own, lamps=2), index)
+            made = _crossing(network.edges[edge], design.groups(own, lamps=2), ground)
         elif all(kind_of(network, link) == "rail" for link in own):
             made = _rail_signal(network, network.edges[edge], own, design)
         else:
             made = _approach(network, network.edges[edge], own, design)
         heads += made[0]
         supports += made[1]
-    return heads, supports
+    return with_shared_poles(heads, supports)
 
 
 def _by_edge(network: Network, links: Sequence[Connection]) -> Mapping[str, list[Connection]]:
@@ -113,8 +116,9 @@ def _approach(
     outward = leftward(along) if network.left_hand else -leftward(along)
     bar = (len(groups) - 1) * SPACING
     # Lanes that end beside the pole do not cover its place behind their ends: probe there too.
-    probes = (0.0 * along, -2.0 * along, -4.5 * along, -bar / 2 * outward)
-    foot = freest(_feet(edge, along, outward, bar), probes, design.index)
+    places = _feet(edge, along, outward, bar)
+    row = [offset * -outward for offset in row_offsets(len(groups))]
+    foot = freest(places, row, design.ground, wishes=(-2.0 * along, -4.5 * along))
     stand = Stand(foot, foot + POLE_BOTTOM * UP, -outward, along, yaw)
     heads = stand.row(groups, lamps=lamps)
     # Where the road is wide, an arm carries heads over each lane.
@@ -150,7 +154,7 @@ def _rail_signal(
         aside = _RAIL_BESIDE + np.array([0.0, 0.4, -0.4, 0.8, 1.2, 1.8, 2.4, 3.0])
         back = np.array([0.0, -4.0, -8.0, -15.0, -25.0])
         places = lane.shape[-1] + (back[:, None, None] * along + aside[:, None] * outward)
-        foot = freest(places.reshape(-1, 3), (0.0 * along,), design.index, margin=0.55)
+        foot = freest(places.reshape(-1, 3), (), design.ground, margin=0.55)
         stand = Stand(foot, foot + RAIL_BOTTOM * UP, -outward, along, yaw)
         heads += stand.row(groups, lamps=2)
         bar = (len(groups) - 1) * SPACING
@@ -159,7 +163,7 @@ def _rail_signal(
 
 
 def _crossing(
-    edge: Edge, groups: Sequence[SignalGroup], index: LaneIndex
+    edge: Edge, groups: Sequence[SignalGroup], ground: DrivenGround
 ) -> tuple[list[Head], list[Support]]:
     """Heads at both ends of a crossing, each looking over the road."""
     lane = edge.lanes[0]
@@ -173,7 +177,7 @@ def _crossing(
             for side in (1.0, -1.0, 1.5, -1.5)
             for out in (0.4, 0.1, 0.9, 1.5, 2.2, 3.0)
         ]
-        foot = freest(np.array(places), (0.0 * along,), index)
+        foot = freest(np.array(places), (), ground)
         stand = Stand(foot, foot + WALK_BOTTOM * UP, leftward(along), along, yaw)
         heads += stand.row(groups, lamps=2)
         bar = (len(groups) - 1) * SPACING

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from sumo3dviz_pt.job.settings import StreetSettings
+from sumo3dviz_pt.library.street.road_styles import STYLES, SignStyle
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scenario import Scenario
@@ -68,7 +69,12 @@ class StreetParts:
 
 
 def build_street(
-    scenario: Scenario, settings: StreetSettings, *, site: Site, dark: bool
+    scenario: Scenario,
+    settings: StreetSettings,
+    *,
+    site: Site,
+    dark: bool,
+    style: SignStyle = STYLES["european"].signs,
 ) -> StreetParts:
     """Build the street lamps, signs and furniture that the cameras of a shot see.
 
@@ -77,8 +83,9 @@ def build_street(
         settings: Which of them stand by themselves.
         site: Where things may stand; see `site_of`.
         dark: Whether lamps shine.
+        style: What signs look like.
     """
-    around, furnished = site.around, _StreetTiles(scenario, settings, site)
+    around, furnished = site.around, _StreetTiles(scenario, settings, site, style)
     # Collect what stands in tiles that a camera sees.
     exits = [sign for tile in _tiles(around, GANTRY_REACH) for sign in furnished.exits(tile).exits]
     kerbs = [furnished.kerbs(tile) for tile in _tiles(around, REACH)]
@@ -130,11 +137,13 @@ class _StreetTiles:
         scenario: Roads, POIs and stops.
         settings: Which of them stand by themselves.
         site: All that is given; what stands does not depend on its cameras.
+        style: What signs look like.
     """
 
     scenario: Scenario
     settings: StreetSettings
     site: Site
+    style: SignStyle
 
     def exits(self, tile: Tile) -> _Exits:
         """Gantries and boards of exits in a tile."""
@@ -163,7 +172,7 @@ class _StreetTiles:
         borders = self._borders(tile)
         stops = place_stops(network, self.scenario.stops, site)
         auto = self.settings.signs == "auto"
-        signs = place_signs(network, borders, site, self._links) if auto else []
+        signs = place_signs(network, borders, site, self._links, self.style) if auto else []
         auto = self.settings.lamps == "auto"
         lamps = place_lamps(borders if auto else [], self.scenario.pois, site)
         return _Kerbs(stops, tuple(signs), tuple(lamps), tuple(site.used))

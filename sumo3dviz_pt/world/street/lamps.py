@@ -55,6 +55,7 @@ _SPACING = 30.0
 _SHIFTS = np.array([0.0, 2.5, -2.5, 5.0, -5.0, 7.5, -7.5])  # other places of a lamp [m]
 _BACK = 0.55  # from the kerb to the pole [m]
 _VERGE = 1.1  # the same where there is no sidewalk [m]
+_CORNER = 18.0  # between lamps of different roads, at least [m]
 _ENDS = (4.0, 14.0)  # kept clear after junctions and before them, where signals stand [m]
 _WIDE = 9.5  # carriageways from which lamps are high [m]
 _NARROW = 10.0  # both directions together; below, the two sides take turns [m]
@@ -105,9 +106,18 @@ def place_lamps(borders: Sequence[Border], pois: Sequence[Poi], site: Site) -> l
     lamps = _at_pois(pois, site)
     given = np.array([lamp.place[:2] for lamp in lamps]).reshape(-1, 2)
     widths = {(b.edge.from_junction, b.edge.to_junction): b.road for b in borders}
+    stand: dict[tuple[str, str], Floats] = {}
     for border in borders:
-        if is_urban(border):
-            lamps += _along(border, widths, site, given)
+        if not is_urban(border):
+            continue
+        ends = (border.edge.from_junction, border.edge.to_junction)
+        # Pairs of lamps stand on both sides of wide roads; others light a corner together.
+        pairs = ends if _takes_turns(border, widths) else ends[::-1]
+        others = [places for key, places in stand.items() if key not in (ends, pairs)]
+        own = _along(border, widths, site, given, np.concatenate([np.zeros((0, 2)), *others]))
+        places = np.array([lamp.place[:2] for lamp in own]).reshape(-1, 2)
+        stand[ends] = np.concatenate([stand.get(ends, np.zeros((0, 2))), places])
+        lamps += own
     return lamps
 
 
@@ -194,20 +204,36 @@ def _at_pois(pois: Sequence[Poi], site: Site) -> list[Lamp]:
     return lamps
 
 
+def _takes_turns(border: Border, widths: Mapping[tuple[str, str], float]) -> bool:
+    """Whether lamps stand on the two sides of a narrow road in turn."""
+    edge = border.edge
+    twin = widths.get((edge.to_junction, edge.from_junction), 0.0)
+    return bool(twin) and border.road + twin < _NARROW
+
+
 def _along(
-    border: Border, widths: Mapping[tuple[str, str], float], site: Site, given: Floats
+    border: Border,
+    widths: Mapping[tuple[str, str], float],
+    site: Site,
+    given: Floats,
+    others: Floats,
 ) -> list[Lamp]:
-    """Lamps along one edge, away from given ones."""
+    """Lamps along one edge, away from given ones, (n, 2), and those of other roads, (m, 2)."""
     # Decide on the spacing.
     edge = border.edge
     twin = widths.get((edge.to_junction, edge.from_junction), 0.0)
     wide = border.road > _WIDE or border.road + twin > 2 * _WIDE
     # Narrow roads have lamps on their two sides in turn.
-    turns = bool(twin) and border.road + twin < _NARROW
+    turns = _takes_turns(border, widths)
     spacing, shift = _SPACING, 0.5
     if turns:
         # Each side measures along its own direction, so a quarter makes them take turns.
         spacing, shift = 2 * _SPACING, 0.25
+        if border.length - sum(_ENDS) < _SPACING:
+            # On short roads a single lamp stands, in the middle of one side.
+            if edge.from_junction > edge.to_junction:
+                return []
+            shift = 0.5
     at = spread(border.length, spacing, ends=_ENDS, shift=shift)
     back = _BACK if border.walk > 0.0 else _VERGE
     if not len(at):
@@ -220,6 +246,7 @@ def _along(
         site.free(places, radius=0.2, height=LOW)
         & site.level_with(places, road)
         & ~_near_any(places, given, _SPACING / 2)
+        & ~_near_any(places, others, _CORNER)
     ).reshape(tries.shape)
     first = np.flatnonzero(good.any(axis=1)) * len(_SHIFTS) + good.argmax(axis=1)[good.any(axis=1)]
     places, yaws = places[first], border.inward(yaw[first])

@@ -8,7 +8,10 @@ from functools import partial
 
 import numpy as np
 
+from sumo3dviz_pt.library.street import national_signs as national
 from sumo3dviz_pt.library.street import signs as shapes
+from sumo3dviz_pt.library.street.national_signs import shown_limit
+from sumo3dviz_pt.library.street.road_styles import SignStyle
 from sumo3dviz_pt.model.geometry import Transform
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.random import pick, share_of
@@ -26,6 +29,7 @@ GANTRY_REACH = 1500.0
 FAST = 80.0 / 3.6
 """Speed limit from which roads of two lanes or more have gantries [m/s]."""
 
+_LIMITS = {"km/h": (10, 130), "mph": (5, 85)}  # lowest and highest limit on a sign, by unit
 _BESIDE = 0.45  # from the kerb to a post on a sidewalk [m]
 _VERGE = 1.2  # the same without a sidewalk [m]
 _FAR = 150.0
@@ -68,7 +72,7 @@ class Sign:
 
 
 def place_signs(
-    network: Network, borders: Sequence[Border], site: Site, links: EdgeLinks
+    network: Network, borders: Sequence[Border], site: Site, links: EdgeLinks, style: SignStyle
 ) -> list[Sign]:
     """Place signs on posts along edges.
 
@@ -77,12 +81,13 @@ def place_signs(
         borders: Of edges.
         site: What is free; signs are added to it.
         links: Connections of the network.
+        style: What signs look like.
     """
     return [
         sign
         for border in borders
         if "railway" not in border.edge.type
-        for wish in (*_limit(network, border, links), *_priority(border, links))
+        for wish in (*_limit(network, border, links, style), *_priority(border, links, style))
         for sign in _posted(wish, border, site)
     ]
 
@@ -148,28 +153,26 @@ def links_of(network: Network) -> EdgeLinks:
     return EdgeLinks(into, out, at)
 
 
-def limit_of(edge: Edge) -> int:
-    """Return an edge's speed limit, rounded to tens [km/h]."""
-    fastest = max(
-        (lane.speed for lane in edge.lanes if lane.allowed & {"passenger", "bus"}), default=0.0
-    )
-    return 10 * round(fastest * 3.6 / 10)
+def limit_of(edge: Edge, style: SignStyle) -> int:
+    """Return the number on an edge's speed limit, in the style's unit."""
+    return shown_limit(_fastest(edge), style)
 
 
-def _limit(network: Network, border: Border, links: EdgeLinks) -> list[Wish]:
+def _limit(network: Network, border: Border, links: EdgeLinks, style: SignStyle) -> list[Wish]:
     """A speed limit where it differs from that of a road that leads here."""
-    number = limit_of(border.edge)
+    number = limit_of(border.edge, style)
     before = {
-        limit_of(network.edges[network.lanes[link.from_lane].edge_id])
+        limit_of(network.edges[network.lanes[link.from_lane].edge_id], style)
         for link in links.into.get(border.edge.id, [])
         if link.direction not in ("t", "T")
     }
-    if not 10 <= number <= 130 or before == {number} or border.length < 40.0:
+    lowest, highest = _LIMITS[style.unit]
+    if not lowest <= number <= highest or before == {number} or border.length < 40.0:
         return []
-    return [Wish(shapes.speed_limit(number), min(9.0, border.length / 3))]
+    return [Wish(national.speed_limit(number, style), min(9.0, border.length / 3))]
 
 
-def _priority(border: Border, links: EdgeLinks) -> list[Wish]:
+def _priority(border: Border, links: EdgeLinks, style: SignStyle) -> list[Wish]:
     """Stop, give way or priority where an edge ends without a signal."""
     own = [k for k in links.out.get(border.edge.id, []) if k.direction not in ("t", "T")]
     if not own or any(link.tls for link in own) or border.length < 15.0:
@@ -181,10 +184,10 @@ def _priority(border: Border, links: EdgeLinks) -> list[Wish]:
     # A left turn out of a main road waits, too, but straight on goes first.
     main = {link.state for link in own if link.direction in ("s", "R", "L")} or states
     if "m" in main or "=" in states:
-        return [Wish(shapes.give_way(), at)]
+        return [Wish(national.give_way(style), at)]
     others = links.at.get(border.edge.to_junction, [])
-    fast = "motorway" in border.edge.type
-    if not fast and "M" in main and any(link.state in ("m", "s") for link in others):
+    diamond = style.priority and "motorway" not in border.edge.type
+    if diamond and "M" in main and any(link.state in ("m", "s") for link in others):
         return [Wish(shapes.priority_road(), max(border.length - 35.0, border.length / 2))]
     return []
 
@@ -218,11 +221,18 @@ def _exit(network: Network, border: Border, links: EdgeLinks, site: Site) -> lis
     return [*_gantry(border, site), *_nose(network.edges[slow[0]], network, site)]
 
 
+def _fastest(edge: Edge) -> float:
+    """The speed limit of an edge's fastest lane for cars and buses [m/s]."""
+    speeds = [lane.speed for lane in edge.lanes if lane.allowed & {"passenger", "bus"}]
+    return max(speeds, default=0.0)
+
+
 def _leaves(target: Edge, edge: Edge) -> bool:
     """Whether an edge is the exit of another: a link, or with fewer lanes and slower."""
     if target.type.endswith("_link"):
         return True
-    return len(target.lanes) < len(edge.lanes) and limit_of(target) < limit_of(edge)
+    slower = round(0.36 * _fastest(target)) < round(0.36 * _fastest(edge))  # by 10 km/h
+    return slower and len(target.lanes) < len(edge.lanes)
 
 
 def _gantry(border: Border, site: Site) -> list[Sign]:

@@ -9,16 +9,16 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
-from sumo3dviz_pt.library.materials.by_key import KERB
 from sumo3dviz_pt.library.mesh.planar import union
-from sumo3dviz_pt.library.mesh.polyline import mitres
+from sumo3dviz_pt.library.mesh.polyline import densified, mitres
 from sumo3dviz_pt.library.mesh.walls import between
 from sumo3dviz_pt.library.street.barriers import swept, upright_boxes
 from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Part, StaticPart
-from sumo3dviz_pt.world.land.terrain import STEEPEST, densified
+from sumo3dviz_pt.world.land.terrain import STEEPEST
 from sumo3dviz_pt.world.roads.layout import RoadLayout
 from sumo3dviz_pt.world.roads.levels import Border, Levels, levels_of
+from sumo3dviz_pt.world.structures.concrete import MATERIAL, concrete
 from sumo3dviz_pt.world.structures.decks import deck_mesh, decks_of
 from sumo3dviz_pt.world.structures.piers import piers
 
@@ -85,10 +85,10 @@ def build_structures(layout: RoadLayout, height_at: HeightAt) -> tuple[StaticPar
     zone = bridge_zone(levels_of(layout))
     sides = _sides(layout, height_at)
     decks = decks_of(layout, zone, height_at)
-    concrete = [*(_walls(side) for side in sides), *(_beams(side) for side in sides)]
-    concrete += [deck_mesh(deck, layout) for deck in decks]
-    concrete.append(piers(layout, decks, height_at))
-    return _parts("walls", KERB, _bare(concrete))
+    shell = [*(_walls(side) for side in sides), *(_beams(side) for side in sides)]
+    shell += [deck_mesh(deck, layout) for deck in decks]
+    shell.append(piers(layout, decks, height_at))
+    return _parts("walls", MATERIAL, [concrete(merge_meshes(_bare(shell)))])
 
 
 def build_parapets(

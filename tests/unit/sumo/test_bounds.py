@@ -24,9 +24,8 @@ NETWORKS = {
     "lane twice": ('<lane id="w_1"', '<lane id="w_0"', 'lane "w_0": the id stands twice'),
     "junction twice": ('<junction id="c"', '<junction id="b"', "the id stands twice"),
     "index twice": ('id="w_1" index="1"', 'id="w_1" index="0"', "have the same index"),
-    "no lane": ('<lane id="s_0"', '<line id="s_0"', 'edge "s": the edge has no lane'),
-    "length 0": ('length="54.00"', 'length="0"', 'length="0" must lie from 0.001 to 1000000 m'),
-    "length below 0": ('length="54.00"', 'length="-3"', 'length="-3" must lie'),
+    "no lane": ('<lane id="s_0"', '<line id="s_0"', 'the network has no lane "s_0"'),
+    "length below 0": ('length="54.00"', 'length="-1e7"', 'length="-1e7" must lie from -1000000'),
     "length endless": ('length="54.00"', 'length="1e300"', 'length="1e300" must lie'),
     "width": ('width="3.20"', 'width="1e12"', 'width="1e12" must lie from -1 to 200 m'),
     "speed": ('speed="8.33"', 'speed="-1"', 'speed="-1" must lie from 0 to 1000 m/s'),
@@ -36,6 +35,8 @@ NETWORKS = {
     "link index": ('linkIndex="1"', 'linkIndex="1e9"', 'linkIndex="1e9" must lie'),
     "shape off the Earth": ("1.60,-60.00", "1.60,-6e9", "'1.60,-6e9' lies off the Earth"),
     "height": ("60.00,-1.60,0.50", "60.00,-1.60,1e6", "lies off the Earth"),
+    "junction's size": ("5.00,0.00 5.00,-3.20", "5.00,0.00 5e6,1e6", "shape is 5,000 km across"),
+    "lane's size": ('shape="-120.00,-1.60', 'shape="1e6,-1.60', "the shape is 1,000 km long"),
     "no number": ("1.60,-60.00", "1.60,south", "'1.60,south' is not a point"),
     "5000 digits": ("1.60,-60.00", f"1.60,{LONG}", "...' is not a point"),
     "junction's place": ('x="-120.00"', 'x="1e300"', 'x="1e300" must lie from -20000000'),
@@ -102,7 +103,8 @@ def test_long_shapes_of_roads_stay():
 
 def test_more_roads_than_there_are(tmp_path):
     lanes = "".join(
-        f'<edge id="l{k}"><lane id="l{k}_0" index="0" shape="-1e7,{k} 1e7,{k}" length="5"/></edge>'
+        f'<edge id="l{k}"><lane id="l{k}_0" index="0" length="1e6" shape="-1e7,{k} 1e7,{k}"/>'
+        "</edge>"
         for k in range(12)
     )
     error = complaint(tmp_path, "net.net.xml", NETWORK.replace("</net>", lanes + "</net>"))
@@ -180,7 +182,7 @@ def test_odd_letters_of_signals(state, words, tmp_path):
 
 
 def test_long_ids_are_cut_in_messages(tmp_path):
-    text = NETWORK.replace('<lane id="s_0"', f'<lane id="{"s" * 4000}"').replace("54.00", "0", 1)
+    text = NETWORK.replace('<lane id="s_0"', f'<lane id="{"s" * 4000}"').replace("54.00", "1e9", 1)
     assert "sss..." in str(complaint(tmp_path, "net.net.xml", text))
 
 

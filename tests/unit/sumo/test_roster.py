@@ -7,7 +7,7 @@ from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.roster import Point
 from sumo3dviz_pt.sumo import fcd, read_roster, read_trajectories
 from sumo3dviz_pt.sumo.guesses.types import TypesOfUsers
-from sumo3dviz_pt.sumo.logs import reader
+from sumo3dviz_pt.sumo.logs import kept, reader
 
 
 def vehicle(name, x, y=0.0, *, of="car", speed=10.0, lane="a_0"):
@@ -161,3 +161,35 @@ def test_the_same_people_as_the_reader_of_traces(tmp_path):
     traces = {trace.id: trace for trace in read_trajectories([path]).traces}
     for name, user in roster(path).items():
         assert (user.begin, user.end) == (traces[name].times[0], traces[name].times[-1])
+
+
+def test_a_kept_log_gives_the_same_without_being_read(tmp_path, monkeypatch):
+    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(kept, "_LEAST", 0)
+    rng = np.random.default_rng(6)
+    steps = [
+        (
+            time,
+            "".join(
+                vehicle(f"v{k}", round(9.7 * time + k, 2), lane=f"a_{rng.integers(3)}")
+                for k in range(5)
+                if (time + k) % 7
+            )
+            + f'<person id="p" x="{9.7 * time + 1 if time > 9 else 3:.2f}" y="0" angle="0"'
+            ' speed="1" edge="a"/>',
+        )
+        for time in range(30)
+    ]
+    path, asked = log(tmp_path, *steps), {"near": Point(150, 0, 35), "at": 20.4}
+    streamed = roster(path, **asked)
+    read_trajectories([path], margin=2.0)
+    monkeypatch.setattr(reader.LogReader, "read", None)
+    found = roster(path, **asked)
+    assert found.keys() == streamed.keys() and len(found) == 6
+    for name, user in streamed.items():
+        assert found[name].length == pytest.approx(user.length)
+        assert found[name].passage == user.passage and found[name].place == user.place
+        assert (found[name].edges, found[name].lanes) == (user.edges, user.lanes)
+        assert (found[name].begin, found[name].end) == (user.begin, user.end)
+        assert found[name].mean_speed == pytest.approx(user.mean_speed)
+        assert found[name].max_speed == user.max_speed

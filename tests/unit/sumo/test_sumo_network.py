@@ -109,10 +109,9 @@ def test_gzipped_and_without_location(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('shape="1,1 1,9"', "", "no shape"),
         ('shape="1,1 1,9"', 'shape="1,1 1,x"', "must hold points"),
         ('width="4"', 'width="nan"', "finite"),
-        ('x="100"', "", "missing"),
+        ('x="0" y="0" shape=""', 'shape=""', "missing"),
         ('id="a_1"', "", '"id" is missing'),
         ("-10.5,20", "-10.5", "2 numbers"),
         ("0,0,100,50", "0,0,100,y", "4 numbers"),

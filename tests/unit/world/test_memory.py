@@ -1,9 +1,10 @@
 """What is kept of a world: made once, the same again, and never too much."""
 
 import numpy as np
+import shapely
 
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.world.memory import Memory
+from sumo3dviz_pt.world.memory import Memory, digest_of
 
 
 def counted():
@@ -68,3 +69,29 @@ def test_arrays_are_weighed_wherever_they_are():
     for name in ("a", "b", "a"):
         memory.of((name,), lambda name=name: mesh(name))
     assert made == ["a", "b", "a"], "36 kB each: only one finds room"
+
+
+def test_a_view_by_content_is_the_same_from_everywhere():
+    memory, (made, make) = Memory(), counted()
+    one, other = memory.within("roads", 1), memory.within("roads", 2)
+    first = one.by_content.of(("piece", b"content"), lambda: make("one"))
+    assert other.by_content.of(("piece", b"content"), lambda: make("again")) is first
+    assert other.of(("piece", b"content"), lambda: make("other")) is not first
+    assert made == ["one", "other"]
+
+
+def test_digests_tell_contents_apart():
+    square = shapely.box(0.0, 0.0, 1.0, 1.0)
+    contents = [
+        (square,),
+        (shapely.box(0.0, 0.0, 1.0, 1.0 + 1e-15),),
+        (np.zeros(2),),
+        (np.zeros((2, 1)),),
+        (np.zeros(2, dtype=np.float32),),
+        ("ab", "c"),
+        ("a", "bc"),
+        ("abc",),
+        (),
+    ]
+    assert len({digest_of(*content) for content in contents}) == len(contents)
+    assert digest_of(square, "a") == digest_of(shapely.from_wkb(shapely.to_wkb(square)), "a")

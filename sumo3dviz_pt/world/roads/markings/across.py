@@ -12,9 +12,10 @@ from sumo3dviz_pt.library.street.road_styles import CrossingPaint, GiveWayLine, 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.vectors import arc_length
-from sumo3dviz_pt.world.rails.guards import at_level_crossing
+from sumo3dviz_pt.world.rails.guards import at_level_crossing, only_rails
 from sumo3dviz_pt.world.roads.markings.lines import WHITE, Paint
 from sumo3dviz_pt.world.roads.strips import BoundsXY, Strip, in_region
+from sumo3dviz_pt.world.roads.style import is_footway
 
 SETBACK = 0.3
 """From a stop line to the lane's end [m]; SUMO's vehicles stop 1 m before the end."""
@@ -59,7 +60,7 @@ def stop_paint(
 
 
 def zebra_paint(network: Network, style: CrossingPaint, *, region: BoundsXY | None) -> list[Paint]:
-    """Paint all crossings that are signalled or have priority, but none at level crossings.
+    """Paint all crossings that are signalled or have priority, but none over tracks alone.
 
     Args:
         network: The network.
@@ -75,14 +76,20 @@ def zebra_paint(network: Network, style: CrossingPaint, *, region: BoundsXY | No
             continue
         ways_in, shape = reached.get(edge.lanes[0].id, []), edge.lanes[0].shape
         signalled = any(c.tls for c in ways_in)
-        if at_level_crossing(network, edge.id) or not (
-            signalled or any(c.state == "M" for c in ways_in)
-        ):
+        over_rails = at_level_crossing(network, edge.id) or _over_tracks(network, edge)
+        if over_rails or not (signalled or any(c.state == "M" for c in ways_in)):
             continue
         kind = style.signalled if signalled else style.unsignalled
         quads = _CROSSINGS[kind](shape, edge.lanes[0].width, style.bar)
         paint.append(Paint(edge.id, WHITE, quads))
     return paint
+
+
+def _over_tracks(network: Network, crossing: Edge) -> bool:
+    """Whether a crossing leads over nothing but tracks."""
+    roads = [network.edges[key] for key in crossing.crossed_edges if key in network.edges]
+    lanes = [lane for road in roads for lane in road.lanes if not is_footway(lane)]
+    return bool(lanes) and all(only_rails(lane) for lane in lanes)
 
 
 def _stops(connections: list[Connection]) -> bool:

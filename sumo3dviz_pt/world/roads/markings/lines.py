@@ -32,6 +32,12 @@ MOTORWAY_SPEED = 25.0
 _INSET = 0.12
 """Distance of an edge line from the carriageway's edge [m]."""
 
+_SHARED = 0.5
+"""Neighbouring lanes that cover more than this together come from or go to one lane [m2]."""
+
+_PARTED = 0.25
+"""Lanes have parted where the border of one lies at most this far in the other [m]."""
+
 _ADJACENT = 1.2
 """Directions closer than this share a centre line [m]."""
 
@@ -121,6 +127,9 @@ def edge_paint(
         if before is not None and after is not None and _touch(before, after):
             quads[WHITE].append(_divider(before, after, style=style, reference=reference))
             continue
+        if before is not None and after is not None and _overlap(before, after):
+            quads[WHITE].append(_parting(before, after, style=style, reference=reference))
+            continue
         if after is not None and open_side not in {"right", "both"}:
             colour = sides.right if before is None else WHITE
             quads.setdefault(colour, []).append(_outer(after, style=style, right=True))
@@ -168,6 +177,23 @@ def centre_paint(
 def _touch(before: Strip, after: Strip) -> bool:
     """Whether two strips share their border."""
     return before.left.shape == after.right.shape and bool(np.array_equal(before.left, after.right))
+
+
+def _overlap(before: Strip, after: Strip) -> bool:
+    """Whether two strips cover the same place, as where a turn lane begins."""
+    return bool(before.polygon.intersection(after.polygon).area > _SHARED)
+
+
+def _parting(before: Strip, after: Strip, *, style: LineStyle, reference: Floats) -> Floats:
+    """The line between two lanes from where they have parted, or up to where they join."""
+    if not (before.look.lines and after.look.lines):
+        return np.zeros((0, 4, 3))
+    half = 0.5 * style.width
+    band = band_along(after.right, right=-half, left=half, reference=reference)
+    dashes = band.dashes(dash=style.dash, gap=style.gap)
+    inside = before.polygon.buffer(-_PARTED)
+    shapely.prepare(inside)
+    return np.asarray(dashes[~shapely.intersects_xy(inside, dashes.mean(axis=1)[:, :2])])
 
 
 def _is_driven(strip: Strip) -> bool:

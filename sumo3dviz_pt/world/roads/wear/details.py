@@ -15,6 +15,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.network import Edge
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.vectors import arc_length
+from sumo3dviz_pt.world.memory import digest_of
 from sumo3dviz_pt.world.roads.cells import quad_polygons
 from sumo3dviz_pt.world.roads.graded import Graded, graded_on, joined
 from sumo3dviz_pt.world.roads.layout import RoadLayout
@@ -111,9 +112,11 @@ def road_details(
     town = {key for key, group in layout.strips.items() if any(s.look.raised for s in group)}
     for lane in _near_lanes(layout, surfaces, focus):
         weights = _FAST if lane.edge in fast else _CITY if lane.edge in town else _VILLAGE
+        course = digest_of(lane.strip.right, lane.strip.left)
         for place in _places(lane.strip, lane.free):
             kind = _KINDS[pick(weights, place.chance("kind", 0.0, 1.0))]
-            made = layout.memory.of(("detail", place.name, kind), partial(_detail, place, kind))
+            name = ("detail", place.name, kind, course)
+            made = layout.memory.by_content.of(name, partial(_detail, place, kind))
             chosen.setdefault(lane.strip.look.surface, []).extend(made)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 

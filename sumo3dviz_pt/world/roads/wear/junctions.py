@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -12,6 +13,7 @@ import shapely
 from sumo3dviz_pt.library.mesh.planar import polygon_parts
 from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.world.memory import digest_of
 from sumo3dviz_pt.world.roads.cells import Polygons
 from sumo3dviz_pt.world.roads.graded import NOTHING, Graded, clipped, joined
 from sumo3dviz_pt.world.roads.layout import RoadLayout
@@ -33,6 +35,9 @@ _DARKEST = 0.52
 
 _NOTICED = 0.985
 """Places brighter than this are left out."""
+
+_WIDEST = 4.0
+"""Farther from its middle [m] than this, a way's wear is less than a float's last bit."""
 
 _SAME_START = 0.6
 """Ways that begin closer than this [m] leave the same lane."""
@@ -81,11 +86,16 @@ def built_inside(
         layout: The roads; its memory keeps the pieces for other shots.
         name: What the pieces are called in that memory.
         junctions: Where there is a piece.
-        build: Makes it.
+        build: Makes it of the junction's cell and ways.
     """
     chosen: dict[str, list[Graded]] = {}
+    keep = layout.memory.by_content
     for junction in junctions:
-        piece = layout.memory.of((name, junction.cell), partial(build, junction))
+        knots = layout.cells.knots[junction.cell]
+        ways = (way.lane.id for way in junction.ways)
+        made_of = digest_of(junction.polygon, knots, *ways)
+        owner = layout.cells.owners[junction.cell]
+        piece = keep.of((name, owner, made_of), partial(build, junction))
         chosen.setdefault(junction.surface, []).append(piece)
     return {surface: joined(pieces) for surface, pieces in chosen.items()}
 
@@ -172,10 +182,13 @@ def brightness(points: Floats, ways: Sequence[Strip]) -> Floats:
     drivers turn, and some turn less than others.
     """
     lanes: list[tuple[Floats, Floats]] = []
+    spots: Polygons = np.asarray(shapely.points(points))
     for way in ways:
         line = way.lane.shape[:, :2]
-        away = _away(points, shapely.LineString(line))
-        own = wear_across(away, strength=_strength(way)) * (
+        near = _around(points, line)
+        away = shapely.distance(spots[near], shapely.LineString(line))
+        own = np.ones(len(points))
+        own[near] = wear_across(away, strength=_strength(way)) * (
             1.0 - 0.05 * np.exp(-((away / 1.5) ** 4))
         )
         for k, (start, worn) in enumerate(lanes):
@@ -204,7 +217,10 @@ def _strength(way: Strip) -> float:
     return busy * (0.35 + 0.55 * share_of(0, "wear", way.lane.id))
 
 
-def _away(points: Floats, line: shapely.Geometry) -> Floats:
-    """Distance from points to a line [m], (n,)."""
-    spots: Polygons = np.asarray(shapely.points(points))
-    return np.asarray(shapely.distance(spots, line))
+def _around(points: Floats, line: Floats) -> Ints:
+    """Numbers of the points, (n, 2) [m], in the boxes around a line's sides that it may wear."""
+    near = np.zeros(len(points), dtype=np.bool_)
+    for ends in pairwise(line):
+        low, high = np.minimum(*ends) - _WIDEST, np.maximum(*ends) + _WIDEST
+        near |= ((points >= low) & (points <= high)).all(axis=1)
+    return np.flatnonzero(near)

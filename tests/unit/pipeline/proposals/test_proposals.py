@@ -14,9 +14,10 @@ from sumo3dviz_pt.model.traffic import Poi, Polygon, Trace, TrafficLog, VehicleT
 from sumo3dviz_pt.pipeline.checks import check_scene
 from sumo3dviz_pt.pipeline.proposal import propose
 from sumo3dviz_pt.pipeline.proposals.busiest import Busiest, busiest
-from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of, unblocked
+from sumo3dviz_pt.pipeline.proposals.eyes import Poses, rated, subjects_of
 from sumo3dviz_pt.pipeline.proposals.movement import movement_of
 from sumo3dviz_pt.pipeline.proposals.outdoors import Outdoors, near_network, outdoors
+from sumo3dviz_pt.pipeline.proposals.passers import not_looming, unblocked
 from sumo3dviz_pt.pipeline.proposals.rides import choose_rides
 from sumo3dviz_pt.pipeline.proposals.templates import choose_template
 from sumo3dviz_pt.pipeline.proposals.views import Scouting, corner, flight, overview
@@ -208,7 +209,7 @@ def test_what_stands_before_the_lens_lowers_the_value(obstacle, hidden):
     if "behind" in obstacle:
         posts.append([*(50.0 * diagonal), 0.5, 0.0, 12.0])
     if "house" in obstacle:
-        walls, tops = [shapely.box(10, -20, 20, -10)], [2.0 if "flat" in obstacle else 12.0]
+        walls, tops = [shapely.box(10, -20, 20, -10)], [0.2 if "flat" in obstacle else 12.0]
     around = Outdoors(
         build_lane_index(cross()),
         shapely.STRtree(walls),
@@ -303,6 +304,102 @@ def test_a_network_near_a_place_keeps_edges_that_pass():
     far = road("u>v", ((-5000, 900), (5000, 900)))
     whole = replace(cross(), edges=cross().edges | {"x>y": passing, "u>v": far})
     assert set(near_network(whole, CENTRE, 100.0).edges) == set(cross().edges) | {"x>y"}
+
+
+# Laws of every proposed camera -------------------------------------------------------------
+
+
+def distance(post, stand):
+    """How far an upright cylinder is from a camera's axis, as far as that is above heads [m]."""
+    x, y, radius, bottom, top = post
+    way = stand.eye + np.linspace(0.0, 1.0, 400)[:, None] * (stand.aim - stand.eye)
+    way = way[way[:, 2] > stand.aim[2] + 3.0]
+    level = np.maximum(np.maximum(bottom - way[:, 2], way[:, 2] - top), 0.0)
+    return np.hypot(level, np.hypot(way[:, 0] - x, way[:, 1] - y) - radius).min()
+
+
+def test_nothing_upright_stands_beside_the_axis_of_an_overview():
+    free = scouting(scenario_of(crossers()))
+    first = overview(free)
+    # A pole 2 m beside the axis, half the way down.
+    ahead = (first.aim - first.eye)[:2] / np.hypot(*(first.aim - first.eye)[:2])
+    x, y = 0.6 * first.eye[:2] + 2.0 * np.array([-ahead[1], ahead[0]])
+    posts = np.array([[x, y, 0.15, 0.0, 12.0]])
+    beside = overview(replace(free, around=replace(free.around, posts=posts)))
+    assert distance(posts[0], first) < 3.0 <= distance(posts[0], beside)
+
+
+def test_the_room_beside_an_axis_is_measured_to_poles_and_houses():
+    tree = shapely.STRtree([shapely.box(10.0, 4.0, 20.0, 9.0)])
+    pole = np.array([[5.0, -2.0, 0.5, 0.0, 6.0]])
+    around = Outdoors(build_lane_index(cross()), tree, np.array([12.0]), pole)
+    eyes = np.array([[0.0, 0.0, 5.0], [0.0, 0.0, 9.0], [0.0, 0.0, 40.0]])
+    room = around.room(eyes, eyes + np.array([30.0, 0.0, 0.0]))
+    assert room[:2] == pytest.approx([1.5, np.hypot(1.5, 3.0)], abs=0.05)
+    assert room[2] > 20.0, "far above all of it"
+
+
+def test_eyes_are_two_metres_above_roads_and_slopes():
+    hill = {"h>i": road("h>i", ((-60, 12), (60, 12)), height=6.0)}
+    network = replace(cross(reach=60.0), edges=cross(reach=60.0).edges | hill)
+    scouted = scouting(scenario_of(crossers(), network))
+    assert scouted.around.land is not None
+    stands, flies = corner(scouted), flight(scouted)
+    eyes = [overview(scouted).eye, *([stands.eye] if stands else [])]
+    eyes = np.array([*eyes, *(flies.eyes if flies else ())])
+    assert (eyes[:, 2] - scouted.around.ground(eyes) > 2.0 - 1e-6).all()
+    assert (eyes[:, 2] - scouted.around.land(eyes[:, :2]) > 2.0 - 1e-6).all()
+
+
+def test_eyes_keep_out_of_the_rows_of_houses_that_our_code_adds():
+    walks = cross(lanes=2)
+    edges = {
+        name: replace(
+            edge, lanes=(replace(edge.lanes[0], allowed=frozenset({"pedestrian"})), edge.lanes[1])
+        )
+        for name, edge in walks.edges.items()
+    }
+    scouted = scouting(scenario_of(crossers(), replace(walks, edges=edges)))
+    assert len(scouted.around.walls.geometries) > 8
+    stands = overview(scouted), corner(scouted)
+    for stand in filter(None, stands):
+        away = shapely.distance(scouted.around.walls.geometries, shapely.Point(stand.eye[:2]))
+        assert away.min() >= (3.0 if stand is stands[0] else 1.2)
+    plain = outdoors(scouted_scenario(edges), CENTRE, scouted.movement, textured=False)
+    assert not len(plain.walls.geometries)
+
+
+def scouted_scenario(edges):
+    return scenario_of(crossers(), replace(cross(), edges=edges))
+
+
+def test_somebody_is_in_view_for_most_of_the_time():
+    # A crowd passes in the north for three seconds; in the south one car after the other.
+    crowd = [trace(f"n{k}", (0.4 * k, 60.0), (0.0, 25.0), at=11.0) for k in range(20)]
+    row = [trace(f"s{k}", (-30.0, -40.0), (8.0, 0.0), at=10.0 + 2.0 * k) for k in range(6)]
+    movement = movement_of([*crowd, *row]).during(10.0, 20.0)
+    bare = Outdoors(build_lane_index(cross()), shapely.STRtree([]), np.zeros(0), np.zeros((0, 5)))
+    eyes = np.array([[0.0, 20.0, 9.0], [0.0, -80.0, 9.0]])
+    aims = np.array([[0.0, 60.0, 1.0], [0.0, -40.0, 1.0]])
+    subjects = subjects_of(movement, CENTRE)
+    north, south = rated(Poses(eyes, aims, 60.0), subjects, bare, sun=None)
+    assert south > north
+
+
+def test_a_moment_is_shortened_to_when_somebody_is_there():
+    brief = trace("b", (0.0, 0.0), (13.0, 0.0), span=(23.0, 23.5), at=23.0)
+    found = busiest(movement_of([brief]), cross(), span=(0.0, 40.0), length=10.0)
+    assert found.start <= 23.0 < found.end <= found.start + 2.0
+
+
+def test_a_lorry_that_the_lower_edge_cuts_lowers_the_value():
+    lorry = VehicleType("lorry", "truck", 12.0, 2.5, 4.0)
+    movement = movement_of([trace("l", (20.0, 0.0), (0.1, 0.0), type_="lorry")]).during(10.0, 20.0)
+    eyes = np.array([[24.0, 0.0, 8.0], [60.0, 0.0, 8.0]])
+    poses = Poses(eyes, np.zeros((2, 3)), 60.0)
+    near, far = not_looming(poses, movement, {"lorry": lorry})
+    assert near < 0.2 and far == 1.0
+    assert not_looming(poses, movement, {}).tolist() == [1.0, 1.0], "a car is low"
 
 
 # Rides --------------------------------------------------------------------------------------

@@ -95,3 +95,25 @@ def test_what_reaches_into_a_picture_stands_before_it():
     assert not Clearance().before_lens(beside, np.zeros(1), height=9.0, reach=2.0).any()
     round_about = Clearance((CameraPath.all_round(np.array([[0.0, 0.0, 9.0]])),))
     assert not round_about.before_lens(beside, np.zeros(1), height=9.0, reach=2.0).any()
+
+
+@pytest.mark.parametrize(
+    ("place", "hides"),
+    [
+        ((38.0, 4.5), True),  # its arm hangs 2.5 m beside the axis
+        ((38.0, -4.5), True),
+        ((38.0, 6.0), False),
+        ((56.0, 1.0), False),  # there the axis is at the height of heads
+        ((-5.0, 1.0), False),
+    ],
+)
+def test_no_lamp_hangs_beside_an_axis_that_is_above_heads(place, hides):
+    way = clear(a=standing((0, 0, 9), look_at=(60, 0, 1), lens={"fov": 60}))
+    found = way.before_lens(np.array([place]), np.zeros(1), height=8.0, reach=2.0)
+    assert found.tolist() == [hides]
+
+
+def test_a_low_camera_clears_no_lamps_far_ahead():
+    way = clear(a=standing((0, 0, 2.2), look_at=(60, 0, 2.0), lens={"fov": 60}))
+    found = way.before_lens(np.array([[45.0, 4.0]]), np.zeros(1), height=8.0, reach=2.0)
+    assert not found.any()

@@ -21,6 +21,7 @@ from sumo3dviz_pt.world.plants.build import (
     SHRUB_OFF,
     TREE_OFF,
     Plot,
+    in_sight,
     plant,
     why_bare,
     why_nowhere,
@@ -94,6 +95,22 @@ def test_no_tree_hides_the_roads_before_a_camera_that_stays():
     trees = spots(plant(EMPTY, Plot([ROAD]), around=around()).pois, "tree")
     angle = np.abs(np.arctan2(trees[:, 1], trees[:, 0]))
     assert np.hypot(*trees[angle < 0.5].T).min() > CLEAR
+
+
+def test_a_high_camera_sees_crowns_whose_feet_lie_below_its_picture():
+    looks = around(eye=(0.0, 0.0, 19.0), way=(np.cos(0.33), 0.0, -np.sin(0.33)), half=0.585)
+    assert in_sight(np.array([[6.7, 0.0], [-6.7, 0.0]]), looks).tolist() == [True, False]
+
+
+def test_no_shrub_stands_right_before_a_low_lens():
+    far = plant(EMPTY, Plot([ROAD]), around=around()).pois
+    shrubs = spots(far, "shrub")
+    x, y = shrubs[np.hypot(*shrubs.T).argmin()].tolist()
+    near = plant(EMPTY, Plot([ROAD]), around=around(eye=(x - 8.0, y, 2.2))).pois
+    left = spots(near, "shrub") - [x, y]
+    assert len(left) and np.hypot(*left.T).min() > 0.5
+    above = plant(EMPTY, Plot([ROAD]), around=around(eye=(x - 8.0, y, 12.0))).pois
+    assert np.hypot(*(spots(above, "shrub") - [x, y]).T).min() < 0.1, "it is far below that picture"
 
 
 def test_what_lies_far_stands_free_too_and_keeps_its_budget():

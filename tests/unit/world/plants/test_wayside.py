@@ -1,5 +1,7 @@
 """Belts and verges of fast roads: none elsewhere, nothing tall in the clear zone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -149,6 +151,18 @@ def test_rails_leave_gaps_where_ramps_join():
     network = road()
     for rail in guard_rails(network, [PAVED, ramp], (), around=around(network)).polygons:
         assert shapely.LineString(rail.shape).distance(ramp) > 0.9 * OFF
+
+
+@pytest.mark.parametrize("above", [-7.0, 6.0], ids=["bridge", "tunnel"])
+def test_rails_end_where_bridges_and_tunnels_begin(above):
+    network = road()
+    ground = replace(
+        around(network), height_at=lambda at: np.where(np.abs(at[:, 0]) < 100.0, above, -0.03)
+    )
+    rails = guard_rails(network, [PAVED], (), around=ground).polygons
+    points = np.concatenate([rail.shape for rail in rails])
+    assert 90.0 < np.abs(points[:, 0]).min() < 115.0
+    assert points[:, 0].min() < 0.0 < points[:, 0].max()
 
 
 def test_trees_in_pavements_stand_in_pits():

@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from sumo3dviz_pt.job.settings import RoadSettings
-from sumo3dviz_pt.model.network import Edge, Junction, Lane, Location, Network
+from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.world.rails.beds import shoulder
 from sumo3dviz_pt.world.rails.tracks import (
     GAUGE,
@@ -98,3 +98,30 @@ def test_ballast_slopes_down_beside_the_track_and_not_over_roads():
     assert slope.vertices[:, 2].min() < -0.1
     assert slope.vertices[:, 2].max() <= 0.0
     assert len(shoulder(layout(edge("c", 0, CAR)).cells).faces) == 0
+
+
+def test_rails_lead_from_track_to_track_and_not_along_every_turn_of_a_tram():
+    both = CAR | TRAM | {"rail"}
+    edges = (
+        edge("in", 0, TRAM, x=(0, 100), ends=("a", "J")),
+        edge("on", 0, TRAM, x=(120, 200), ends=("J", "b")),
+        edge("back", 6, TRAM, x=(100, 0), ends=("J", "a")),
+        edge("road", -9, both, x=(120, 200), ends=("J", "c")),
+        edge(":J_0", 0, TRAM, x=(100, 110), ends=("", ""), function="internal"),
+        edge(":J_1", -4, TRAM, x=(100, 120), ends=("", ""), function="internal"),
+        edge(":J_2", 3, TRAM, x=(100, 110), ends=("", ""), function="internal"),
+        edge(":J_3", 0, TRAM, x=(110, 120), ends=("", ""), function="internal"),
+    )
+    links = (
+        Connection("in_0", "on_0", ":J_0_0"),
+        Connection("in_0", "road_0", ":J_1_0", direction="r"),
+        Connection("in_0", "back_0", ":J_2_0", direction="t"),
+        Connection(":J_0_0", "on_0", ":J_3_0"),
+        Connection(":J_3_0", "on_0"),
+    )
+    outline = np.array([(100, -12, 0), (100, 8, 0), (120, 8, 0), (120, -12, 0)], dtype=float)
+    junction = Junction("J", "priority", np.zeros(3), outline)
+    net = Network({e.id: e for e in edges}, {"J": junction}, links, Location())
+    ways = layout_roads(net, RoadSettings()).insides["J"].ways
+    assert {s.lane.id for s in ways if s.look.rails} == {":J_0_0", ":J_3_0"}
+    assert len(ways) == 4

@@ -121,11 +121,13 @@ def test_a_footbridge_over_a_way_stays_whole():
 
 
 def test_lanes_of_people_on_foot_inside_junctions_are_paved():
-    turn = edge(":m_0", [(0, 0, 0), (3, 1, 0), (0, 2, 0)], allowed=FOOT, function="internal")
+    angles = np.linspace(-0.5, 0.5, 9) * np.pi
+    corners = np.column_stack([3.0 * np.cos(angles), 3.0 + 3.0 * np.sin(angles), 0.0 * angles])
+    turn = edge(":m_0", corners, width=2.0, allowed=FOOT, function="internal")
     ways = edge("f", [(-40, 0, 0), (0, 0, 0)], width=2.0, allowed=FOOT)
-    back = edge("b", [(0, 2, 0), (-40, 2, 0)], width=2.0, allowed=FOOT)
+    back = edge("b", [(0, 6, 0), (-40, 6, 0)], width=2.0, allowed=FOOT)
     cells = cells_of(network(ways, back, turn))
-    line = shapely.LineString([(0, 0), (3, 1), (0, 2)]).buffer(1.0, cap_style="flat")
+    line = shapely.LineString(corners).buffer(0.9, cap_style="flat", join_style="bevel")
     assert line.difference(shapely.union_all(cells.polygons)).area < 0.01
     index = cells.owners.index("m")
     assert cells.raised[index] and cells.surfaces[index] == PAVING

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import combinations
+
 import numpy as np
 import pytest
 import shapely
@@ -12,7 +15,9 @@ from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Locatio
 from sumo3dviz_pt.world.roads.layout import layout_roads
 from sumo3dviz_pt.world.roads.markings.across import stop_paint, zebra_paint
 from sumo3dviz_pt.world.roads.markings.build import road_paint
+from sumo3dviz_pt.world.roads.markings.lines import SideColours, edge_paint
 from sumo3dviz_pt.world.roads.markings.words import is_bus_lane, word_paint
+from sumo3dviz_pt.world.roads.strips import edge_strips
 
 CAR, BUS = frozenset({"passenger", "bus"}), frozenset({"bus", "taxi"})
 WALK, CYCLE = frozenset({"pedestrian"}), frozenset({"bicycle"})
@@ -111,6 +116,30 @@ def test_crossings_are_painted_as_the_style_says(name, signalled, plain):
 def test_nothing_is_painted_for_people_at_level_crossings():
     net = crossing("rail_crossing")
     assert zebra_paint(net, STYLES["european"].crossing, region=None) == []
+
+
+def test_nothing_is_painted_for_people_over_tracks_of_trams():
+    net = crossing()
+    track = Edge("e", "normal", "a", "b", (lane("e", 0, 0, frozenset({"tram"})),))
+    rails = replace(net, edges={**net.edges, "e": track})
+    assert zebra_paint(rails, STYLES["european"].crossing, region=None) == []
+    assert zebra_paint(net, STYLES["european"].crossing, region=None)
+
+
+def test_lines_do_not_cross_where_a_turn_lane_begins():
+    straight = Lane(":b_0_0", ":b_0", 0, np.array([(100.0, 0, 0), (114, 0, 0)]), 3.2, 13.9, 14, CAR)
+    bent = np.array([(100.0, 0, 0), (104, 0.6, 0), (110, 2.8, 0), (114, 3.2, 0)])
+    turn = Lane(":b_0_1", ":b_0", 1, bent, 3.2, 13.9, 14, CAR)
+    strips = edge_strips(Edge(":b_0", "internal", "", "", (straight, turn)), RoadSettings())
+    sides = SideColours("line_white", "line_white")
+    edge = Edge(":b_0", "internal", "", "", (straight, turn))
+    paint = edge_paint(edge, strips, RoadSettings(), sides=sides)
+    middles = np.concatenate([p.quads for p in paint]).mean(axis=1)[:, :2]
+    # Nothing lies inside the new lane but near its borders.
+    inner = strips[1].polygon.buffer(-0.4)
+    assert not shapely.intersects_xy(inner, middles).any()
+    lines = shapely.polygons(np.concatenate([p.quads for p in paint])[..., :2])
+    assert all(not a.crosses(b) and not a.overlaps(b) for a, b in combinations(lines, 2))
 
 
 @pytest.mark.parametrize("left", [False, True])

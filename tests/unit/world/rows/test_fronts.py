@@ -285,3 +285,18 @@ def test_two_cameras_far_apart_see_the_same_houses_and_none_overlaps():
     assert len(between) > 60 and between <= set(there)
     plans = plans_of(west)
     assert sum(p.area for p in plans) - shapely.union_all(plans).area < 1.0
+
+
+def test_mitred_corners_leave_no_paved_place_to_houses():
+    from sumo3dviz_pt.world.rows.fronts import _kept_free
+
+    # A junction of a generated network, at which a corner was cut off.
+    outline = (
+        *((171.7, 215.8), (155, 218.8), (155, 225.1), (172.8, 222), (173.4, 225.1)),
+        *((155, 228.3), (155, 234.6), (174.5, 231.2), (182.5, 234.1), (169.8, 257), (176.9, 257)),
+        *((188, 237.1), (189.6, 240.7), (180.6, 257), (187.6, 257), (196.2, 241.7)),
+        *((197.7, 241.6), (205, 253), (205, 207), (162.5, 207), (172, 214.6)),
+    )
+    paved = shapely.Polygon(outline)
+    free = _kept_free(paved, 2.2)
+    assert shapely.difference(paved.buffer(1.8), free).area < 1e-6

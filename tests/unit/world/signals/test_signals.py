@@ -1,5 +1,7 @@
 """Where signal heads stand and what they show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -280,13 +282,42 @@ def test_counters_shine_in_the_colour_of_their_lamp_and_people_have_none():
     assert len(set(signals.lamps[0].lamps)) == len(rows)
 
 
-def test_heads_stand_as_high_as_people_do():
+@pytest.mark.parametrize(("ground", "lift"), [(0.12, 0.12), (0.6, 0.6), (-0.2, 0.0), (6.0, 0.0)])
+def test_heads_stand_as_high_as_people_do_but_not_on_bridges_above(ground, lift):
     made = network([edge("in", 0.0), out()], [link(0)])
     flat = build_signals(made, phases("G"), SignalSettings())
     raised = build_signals(
-        made, phases("G"), SignalSettings(), raised=lambda places: np.full(len(places), 0.12)
+        made, phases("G"), SignalSettings(), standing=lambda places: np.full(len(places), ground)
     )
-    assert raised.heads[0].position[2] - flat.heads[0].position[2] == pytest.approx(0.12)
+    assert raised.heads[0].position[2] - flat.heads[0].position[2] == pytest.approx(lift)
+
+
+def test_poles_leave_the_asphalt_of_junctions_between_lanes_but_stand_on_walking_areas():
+    made = network([edge("in", 0.0), out()], [link(0)])
+    corners = np.array([(100, 1.6), (100, -1.6), (102, -9), (118, -9), (120, -1.6), (120, 1.6)])
+    wide = Junction("B", "traffic_light", np.zeros(3), np.column_stack([corners, np.zeros(6)]))
+    bare = replace(made, junctions={"B": wide})
+    head, *_ = build_signals(bare, phases("G"), SignalSettings()).heads
+    assert shapely.Polygon(corners).distance(shapely.Point(head.foot[:2])) >= 0.3
+    shape = np.array([(100, -1.6, 0), (108, -1.6, 0), (108, -9, 0), (100, -9, 0)], dtype=float)
+    walk = Edge(":B_w0", "walkingarea", "", "", (Lane("w", ":B_w0", 0, shape, 1, 1, 1, FOOT),))
+    paved = replace(made, junctions={"B": wide}, edges={**made.edges, walk.id: walk})
+    head, *_ = build_signals(paved, phases("G"), SignalSettings()).heads
+    assert head.foot[:2] == pytest.approx([103.5, -2.3])
+
+
+def test_no_head_of_a_row_hangs_over_a_road_beside_it():
+    lanes = 4
+    beside = edge("beside", -6.4, x=(60.0, 106.0))
+    edges = [edge("in", 0.0, lanes=lanes), beside, out()]
+    links = [link(k, f"in_{k}") for k in range(lanes)]
+    letters = ("Grrr", "rGrr", "rrGr", "rrrG")
+    signals = build(edges, links, phases(*letters))
+    row = [head for head in signals.heads if not head.over_road]
+    assert len(row) == lanes
+    roads = build_lane_index(network(edges, links)).areas.geometries
+    for head in row:
+        assert shapely.distance(roads, shapely.Point(head.position[:2])).min() > 0.1
 
 
 def test_far_heads_are_plainer_and_signals_are_dimmed_by_night():
@@ -331,3 +362,22 @@ def test_little_of_a_signal_reaches_the_pavement_below_it():
     lobe = signals.lamps[0].lobe
     low, half, ten = lobe.at(np.cos(np.radians([40.0, 10.0, 5.0])))
     assert 0.02 < low < 0.1 < 0.4 < half < 0.7 < ten < 1.0
+
+
+def test_people_on_foot_share_the_pole_of_a_road_and_no_two_heads_of_a_pole_look_alike():
+    made = crossing_network()
+    (lane,) = made.edges[":B_c0"].lanes
+    near = replace(lane, shape=np.array([(105.0, -2.6, 0.0), (105.0, 8.0, 0.0)]))
+    short = Edge(":B_c0", "crossing", "", "", (near,))
+    made = replace(made, edges={**made.edges, ":B_c0": short})
+    signals = build_signals(made, phases("rG", "Gr", "ry"), SignalSettings())
+    poles = {}
+    for head in signals.heads:
+        poles.setdefault(tuple(np.round(head.foot, 3)), []).append(head)
+    assert sorted([head.kind for head in group] for group in poles.values()) == [
+        ["foot"],
+        ["vehicle", "foot"],
+    ]
+    vehicle, foot = next(group for group in poles.values() if len(group) == 2)
+    assert np.cos(vehicle.yaw - foot.yaw) < 0.65
+    assert np.hypot(*(vehicle.position - foot.position)[:2]) > 0.2

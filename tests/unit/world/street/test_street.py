@@ -9,6 +9,8 @@ import shapely
 
 from sumo3dviz_pt.job.settings import StreetSettings
 from sumo3dviz_pt.library.street.lamp import LENS
+from sumo3dviz_pt.library.street.road_styles import STYLES
+from sumo3dviz_pt.library.street.signs import YELLOW
 from sumo3dviz_pt.model.network import Connection, Edge, Junction, Lane, Location, Network
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.traffic import Poi, Stop, TrafficLog
@@ -24,7 +26,7 @@ from sumo3dviz_pt.world.street.places import (
     crossing_areas,
     spread,
 )
-from sumo3dviz_pt.world.street.signs import limit_of
+from sumo3dviz_pt.world.street.signs import limit_of, links_of, place_signs
 
 CAR = frozenset({"passenger", "bus", "truck"})
 FOOT, BIKE = frozenset({"pedestrian"}), frozenset({"bicycle"})
@@ -132,6 +134,25 @@ def test_narrow_roads_have_lamps_on_both_sides_in_turn():
     sides = [side for _, side in xs]
     assert all(a != b for a, b in pairwise(sides))
     assert np.diff([x for x, _ in xs]).max() < 45.0
+
+
+def test_few_lamps_light_a_junction_of_short_roads():
+    ends = {"E": (40, 0), "W": (-40, 0), "N": (0, 40), "S": (0, -40)}
+    edges = []
+    for name, (x, y) in ends.items():
+        away, aside = np.array([x, y]) / 40.0, np.array([-y, x]) / 40.0
+        for key, side in ((f"{name}M", 1.6), (f"M{name}", -1.6)):
+            line = np.array([away * 8, away * 38]) + side * aside
+            shape = np.column_stack([line[::-1] if key[1] == "M" else line, np.zeros(2)])
+            lane = Lane(f"{key}_0", key, 0, shape, 3.2, 13.9, 30.0, CAR)
+            edges.append(Edge(key, "normal", key[0], key[1], (lane,)))
+    net = network(*edges)
+    site = site_on(net, viewpoints=((0.0, 900.0, 30.0),))
+    borders = [border_of(net, e) for e in edges]
+    places = np.array([lamp.place[:2] for lamp in place_lamps(borders, (), site)])
+    apart = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    assert 3 <= len(places) <= 5
+    assert apart[~np.eye(len(places), dtype=bool)].min() > 18.0
 
 
 @pytest.mark.parametrize(
@@ -267,7 +288,7 @@ def junction_of(states, *, tls=""):
 def test_signs_of_priority(states, tls, colours):
     names = {(0.5, 0.012, 0.015): "red", (0.72, 0.72, 0.7): "white", (0.72, 0.4, 0.01): "yellow"}
     net = junction_of(states, tls=tls)
-    limits = {e.id: limit_of(e) for e in net.edges.values()}
+    limits = {e.id: limit_of(e, STYLES["european"].signs) for e in net.edges.values()}
     assert set(limits.values()) == {50}
     parts = built(net, lamps="none", furniture="none")
     ends = [p.part for p in parts.static if p.family == "signs" and p.part.tint is not None]
@@ -278,6 +299,21 @@ def test_signs_of_priority(states, tls, colours):
         late = (x > 40.0) & (x < 100.0)
         found |= {names.get(tuple(np.round(t, 3)), "other") for t in part.tint[late]}
     assert found - {"other"} == colours
+
+
+@pytest.mark.parametrize(
+    ("name", "limit", "yellow"),
+    [("european", 50, True), ("american", 30, False), ("british", 30, False)],
+)
+def test_signs_have_the_unit_and_shapes_of_the_style(name, limit, yellow):
+    style, net = STYLES[name].signs, junction_of("Mm", tls="")
+    assert limit_of(net.edges["main"], style) == limit
+    site = site_on(net)
+    borders = [border_of(net, net.edges[key]) for key in ("main", "side")]
+    signs = place_signs(net, borders, site, links_of(net), style)
+    tints = np.concatenate([p.tint for s in signs for p in s.body(level=0) if p.tint is not None])
+    assert ((tints == YELLOW).all(axis=1)).any() == yellow
+    assert len(signs) == 4 - (not yellow)
 
 
 def test_limits_stand_where_they_change():
@@ -351,7 +387,7 @@ def stood(net, eye):
     site = site_on(net, viewpoints=(eye,))
     site = replace(site, around=replace(site.around, clearance=Clearance()))
     town = Scenario(net, TrafficLog((), (), 0.0, 0.0, 0.0))
-    streets = _StreetTiles(town, StreetSettings(), site)
+    streets = _StreetTiles(town, StreetSettings(), site, STYLES["european"].signs)
     tiles = [Tile(250.0, x, y) for x in range(-1, 4) for y in range(-1, 4)]
     found = []
     for tile in tiles:

@@ -1,0 +1,1 @@
+"""A path tracer of our own: one kernel on flat tables instead of calls of shapes and materials."""

@@ -1,0 +1,124 @@
+"""An integrator of our own: radiance, and all layers of the first surface, from one kernel.
+
+Mitsuba's integrators call functions of shapes, materials and emitters, and trace primary rays
+a second time for guides. Here all samples of a pixel are neighbours, and their layers are
+summed as they come.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.layers import Channels, Layers
+from sumo3dviz_pt.render.kernel.lights import Lights
+from sumo3dviz_pt.render.kernel.paths import Bounds, Place, followed
+from sumo3dviz_pt.render.kernel.surface import Surfaces
+from sumo3dviz_pt.render.kernel.tables import Tables
+from sumo3dviz_pt.render.loaded import LoadedScene
+
+CHANNELS = Channels.in_order(capped=3, lost=3, depth=1, hit=1, albedo=3, normal=3)
+"""What the kernel finds in every scene."""
+
+_EMITTED = Channels.in_order(emitted=3)
+"""What it finds in scenes with lamps besides."""
+
+_MOST_LANES = 1 << 22  # at once; each takes 60 bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How long paths are, and how bright.
+
+    Attributes:
+        most: Most segments of a path.
+        roulette: Segments after which paths may end by chance.
+        cap: Highest channel value of a sample; inf for no cap.
+        direct: Whether lamps that are seen directly are in the picture.
+    """
+
+    most: int
+    roulette: int
+    cap: float = np.inf
+    direct: bool = True
+
+    def bounds(self) -> Bounds:
+        """Return the limits as numbers that are no part of the kernel's code."""
+        most, roulette = (dr.opaque(mi.UInt32, number) for number in (self.most, self.roulette))
+        cap = dr.opaque(mi.Float, min(self.cap, float(np.finfo(np.float32).max)))
+        return Bounds(most, roulette, cap, dr.opaque(mi.Bool, self.direct))
+
+
+class Kernel:
+    """Traces pictures of a loaded scene.
+
+    Args:
+        loaded: A scene that shows a frame.
+        pixel: Angle of a pixel [rad].
+
+    Attributes:
+        scene: Mitsuba's; where the loaded scene has another one, the kernel is of no use.
+    """
+
+    def __init__(self, loaded: LoadedScene, pixel: float) -> None:
+        self.scene = loaded.scene
+        self._tables = Tables(loaded)
+        lights = Lights(loaded, self._tables)
+        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights)
+        self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
+
+    def follow(self) -> None:
+        """Bring everything to what the loaded scene shows."""
+        self._tables.follow()
+        self._place.lights.follow()
+
+    def trace(self, sensor: Any, *, spp: int, seed: int, limits: Limits) -> Layers:
+        """Trace one pass; it finds the layers of `CHANNELS`, and `emitted` of lamps.
+
+        Args:
+            sensor: One of Mitsuba's, with its sampler.
+            spp: Samples of a pixel; samplers with a pattern may take some more.
+            seed: Of the pass.
+            limits: Of its paths.
+        """
+        pattern = sensor.sampler().clone()
+        pattern.set_sample_count(spp)
+        spp = pattern.sample_count()
+        width, height = (int(size) for size in sensor.film().crop_size())
+        rows = max(1, min(height, _MOST_LANES // (width * spp)))
+        bounds, parts = limits.bounds(), []
+        for top in range(0, height, rows):
+            count = min(rows, height - top)
+            sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
+            ray = _ray(sensor, sampler, spp=spp, top=top, size=(width, height))
+            out = followed(self._place, sampler, ray, bounds)
+            dr.schedule(out)
+            sums = [np.array(dr.block_sum(channel, spp)) for channel in out]
+            parts.append(np.stack([one.reshape(count, width) for one in sums], axis=-1))
+        return self._channels.layers((np.concatenate(parts) / spp).astype(np.float32))
+
+
+def _seeded(sensor: Any, *, spp: int, lanes: int, seed: int) -> Any:
+    """Return a sensor's sampler, ready for a pass whose samples of a pixel are neighbours."""
+    sampler = sensor.sampler().clone()
+    sampler.set_sample_count(spp)
+    sampler.set_samples_per_wavefront(spp)
+    sampler.seed(dr.opaque(mi.UInt32, seed % 2**32), lanes)
+    return sampler
+
+
+def _ray(sensor: Any, sampler: Any, *, spp: int, top: int, size: tuple[int, int]) -> Any:
+    """Return the rays of all samples of some rows, from a row of the picture on."""
+    width, height = (dr.opaque(mi.UInt32, one) for one in size)
+    index = dr.arange(mi.UInt32, sampler.wavefront_size())
+    pixel = index // dr.opaque(mi.UInt32, spp)
+    row = pixel // width
+    jitter = sampler.next_2d()
+    across = mi.Float(pixel - row * width) + jitter.x
+    down = mi.Float(row + dr.opaque(mi.UInt32, top)) + jitter.y
+    place = mi.Point2f(across / mi.Float(width), down / mi.Float(height))
+    return sensor.sample_ray(0.0, 0.5, place, mi.Point2f(0.5))[0]

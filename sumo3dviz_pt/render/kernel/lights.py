@@ -1,0 +1,268 @@
+"""Light that reaches a surface: which emitter a path aims at, and what rays meet by chance.
+
+Sky, sun and the pattern of head lamps are Mitsuba's objects, but called by themselves: such
+calls become part of the kernel, while Mitsuba's choice among emitters calls a function of each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.render.kernel.lamps import LampTables
+from sumo3dviz_pt.render.kernel.skipping import where
+from sumo3dviz_pt.render.kernel.tables import Tables
+from sumo3dviz_pt.render.kernels import aligned
+from sumo3dviz_pt.render.loaded import LoadedScene
+from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE
+
+FAR = 0.1 * SUN_DISTANCE
+"""What rays meet beyond this distance is the sun [m]."""
+
+_BEAM = 16  # numbers of a beam: three rows of the inverse of its matrix, then its intensity
+
+
+class Aim(NamedTuple):
+    """A direction towards an emitter.
+
+    Attributes:
+        d: Unit.
+        distance: To the emitter [m]; inf to the sky.
+        pdf: Its density, without the chance of the choice among emitters [1/sr]; 0 where
+            there is no light.
+        light: Radiance over that density, a colour.
+    """
+
+    d: Any
+    distance: Any
+    pdf: Any
+    light: Any
+
+
+class Lights:
+    """The emitters of a loaded scene.
+
+    Args:
+        loaded: A scene that shows a frame.
+        tables: Of the scene.
+    """
+
+    def __init__(self, loaded: LoadedScene, tables: Tables) -> None:
+        scene, parameters = loaded.scene, loaded.parameters
+        self._loaded, self._sky = loaded, scene.environment()
+        shapes = [shape for shape in scene.shapes() if shape.id() == "sun"]
+        self._sun_shape: Any = shapes[0] if shapes else None
+        self._sun: Any = shapes[0].emitter() if shapes else None
+        self._lamps = LampTables(loaded, tables) if tables.lamps else None
+        self._beams = loaded.running.beams
+        self._beam: Any = self._beams.unit() if self._beams is not None else None
+        # Sky and sun come first, then lamps, then beams: these are the emitters' numbers.
+        first = ["sky", *(["sun.emitter"] if self._sun is not None else [])]
+        self._first_lamp = len(first)
+        lamps = [f"{name}.emitter" for name in tables.lamps]
+        self._first_beam = len(first) + len(lamps)
+        beams = sorted(k.split(".")[0] for k in _keys(parameters) if _is_beam(k))
+        self._beam_names = tuple(beams)
+        self._names = (*first, *lamps, *beams)
+        self.follow()
+
+    def follow(self) -> None:
+        """Bring lamps, beams and how often paths aim at each emitter to this frame."""
+        parameters = self._loaded.parameters
+        weights = np.array([_weight(parameters, name) for name in self._names])
+        chances = weights / weights.sum()
+        self._chances = _array(chances)
+        self._summed = _array(np.cumsum(chances))
+        if self._lamps is not None:
+            self._lamps.follow()
+        if self._beams is not None:
+            self._beam_rows = _array(_beam_rows(self._beam_names, self._beams.placed))
+
+    def _chance(self, number: Any) -> Any:
+        """Return the chance that paths aim at an emitter, by its number."""
+        return dr.gather(mi.Float, self._chances, mi.UInt32(number))
+
+    def met(self, hit: Any, ray: Any, before: Any, active: Any) -> tuple[Any, Any]:
+        """Return the radiance of what a ray ends in, and the density of aiming there.
+
+        Args:
+            hit: Mitsuba's preliminary intersection.
+            ray: The ray.
+            before: Where it started, an interaction.
+            active: Which lanes count: those that met no surface.
+        """
+        sky = active & ~hit.is_valid()
+        ds = dr.zeros(mi.DirectionSample3f)
+        ds.d = ray.d
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.wi = -ray.d
+        radiance = dr.select(sky, self._sky.eval(si, sky), 0.0)
+        pdf = dr.select(sky, self._sky.pdf_direction(before, ds, sky) * self._chance(0), 0.0)
+        if self._sun is None:
+            return radiance, pdf
+        sun = active & hit.is_valid() & (hit.t > FAR)
+        si = self._sun_shape.compute_surface_interaction(ray, hit, mi.RayFlags.All, sun)
+        ds.p, ds.n, ds.uv, ds.dist = si.p, si.n, si.uv, hit.t
+        radiance = dr.select(sun, self._sun.eval(si, sun), radiance)
+        own = self._sun.pdf_direction(before, ds, sun) * self._chance(1)
+        return radiance, dr.select(sun, own, pdf)
+
+    @property
+    def lamps(self) -> bool:
+        """Whether surfaces may be lamps."""
+        return self._lamps is not None
+
+    def glow(self, surface: Any, before: Any, active: Any) -> tuple[Any, Any]:
+        """Return the radiance of a lamp that a ray met, and the density of aiming there.
+
+        Args:
+            surface: What it met.
+            before: Where it started, an interaction.
+            active: Which lanes count.
+        """
+        lamps = self._lamps
+        assert lamps is not None, "the scene has no lamps"
+        lit = active & (surface.lamps > 0)
+        number = surface.lamps - 1
+        radiance, pdf = lamps.met(number, surface.si, before, lit)
+        return radiance, dr.select(lit, pdf * self._chance(self._first_lamp + number), 0.0)
+
+    def aim(self, it: Any, sample: Any, active: Any) -> tuple[Aim, Any]:
+        """Pick a direction towards an emitter; return it, and if no ray meets it by chance.
+
+        Args:
+            it: The lit point.
+            sample: Two numbers in [0, 1).
+            active: Which lanes count.
+        """
+        if len(self._names) == 1:
+            return self._sky_aim(it, sample, active), mi.Bool(False)
+        number, chance, sample = self._pick(sample)
+        aim = Aim(mi.Vector3f(0.0, 0.0, 1.0), mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0))
+        for chosen, maker in self._groups(number):
+            aim = _merged(active & chosen, aim, it.p, sample, number, maker)
+        scaled = Aim(aim.d, aim.distance, aim.pdf * chance, aim.light / chance)
+        return scaled, number >= self._first_beam
+
+    def _groups(self, number: Any) -> list[tuple[Any, Callable[..., Aim]]]:
+        """Return which lanes aim at each kind of emitter, and what finds a direction there."""
+        groups: list[tuple[Any, Callable[..., Aim]]] = [(number == 0, self._sky_picked)]
+        if self._sun is not None:
+            groups.append((number == 1, self._sun_picked))
+        if self._lamps is not None and self._loaded.aimed:
+            lamp = (number >= self._first_lamp) & (number < self._first_beam)
+            groups.append((lamp, self._lamp_picked))
+        if self._beam_names:
+            groups.append((number >= self._first_beam, self._beam_picked))
+        return groups
+
+    def _pick(self, sample: Any) -> tuple[Any, Any, Any]:
+        """Pick an emitter; return its number, its chance and what is left of the sample."""
+
+        def summed(k: Any) -> Any:
+            return dr.gather(mi.Float, self._summed, mi.UInt32(k))
+
+        last = len(self._names) - 1
+        number = mi.UInt32(dr.binary_search(0, last, lambda k: summed(k) <= sample.x))
+        chance = self._chance(number)
+        low = dr.select(number > 0, summed(dr.maximum(number, 1) - 1), 0.0)
+        left = dr.clip((sample.x - low) / chance, 0.0, dr.one_minus_epsilon(mi.Float))
+        return number, chance, mi.Point2f(left, sample.y)
+
+    def _sky_aim(self, it: Any, sample: Any, active: Any) -> Aim:
+        """Pick a direction of the sky."""
+        ds, light = self._sky.sample_direction(it, sample, active)
+        return Aim(mi.Vector3f(ds.d), mi.Float(dr.inf), ds.pdf, light)
+
+    def _sky_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+        """Pick a direction of the sky; arguments as in `_lamp_picked`."""
+        del number
+        return self._sky_aim(_interaction(place), sample, active)
+
+    def _sun_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+        """Pick a direction of the sun's disc; arguments as in `_lamp_picked`."""
+        del number
+        ds, light = self._sun.sample_direction(_interaction(place), sample, active)
+        return Aim(mi.Vector3f(ds.d), mi.Float(FAR), ds.pdf, light)
+
+    def _lamp_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+        """Pick a direction towards a lamp.
+
+        Args:
+            place: The lit point.
+            sample: Two numbers in [0, 1).
+            number: Of the emitter.
+            active: Which lanes count.
+        """
+        assert self._lamps is not None
+        aim = self._lamps.aim(number - self._first_lamp, place, sample, active)
+        lit = active & (aim.pdf > 0.0)
+        light = dr.select(lit, aim.radiance / aim.pdf, 0.0)
+        return Aim(aim.d, aim.distance, aim.pdf, light)
+
+    def _beam_picked(self, place: Any, sample: Any, number: Any, active: Any) -> Aim:
+        """Find the direction to a head lamp; arguments as in `_lamp_picked`."""
+        first = 4 * (number - self._first_beam)
+        rows = [dr.gather(mi.Vector4f, self._beam_rows, first + k, active) for k in range(4)]
+        axes = [mi.Vector3f(row.x, row.y, row.z) for row in rows[:3]]
+        point = mi.Vector3f(place)
+        local = _interaction(
+            mi.Point3f(*(dr.dot(a, point) + r.w for a, r in zip(axes, rows, strict=False)))
+        )
+        ds, light = self._beam.sample_direction(local, sample, active)
+        d = axes[0] * ds.d.x + axes[1] * ds.d.y + axes[2] * ds.d.z
+        colour = mi.Color3f(rows[3].x, rows[3].y, rows[3].z)
+        return Aim(d, ds.dist, dr.select(active, mi.Float(1.0), 0.0), light * colour)
+
+
+def _merged(chosen: Any, aim: Aim, place: Any, sample: Any, number: Any, maker: Any) -> Aim:
+    """Put the directions that some lanes want into those of all."""
+
+    def found(*given: Any) -> tuple[Any, ...]:
+        return tuple(maker(*given))
+
+    given = (mi.Point3f(place), mi.Point2f(sample), mi.UInt32(number), mi.Bool(chosen))
+    return Aim(*where(mi.Bool(chosen), given, found, tuple(aim)))
+
+
+def _interaction(place: Any) -> Any:
+    """Return a point as Mitsuba's interaction, which has nothing else that emitters read."""
+    it = dr.zeros(mi.Interaction3f)
+    it.p = mi.Point3f(place)
+    return it
+
+
+def _keys(parameters: Any) -> list[str]:
+    """Return the names of all parameters."""
+    return list(parameters.keys())
+
+
+def _is_beam(key: str) -> bool:
+    """Return whether a parameter is the weight of a beam."""
+    return key.startswith("beam_") and key.endswith(".sampling_weight")
+
+
+def _weight(parameters: Any, name: str) -> float:
+    """Return how often paths aim at an emitter."""
+    return float(np.asarray(parameters[f"{name}.sampling_weight"]).item())
+
+
+def _array(values: Floats) -> Any:
+    """Return numbers as an array of Dr.Jit."""
+    return mi.Float(aligned(values, np.float32))
+
+
+def _beam_rows(names: tuple[str, ...], placed: Mapping[str, tuple[Floats, Floats]]) -> Floats:
+    """Return the beams' numbers, (beams, 16)."""
+    rows = np.zeros((len(names), _BEAM))
+    for row, name in zip(rows, names, strict=True):
+        if name in placed:
+            matrix, intensity = placed[name]
+            row[:12] = np.linalg.inv(matrix)[:3].ravel()
+            row[12:15] = intensity
+    return rows

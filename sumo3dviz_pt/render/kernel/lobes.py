@@ -1,0 +1,261 @@
+"""What a surface does with light: one function for all materials of the house.
+
+It follows Mitsuba's `principled`, `principledthin` and `diffuse`, whose calls cost more than
+their arithmetic: Dr.Jit compiles one function for each shape and material, and lanes wait for
+each other at every call. Here a material is a few numbers, and what no material of a scene
+has is not compiled.
+
+References:
+    Burley, "Physically Based Shading at Disney", SIGGRAPH course 2012. Walter et al.,
+    "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007. Dupuy and Benyoub,
+    "Sampling Visible GGX Normals with Spherical Caps", HPG 2023.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import drjit as dr
+import mitsuba as mi
+
+_COAT_SHADOW = 0.25  # roughness by which Disney's coat shadows itself
+_COAT_SHARE = 0.25
+_COAT_NORMAL = 0.04  # reflectance of a coat that is seen from straight ahead
+
+
+@dataclass(frozen=True, slots=True)
+class Lobes:
+    """What some materials have that others have not; False is left out of the kernel.
+
+    Attributes:
+        coats: Clear coats.
+        leaves: Surfaces that light shines through.
+        matts: Perfectly diffuse ones.
+        two_sided: Ones that look the same from behind.
+        metals: Metallic ones.
+    """
+
+    coats: bool = False
+    leaves: bool = False
+    matts: bool = False
+    two_sided: bool = False
+    metals: bool = False
+
+
+class Response(NamedTuple):
+    """How much light a surface sends from one direction to another.
+
+    Attributes:
+        value: BSDF times the cosine, a colour.
+        pdf: Chance that `bounce` picks this direction [1/sr].
+    """
+
+    value: Any
+    pdf: Any
+
+
+class Bounce(NamedTuple):
+    """Where a path goes on.
+
+    Attributes:
+        wo: Unit, in the surface's frame.
+        pdf: Its density [1/sr].
+        weight: BSDF times the cosine over the density, a colour.
+    """
+
+    wo: Any
+    pdf: Any
+    weight: Any
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finish:
+    """The material at a point, as arrays of Dr.Jit.
+
+    Attributes:
+        lobes: What the scene's materials have.
+        colour: Reflectance.
+        roughness: [0, 1].
+        metallic: [0, 1].
+        eta: Relative index of refraction of the reflection without colour.
+        coat: Strength of the clear coat, [0, 1].
+        coat_roughness: Of the clear coat.
+        through: Share of the light that leaves a leaf on its other side, [0, 1].
+        glossy: 1, or 0 for leaves and matt surfaces, which have no reflection.
+        matt: Whether it is perfectly diffuse.
+        open: Whether it is also seen from behind.
+    """
+
+    lobes: Lobes
+    colour: Any
+    roughness: Any
+    metallic: Any
+    eta: Any
+    coat: Any
+    coat_roughness: Any
+    through: Any
+    glossy: Any
+    matt: Any
+    open: Any
+
+    @property
+    def _alpha(self) -> Any:
+        """Width of the microfacets' distribution."""
+        return dr.maximum(dr.square(self.roughness), 0.001)
+
+    def side(self, wi: Any) -> Any:
+        """Return -1 where an open surface is seen from behind, else 1."""
+        if not (self.lobes.two_sided or self.lobes.leaves):
+            return mi.Float(1.0)
+        return dr.select(self.open & (wi.z < 0.0), mi.Float(-1.0), 1.0)
+
+    def respond(self, wi: Any, wo: Any) -> Response:
+        """Return what goes from `wo` to `wi`, unit vectors in the surface's frame."""
+        side = self.side(wi)
+        return self._respond(side * wi, side * wo)
+
+    def bounce(self, wi: Any, pick: Any, sample: Any) -> Bounce:
+        """Pick a direction for a path that came from `wi`.
+
+        Args:
+            wi: Unit, in the surface's frame.
+            pick: Chooses the lobe, in [0, 1).
+            sample: Chooses the direction, two numbers in [0, 1).
+        """
+        side = self.side(wi)
+        wi = side * wi
+        _, coat, diffuse = self._chances()
+        diffuse_wo = mi.warp.square_to_cosine_hemisphere(sample)
+        wo = self._mirrored(wi, self._facet(wi, sample))
+        if self.lobes.coats:
+            coated = self._mirrored(wi, self._coat_facet(sample))
+            wo = dr.select(pick < diffuse + coat, coated, wo)
+        if self.lobes.leaves:
+            leaving = pick >= diffuse * (1.0 - self.through)
+            diffuse_wo = dr.select(leaving, mi.Vector3f(-diffuse_wo), mi.Vector3f(diffuse_wo))
+        wo = dr.select(pick < diffuse, mi.Vector3f(diffuse_wo), wo)
+        value, pdf = self._respond(wi, wo)
+        weight = dr.select(pdf > 0.0, value * dr.rcp(pdf), 0.0)
+        return Bounce(side * wo, pdf, weight)
+
+    def _chances(self) -> tuple[Any, Any, Any]:
+        """Return the chances of the glossy lobe, of the coat and of diffuse light."""
+        diffuse = 1.0 - self.metallic if self.lobes.metals else mi.Float(1.0)
+        coat = _COAT_SHARE * self.coat if self.lobes.coats else mi.Float(0.0)
+        total = dr.rcp(self.glossy + coat + diffuse)
+        return self.glossy * total, coat * total, diffuse * total
+
+    def _respond(self, wi: Any, wo: Any) -> Response:
+        """Return what goes from one direction to another; `wi` lies on the front side."""
+        in_cos, out_cos = wi.z, wo.z
+        front = in_cos > 0.0
+        reflected = front & (out_cos > 0.0)
+        half = dr.normalize(wi + wo)
+        along = dr.dot(wi, half)
+        faced = reflected & (along > 0.0)
+        glossy, coat, diffuse = self._chances()
+
+        # The reflection that metals colour.
+        density, shadow_in, shadow_out = self._facets(wi, wo, half)
+        share = dr.rcp(4.0 * in_cos)
+        tint = self._fresnel(along)
+        value = tint * (self.glossy * density * shadow_in * shadow_out * share)
+        pdf = glossy * density * shadow_in * share
+        if self.lobes.coats:
+            coat_density = self._coat_density(half)
+            shadow = _smith(wi, _COAT_SHADOW) * _smith(wo, _COAT_SHADOW)
+            fresnel = _schlick(mi.Float(_COAT_NORMAL), along)
+            value += _COAT_SHARE * self.coat * fresnel * coat_density * shadow * out_cos
+            pdf += coat * coat_density * half.z * dr.rcp(4.0 * along)
+        value = dr.select(faced, value, 0.0)
+        pdf = dr.select(faced, pdf, 0.0)
+
+        # Diffuse light, brighter back towards where it came from on rough surfaces.
+        kept = 1.0 - self.metallic if self.lobes.metals else mi.Float(1.0)
+        share = kept * dr.abs(out_cos) * dr.inv_pi
+        lambert = diffuse * dr.abs(out_cos) * dr.inv_pi
+        if not self.lobes.leaves:
+            value += dr.select(reflected, self.colour * (share * self._rough(wi, wo, half)), 0.0)
+            return Response(value, pdf + dr.select(reflected, lambert, 0.0))
+        passed = front & (out_cos < 0.0)
+        back = (1.0 - self.through) * self._rough(wi, wo, half)
+        value += dr.select(reflected | passed, self.colour * share, 0.0) * dr.select(
+            passed, self.through, back
+        )
+        split = dr.select(passed, self.through, 1.0 - self.through)
+        return Response(value, pdf + dr.select(reflected | passed, lambert * split, 0.0))
+
+    def _rough(self, wi: Any, wo: Any, half: Any) -> Any:
+        """Return the factor of diffuse light that depends on the directions."""
+        out, back = _schlick_weight(wo.z), _schlick_weight(wi.z)
+        retro = 2.0 * self.roughness * dr.square(dr.dot(half, wo))
+        factor = (1.0 - 0.5 * back) * (1.0 - 0.5 * out)
+        factor += retro * (out + back + out * back * (retro - 1.0))
+        return dr.select(self.matt, 1.0, factor) if self.lobes.matts else factor
+
+    def _fresnel(self, cosine: Any) -> Any:
+        """Return how much the glossy lobe reflects, a colour."""
+        plain = mi.fresnel(cosine, self.eta)[0]
+        if not self.lobes.metals:
+            return mi.Color3f(plain)
+        return dr.lerp(mi.Color3f(plain), _schlick(self.colour, cosine), self.metallic)
+
+    def _facets(self, wi: Any, wo: Any, half: Any) -> tuple[Any, Any, Any]:
+        """Return the facets' density, and the shares of them seen from `wi` and from `wo`."""
+        alpha2 = dr.square(self._alpha)
+        bulge = (dr.square(half.x) + dr.square(half.y)) / alpha2 + dr.square(half.z)
+        density = dr.rcp(dr.pi * alpha2 * dr.square(bulge))
+        density = dr.select(density * half.z > 1e-20, density, 0.0)
+        return density, _smith(wi, self._alpha), _smith(wo, self._alpha)
+
+    def _facet(self, wi: Any, sample: Any) -> Any:
+        """Pick a microfacet that is seen from `wi`."""
+        alpha = self._alpha
+        stretched = dr.normalize(mi.Vector3f(alpha * wi.x, alpha * wi.y, wi.z))
+        sine, cosine = dr.sincos(dr.two_pi * sample.x)
+        z = dr.fma(1.0 - sample.y, 1.0 + stretched.z, -stretched.z)
+        radius = dr.safe_sqrt(1.0 - dr.square(z))
+        cap = mi.Vector3f(radius * cosine, radius * sine, z) + stretched
+        return dr.normalize(mi.Vector3f(alpha * cap.x, alpha * cap.y, cap.z))
+
+    def _coat_facet(self, sample: Any) -> Any:
+        """Pick a microfacet of the coat."""
+        alpha2 = dr.square(self.coat_roughness)
+        sine, cosine = dr.sincos(dr.two_pi * sample.x)
+        z2 = (1.0 - dr.power(alpha2, 1.0 - sample.y)) / (1.0 - alpha2)
+        radius = dr.safe_sqrt(1.0 - z2)
+        return mi.Vector3f(radius * cosine, radius * sine, dr.safe_sqrt(z2))
+
+    def _coat_density(self, half: Any) -> Any:
+        """Return the density of the coat's microfacets."""
+        alpha2 = dr.square(self.coat_roughness)
+        bulge = 1.0 + (alpha2 - 1.0) * dr.square(half.z)
+        return (alpha2 - 1.0) / (dr.pi * dr.log(alpha2) * bulge)
+
+    def _mirrored(self, wi: Any, facet: Any) -> Any:
+        """Return where a microfacet sends what comes from `wi`."""
+        return 2.0 * dr.dot(wi, facet) * facet - wi
+
+
+def _smith(direction: Any, alpha: Any) -> Any:
+    """Return the share of microfacets that are seen from a direction on the front side."""
+    slope = dr.square(alpha) * (dr.square(direction.x) + dr.square(direction.y))
+    return 2.0 * dr.rcp(1.0 + dr.sqrt(1.0 + slope / dr.square(direction.z)))
+
+
+def _schlick(normal: Any, cosine: Any) -> Any:
+    """Return Schlick's reflectance.
+
+    Args:
+        normal: Reflectance from straight ahead, a number or a colour.
+        cosine: Between the ray and the microfacet.
+    """
+    weight = _schlick_weight(cosine)
+    return normal * (1.0 - weight) + weight
+
+
+def _schlick_weight(cosine: Any) -> Any:
+    """Return the fifth power of 1 less a cosine."""
+    rest = dr.clip(1.0 - cosine, 0.0, 1.0)
+    return dr.square(dr.square(rest)) * rest

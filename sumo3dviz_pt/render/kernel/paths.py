@@ -1,0 +1,289 @@
+"""Follows paths through a scene: a loop that Dr.Jit records once for all of them.
+
+It finds what Mitsuba's `path` finds, within chance: light of emitters that paths aim at and of
+those that they meet, weighted by the power heuristic, with roulette.
+
+References:
+    Veach, "Robust Monte Carlo Methods for Light Transport Simulation", thesis, Stanford 1997.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
+from sumo3dviz_pt.render.kernel.rows import Kind
+from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
+
+_LIKELIEST = 0.95  # that a path goes on, by roulette
+_SHORT = 1.0 - 9e-4  # share of the way to a lamp that must be free
+_CERTAIN = 1e18  # density of a mirror's direction, which no emitter's can match
+
+
+class Bounds(NamedTuple):
+    """How long paths are, and how bright, as arrays of Dr.Jit; see `integrator.Limits`."""
+
+    most: Any
+    roulette: Any
+    cap: Any
+    direct: Any
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """What paths go through.
+
+    Attributes:
+        scene: Mitsuba's.
+        surfaces: Find what rays met.
+        lights: The emitters.
+    """
+
+    scene: Any
+    surfaces: Surfaces
+    lights: Lights
+
+
+@dataclass(slots=True)
+class _Seen:
+    """What a path met first.
+
+    Attributes:
+        hit: 1 where it is a surface, else 0.
+        distance: To the surface [m]; else 0.
+        albedo: Its reflectance.
+        normal: Its unit shading normal.
+        emitted: Its own light.
+    """
+
+    hit: Any
+    distance: Any
+    albedo: Any
+    normal: Any
+    emitted: Any
+
+
+@dataclass(slots=True)
+class _Path:
+    """A path while it is followed.
+
+    Attributes:
+        active: Whether it goes on.
+        ray: Its next segment.
+        depth: Segments that lie behind.
+        light: What was found.
+        through: What reaches the eye of light that is found next.
+        before: Where the ray starts.
+        density: Of the ray's direction [1/sr].
+        eta: Product of the indices of refraction that it went through.
+        seen: What it met first.
+    """
+
+    active: Any
+    ray: Any
+    depth: Any
+    light: Any
+    through: Any
+    before: Any
+    density: Any
+    eta: Any
+    seen: _Seen
+
+
+class _Scattered(NamedTuple):
+    """What a surface does with light.
+
+    Attributes:
+        value: BSDF times the cosine towards an emitter, a colour.
+        pdf: Chance to go there [1/sr].
+        d: Where the path goes on, unit.
+        density: Of that direction [1/sr].
+        weight: BSDF times the cosine over the density, a colour.
+        eta: Relative index of refraction there.
+        albedo: Reflectance.
+    """
+
+    value: Any
+    pdf: Any
+    d: Any
+    density: Any
+    weight: Any
+    eta: Any
+    albedo: Any
+
+
+def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
+    """Follow paths; return each one's channels, in the order of `integrator.CHANNELS`.
+
+    Args:
+        place: What they go through.
+        sampler: Where chance comes from.
+        ray: Their first segments.
+        bounds: How long and how bright they are.
+    """
+    nothing = mi.Color3f(0.0)
+    seen = _Seen(mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0), mi.Vector3f(0.0), nothing)
+    path = _Path(
+        active=mi.Bool(True),
+        ray=mi.Ray3f(ray),
+        depth=mi.UInt32(0),
+        light=mi.Color3f(0.0),
+        through=mi.Color3f(1.0),
+        before=mi.Point3f(0.0),
+        density=mi.Float(1.0),
+        eta=mi.Float(1.0),
+        seen=seen,
+    )
+
+    def step(path: _Path, sampler: Any) -> tuple[_Path, Any]:
+        _stepped(path, sampler, place, bounds)
+        return path, sampler
+
+    path, _ = dr.while_loop((path, sampler), lambda path, _: path.active, step, label="paths")
+    seen = path.seen
+    emitted = [*seen.emitted] if place.lights.lamps else []
+    return [
+        *_capped(path.light, bounds.cap),
+        seen.distance,
+        seen.hit,
+        *seen.albedo,
+        *seen.normal,
+        *emitted,
+    ]
+
+
+def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
+    """Follow a path's next segment, and find where it goes on."""
+    ray, primary = path.ray, path.depth == 0
+    found = place.scene.ray_intersect_preliminary(ray, primary, active=path.active)
+    surface = place.surfaces.met(found, ray, path.active)
+    si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
+    emitted = _met(path, found, surface, place.lights, bounds.direct)
+    aim, delta = place.lights.aim(si, sampler.next_2d(on), on)
+    chance = (sampler.next_1d(on), sampler.next_2d(on))
+    scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
+
+    # Light of the emitter that the path aims at.
+    share = dr.select(delta, 1.0, _heuristic(aim.pdf, scattered.pdf))
+    gain = path.through * scattered.value * aim.light * share
+    lit = on & (aim.pdf > 0.0) & dr.any(gain != 0.0)
+    lit &= ~place.scene.ray_test(_shadow_ray(si, aim), lit)
+    path.light = dr.select(lit, path.light + gain, path.light)
+
+    first = surface.there & primary
+    _note(path.seen, first, surface, scattered.albedo, emitted)
+
+    # Where the path goes on, and whether.
+    path.ray = si.spawn_ray(scattered.d)
+    path.before, path.density = mi.Point3f(si.p), scattered.density
+    path.depth = dr.select(surface.there, path.depth + 1, path.depth)
+    path.eta *= scattered.eta
+    through = path.through * scattered.weight
+    brightest = dr.max(through)
+    likely = dr.minimum(brightest * dr.square(path.eta), _LIKELIEST)
+    late = path.depth >= bounds.roulette
+    lucky = sampler.next_1d(on) < likely
+    path.through = dr.select(late, through * dr.rcp(likely), through)
+    path.active = on & (~late | lucky) & (brightest != 0.0)
+
+
+def _shadow_ray(si: Any, aim: Aim) -> Any:
+    """Return the ray that tells whether an emitter is hidden.
+
+    Rays start some centimetres off their surface, so one to a lamp must be aimed from there: a
+    parallel ray would miss the lamp and end in the housing behind it.
+    """
+    ray = si.spawn_ray(aim.d)
+    near = aim.distance < FAR
+    to = si.p + aim.d * dr.select(near, aim.distance, 1.0) - ray.o
+    away = dr.norm(to)
+    ray.d = dr.select(near, to / away, ray.d)
+    ray.maxt = dr.select(near, away * _SHORT, aim.distance)
+    return ray
+
+
+def _met(path: _Path, found: Any, surface: Surface, lights: Lights, direct: Any) -> Any:
+    """Add the light of what a path met; return that of a lamp."""
+    before = dr.zeros(mi.Interaction3f)
+    before.p = path.before
+    primary = path.depth == 0
+    radiance, aimed = lights.met(found, path.ray, before, path.active & ~surface.there)
+    weight = dr.select(primary, 1.0, _heuristic(path.density, aimed))
+    path.light = dr.fma(path.through, radiance * weight, path.light)
+    if not lights.lamps:
+        return mi.Color3f(0.0)
+    radiance, aimed = lights.glow(surface, before, surface.there)
+    weight = dr.select(primary, 1.0, _heuristic(path.density, aimed))
+    weight = dr.select(primary & ~direct, 0.0, weight)
+    path.light = dr.fma(path.through, radiance * weight, path.light)
+    return radiance
+
+
+def _note(seen: _Seen, first: Any, surface: Surface, albedo: Any, emitted: Any) -> None:
+    """Keep what a path met first."""
+    seen.hit = dr.select(first, 1.0, seen.hit)
+    seen.distance = dr.select(first, surface.si.t, seen.distance)
+    seen.albedo = dr.select(first, albedo, seen.albedo)
+    seen.normal = dr.select(first, mi.Vector3f(surface.si.sh_frame.n), seen.normal)
+    seen.emitted = dr.select(first, emitted, seen.emitted)
+
+
+def _scattered(
+    surface: Surface, found: Any, ray: Any, d: Any, chance: Any, kinds: Kind
+) -> _Scattered:
+    """Return what a surface does with light.
+
+    Args:
+        surface: The surface.
+        found: Mitsuba's preliminary intersection.
+        ray: That met it.
+        d: Unit vector to an emitter.
+        chance: One number in [0, 1), and two.
+        kinds: All that is special about the scene's materials.
+    """
+    si, finish = surface.si, surface.finish
+    response = finish.respond(si.wi, si.to_local(d))
+    bounce = finish.bounce(si.wi, *chance)
+    ours = _Scattered(
+        *response, si.to_world(bounce.wo), bounce.pdf, bounce.weight, mi.Float(1.0), finish.colour
+    )
+    if Kind.FOREIGN not in kinds:
+        return ours
+    theirs = _by_mitsuba(surface.foreign, found, ray, d, chance)
+    pairs = zip(theirs, ours, strict=True)
+    return _Scattered(*(dr.select(surface.foreign, a, b) for a, b in pairs))
+
+
+def _by_mitsuba(foreign: Any, found: Any, ray: Any, d: Any, chance: Any) -> _Scattered:
+    """Return what Mitsuba's own materials do with light; arguments as in `_scattered`."""
+    si = found.compute_surface_interaction(ray, mi.RayFlags.All, foreign)
+    bsdf = si.bsdf()
+    wo = si.to_local(d)
+    context = mi.BSDFContext()
+    value, pdf, sample, weight = bsdf.eval_pdf_sample(context, si, wo, *chance, foreign)
+    delta = mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta)
+    albedo = bsdf.eval_diffuse_reflectance(si, foreign)
+    density = dr.select(delta, _CERTAIN, sample.pdf)
+    onwards = si.to_world(sample.wo)
+    return _Scattered(value, pdf, onwards, density, weight, sample.eta, albedo)
+
+
+def _heuristic(a: Any, b: Any) -> Any:
+    """Return the weight of a sample of density a, where b could have found it, too."""
+    a2 = dr.square(a)
+    weight = a2 / (a2 + dr.square(b))
+    return dr.select(dr.isfinite(weight), weight, 0.0)
+
+
+def _capped(light: Any, cap: Any) -> list[Any]:
+    """Return what stays of samples and what the cap takes; NaN and Inf are taken as Inf."""
+    sound = dr.all(dr.isfinite(light))
+    peak = dr.maximum(dr.max(light), 1e-30)
+    kept = light * dr.minimum(1.0, cap / peak)
+    lost = dr.select(sound, light - kept, np.inf)
+    return [*dr.select(sound, kept, 0.0), *lost]

@@ -1,0 +1,237 @@
+"""Materials as rows of numbers: what the kernel knows of the dicts that describe them.
+
+A material that is not understood here, such as a user's glass, is *foreign*: Mitsuba's own
+object answers for it, by a call that only scenes with such a material pay for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import IntFlag
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scene import Bsdf
+from sumo3dviz_pt.render.kernel.lobes import Lobes
+
+_PRINCIPLED = {
+    "type",
+    "base_color",
+    "roughness",
+    "metallic",
+    "specular",
+    "clearcoat",
+    "clearcoat_gloss",
+    "spec_tint",
+}
+_THIN = {"type", "base_color", "roughness", "diff_trans", "spec_trans", "eta"}
+_COAT_ROUGHNESS = (0.1, 0.001)  # of a coat of gloss 0, and of gloss 1
+_MIDDLE = 0.5  # a colour or roughness that a dict leaves out
+
+
+class Kind(IntFlag):
+    """What is special about a material."""
+
+    OPEN = 1
+    MATT = 2
+    LEAF = 4
+    PAINTED = 8
+    FOREIGN = 16
+    STAINED = 32
+    UNTILED = 64
+    ROUGH = 128
+    BITMAP = 256
+
+
+PLAIN = Kind(0)
+"""Nothing is special."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A material as numbers.
+
+    Attributes:
+        kind: What is special about it.
+        colour: Of all faces that bring none of their own, linear reflectance.
+        roughness: Of all faces that bring none of their own, [0, 1].
+        metallic: Of all faces that bring none of their own, [0, 1].
+        eta: Relative index of refraction of the reflection without colour.
+        coat: Strength of its clear coat, [0, 1].
+        coat_roughness: Of that coat.
+        through: Share of the light that goes through a leaf, [0, 1].
+        texture: Number of the texture of its colour.
+        rough_texture: Number of the texture of its roughness.
+        gain: What a stained colour is multiplied with, by channel.
+    """
+
+    kind: Kind = PLAIN
+    colour: tuple[float, float, float] = (_MIDDLE, _MIDDLE, _MIDDLE)
+    roughness: float = _MIDDLE
+    metallic: float = 0.0
+    eta: float = 1.5
+    coat: float = 0.0
+    coat_roughness: float = _COAT_ROUGHNESS[0]
+    through: float = 0.0
+    texture: int = 0
+    rough_texture: int = 0
+    gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+    @property
+    def numbers(self) -> Floats:
+        """The row as the kernel reads it, (12,)."""
+        gloss = [float(self.kind), self.eta, self.coat, self.coat_roughness]
+        looks = [self.through, float(self.texture), float(self.rough_texture), 0.0]
+        return np.array([*gloss, *looks, *self.gain, 0.0])
+
+
+class _ForeignError(Exception):
+    """A dict says something that this module does not know."""
+
+
+@dataclass(slots=True)
+class RowMaker:
+    """Makes rows, and collects the textures that they refer to.
+
+    Attributes:
+        untiled: Dicts of bitmaps without repetition, in the order of their numbers.
+        bitmaps: Dicts of plain bitmaps, in the order of their numbers.
+    """
+
+    untiled: list[Bsdf] = field(default_factory=list)
+    bitmaps: list[Bsdf] = field(default_factory=list)
+
+    def row(self, bsdf: Bsdf, *, painted: bool = False) -> Row:
+        """Return a material's row.
+
+        Args:
+            bsdf: The material, with our own words.
+            painted: Whether its tint is the colour of the instance that was hit.
+        """
+        try:
+            return Row(**self._said(bsdf, painted=painted))
+        except _ForeignError:
+            return Row(Kind.FOREIGN)
+
+    def _said(self, bsdf: Bsdf, *, painted: bool) -> dict[str, Any]:
+        """Return the fields of a row."""
+        if bsdf.get("type") == "twosided" and set(bsdf) == {"type", "bsdf"}:
+            inner = self._said(bsdf["bsdf"], painted=painted)
+            return inner | {"kind": inner["kind"] | Kind.OPEN}
+        makers = {"principled": self._principled, "principledthin": self._thin, "diffuse": _matt}
+        maker = makers.get(str(bsdf.get("type")))
+        if maker is None:
+            raise _ForeignError
+        said = maker(bsdf)
+        return said | self._coloured(said.pop("base"), said["kind"], painted=painted)
+
+    def _principled(self, bsdf: Bsdf) -> dict[str, Any]:
+        """Return the fields of a material of Disney's kind, with its colour as `base`."""
+        if not set(bsdf) <= _PRINCIPLED or bsdf.get("spec_tint", 0.0) != 0.0:
+            raise _ForeignError
+        gloss = _number(bsdf.get("clearcoat_gloss", 0.0))
+        specular = _number(bsdf.get("specular", _MIDDLE))
+        dull, bright = _COAT_ROUGHNESS
+        said = {
+            "kind": PLAIN,
+            "base": bsdf["base_color"],
+            "metallic": _of_faces(bsdf.get("metallic", 0.0), 0.0),
+            "eta": 2.0 / (1.0 - np.sqrt(0.08 * specular)) - 1.0 if specular > 0 else 1.001,
+            "coat": _number(bsdf.get("clearcoat", 0.0)),
+            "coat_roughness": dull + gloss * (bright - dull),
+        }
+        return said | self._roughened(bsdf.get("roughness", _MIDDLE), said)
+
+    def _roughened(self, value: Any, said: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the fields of a roughness: a number, one by face, or a texture."""
+        if isinstance(value, Mapping) and value.get("type") == "untiled" and "roughness" in value:
+            number = _numbered(self.untiled, value)
+            return {"kind": said["kind"] | Kind.ROUGH, "rough_texture": number}
+        return {"roughness": _of_faces(value, _MIDDLE)}
+
+    def _thin(self, bsdf: Bsdf) -> dict[str, Any]:
+        """Return the fields of leaves, with their colour as `base`."""
+        if not set(bsdf) <= _THIN or bsdf.get("spec_trans", 0.0) != 0.0:
+            raise _ForeignError
+        return {
+            "kind": Kind.LEAF | Kind.OPEN,
+            "base": bsdf["base_color"],
+            "roughness": _number(bsdf.get("roughness", _MIDDLE)),
+            "through": _number(bsdf.get("diff_trans", 0.0)) / 2.0,
+        }
+
+    def _coloured(self, base: Any, kind: Kind, *, painted: bool) -> dict[str, Any]:
+        """Return the fields of a colour: one for all, one by face or mover, or a texture."""
+        word = base.get("type")
+        if word == "rgb":
+            value = np.broadcast_to(np.asarray(base["value"], dtype=np.float64), 3)
+            return {"colour": tuple(map(float, value))}
+        if word in ("tint", "mesh_attribute"):
+            return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else PLAIN)}
+        if word == "untiled" and "roughness" not in base:
+            return {"kind": kind | Kind.UNTILED, "texture": _numbered(self.untiled, base)}
+        if word == "bitmap":
+            return {"kind": kind | Kind.BITMAP, "texture": _numbered(self.bitmaps, base)}
+        if word == "stained":
+            tinted = Kind.STAINED | (Kind.PAINTED if painted else PLAIN)
+            inner = self._coloured(base["texture"], kind | tinted, painted=painted)
+            return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
+        raise _ForeignError
+
+
+def _matt(bsdf: Bsdf) -> dict[str, Any]:
+    """Return the fields of a perfectly diffuse material, with its colour as `base`."""
+    if not set(bsdf) <= {"type", "reflectance"}:
+        raise _ForeignError
+    grey = {"type": "rgb", "value": _MIDDLE}
+    return {"kind": Kind.MATT, "base": bsdf.get("reflectance", grey)}
+
+
+def _number(value: Any) -> float:
+    """Return a number that must not be a texture."""
+    if not isinstance(value, int | float):
+        raise _ForeignError
+    return float(value)
+
+
+def _of_faces(value: Any, plain: float) -> float:
+    """Return a number, or a plain one where faces bring their own."""
+    by_face = isinstance(value, Mapping) and value.get("type") == "mesh_attribute"
+    return plain if by_face else _number(value)
+
+
+def _numbered(known: list[Bsdf], value: Bsdf) -> int:
+    """Return the number of a texture among those that are known; a new one joins them."""
+    plain = dict(value)
+    if plain not in known:
+        known.append(plain)
+    return known.index(plain)
+
+
+def kinds_of(rows: Iterable[Row]) -> Kind:
+    """Return everything that is special about any of some materials."""
+    found = PLAIN
+    for row in rows:
+        found |= row.kind
+    return found
+
+
+def lobes_of(rows: Iterable[Row], *, metals: bool) -> Lobes:
+    """Return what some materials have.
+
+    Args:
+        rows: The materials.
+        metals: Whether any face is metallic.
+    """
+    rows = list(rows)
+    kinds = kinds_of(rows)
+    return Lobes(
+        coats=any(row.coat > 0.0 for row in rows),
+        leaves=Kind.LEAF in kinds,
+        matts=Kind.MATT in kinds,
+        two_sided=Kind.OPEN in kinds,
+        metals=metals,
+    )

@@ -1,0 +1,283 @@
+"""A scene's geometry and materials as flat arrays, from which the kernel reads what a ray met.
+
+Mitsuba keeps the meshes and finds where a ray meets them. All the rest of a surface, for
+which Mitsuba calls a function of every shape, is read from here by numbers: of the shape or
+instance to its meshes, of the mesh to its faces, of the face to its corners and material.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import UNWORN, Floats
+from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
+from sumo3dviz_pt.render.kernel.rows import Kind, Row, RowMaker
+from sumo3dviz_pt.render.kernels import aligned
+from sumo3dviz_pt.render.loaded import HeldMesh, LoadedScene
+from sumo3dviz_pt.render.materials.compound import METALLIC_ATTRIBUTE, ROUGHNESS_ATTRIBUTE
+from sumo3dviz_pt.render.materials.untiled import WEAR_ATTRIBUTE
+
+NO_MESH = 0xFFFFFFFF
+"""What the table of shapes says of those that have no mesh: the sun, and instances' bodies."""
+
+_SMOOTH = 0x80000000
+"""Bit of a face's material that says that its normals are interpolated."""
+
+_INSTANCE = 16  # numbers of an instance: three rows of its matrix, then its colour
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where a mesh lies in the tables.
+
+    Attributes:
+        mesh: The mesh.
+        vertex: Its first vertex.
+        vertices: How many it has.
+        face: Its first face.
+        faces: How many it has.
+        smooth: Whether its normals are interpolated.
+    """
+
+    mesh: HeldMesh
+    vertex: int
+    vertices: int
+    face: int
+    faces: int
+    smooth: bool
+
+
+class Tables:
+    """Flat arrays of a loaded scene.
+
+    Args:
+        loaded: A scene that shows a frame.
+
+    Attributes:
+        rows: Of its materials, by number.
+        textures: That the rows refer to.
+        lamps: Names of meshes that can shine, by number; a face says which it belongs to.
+        worn: Whether any mesh tells how worn it is.
+        metals: Whether any face is metallic.
+    """
+
+    def __init__(self, loaded: LoadedScene) -> None:
+        self._loaded, self._origin = loaded, loaded.origin
+        parameters = loaded.parameters
+        # Worn meshes come first, so that the table of wear ends with them.
+        meshes = sorted(
+            (mesh for mesh in loaded.meshes() if len(parameters[f"{mesh.name}.faces"])),
+            key=lambda mesh: f"{mesh.name}.{WEAR_ATTRIBUTE}" not in parameters,
+        )
+        self.textures = RowMaker()
+        self.lamps = tuple(m.name for m in meshes if f"{m.name}.emitter.radiance" in parameters)
+        rows = [self.textures.row(mesh.bsdf, painted=bool(mesh.body)) for mesh in meshes]
+        self.rows = tuple(dict.fromkeys(rows))
+        self._places = _laid_out(meshes, parameters)
+        self._fill(rows)
+        self._number_shapes()
+        self._instances: Any = None
+        self.follow()
+
+    def _fill(self, rows: list[Row]) -> None:
+        """Write all arrays that depend on meshes only."""
+        parameters = self._loaded.parameters
+        last = self._places[-1]
+        vertices, faces = last.vertex + last.vertices, last.face + last.faces
+        points, normals = np.zeros((vertices, 4)), np.zeros((vertices, 4))
+        corners = np.zeros((faces, 4), np.uint32)
+        looks, metals = np.zeros((faces, 4)), np.zeros(faces)
+        worn = [p for p in self._places if f"{p.mesh.name}.{WEAR_ATTRIBUTE}" in parameters]
+        wear = np.tile([*UNWORN, 0.0], (worn[-1].vertex + worn[-1].vertices if worn else 1, 1))
+        for place, row in zip(self._places, rows, strict=True):
+            name = place.mesh.name
+            seen = slice(place.vertex, place.vertex + place.vertices)
+            points[seen, :3] = _array(parameters, f"{name}.vertex_positions", 3)
+            if place.smooth:
+                normals[seen, :3] = _array(parameters, f"{name}.vertex_normals", 3)
+            uvs = _array(parameters, f"{name}.vertex_texcoords", 2)
+            if len(uvs):
+                points[seen, 3], normals[seen, 3] = uvs.T
+            if place in worn:
+                wear[seen, :3] = _array(parameters, f"{name}.{WEAR_ATTRIBUTE}", 3)
+            own = slice(place.face, place.face + place.faces)
+            corners[own, :3] = _array(parameters, f"{name}.faces", 3) + place.vertex
+            corners[own, 3] = self.rows.index(row) | (_SMOOTH if place.smooth else 0)
+            looks[own] = _looks(parameters, name, row, place.faces)
+            metals[own] = _by_face(parameters, f"{name}.{METALLIC_ATTRIBUTE}", row.metallic, own)
+        self.metals, self.worn = bool(metals.any()), bool(worn)
+        # Lamps tell their sets and units by their places in the tables, not by uvs.
+        self.points, self.normals, self._looks, self._metals, self._wear = (
+            _own(values) for values in (points, normals, looks, metals, wear)
+        )
+        self._corners = _own(corners, mi.UInt32, np.uint32)
+        self._rows = _own(np.array([row.numbers for row in self.rows]))
+
+    def _number_shapes(self) -> None:
+        """Write which meshes belong to each shape and instance, by Mitsuba's numbers of them."""
+        loaded = self._loaded
+        order = {place.mesh.name: k for k, place in enumerate(self._places)}
+        self._numbers = {shape.id(): _number(shape) for shape in loaded.scene.shapes()}
+        first = np.full(max(self._numbers.values(), default=0) + 1, NO_MESH, np.uint32)
+        for name, number in self._numbers.items():
+            if name in order:
+                first[number] = order[name]
+        slots = {} if loaded.pool is None else loaded.pool.body_of_slot
+        for slot, body in slots.items():
+            first[self._numbers[slot]] = order[f"{body}.part0"]
+        self._shapes = _own(first, mi.UInt32, np.uint32)
+        lamp_of = {name: k + 1 for k, name in enumerate(self.lamps)}
+        table = [(p.face, lamp_of.get(p.mesh.name, 0)) for p in self._places]
+        self._meshes = _own(np.array(table, np.uint32), mi.UInt32, np.uint32)
+
+    def follow(self) -> None:
+        """Bring the tables to what the loaded scene shows."""
+        loaded, parameters = self._loaded, self._loaded.parameters
+        moved = loaded.origin is not self._origin
+        self._origin = loaded.origin
+        for place in self._places:
+            name = place.mesh.name
+            if place.mesh.moving or (moved and not place.mesh.body):
+                _copy(self.points, parameters[f"{name}.vertex_positions"], place.vertex)
+                if place.smooth:
+                    _copy(self.normals, parameters[f"{name}.vertex_normals"], place.vertex)
+            if place.mesh.moving and f"{name}.{TINT_ATTRIBUTE}" in parameters:
+                _copy(self._looks, parameters[f"{name}.{TINT_ATTRIBUTE}"], place.face)
+        placed = {} if loaded.pool is None else loaded.pool.placed
+        numbers = np.zeros((dr.width(self._shapes), _INSTANCE))
+        for slot, (matrix, colour) in placed.items():
+            numbers[self._numbers[slot], :12] = matrix[:3].ravel()
+            numbers[self._numbers[slot], 12:15] = colour
+        self._instances = mi.Float(aligned(numbers, np.float32))
+
+    @property
+    def instanced(self) -> bool:
+        """Whether there are instances."""
+        return any(place.mesh.body for place in self._places)
+
+    def place(self, name: str) -> tuple[int, int]:
+        """Return a mesh's first vertex and first face in the tables, by its name."""
+        found = next(place for place in self._places if place.mesh.name == name)
+        return found.vertex, found.face
+
+    def mesh_of(self, hit: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Return the first face of the mesh that was hit, its lamps' number, and if it is one.
+
+        Args:
+            hit: Mitsuba's preliminary intersection.
+            active: Which lanes count.
+        """
+        shape = dr.reinterpret_array(mi.UInt32, hit.shape)
+        number = shape
+        if self.instanced:
+            instance = dr.reinterpret_array(mi.UInt32, hit.instance)
+            number = dr.select(instance != 0, instance, shape)
+        mesh = dr.gather(mi.UInt32, self._shapes, number, active)
+        known = active & (mesh != NO_MESH)
+        if self.instanced:
+            mesh += dr.select(instance != 0, hit.shape_index, 0)
+        found = dr.gather(mi.Vector2u, self._meshes, mesh, known)
+        return found.x, found.y, known
+
+    def corners(self, face: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Return a face's three vertices, its material's number, and if it is smooth."""
+        four = dr.gather(mi.Vector4u, self._corners, face, active)
+        return mi.Vector3u(four.x, four.y, four.z), four.w & (_SMOOTH - 1), (four.w & _SMOOTH) != 0
+
+    def row(self, material: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Return a material's twelve numbers as three vectors."""
+        gathered = [dr.gather(mi.Vector4f, self._rows, 3 * material + k, active) for k in range(3)]
+        return gathered[0], gathered[1], gathered[2]
+
+    def looks(self, face: Any, active: Any) -> Any:
+        """Return a face's colour and roughness, four numbers."""
+        return dr.gather(mi.Vector4f, self._looks, face, active)
+
+    def metallic(self, face: Any, active: Any) -> Any:
+        """Return how metallic a face is, in [0, 1]."""
+        return dr.gather(mi.Float, self._metals, face, active)
+
+    def wear(self, corners: Any, weights: Any, active: Any) -> Any:
+        """Return how worn and painted a point is, a colour, by its corners and their weights."""
+        last = dr.width(self._wear) // 4 - 1
+        at = [
+            dr.gather(mi.Vector4f, self._wear, dr.minimum(corners[k], last), active)
+            for k in range(3)
+        ]
+        mixed = at[0] * weights[0] + at[1] * weights[1] + at[2] * weights[2]
+        inside = corners[0] <= last
+        wear = dr.select(inside, mi.Color3f(mixed.x, mixed.y, mixed.z), mi.Color3f(*UNWORN))
+        return dr.clip(wear, 0.0, 1.0)
+
+    def instance(self, hit: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Return the matrix of the instance that was hit, its colour, and if there is one."""
+        number = dr.reinterpret_array(mi.UInt32, hit.instance)
+        there = active & (number != 0)
+        rows = [dr.gather(mi.Vector4f, self._instances, 4 * number + k, there) for k in range(4)]
+        colour = mi.Color3f(rows[3].x, rows[3].y, rows[3].z)
+        return rows[:3], colour, there
+
+
+def _laid_out(meshes: Iterable[HeldMesh], parameters: Any) -> list[_Place]:
+    """Put meshes one after the other."""
+    places: list[_Place] = []
+    vertex = face = 0
+    for mesh in meshes:
+        vertices = len(parameters[f"{mesh.name}.vertex_positions"]) // 3
+        faces = len(parameters[f"{mesh.name}.faces"]) // 3
+        smooth = len(parameters[f"{mesh.name}.vertex_normals"]) == 3 * vertices
+        places.append(_Place(mesh, vertex, vertices, face, faces, smooth))
+        vertex, face = vertex + vertices, face + faces
+    return places
+
+
+def _looks(parameters: Any, name: str, row: Row, faces: int) -> Floats:
+    """Return colour and roughness of a mesh's faces, (faces, 4)."""
+    looks = np.tile([*row.colour, row.roughness], (faces, 1))
+    tint = f"{name}.{TINT_ATTRIBUTE}"
+    if tint in parameters and Kind.PAINTED not in row.kind:
+        looks[:, :3] = _array(parameters, tint, 3)
+    own = slice(0, faces)
+    looks[:, 3] = _by_face(parameters, f"{name}.{ROUGHNESS_ATTRIBUTE}", row.roughness, own)
+    return looks
+
+
+def _by_face(parameters: Any, key: str, plain: float, faces: slice) -> Floats:
+    """Return a number for each face of a slice, the same for all where there is no attribute."""
+    if key in parameters:
+        return np.asarray(parameters[key], dtype=np.float64)
+    return np.full(faces.stop - faces.start, plain)
+
+
+def _array(parameters: Mapping[str, Any], key: str, width: int) -> Any:
+    """Return a parameter as rows of some width."""
+    return np.asarray(parameters[key]).reshape(-1, width)
+
+
+def _number(shape: Any) -> int:
+    """Return Mitsuba's number of a shape."""
+    return int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0])
+
+
+def _own(values: Any, kind: Any = None, of: Any = np.float32) -> Any:
+    """Return a flat copy in Dr.Jit's own memory, which may be written later."""
+    kind = mi.Float if kind is None else kind
+    source = kind(aligned(np.asarray(values), of))
+    target = dr.empty(kind, len(source))
+    dr.scatter(target, source, dr.arange(mi.UInt32, len(source)))
+    dr.eval(target)
+    return target
+
+
+def _copy(target: Any, source: Any, first: int) -> None:
+    """Write triples over the first three of four numbers, from a row of the target on."""
+    index = dr.arange(mi.UInt32, len(source))
+    row = index // 3
+    start = dr.opaque(mi.UInt32, first)
+    dr.scatter(target, source, 4 * (start + row) + (index - 3 * row))

@@ -1,0 +1,1 @@
+"""Repair the geometry of networks, and say once what was repaired."""

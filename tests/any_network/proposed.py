@@ -1,0 +1,160 @@
+"""Laws of the cameras that `init` proposes, whatever the network; each yields what breaks it.
+
+What stands around them is what was built, not what the proposals reckon with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import CameraSettings, CinematicCamera, EulerianCamera
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.scene import StaticPart
+from sumo3dviz_pt.model.vectors import unit
+
+ABOVE = 2.0
+"""Eyes are at least so high above what lies below them [m]."""
+
+NEAR = 10.0
+"""What is nearer than this fills much of a picture [m]."""
+
+FILLED = 0.4
+"""At most this share of a picture is filled by what is near."""
+
+ALIVE = 0.5
+"""In at least this share of a shot's seconds somebody is in the picture."""
+
+_SEEN = 150.0
+"""Who is farther away than this is too small to count [m]."""
+
+_RATIO = 9.0 / 16.0
+_HOUSES = ("street_fronts", "buildings", "homes", "shops", "blocks")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """Where a camera stands at a time.
+
+    Attributes:
+        eye: (3,) [m].
+        target: What it looks at, (3,) [m].
+        fov: Horizontal opening angle [deg].
+    """
+
+    eye: Floats
+    target: Floats
+    fov: float
+
+    def rays(self, x: Floats, y: Floats) -> Floats:
+        """Return directions through points of the picture, x and y in [-1, 1], (n, 3)."""
+        ahead, right, up = self.axes()
+        half = np.tan(np.radians(self.fov) / 2.0)
+        return unit(ahead + half * x[:, None] * right + half * _RATIO * y[:, None] * up)
+
+    def axes(self) -> tuple[Floats, Floats, Floats]:
+        """Return unit vectors ahead, to the right and up."""
+        ahead = unit(self.target - self.eye)
+        right = unit(np.cross(ahead, [0.0, 0.0, 1.0]))
+        return ahead, right, np.cross(right, ahead)
+
+
+def poses_of(camera: CameraSettings) -> list[Pose]:
+    """Return the poses of a camera that stands, or those of a flight's key frames."""
+    if isinstance(camera, EulerianCamera):
+        frames = [camera]
+    elif isinstance(camera, CinematicCamera):
+        frames = list(camera.keyframes)
+    else:
+        return []
+    fov = float(camera.lens.fov)
+    return [Pose(np.array(k.position), np.array(k.look_at), fov) for k in frames]
+
+
+def badly_placed(pose: Pose, static: Sequence[StaticPart]) -> Iterator[str]:
+    """Yield if an eye is too low above what lies below it, or inside of a house."""
+    x, y, z = pose.eye
+    down, up = (np.array([[0.0, 0.0, turn]]) for turn in (-1.0, 1.0))
+    triangles = {part.id: _around(part, pose.eye, 0.01, plan=True) for part in static}
+    for name, some in triangles.items():
+        below = float(_hits(pose.eye + np.array([0.0, 0.0, 0.5]), down, some)[0]) - 0.5
+        if below < ABOVE:
+            yield f"the eye ({x:.2f}, {y:.2f}, {z:.2f}) is {below:.2f} m above {name}"
+        houses = name.split("/")[0] in _HOUSES
+        if houses and np.isfinite(_hits(pose.eye, up, some)[0]):
+            yield f"the eye ({x:.2f}, {y:.2f}, {z:.2f}) is below {name}"
+
+
+def filled(pose: Pose, static: Sequence[StaticPart]) -> Iterator[str]:
+    """Yield if what is near fills too much of a picture."""
+    x, y = np.meshgrid(np.linspace(-0.96, 0.96, 25), np.linspace(-0.93, 0.93, 15))
+    rays = pose.rays(x.ravel(), y.ravel())
+    some = np.concatenate([_around(part, pose.eye, NEAR, plan=False) for part in static])
+    share = float((_hits(pose.eye, rays, some) < NEAR).mean())
+    if share > FILLED:
+        yield f"{100 * share:.0f} % of the picture is nearer than {NEAR:g} m"
+
+
+def lonely(poses: Sequence[Pose], span: tuple[float, float], scenario: Scenario) -> Iterator[str]:
+    """Yield if nobody is in the picture for too much of a shot.
+
+    Args:
+        poses: Evenly spread over the shot.
+        span: First and last time of the shot [s].
+        scenario: With its log.
+    """
+    step = min(1.0, scenario.traffic.step)
+    times = np.arange(span[0], span[1] - 1e-6, step)
+    alive = np.zeros(len(times), dtype=np.bool_)
+    for trace in scenario.traffic.traces:
+        for row, time in enumerate(times):
+            at = int(np.searchsorted(trace.times, time - 0.5 * step))
+            there = at < len(trace.times) and trace.times[at] < time + 0.5 * step
+            pose = poses[min(int(len(poses) * row / len(times)), len(poses) - 1)]
+            alive[row] |= bool(there and _pictured(trace.positions[at], pose))
+    if alive.mean() < ALIVE:
+        yield f"somebody is in the picture for {100 * alive.mean():.0f} % of the shot"
+
+
+def _pictured(place: Floats, pose: Pose) -> bool:
+    """Whether somebody who stands at a place is in a picture and not too far away."""
+    way = place + np.array([0.0, 0.0, 0.8]) - pose.eye
+    depth, x, y = (float(way @ axis) for axis in pose.axes())
+    half = np.tan(np.radians(pose.fov) / 2.0) * depth
+    return 0.5 < depth < _SEEN and abs(x) < half and abs(y) < half * _RATIO
+
+
+def _around(part: StaticPart, eye: Floats, reach: float, *, plan: bool) -> Floats:
+    """Triangles whose boxes come near an eye, (n, 3, 3) [m]; in plan, whatever their height."""
+    corners = part.part.mesh.vertices[part.part.mesh.faces]
+    axes = 2 if plan else 3
+    low, high = corners.min(axis=1)[:, :axes], corners.max(axis=1)[:, :axes]
+    near = ((low < eye[:axes] + reach) & (high > eye[:axes] - reach)).all(axis=1)
+    return np.asarray(corners[near], dtype=np.float64)
+
+
+def _hits(eye: Floats, rays: Floats, triangles: Floats) -> Floats:
+    """Distance to the first triangle along unit rays, (n,) [m]; inf where there is none.
+
+    References:
+        Moeller and Trumbore 1997, doi 10.1080/10867651.1997.10487468.
+    """
+    found = np.full(len(rays), np.inf)
+    if not len(triangles):
+        return found
+    first, one, other = triangles[:, 0], *(triangles[:, k] - triangles[:, 0] for k in (1, 2))
+    way = eye - first
+    for number, ray in enumerate(rays):
+        across = np.cross(ray, other)
+        volume = (one * across).sum(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = (way * across).sum(axis=1) / volume
+            turned = np.cross(way, one)
+            v = (turned @ ray) / volume
+            away = (other * turned).sum(axis=1) / volume
+        inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (away > 0.0)
+        found[number] = away[inside].min(initial=np.inf)
+    return found

@@ -1,0 +1,175 @@
+"""The kernel of our own finds what Mitsuba's path tracer finds.
+
+Means of independent pictures are compared by z-test, part by part and as a whole. Under an even
+sky, the whole is known so well that a bias of a thousandth would show.
+"""
+
+import numpy as np
+import pytest
+from builders import (
+    RAW,
+    ball,
+    box,
+    constant_sky,
+    diffuse,
+    frame_of,
+    mover,
+    plane,
+    scene_of,
+    session_of,
+    static,
+    view_at,
+)
+from significance import sidak_t
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
+from sumo3dviz_pt.model.geometry import Mesh, Transform
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Sky, Slots
+
+pytestmark = pytest.mark.slow
+
+SIZE, BLOCK, PASSES, SPP = (90, 54), 9, 6, 128
+LAYERS = ("radiance", "depth", "hit", "albedo", "normal")
+EARTH = principled((0.5, 0.4, 0.3), roughness=0.5)
+GLASS = {"type": "roughdielectric", "alpha": 0.3}
+SETS = {
+    "opaque": ("trim", "steel", "glass", "rim", "signal_lens"),
+    "coated and thin": ("paint", "leaf", "cloth", "matt", "far_ground"),
+    "worn": ("asphalt", "paving", "plaster", "ground_grass", "ground_chess"),
+    "stained": ("red plaster", "red brick"),
+    "foreign": ("glass ball", "trim"),
+}
+SUN = Sky(np.array([0.3, -0.4, 0.6]))
+
+
+def surfaces():
+    """Materials of all surfaces, and two stained ones."""
+    found = {
+        name: surface_bsdf(catalog.find("surfaces", name)) for name in catalog.names("surfaces")
+    }
+    for name in ("plaster", "brick"):
+        texture = {k: v for k, v in found[name]["base_color"].items() if k != "wear"}
+        mean = list(catalog.find("surfaces", name).meta["albedo"])
+        stain = {"type": "stained", "texture": texture, "tint": {"type": "tint"}, "mean": mean}
+        found[f"red {name}"] = {**found[name], "base_color": stain}
+    return found
+
+
+def textured(mesh, centre=(0.0, 0.0, 0.0)):
+    """A mesh that shows about one tile of a surface."""
+    uvs = 0.5 * (mesh.vertices - centre)[:, :2]
+    return Mesh(mesh.vertices, mesh.faces, mesh.normals, uvs)
+
+
+def scene_of_balls(names, *, sky, lamps=()):
+    """Balls on the ground, a road user nearby, stretched and turned, and a far one."""
+    materials = {**MATERIALS, **surfaces(), "matt": diffuse(0.4), "glass ball": GLASS}
+    parts = [static("ground", textured(plane()), "asphalt" if "asphalt" in names else "earth")]
+    for number, name in enumerate(names):
+        centre = np.array([2.5 * number - 5.0, 0.0, 1.0])
+        body = textured(ball(centre, 1.0), centre)
+        parts.append(static(name, body, name, np.tile((0.5, 0.2, 0.1), (len(body.faces), 1))))
+    body = (
+        Part(ball((0, 0, 1), 1.0), "paint"),
+        Part(box((-1, -1, -1), (0, 0, 0)), "coat_grey"),
+    )
+    car = Prototype("car", body, body)
+    slots = Slots(near={"car": 2}, far={"car": 1})
+    materials["earth"] = EARTH
+    return scene_of(parts, materials, sky=sky, prototypes=[car], slots=slots, lamps=lamps)
+
+
+def frame(lamps=None):
+    """Everything in view."""
+    near = Transform.from_pose((-3, -3, 0.4), yaw=0.5).matrix @ np.diag([1.0, 1.6, 0.7, 1.0])
+    movers = [Mover("near", "car", Transform(near), (0.5, 0.1, 0.1))]
+    far = [mover("far", (3, -3, 0), (0.1, 0.1, 0.6), prototype="car")]
+    view = view_at((0, -12, 4), pitch=-12, fov=50)
+    return frame_of(view, movers=movers, far=far, lamps=lamps)
+
+
+def pictures(scene, state, *, kernel):
+    """Independent pictures of a scene, (passes, h, w, 3), and the last one's layers."""
+    quality = RAW.model_copy(update={"spp": SPP, "pass_spp": SPP, "max_depth": 8})
+    found = []
+    with session_of(scene, size=SIZE, quality=quality, layers=LAYERS, kernel=kernel) as session:
+        for seed in range(PASSES):
+            session.retune(quality, seed=10 * seed + kernel)
+            found.append(session.render(state))
+    return np.array([each.radiance for each in found], dtype=np.float64), found[-1].layers
+
+
+def blocks(images):
+    """Means of square blocks, (passes, rows, columns)."""
+    count, height, width, _ = images.shape
+    cut = images.reshape(count, height // BLOCK, BLOCK, width // BLOCK, BLOCK, 3)
+    return cut.mean(axis=(2, 4, 5))
+
+
+def scores(ours, theirs):
+    """Differences of means over their standard errors; blocks without noise are left out."""
+    spread = np.sqrt((ours.var(axis=0, ddof=1) + theirs.var(axis=0, ddof=1)) / PASSES)
+    known = spread > 1e-6 * theirs.mean()
+    return ((ours.mean(axis=0) - theirs.mean(axis=0))[known]) / spread[known]
+
+
+def compared(scene, state):
+    """Check radiance by blocks; return pictures of ours and of Mitsuba's, and layers."""
+    ours, layers = pictures(scene, state, kernel=True)
+    theirs, guides = pictures(scene, state, kernel=False)
+    z = scores(blocks(ours), blocks(theirs))
+    assert np.abs(z).max() < sidak_t(len(z) * len(SETS), freedom=2 * PASSES - 2)
+    return ours, theirs, layers, guides
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_all_materials_look_as_by_mitsuba(name):
+    scene = scene_of_balls(SETS[name], sky=constant_sky())
+    ours, theirs, layers, guides = compared(scene, frame())
+    bias = ours.mean() / theirs.mean() - 1.0
+    error = np.hypot(*(x.mean(axis=(1, 2, 3)).std(ddof=1) / PASSES**0.5 for x in (ours, theirs)))
+    assert abs(bias) < 1e-3 + 3 * error / theirs.mean()
+    for layer in ("hit", "albedo", "normal", "depth"):
+        assert layers[layer].mean() == pytest.approx(guides[layer].mean(), rel=3e-3, abs=3e-4)
+
+
+@pytest.mark.parametrize("name", ["coated and thin", "worn"])
+def test_sun_and_sky_light_as_by_mitsuba(name):
+    compared(scene_of_balls(SETS[name], sky=SUN), frame())
+
+
+def test_lamps_light_as_by_mitsuba():
+    """Two sets, of which one is hidden from most of the ground."""
+    corners = np.array([[-1, 0, 0], [1, 0, 0], [1, 0, 1], [-1, 0, 1]])
+    panel = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    sets = tuple(
+        LampSet(
+            name,
+            "signals",
+            Mesh(panel.vertices + at, panel.faces),
+            np.zeros(2, int),
+            ("one",),
+            sampled=True,
+        )
+        for name, at in (("high", (-4.0, 2.0, 3.0)), ("low", (4.0, 2.0, 0.2)))
+    )
+    scene = scene_of_balls(SETS["coated and thin"], sky=constant_sky(0.01), lamps=sets)
+    compared(scene, frame({each.id: np.full((1, 3), 3.0) for each in sets}))
+
+
+def test_a_lamp_in_front_of_its_housing_lights_the_wall_opposite():
+    """Rays start a centimetre off the wall, which is more than the lamp stands before its box."""
+    middle = np.array([100.0, 100.0, 0.0])
+    corners = np.array([[-1, -0.006, 1], [1, -0.006, 1], [1, -0.006, 2], [-1, -0.006, 2]])
+    panel = Mesh(corners + middle, np.array([[0, 1, 2], [0, 2, 3]]))
+    sign = LampSet("sign", "signals", panel, np.zeros(2, int), ("one",), sampled=True)
+    parts = [
+        static("housing", box(np.add(middle, (-2, 0, 0)), np.add(middle, (2, 1, 3))), "earth"),
+        static("wall", box(np.add(middle, (-2, -3, 0)), np.add(middle, (2, -2, 3))), "earth"),
+    ]
+    scene = scene_of(parts, {**MATERIALS, "earth": EARTH}, sky=constant_sky(0.01), lamps=[sign])
+    view = view_at(np.add(middle, (-6, 3, 5)), heading=135, pitch=-20, fov=50)
+    ours, theirs, _, _ = compared(scene, frame_of(view, lamps={"sign": np.full((1, 3), 3.0)}))
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=5e-3)
