@@ -8,7 +8,7 @@ KNOWN: dict[tuple[str, int], str] = {}
 """Whoever mends one takes it out of this table; until then its test is expected to fail."""
 
 EXAMPLES_KNOWN: dict[tuple[str, str], str] = {
-    ("floating_users", "monaco_west_hills"): "one lane lies under a hairpin 5 m below it",
+    ("floating_users", "monaco_west_hills"): "a piece of one lane is cut where a hairpin lies 5 m below",
     (
         "overlaps",
         "monaco_west_hills",
