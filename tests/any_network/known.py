@@ -10,8 +10,7 @@ KNOWN: dict[tuple[str, int], str] = {}
 TOWN = "monaco_west_hills"
 
 EXAMPLES_KNOWN: dict[tuple[str, str], str] = {
-    ("floating_users", TOWN): "a piece of one lane is cut where a hairpin lies 5 m below",
-    ("overlaps", TOWN): "one pair of lanes is 2.46 m apart, another crosses at 1.2 m",
+    ("floating_users", TOWN): "SUMO puts a motorcycle 7 m beside the upper arm of a hairpin",
 }
 """The same of networks of the real world, by law and name."""
 

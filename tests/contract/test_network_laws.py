@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from any_network.ageing import aged
+from any_network.known import EXAMPLES_KNOWN
 from any_network.laws import (
     Drawn,
     before_camera,
@@ -57,9 +58,12 @@ def town(name: str) -> Town:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("name", NAMES)
-def test_real_networks_keep_the_laws(name, law):
+def test_real_networks_keep_the_laws(name, law, request):
     if law == "wrong_heads" and not town(name).scenario.signals:
         pytest.skip("it has no signal log")
+    if (law, name) in EXAMPLES_KNOWN:
+        reason = EXAMPLES_KNOWN[law, name]
+        request.applymarker(pytest.mark.xfail(reason=reason, strict=True))
     faults = list(LAWS[law](town(name)))
     assert not faults, f"{len(faults)} faults\n" + "\n".join(faults[:10])
 
@@ -124,10 +128,17 @@ def test_overlaps_and_areas_beyond_the_network_are_seen(road):
 
 def test_surfaces_at_another_height_or_of_another_kind_are_seen(road):
     owners = road.drawn.layout.cells.owners
-    lower = road.drawn.layout.cells.quads[owners.index("w")] - [0.0, 0.0, 0.06]
-    for cell, values in ((owners.index("w"), {"quads": lower}), (owners.index("w"), {"raised": 1})):
+    cell = owners.index("w")
+    below = road.drawn.layout.cells.quads[cell] - [0.0, 0.0, 4.0]
+    for values in ({"quads": below}, {"raised": 1}):
         drawn = changed(road, cell, **values)
         assert any("(passenger)" in fault for fault in floating_users(drawn, road.scenario))
+
+
+def test_road_users_follow_a_surface_that_lies_a_little_lower(road):
+    cell = road.drawn.layout.cells.owners.index("w")
+    lower = road.drawn.layout.cells.quads[cell] - [0.0, 0.0, 0.06]
+    assert not list(floating_users(changed(road, cell, quads=lower), road.scenario))
 
 
 def test_missing_and_doubled_heads_are_seen(road):
