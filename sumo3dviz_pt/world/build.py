@@ -272,7 +272,7 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     meadow = _meadow(scenario, job, land, areas)
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
-    return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards))
+    return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards, around))
 
 
 def _triangles(parts: Sequence[StaticPart]) -> int:

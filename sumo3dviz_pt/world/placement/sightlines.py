@@ -14,17 +14,28 @@ _MOST = 0.12  # which share of them may be hidden by one thing
 _ROOM = 2.0  # walls may stand out this far from their plan, for example balconies [m]
 
 
-def hides(area: shapely.Polygon, around: Surroundings) -> bool:
+def hides(area: shapely.Polygon, around: Surroundings, *, over: float = np.inf) -> bool:
     """Return whether something stands in a camera, or before much of what a resting one looks at.
 
     Args:
-        area: Its outline [m]; it is taken to be higher than every camera.
+        area: Its outline [m].
         around: Roads and cameras.
+        over: Cameras higher than this above the roads look over it [m].
     """
     wide = area.buffer(KEEP_CLEAR + _ROOM)
     if shapely.intersects(around.clearance.tracks, wide).any():
         return True
-    return any(_share(area, outlook, around) > _MOST for outlook in around.clearance.outlooks)
+    return any(
+        _share(area, outlook, around) > _MOST
+        for outlook in around.clearance.outlooks
+        if _above_roads(outlook, around) <= over
+    )
+
+
+def _above_roads(outlook: CameraPath, around: Surroundings) -> float:
+    """How high above the roads near it a resting camera stands [m]."""
+    eye = outlook.positions[0]
+    return float(eye[2] - around.index.heights(eye[None, :2])[0])
 
 
 def _share(area: shapely.Polygon, outlook: CameraPath, around: Surroundings) -> float:

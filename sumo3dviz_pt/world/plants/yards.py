@@ -24,6 +24,8 @@ _CROWN = 3.0  # radius of a tree that may hide something [m]
 _DENSE = 0.9  # share of places that bear one
 _OVERLAP = 0.15  # by how much neighbours may overlap [m]
 _HEDGE = 0.7  # how far the hedge's middle lies behind the building line [m]
+_THICK = 0.5  # half the width of a hedge [m]
+_LOOKED_OVER = 4.0  # cameras higher than this above the roads look over hedges [m]
 _SPECIES = ("maple", "lime", "birch", "lime")
 
 
@@ -55,13 +57,19 @@ def yard_trees(yards: Sequence[Yard], around: Surroundings) -> tuple[Poi, ...]:
     )
 
 
-def yard_hedges(yards: Sequence[Yard]) -> tuple[Polygon, ...]:
-    """Place hedges along the streets that open lots lie at, as lines."""
+def yard_hedges(yards: Sequence[Yard], around: Surroundings) -> tuple[Polygon, ...]:
+    """Place hedges along the streets that open lots lie at, as lines.
+
+    Args:
+        yards: The lots.
+        around: Hedges keep clear of cameras at the height of people and of what they look at.
+    """
     found = []
     for yard in yards:
         front = shapely.LineString(yard.plan[: yard.fronts + 1])
         line = front.offset_curve(_HEDGE, join_style="mitre")
-        if line.geom_type == "LineString" and line.length > 2.0:
+        hidden = hides(line.buffer(_THICK), around, over=_LOOKED_OVER)
+        if line.geom_type == "LineString" and line.length > 2.0 and not hidden:
             shape = shapely.get_coordinates(line)
             found.append(Polygon(f"yard:{yard.id}", "hedge", shape, False, None, SOURCE))
     return tuple(found)

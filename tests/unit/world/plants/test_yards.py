@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+from drives import network_of
 
+from sumo3dviz_pt.job.settings import EulerianCamera
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.network import Location, Network
 from sumo3dviz_pt.pipeline.production import read
@@ -59,13 +61,23 @@ def test_trees_keep_clear_of_cameras():
 
 @pytest.mark.parametrize("fronts", [1, 2])
 def test_hedges_run_along_the_streets_only(fronts):
-    (line,) = yard_hedges([Yard("10:0", PLAN, fronts)])
+    (line,) = yard_hedges([Yard("10:0", PLAN, fronts)], around())
     assert line.type == "hedge" and not line.fill and kind_of(line.type, line.source) == "hedges"
     hedge = shapely.LineString(line.shape)
     sides = [shapely.LineString(ends) for ends in zip(PLAN, np.roll(PLAN, -1, 0), strict=True)]
     along = [hedge.intersection(side.buffer(1.0)).length > 5.0 for side in sides]
     assert along == [True, fronts > 1, False, False]
     assert shapely.Polygon(PLAN).covers(hedge)
+
+
+@pytest.mark.parametrize(("height", "hedges"), [(2.2, 0), (9.0, 1)])
+def test_no_hedge_stands_before_a_camera_at_the_height_of_people(height, hedges):
+    road = network_of({"a_0": [(-30.0, -5.0), (50.0, -5.0)]})
+    camera = EulerianCamera.model_validate(
+        {"mode": "eulerian", "position": (10.0, 6.0, height), "look_at": (10.0, -5.0, 1.0)}
+    )
+    clear = clearance_of([camera], aspect=0.5)
+    assert len(yard_hedges([YARD], surroundings(road, seed=1, clearance=clear))) == hedges
 
 
 def test_no_garden_overlaps_a_house_or_another_garden():
@@ -95,4 +107,4 @@ def test_where_nothing_is_planted_no_garden_grows():
 
 def test_a_lot_too_small_for_anything_stays_empty():
     tiny = Yard("0:0", np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 1.5], [0.0, 1.5]]), 1)
-    assert yard_trees([tiny], around()) == () and yard_hedges([tiny]) == ()
+    assert yard_trees([tiny], around()) == () and yard_hedges([tiny], around()) == ()
