@@ -76,7 +76,9 @@ def seeds(usual: int) -> range:
 
 def faults(kind: str, usual: int) -> list[str]:
     """What is wrong with cases of a kind, so many of them where the search is not random."""
-    return [outcome.fault for outcome in outcomes(kind, seeds(usual)) if outcome.fault]
+    found = [outcome for outcome in outcomes(kind, seeds(usual)) if outcome.fault]
+    # A busy machine can make any case slow once; what is wrong is wrong again.
+    return [again.fault for case in found for again in outcomes(kind, [case.seed]) if again.fault]
 
 
 def outcomes(kind: str, seeds: Sequence[int]) -> Iterator[Outcome]:
