@@ -86,7 +86,7 @@ def test_odd_networks_are_read_with_one_note_at_most(chosen):
 
 
 @pytest.mark.slow
-@settings(max_examples=tries(15), deadline=None)
+@settings(max_examples=tries(5), deadline=None)
 @given(oddities)
 def test_odd_networks_are_built(chosen):
     with tempfile.TemporaryDirectory() as folder:
