@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.mesh.planar import GRID, polygon_parts
+from sumo3dviz_pt.library.mesh.planar import GRID, areal, polygon_parts
 from sumo3dviz_pt.library.mesh.triangulate import triangulate_many
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.world.roads.cells import Polygons
@@ -132,7 +132,9 @@ def graded_on(quads: Floats, shares: Floats, wear: Floats, *, polygons: Polygons
     if not cut.any():
         return joined([whole])
     piece, quad = _shortened(quads[cut], shares[cut], wear[cut])
-    return joined([whole, clipped(piece, polygons[cut][quad])])
+    # Where borders run along the end of a quad, lines come with the areas.
+    areas = np.array([areal(shape) for shape in polygons[cut]], dtype=object)
+    return joined([whole, clipped(piece, areas[quad])])
 
 
 def whole_quads(quads: Floats, polygons: Polygons) -> Bools:
