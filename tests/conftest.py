@@ -9,6 +9,9 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+# Tests run side by side: threads of OpenBLAS beyond the first wait for a processor by spinning.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import searching as searching
 
 
