@@ -128,6 +128,9 @@ def riding_rows(rows: RowsOfUsers) -> dict[Key, Bools]:
         places = np.concatenate(
             [_place_keys(table_of(rows[key]), shift) for key in rows if key not in riding]
         )
+        # A log that breaks off may name vehicles and give no complete row of any.
+        if not len(places):
+            break
         places.sort()
         for key, mask in riding.items():
             keys = _place_keys(table_of(rows[key]), shift)

@@ -248,6 +248,13 @@ def test_a_log_that_breaks_off(tmp_path, packed):
         assert len(times) == 499
 
 
+def test_the_only_vehicle_may_be_in_the_step_that_breaks_off(tmp_path):
+    text = log((0, person()), (1, car()), end="")
+    text = text[: text.rindex("</timestep>")]
+    traffic = read(tmp_path, text, allow_truncated=True)
+    assert [(trace.id, len(trace.times)) for trace in traffic.traces] == [("p", 1)]
+
+
 def test_a_log_that_breaks_off_at_once(tmp_path):
     with pytest.raises(InputError, match="after 0 complete time steps;"):
         read(tmp_path, "<fcd-export>")
