@@ -28,11 +28,11 @@ from sumo3dviz_pt.cast.drawing import AT_REST, Drawn
 from sumo3dviz_pt.cast.fitted_models import Prototypes
 from sumo3dviz_pt.cast.full_detail import full_bodies
 from sumo3dviz_pt.cast.gait import effort, stride_phase
+from sumo3dviz_pt.cast.grounded import Rise, grounded
 from sumo3dviz_pt.cast.lights import VehicleLights
 from sumo3dviz_pt.cast.own_looks import OwnLooks
 from sumo3dviz_pt.cast.pose_sampler import PoseSampler
 from sumo3dviz_pt.cast.presence import Presence, Present
-from sumo3dviz_pt.cast.settled import Rise, settled
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import VehicleSettings
 from sumo3dviz_pt.library.vehicles.interior.cutaway import cutaway
@@ -208,7 +208,7 @@ class Fleet:
             return drawn
         return replace(drawn, near=(cockpit, *drawn.near[1:]), full=())
 
-    def settled(self, rise: Rise) -> Fleet:
+    def grounded(self, rise: Rise) -> Fleet:
         """Return the same fleet on the road that is drawn.
 
         Args:
@@ -216,7 +216,7 @@ class Fleet:
         """
         upright = np.where(self.on_foot, 0.0, self.lengths).tolist()
         trajectories = tuple(
-            trajectory if body.vclass in _OFF_GROUND else settled(trajectory, rise, length=length)
+            trajectory if body.vclass in _OFF_GROUND else grounded(trajectory, rise, length=length)
             for trajectory, body, length in zip(
                 self.trajectories, self.bodies, upright, strict=True
             )

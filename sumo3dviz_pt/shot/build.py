@@ -262,7 +262,7 @@ class ShotBuilder:
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
         surface = drawn_surface(place.roads.layout)
         if surface is not None:
-            fleet = fleet.settled(surface.rise_at)
+            fleet = fleet.grounded(surface.rise_at)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)

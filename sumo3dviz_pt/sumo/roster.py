@@ -1,4 +1,4 @@
-"""List who is in a vehicle log in one pass.
+"""List the road users of a vehicle log in one pass.
 
 A log that was read before is taken from the user's cache. Any other is streamed, and memory grows
 with road users, not with time.

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.cast.settled import SettledPiece
+from sumo3dviz_pt.cast.grounded import GroundedPiece
 from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.network import Connection, Edge, Lane, Network
 from sumo3dviz_pt.model.scenario import Scenario
@@ -317,7 +317,7 @@ def _placed(drawn: Drawn, trace: Trace, scenario: Scenario) -> Floats:
     rows = _Rows(trace, np.array([_slope_at(place, lane) for place, lane in places]))
     times = np.arange(len(trace.times), dtype=np.float64)
     length = scenario.vehicle_types[trace.type_id].length
-    return SettledPiece(rows, surface.rise_at, length).sample(times).positions
+    return GroundedPiece(rows, surface.rise_at, length).sample(times).positions
 
 
 def _slope_at(place: Floats, lane: Lane | None) -> float:
@@ -348,10 +348,6 @@ class _Rows:
         trace, still = self.trace, np.zeros(len(times))
         alive = np.ones(len(times), dtype=np.bool_)
         return Motion(alive, trace.positions, trace.yaws, self.slopes, still, still)
-
-    def trail(self, times: Floats, distances: Floats) -> Floats:
-        """Nothing is behind a row."""
-        raise NotImplementedError
 
 
 # Signals ------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ ALIVE = 0.5
 """In at least this share of a shot's seconds somebody is in the picture."""
 
 _SEEN = 150.0
-"""Who is farther away than this is too small to count [m]."""
+"""Road users farther away than this are too small to count [m]."""
 
 _RATIO = 9.0 / 16.0
 _HOUSES = ("street_fronts", "buildings", "homes", "shops", "blocks")
@@ -120,7 +120,7 @@ def lonely(poses: Sequence[Pose], span: tuple[float, float], scenario: Scenario)
 
 
 def _pictured(place: Floats, pose: Pose) -> bool:
-    """Whether somebody who stands at a place is in a picture and not too far away."""
+    """Whether a road user at a place is in a picture and near enough to count."""
     way = place + np.array([0.0, 0.0, 0.8]) - pose.eye
     depth, x, y = (float(way @ axis) for axis in pose.axes())
     half = np.tan(np.radians(pose.fov) / 2.0) * depth

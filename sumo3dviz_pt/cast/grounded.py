@@ -28,7 +28,7 @@ _MOST_OFF = 0.04
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SettledPiece:
+class GroundedPiece:
     """A stretch of motion on the drawn surface.
 
     Attributes:
@@ -78,7 +78,7 @@ class SettledPiece:
         return np.asarray(here + _MOST_OFF * np.tanh((rises @ _WEIGHTS - here) / _MOST_OFF))
 
 
-def settled(trajectory: Trajectory, rise: Rise, *, length: float) -> Trajectory:
+def grounded(trajectory: Trajectory, rise: Rise, *, length: float) -> Trajectory:
     """Return a trajectory on the drawn surface.
 
     Args:
@@ -86,7 +86,7 @@ def settled(trajectory: Trajectory, rise: Rise, *, length: float) -> Trajectory:
         rise: How far the drawn surface lies above points, (n, 3) -> (n,) [m].
         length: Of the body [m]; 0 of those that stay upright.
     """
-    pieces = tuple(SettledPiece(piece, rise, length) for piece in trajectory.pieces)
+    pieces = tuple(GroundedPiece(piece, rise, length) for piece in trajectory.pieces)
     return replace(trajectory, pieces=pieces)
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from analytic_motion import PathPiece
 
-from sumo3dviz_pt.cast.settled import SettledPiece, settled
+from sumo3dviz_pt.cast.grounded import GroundedPiece, grounded
 from sumo3dviz_pt.model.trajectory import Trajectory
 
 TIMES = np.linspace(0.0, 4.0, 101)
 
 
-def on(rise, *, length=4.5, **path) -> tuple[PathPiece, SettledPiece]:
+def on(rise, *, length=4.5, **path) -> tuple[PathPiece, GroundedPiece]:
     piece = PathPiece(end=4.0, **path)
-    return piece, SettledPiece(piece, rise, length)
+    return piece, GroundedPiece(piece, rise, length)
 
 
 def nothing(points):
@@ -55,7 +55,7 @@ def test_rears_follow_the_surface_too():
         [np.cos(motion.pitches) * np.cos(motion.yaws), 0.0 * TIMES, np.sin(motion.pitches)]
     )
     assert np.abs(rear[:, 2] - hump(rear)).max() < 0.02
-    upright = SettledPiece(moved.piece, hump, 0.0).sample(TIMES)
+    upright = GroundedPiece(moved.piece, hump, 0.0).sample(TIMES)
     assert (upright.pitches == moved.piece.sample(TIMES).pitches).all()
 
 
@@ -79,6 +79,6 @@ def test_trails_lie_on_the_surface():
 
 def test_a_trajectory_keeps_its_name_and_stretches():
     pieces = (PathPiece(end=2.0), PathPiece(begin=3.0, end=4.0))
-    moved = settled(Trajectory("a", "vehicle", "car", pieces), hump, length=4.5)
+    moved = grounded(Trajectory("a", "vehicle", "car", pieces), hump, length=4.5)
     assert moved.key == "vehicle:a" and moved.type_id == "car"
     assert [(p.begin, p.end) for p in moved.pieces] == [(0.0, 2.0), (3.0, 4.0)]
