@@ -163,6 +163,8 @@ class Scene:
         seed: int | None = None,
         variant: str = "llvm",
         progress: bool | None = None,
+        time_budget: float | None = None,
+        target_error: float | None = None,
     ) -> Still:
         """Render one image.
 
@@ -176,6 +178,8 @@ class Scene:
             variant: `llvm`, `cuda` or `scalar`.
             progress: Whether a bar or lines say how far it is; default on terminals and in
                 notebooks.
+            time_budget: CPU-seconds that a later picture may take; a pilot chooses the samples.
+            target_error: FLIP that a picture may have; a pilot chooses the samples.
 
         Returns:
             An image with `.radiance` (h, w, 3), `.save(path)`, which overwrites a picture that
@@ -187,7 +191,7 @@ class Scene:
         from sumo3dviz_pt.pipeline.progress.expectations import still_steps
         from sumo3dviz_pt.pipeline.stills.open_shot import OpenShot
 
-        request = Request(camera, quality, size, spp, seed, variant)
+        request = Request(camera, quality, size, spp, seed, variant, "", time_budget, target_error)
         time = asked(Seconds, time, key="time")
         with _followed(f"still at {time:g} s", progress, partial(still_steps, self.job, request)):
             if self._open is not None and self._open.shows(self.job, request, time):
@@ -217,7 +221,7 @@ class Scene:
             fps: Frames per second, a number or a ratio such as `30000/1001`; default the scene's.
             speed: SUMO's seconds per second of film; default the shot's.
             progress: Whether it is said what is done until the first; as in `still`.
-            choices: `quality`, `size`, `spp`, `seed`, `variant` as in `still`.
+            choices: `quality`, `size`, `spp`, `seed`, `variant` and so on, as in `still`.
 
         Yields:
             Images as `still` returns them, the same as `render` stores.
@@ -265,8 +269,9 @@ class Scene:
             end: Time after the last frame [s]; default the shot's.
             progress: Whether a bar or lines say how far it is, or a function to call after
                 every frame; default a bar on terminals and in notebooks.
-            choices: `quality`, `size`, `spp`, `seed`, `variant` as in `still`; `fps`,
-                `speed`, `frames`, `resume`, `overwrite`, `discard_frames` as on the command line.
+            choices: `quality`, `size`, `spp`, `seed`, `variant`, `time_budget`, `target_error`
+                as in `still`; `fps`, `speed`, `frames`, `resume`, `overwrite`, `discard_frames`
+                as on the command line.
 
         Returns:
             The films, or the folders of frames if only `frames` were asked for: a list of

@@ -142,6 +142,18 @@ def add_request(sub: Parser) -> None:
     sub.add_setting("--quality", "quality")
     add_size(sub)
     sub.add_setting("--spp", "quality.spp", type=int)
+    sub.add_argument(
+        "--time-budget",
+        type=float,
+        metavar="CPU_SECONDS",
+        help="what a frame may cost here; a pilot chooses the samples",
+    )
+    sub.add_argument(
+        "--target-error",
+        type=float,
+        metavar="FLIP",
+        help="error that a picture may have, such as 0.04; a pilot chooses the samples",
+    )
     sub.add_setting("--seed", "seed", type=int)
     add_variant(sub)
     add_overrides(sub)
@@ -240,6 +252,8 @@ def request_of(options: argparse.Namespace) -> Request:
         options.seed,
         options.variant,
         command_in(options.words),
+        options.time_budget,
+        options.target_error,
     )
 
 

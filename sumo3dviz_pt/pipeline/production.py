@@ -21,7 +21,7 @@ from sumo3dviz_pt.catalog import data_root, did_you_mean
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.installation.dependencies import load
 from sumo3dviz_pt.job.asked import settle
-from sumo3dviz_pt.job.ranges import Seed, Size, Whole
+from sumo3dviz_pt.job.ranges import Positive, Seed, Size, Whole
 from sumo3dviz_pt.job.settings import CameraSettings, Job, LagrangianCamera, Quality
 from sumo3dviz_pt.model.bounds import MOST_FRAMES
 from sumo3dviz_pt.model.geometry import Floats
@@ -63,6 +63,8 @@ class Request:
         seed: Instead of the file's.
         variant: `llvm`, `cuda` or `scalar`.
         command: The command line; empty from Python.
+        time_budget: CPU-seconds that a frame may take; a pilot chooses the samples.
+        target_error: FLIP that a picture may have; a pilot chooses the samples.
     """
 
     camera: str | None = None
@@ -72,10 +74,23 @@ class Request:
     seed: Seed | None = None
     variant: str = "llvm"
     command: Annotated[str, Field(max_length=1_000_000)] = ""
+    time_budget: Positive | None = None
+    target_error: Annotated[Positive, Field(lt=1)] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""
         settle(self)
+        said = [*self.wish, *(["spp"] if self.spp is not None else [])]
+        if len(said) > 1:
+            raise ConfigError(
+                f"{' and '.join(said)} all choose the samples; give one of them", key=said[1]
+            )
+
+    @property
+    def wish(self) -> dict[str, float]:
+        """What a pilot is to choose the samples by: one entry, or none."""
+        wishes = {"time_budget": self.time_budget, "target_error": self.target_error}
+        return {name: value for name, value in wishes.items() if value is not None}
 
     def applied(self, job: Job) -> Job:
         """Return the job with this request's choices."""
@@ -103,6 +118,7 @@ class Production:
         files: The simulation's files.
         reading: CPU-seconds of reading, smoothing and building.
         command: The command line; empty from Python.
+        pilot: What a pilot chose, for the account; None where there was none.
     """
 
     job: Job
@@ -114,6 +130,7 @@ class Production:
     files: ScenarioFiles
     reading: float
     command: str = ""
+    pilot: Mapping[str, Any] | None = None
 
     @property
     def exposure(self) -> float:

@@ -101,6 +101,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "spp": production.quality.spp,
         "quality": job.quality,
         "preset": production.quality.model_dump(exclude={"purpose"}),
+        **({} if production.pilot is None else {"pilot": dict(production.pilot)}),
         "variant": production.variant,
         "scene": with_files(job.model_dump(by_alias=True), inputs.name),
         "inputs": dict(sorted(inputs.hashes.items())),

@@ -27,6 +27,7 @@ from sumo3dviz_pt.pipeline.films.orders import ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
 from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
+from sumo3dviz_pt.pipeline.pilot import piloted
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -192,7 +193,7 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
     """
     shot, _ = shots_of(job, request, order)[0]
     get_ready(job, request)
-    return _production(job, request, order, shot)
+    return piloted(_production(job, request, order, shot), request)
 
 
 def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
@@ -213,9 +214,10 @@ def _render_shot(
     started, pace = spent(), order.pace(job, shot)
     wanted_frames(order.frames, len(pace.times(shot)))
     with nullcontext() if order.frames else alone(path):
-        production = _production(job, request, order, shot)
-        wanted = wanted_frames(order.frames, len(production.times))
         folder = frames_folder(path)
+        production = _production(job, request, order, shot)
+        production = piloted(production, request, folder=folder)
+        wanted = wanted_frames(order.frames, len(production.times))
         folder.mkdir(exist_ok=True)
         shared = {**production.account, "shot": _shot(production, pace)}
         missing = missing_frames(production, folder, wanted, order, shared)

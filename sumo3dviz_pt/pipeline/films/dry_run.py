@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from sumo3dviz_pt.job.settings import Job, ShotSettings
@@ -37,6 +38,7 @@ class Plan:
         stored: How many of these lie there already, whatever they show.
         film_exists: Whether the film does.
         cost: Forecast of all frames, as if none were there.
+        wish: What a pilot would choose the samples by; empty if the preset does.
     """
 
     path: Path
@@ -48,6 +50,7 @@ class Plan:
     stored: int
     film_exists: bool
     cost: Cost
+    wish: Mapping[str, float] = field(default_factory=dict)
 
     def __str__(self) -> str:
         width, height = self.size
@@ -65,6 +68,8 @@ class Plan:
             f" here, {space_in_words(cost.memory_mb)} of memory,"
             f" {space_in_words(cost.frames_mb)} of frames, {space_in_words(cost.film_mb)} of film",
         ]
+        for name, value in self.wish.items():
+            lines.append(f"  pilot   chooses other samples than the preset's: {name} {value:g}")
         return "\n".join(lines)
 
 
@@ -108,6 +113,7 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
                 sum(frame_file(folder, number).exists() for number in wanted),
                 film.exists(),
                 cost,
+                request.wish,
             )
         )
     return found

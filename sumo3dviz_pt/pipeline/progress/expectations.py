@@ -31,6 +31,9 @@ _OPEN = 2.5
 _FIRST = 8.0
 """What a first picture takes beyond a later one: all is moved, recorded, compiled [s]."""
 
+_PILOT = 60.0
+"""Choosing samples by measured pictures [s]."""
+
 _ENCODE, _ENCODE_PER_MEGAPIXEL = 0.3, 0.05
 """Encoding a film [s]: always, and for each million pixels of all its frames."""
 
@@ -57,7 +60,7 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing))
-        found += [*opening_steps(job), WorkStep(Doing.RENDER, rendering)]
+        found += [*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering)]
         megapixels = len(wanted) * size[0] * size[1] / 1e6
         found.append(WorkStep(Doing.ENCODE, _ENCODE + _ENCODE_PER_MEGAPIXEL * megapixels))
     return tuple(found)
@@ -72,7 +75,12 @@ def still_steps(job: Job, request: Request) -> tuple[WorkStep, ...]:
     applied = request.applied(job)
     quality = quality_preset(applied.quality, spp=request.spp)
     rendering = _rendering(quality, applied.output.size, frames=1)
-    return (*opening_steps(job), WorkStep(Doing.RENDER, rendering))
+    return (*opening_steps(job), *_pilot(request), WorkStep(Doing.RENDER, rendering))
+
+
+def _pilot(request: Request) -> tuple[WorkStep, ...]:
+    """Return the step in which samples are chosen, if a pilot is asked for."""
+    return (WorkStep(Doing.MEASURE, _PILOT),) if request.wish else ()
 
 
 def building_steps(job: Job, *, shots: int = 1) -> tuple[WorkStep, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.pilot import piloted
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -86,7 +87,7 @@ class OpenShot:
         """
         check_tone(job.output.tone)
         get_ready(job, request)
-        return cls(prepare(job, request, plan_times(job, request, time)))
+        return cls(piloted(prepare(job, request, plan_times(job, request, time)), request))
 
     def __enter__(self) -> OpenShot:
         return self
@@ -107,6 +108,8 @@ class OpenShot:
             time: SUMO's time of the still [s].
         """
         mine = self.production
+        if request.wish:
+            return False
         asked = request.applied(job)
         same = asked.model_copy(update={"quality": mine.job.quality}) == mine.job
         name, _ = camera_settings(asked, request.camera)
