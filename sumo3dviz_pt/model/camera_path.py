@@ -43,6 +43,12 @@ class CameraPath:
         ahead = np.tile([1.0, 0.0, 0.0], (len(positions), 1))
         return cls(positions, ahead, np.full(len(positions), np.pi))
 
+    @property
+    def eyes(self) -> Floats | None:
+        """Where the cameras are, (n, 3) [m]; None if they may also look or go anywhere else."""
+        anywhere = not len(self.positions) or bool((self.half_angles >= np.pi).any())
+        return None if anywhere else self.positions
+
     def slice(self, part: slice) -> CameraPath:
         """Return some of the times."""
         return CameraPath(self.positions[part], self.forwards[part], self.half_angles[part])

@@ -25,7 +25,7 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Mesh, Transform
 from sumo3dviz_pt.model.scene import Bsdf, Part, Poses, is_tinted
 from sumo3dviz_pt.world.objects.build import material_of
 from sumo3dviz_pt.world.objects.houses import STYLES, Chance, house_parts
-from sumo3dviz_pt.world.objects.kinds import KINDS, PLANTS, body_of
+from sumo3dviz_pt.world.objects.kinds import KINDS, PLANTS, Plant, body_of
 
 LEVELS = ("full", "middle", "far")
 """Of vehicles."""
@@ -171,7 +171,7 @@ def _plants() -> Iterator[Exhibit]:
         if kind.name in PLANTS:
             for model in kind.models:
                 settings = ObjectSettings(model=(model,), variation=0.0)
-                parts = body_of(kind, settings, seed=1, name=model, level=0)
+                parts = body_of(Plant(kind, settings, 1, model, 0))
                 yield Exhibit(model, parts, MATERIALS)
 
 

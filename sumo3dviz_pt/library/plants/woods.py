@@ -6,13 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.library.plants.clumps import some_leaves
+from sumo3dviz_pt.model.geometry import Bools, Floats, Mesh, merge_meshes, settled
+from sumo3dviz_pt.model.vectors import unit
 
 _SIDES = 5
 CORE_FACES = 3 * _SIDES
 """Triangles of a core; each tuft has one more."""
 
 _CORE = 0.78  # size of the core by that of the crown
+_AWAY = 0.25  # cosine between an eye and the back of a tuft that is still seen at the outline
+_MOST_EYES = 8  # of a shot that tell which tufts are seen
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -34,23 +38,41 @@ class FarTrees:
     tints: Floats
 
 
-def far_trees(trees: FarTrees, *, tufts: int, rng: np.random.Generator) -> tuple[Mesh, Floats]:
+def far_trees(
+    trees: FarTrees, *, tufts: int, rng: np.random.Generator, eyes: Floats | None = None
+) -> tuple[Mesh, Floats]:
     """Build far trees as one mesh, and tint each face, (m, 3).
 
     Args:
         trees: Where and how large.
         tufts: Triangles of the cloud around each core.
         rng: Places them.
+        eyes: All cameras, (k, 3) [m]: tufts on the sides that none of them sees are left out.
+            None keeps all.
     """
     count = len(trees.feet)
     if not count:
         return merge_meshes([]), np.zeros((0, 3))
-    mesh = merge_meshes([_cores(trees, rng), _tufts(trees, tufts, rng)])
+    cores, cloud = _cores(trees, rng), _tufts(trees, tufts, rng)
     shade = rng.uniform(0.72, 1.22, (count, tufts, 1))
+    bright = (trees.tints[:, None] * shade).reshape(-1, 3)
+    if eyes is not None:
+        seen = _seen(trees, cloud, eyes)
+        cloud, bright = some_leaves(cloud, seen), bright[seen]
     dark = np.repeat(0.62 * trees.tints, CORE_FACES, axis=0)
-    return mesh, np.clip(
-        np.concatenate([dark, (trees.tints[:, None] * shade).reshape(-1, 3)]), 0.004, 0.8
-    )
+    tint = np.clip(np.concatenate([dark, bright]), 0.004, 0.8)
+    return merge_meshes([cores, cloud]), tint
+
+
+def _seen(trees: FarTrees, cloud: Mesh, eyes: Floats) -> Bools:
+    """Return which tufts do not look away from all eyes, (n,)."""
+    assert cloud.normals is not None
+    out = cloud.normals[::3].reshape(len(trees.feet), -1, 3)
+    facing = np.full(out.shape[:2], -1.0)
+    for eye in eyes[:: max(1, -(-len(eyes) // _MOST_EYES))]:
+        towards = unit(eye - trees.feet)
+        facing = np.maximum(facing, (out * towards[:, None]).sum(axis=-1))
+    return np.asarray(settled(facing + _AWAY) > 0.0).ravel()
 
 
 def _radius(level: Floats, cones: Floats) -> Floats:

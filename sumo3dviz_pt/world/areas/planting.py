@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.library.plants.woods import far_trees
+from sumo3dviz_pt.library.plants.woods import CORE_FACES, far_trees
 from sumo3dviz_pt.model.geometry import Floats, Ints, settled
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi
@@ -211,14 +211,14 @@ def _far(spots: _Spots, index: Ints, around: Surroundings) -> tuple[StaticPart, 
         chosen = np.flatnonzero(here)
         # Chance among near and far ones, or the budget would end at a ring.
         rank = away[chosen] * (0.35 + 0.65 * spots.shares[index][chosen])
-        chosen = chosen[np.argsort(rank, kind="stable")][: budget // (tufts + 15)]
+        chosen = chosen[np.argsort(rank, kind="stable")][: budget // (tufts + CORE_FACES)]
         if not len(chosen):
             continue
         rng = np.random.default_rng(around.seed + 83 + int(grove))
         scale = 1.75 if grove else 1.0
         trees = grown(places[chosen], around.height_at(places[chosen]), scale, rng)
-        mesh, tint = far_trees(trees, tufts=tufts, rng=rng)
-        budget -= len(mesh.faces)
+        mesh, tint = far_trees(trees, tufts=tufts, rng=rng, eyes=around.eyes)
+        budget -= len(chosen) * (tufts + CORE_FACES)
         name = "groves" if grove else "trees"
         parts.append(StaticPart(f"areas/{name}", "areas", Part(mesh, "leaf", tint)))
     return tuple(parts)

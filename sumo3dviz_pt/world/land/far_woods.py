@@ -53,6 +53,7 @@ def woods(land: Land, *, height_at: Callable[[Floats], Floats], room: Room) -> t
     if not land.wooded:
         return ()
     rng = np.random.default_rng(land.seed + 29)
+    eyes = None if room.camera_path is None else room.camera_path.eyes
     parts = []
     for places, scale, tufts in (
         (_line(land, rng), 1.0, LINE_TUFTS),
@@ -60,7 +61,7 @@ def woods(land: Land, *, height_at: Callable[[Floats], Floats], room: Room) -> t
     ):
         trees = grown(places, height_at(places), scale, rng)
         trees = _chosen(trees, room, MOST // (CORE_FACES + tufts))
-        mesh, tint = far_trees(trees, tufts=tufts, rng=rng)
+        mesh, tint = far_trees(trees, tufts=tufts, rng=rng, eyes=eyes)
         if len(mesh.faces):
             parts.append(Part(mesh, "leaf", tint))
     return tuple(parts)

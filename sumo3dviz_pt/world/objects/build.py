@@ -33,16 +33,15 @@ from sumo3dviz_pt.world.objects.kinds import (
     KINDS,
     PLANTS,
     Kind,
-    body_of,
     check_settings,
 )
 from sumo3dviz_pt.world.objects.levels import Staging, levels_of
 from sumo3dviz_pt.world.objects.outlined import line_parts
+from sumo3dviz_pt.world.objects.plants import CROWN, PlantSpot, plant_parts
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
 from sumo3dviz_pt.world.plants.build import BEHIND
-from sumo3dviz_pt.world.plants.near_leaves import near_leaves
 
 _LOG = logging.getLogger(__name__)
 
@@ -54,7 +53,6 @@ BUDGET = 700_000
 
 _MOST_STRETCH = 1.6  # how far the limits of levels move out in sparse scenes
 _SHADOW = 40.0  # radius within which an object and its shadow lie [m]
-_CROWN = 14.0  # radius within which a plant lies [m]
 _REAR = 0.4  # by how much each row before a plant makes it count as farther away
 _UNSEEN = 75.0  # plants out of the picture count as at least this far [m]
 _LEVELS = {"they stand on a carriageway": logging.WARNING}
@@ -178,7 +176,7 @@ def _level_distances(kind: Kind, items: Sequence[Item], around: Surroundings) ->
         return distances
     rows = [_row(item) for item in items]
     distances = distances * (1.0 + _REAR * np.array(rows))
-    unseen = ~around.pictured(places, radius=_CROWN)
+    unseen = ~around.pictured(places, radius=CROWN)
     return np.where(unseen, np.maximum(distances, _UNSEEN), distances)
 
 
@@ -304,20 +302,21 @@ def _point_parts(
     if kind.name in STYLES:
         plans = [plan_of(kind, settings, seed=around.seed, name=name) for name in names]
         sizes = fitted(places, yaws, np.array(plans), sizes, index=around.index)
-    # Build and place them.
+    placed = [
+        Transform.from_pose((*places[i], heights[i]), yaw=yaws[i], scale=(size, size, tall[i]))
+        for i, size in enumerate(sizes)
+    ]
+    # Build them.
+    if kind.name in PLANTS:
+        own = [_own_model(kind, settings, item) for item in items]
+        spots = map(PlantSpot, names, own, levels.tolist(), placed)
+        return plant_parts(kind, list(spots), around)
     parts: list[Part] = []
-    for i, name in enumerate(names):
-        place = Transform.from_pose(
-            (*places[i], heights[i]), yaw=yaws[i], scale=(sizes[i], sizes[i], tall[i])
-        )
-        if kind.name in STYLES:
-            chance = Chance(around.seed, name, around.dark)
-            body = house_parts(kind, settings, chance, level=int(levels[i]))
-        else:
-            own = _own_model(kind, settings, items[i])
-            body = body_of(kind, own, seed=around.seed, name=name, level=int(levels[i]))
+    for name, level, place in zip(names, levels.tolist(), placed, strict=True):
+        chance = Chance(around.seed, name, around.dark)
+        body = house_parts(kind, settings, chance, level=level)
         parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
-    return near_leaves(parts, around=around) if kind.name in PLANTS else parts
+    return parts
 
 
 def _own_model(kind: Kind, settings: ObjectSettings, item: Poi) -> ObjectSettings:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -14,6 +14,14 @@ from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS
 from sumo3dviz_pt.library.materials.by_key import colour_of
 from sumo3dviz_pt.library.plants.build import SHRUBS, SPECIES, tree
+from sumo3dviz_pt.library.plants.clumps import (
+    HIDDEN,
+    PAIRS,
+    Direction,
+    clumped,
+    seen_shares,
+    some_leaves,
+)
 from sumo3dviz_pt.library.street.barriers import MODELS as BARRIERS
 from sumo3dviz_pt.model.geometry import Colour, Floats
 from sumo3dviz_pt.model.random import pick, share_of
@@ -24,6 +32,7 @@ TREE_VARIANTS = 4
 
 _WEIGHTS = {name: kind.share for name, kind in (*SPECIES.items(), *SHRUBS.items())}
 
+_SEEN = 0.15  # share of a leaf that makes it count as seen
 
 FENCES = ("guard_rail", *BARRIERS)
 """Models of fences; types of the same names choose them, any other type the first."""
@@ -164,19 +173,60 @@ def kind_of(type_: str, source: str) -> str | None:
     return None
 
 
-def body_of(
-    kind: Kind, settings: ObjectSettings, *, seed: int, name: str, level: int
-) -> tuple[Part, ...]:
-    """Return the parts of one plant in its own frame, chosen by its name.
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """A plant, whose crown and colour its name chooses.
 
-    Args:
+    Attributes:
         kind: One of `PLANTS`.
         settings: Checked ones.
         seed: Of all chance.
         name: Unique among all objects.
         level: Of detail.
     """
-    return _BODIES[kind.name](kind, settings, seed, name, level)
+
+    kind: Kind
+    settings: ObjectSettings
+    seed: int
+    name: str
+    level: int
+
+    @property
+    def crown(self) -> tuple[str, int, int]:
+        """Its species, which of the crowns of that it has, and the level of detail."""
+        variant = int(share_of(self.seed, self.name, "variant") * TREE_VARIANTS)
+        species = drawn_model(self.kind, self.settings, self.seed, self.name)
+        return species, variant, self.level
+
+
+def body_of(plant: Plant) -> tuple[Part, ...]:
+    """Return bark and leaves of a plant in its own frame."""
+    bark, leaves = _tree(*plant.crown)
+    return bark, replace(leaves, tint=_leaf_tint(leaves, plant))
+
+
+def seen_body(plant: Plant, eyes: Sequence[Direction]) -> tuple[tuple[Part, ...], tuple[Part, ...]]:
+    """Return the parts of a plant that cameras see, and the clumps that its other leaves become.
+
+    Args:
+        plant: Not of the finest level.
+        eyes: Directions of all cameras that picture it, in its own frame.
+    """
+    bark, leaves = body_of(plant)
+    assert leaves.tint is not None
+    shares = np.zeros(len(leaves.mesh.faces))
+    for eye in eyes:
+        shares = np.maximum(shares, _seen_leaves(*plant.crown, eye))
+    seen, hidden = shares >= _SEEN, shares <= 0.0
+    clumps = []
+    for some, way in ((~seen & ~hidden, PAIRS), (hidden, HIDDEN[plant.level])):
+        if some.any():
+            mesh, tint = clumped(some_leaves(leaves.mesh, some), leaves.tint[some], way)
+            clumps.append(Part(mesh, leaves.material, tint))
+    if not seen.any():
+        return (bark,), tuple(clumps)
+    kept = Part(some_leaves(leaves.mesh, seen), leaves.material, leaves.tint[seen])
+    return (bark, kept), tuple(clumps)
 
 
 def check_settings(kind: Kind, settings: ObjectSettings) -> None:
@@ -216,19 +266,10 @@ def drawn_model(kind: Kind, settings: ObjectSettings, seed: int, name: str) -> s
     return kind.models[pick([_WEIGHTS.get(model, 1.0) for model in kind.models], share)]
 
 
-def _tree_body(
-    kind: Kind, settings: ObjectSettings, seed: int, name: str, level: int
-) -> tuple[Part, ...]:
-    species = drawn_model(kind, settings, seed, name)
-    variant = int(share_of(seed, name, "variant") * TREE_VARIANTS)
-    bark, leaves = _tree(species, variant, level)
-    return bark, Part(leaves.mesh, leaves.material, _leaf_tint(leaves, settings, seed, name))
-
-
-def _leaf_tint(leaves: Part, settings: ObjectSettings, seed: int, name: str) -> Floats:
+def _leaf_tint(leaves: Part, plant: Plant) -> Floats:
     """Tints of one plant's leaves: neighbours of one species still differ a little."""
     assert leaves.tint is not None
-    colour = colour_in(settings)
+    colour, seed, name = colour_in(plant.settings), plant.seed, plant.name
     lightness = 0.84 + 0.32 * share_of(seed, name, "lightness")
     # From bluish to yellowish green, never towards other hues.
     warmth = 2.0 * share_of(seed, name, "warmth") - 1.0
@@ -243,7 +284,7 @@ def _tree(species: str, variant: int, level: int) -> tuple[Part, ...]:
     return tree(species, seed=variant, level=level)
 
 
-_BODIES: Mapping[str, Callable[..., tuple[Part, ...]]] = {
-    "trees": _tree_body,
-    "shrubs": _tree_body,
-}
+@lru_cache(maxsize=4096)
+def _seen_leaves(species: str, variant: int, level: int, eye: Direction) -> Floats:
+    """Return which share an eye sees of each leaf of a crown, (n,)."""
+    return seen_shares(_tree(species, variant, level)[1].mesh, eye)

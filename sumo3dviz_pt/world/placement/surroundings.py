@@ -46,6 +46,11 @@ class Surroundings:
     dark: bool = False
     memory: Memory = field(default_factory=Memory)
 
+    @property
+    def eyes(self) -> Floats | None:
+        """Where the cameras are, (n, 3) [m]; None if that is not known."""
+        return None if self.camera_path is None else self.camera_path.eyes
+
     def distances(self, places: Floats) -> Floats:
         """Return the distance in plan of places, (n, 2) [m], to the nearest camera, (n,) [m].
 

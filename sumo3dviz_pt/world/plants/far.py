@@ -100,7 +100,7 @@ def _trees(places: Floats, around: Surroundings) -> list[StaticPart]:
     trees = grown(places, around.height_at(places), 1.0, rng)
     small = rng.uniform(0.55, 1.1, len(places))
     trees = FarTrees(trees.feet, trees.widths, trees.heights * small, trees.cones, trees.tints)
-    mesh, tint = far_trees(trees, tufts=_TUFTS, rng=rng)
+    mesh, tint = far_trees(trees, tufts=_TUFTS, rng=rng, eyes=around.eyes)
     if not len(mesh.faces):
         return []
     return [StaticPart("ground/planted", "ground", Part(mesh, "leaf", tint))]

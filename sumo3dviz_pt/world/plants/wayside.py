@@ -238,7 +238,7 @@ def _far(places: Floats, around: Surroundings) -> tuple[StaticPart, ...]:
     rng = np.random.default_rng(around.seed + 67)
     places = places[: MOST_FAR // (CORE_FACES + _TUFTS)]
     trees = grown(places, around.height_at(places), 1.0, rng)
-    mesh, tint = far_trees(trees, tufts=_TUFTS, rng=rng)
+    mesh, tint = far_trees(trees, tufts=_TUFTS, rng=rng, eyes=around.eyes)
     if not len(mesh.faces):
         return ()
     return (StaticPart("ground/wayside", "ground", Part(mesh, "leaf", tint)),)

@@ -402,3 +402,36 @@ def test_polygons_have_their_shops_and_doors_at_the_street():
     assert street_walls(plan, around) == (0,)
     assert street_walls(plan + np.array([0, 200]), around) == ()
     assert street_walls(plan, surroundings(road(empty=True), seed=1)) == ()
+
+
+def leaves_of(scenery):
+    (part,) = [one.part for one in scenery.static if one.id == "trees/leaf"]
+    corners = part.mesh.vertices[part.mesh.faces]
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    return len(part.mesh.faces), 0.5 * area.sum(), (area @ part.tint) / area.sum()
+
+
+def looking_along(x):
+    """A camera over the road that looks to the east, and one that looks everywhere."""
+    place, ahead = np.array([[x, 0.0, 6.0]]), np.array([[1.0, 0.0, 0.0]])
+    return CameraPath(place, ahead, np.array([1.3])), CameraPath.all_round(place)
+
+
+def test_far_crowns_have_half_the_leaves_where_the_camera_is_known():
+    one, anywhere = looking_along(100.0)
+    trees = [poi("tree", 100.0 + away, 20.0) for away in (70.0, 120.0, 200.0)]
+    seen, whole = (leaves_of(build(trees, camera_path=path)) for path in (one, anywhere))
+    assert seen[0] < 0.65 * whole[0]
+    assert seen[1] == pytest.approx(whole[1], rel=1e-6)
+    assert seen[2] == pytest.approx(whole[2], rel=1e-6)
+
+
+def test_near_crowns_keep_every_leaf():
+    one, anywhere = looking_along(100.0)
+    trees = [poi("tree", 112.0, 8.0, name="near")]
+    seen, whole = (build(trees, camera_path=path) for path in (one, anywhere))
+    (a,), (b,) = ([s.part for s in one.static if s.id == "trees/leaf"] for one in (seen, whole))
+    assert np.array_equal(a.mesh.vertices, b.mesh.vertices)
+    assert np.array_equal(a.tint, b.tint)
