@@ -113,7 +113,7 @@ def clumped(mesh: Mesh, tint: Floats, way: Clumping) -> tuple[Mesh, Floats]:
     order = _along_curve(cards.centres)
     first = np.arange(0, len(order), way.each)
     total = np.add.reduceat(cards.areas[order], first)
-    weight = (cards.areas / np.repeat(total, way.each)[np.argsort(order)])[:, None]
+    weight = (cards.areas / np.repeat(total, way.each)[np.argsort(order, kind="stable")])[:, None]
     centre, colour, light = (
         np.add.reduceat((weight * values)[order], first)
         for values in (cards.centres, tint, cards.normals)
