@@ -10,12 +10,13 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.kernel.integrator import CHANNELS, FIRST, Kernel, Limits
-from sumo3dviz_pt.render.kernels import tracer
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Accumulator, pass_seed
-from sumo3dviz_pt.render.passes.capped import lamps_seen
 from sumo3dviz_pt.render.settings import AfterPass, RenderSettings, Traced
+
+GLOW_SPP = 64
+"""Samples of lamps that are seen directly, where there may be one."""
 
 
 class ByKernel:
@@ -37,8 +38,6 @@ class ByKernel:
         self._settings = settings
         self._numbered = not FIRST.places.keys().isdisjoint(settings.layers)
         self._apart = self._loaded.aimed and settings.quality.cap is not None
-        self._lamps = lamps_seen() if self._apart else None
-        self._trace_lamps = tracer(recorded=settings.frozen)
 
     @property
     def finds(self) -> Collection[str]:
@@ -55,7 +54,7 @@ class ByKernel:
             found = guides.as_guides(merged(passes, lambda *them: np.mean(them, axis=0)))
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
             if self._apart:
-                found |= {"glow": self._glow(seed)}
+                found |= {"glow": self._glow(kernel, seed)}
             accumulator = Accumulator(guides.uncapped(found), white=settings.white)
             for traced in passes:
                 accumulator.add(traced["capped"], traced["lost"])
@@ -84,12 +83,8 @@ class ByKernel:
                 after_pass(number + 1, settings.passes)
         return passes
 
-    def _glow(self, seed: int) -> Image:
+    def _glow(self, kernel: Kernel, seed: int) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
-        scene, spp, own = self._loaded.scene, guides.LAMP_SPP, seed ^ 0x3C6EF372
-        assert self._lamps is not None
-        images = [
-            self._trace_lamps(scene, self._lamps, scene.sensors()[0], spp, pass_seed(own, number))
-            for number in range(guides.lamp_passes(self._settings.quality))
-        ]
-        return np.asarray(np.mean([image["emitted"] for image in images], axis=0))
+        frame, sensor = self._loaded.frame, self._loaded.scene.sensors()[0]
+        assert frame is not None, "show a frame first"
+        return kernel.glow(sensor, frame.view, spp=GLOW_SPP, seed=seed ^ 0x3C6EF372)

@@ -16,6 +16,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.render.kernel.candidates import aimed
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
@@ -169,6 +170,14 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list
     return of_all, [seen.mover, seen.distance] if place.surfaces.numbered else []
 
 
+def emitted_along(place: Place, ray: Any) -> Any:
+    """Return the light of lamps that are the first surface on a ray, a colour."""
+    found = place.scene.ray_intersect_preliminary(ray, True)
+    surface = place.surfaces.met(found, ray, mi.Bool(True))
+    before = dr.zeros(mi.Interaction3f)
+    return place.lights.glow(surface, before, surface.there)[0]
+
+
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     """Follow a path's next segment, and find where it goes on."""
     ray, primary = path.ray, path.depth == 0
@@ -176,7 +185,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     surface = place.surfaces.met(found, ray, path.active)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
     emitted = _met(path, found, surface, place.lights, bounds.direct)
-    aim, delta = place.lights.aim(si, sampler.next_2d(on), on)
+    aim, delta = aimed(place.lights, si, sampler, primary=primary, active=on)
     chance = (sampler.next_1d(on), sampler.next_2d(on))
     scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
 

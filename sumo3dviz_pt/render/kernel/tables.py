@@ -197,6 +197,12 @@ class Tables:
         )
 
     @property
+    def origin(self) -> Floats:
+        """The renderer's origin in the network's coordinates, (3,) [m]."""
+        assert self._origin is not None, "show a frame first"
+        return self._origin
+
+    @property
     def instanced(self) -> bool:
         """Whether there are instances."""
         return any(place.mesh.body for place in self._places)
