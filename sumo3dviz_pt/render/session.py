@@ -215,9 +215,10 @@ class Session:
 
     def _use_quality(self) -> None:
         """Make what traces; it must find all layers that are wanted."""
-        if isinstance(self._tracer, ByKernel):
+        by_kernel = self.backend.jit and self.settings.quality.tracer == "kernel"
+        if by_kernel and isinstance(self._tracer, ByKernel):
             self._tracer.use(self.settings)
-        elif self.settings.kernel and self.backend.jit:
+        elif by_kernel:
             self._tracer = ByKernel(self.loaded, self.settings, clock=self.clock)
         else:
             hazy = self.data.haze is not None

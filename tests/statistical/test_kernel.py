@@ -93,13 +93,14 @@ def frame(lamps=None):
     return frame_of(view, movers=movers, far=far, lamps=lamps)
 
 
-def pictures(scene, state, *, kernel):
+def pictures(scene, state, *, tracer):
     """Independent pictures of a scene, (passes, h, w, 3), and the last one's layers."""
-    quality = RAW.model_copy(update={"spp": SPP, "pass_spp": SPP, "max_depth": 8})
+    passes = {"spp": SPP, "pass_spp": SPP, "max_depth": 8, "tracer": tracer}
+    quality = RAW.model_copy(update=passes)
     found = []
-    with session_of(scene, size=SIZE, quality=quality, layers=LAYERS, kernel=kernel) as session:
+    with session_of(scene, size=SIZE, quality=quality, layers=LAYERS) as session:
         for seed in range(PASSES):
-            session.retune(quality, seed=10 * seed + kernel)
+            session.retune(quality, seed=10 * seed + (tracer == "kernel"))
             found.append(session.render(state))
     return np.array([each.radiance for each in found], dtype=np.float64), found[-1].layers
 
@@ -120,8 +121,8 @@ def scores(ours, theirs):
 
 def compared(scene, state):
     """Check radiance by blocks; return pictures of ours and of Mitsuba's, and layers."""
-    ours, layers = pictures(scene, state, kernel=True)
-    theirs, guides = pictures(scene, state, kernel=False)
+    ours, layers = pictures(scene, state, tracer="kernel")
+    theirs, guides = pictures(scene, state, tracer="path")
     z = scores(blocks(ours), blocks(theirs))
     assert np.abs(z).max() < sidak_t(len(z) * len(SETS), freedom=2 * PASSES - 2)
     return ours, theirs, layers, guides

@@ -52,10 +52,8 @@ class ByPath:
         )
         self._lamp_guide = guides.lamp_integrator() if lamps and not jit else None
         self._lamp_integrator = lamps_seen() if apart else None
-        # Each pass has its own recording: a shared one would be recorded anew whenever another
-        # integrator uses it.
         self._trace, self._trace_guides, self._trace_lamps = (
-            tracer(recorded=settings.frozen) for _ in range(3)
+            tracer(recorded=False) for _ in range(3)
         )
 
     @property
