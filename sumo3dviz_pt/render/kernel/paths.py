@@ -192,7 +192,8 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     # Light of the emitter that the path aims at.
     share = dr.select(delta, 1.0, _heuristic(aim.pdf, scattered.pdf))
     gain = path.through * scattered.value * aim.light * share
-    lit = on & (aim.pdf > 0.0) & dr.any(gain != 0.0)
+    # NaN is neither equal to 0 nor different from it here; it must be found and counted.
+    lit = on & (aim.pdf > 0.0) & ~dr.all(gain == 0.0)
     lit &= ~place.scene.ray_test(_shadow_ray(si, aim), lit)
     path.light = dr.select(lit, path.light + gain, path.light)
 
@@ -213,7 +214,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     late = path.depth >= bounds.roulette
     lucky = sampler.next_1d(on) < likely
     path.through = dr.select(late, through * dr.rcp(likely), through)
-    path.active = on & (~late | lucky) & (brightest != 0.0)
+    path.active = on & (~late | lucky) & ~dr.all(path.through == 0.0)
 
 
 def _shadow_ray(si: Any, aim: Aim) -> Any:
