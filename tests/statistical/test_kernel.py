@@ -26,14 +26,18 @@ from significance import sidak_t
 
 from sumo3dviz_pt import catalog
 from sumo3dviz_pt.cast.lights import running_lights
-from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
+from sumo3dviz_pt.library.materials.named import MATERIALS, matt, principled, surface_bsdf
 from sumo3dviz_pt.model.geometry import Mesh, Transform
 from sumo3dviz_pt.model.lamps import LampSet, VehicleLamp
 from sumo3dviz_pt.model.scene import Mover, Part, Prototype, Sky, Slots
+from sumo3dviz_pt.pipeline.production import Request, example, opened, prepare
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.world.areas.covers import land_covers
+from sumo3dviz_pt.world.areas.water import water_material
 
 pytestmark = pytest.mark.slow
 
-SIZE, BLOCK, PASSES, SPP = (90, 54), 9, 6, 128
+SIZE, BLOCK, PASSES, SPP = (90, 54), 9, 6, 64
 LAYERS = ("radiance", "depth", "hit", "albedo", "normal")
 EARTH = principled((0.5, 0.4, 0.3), roughness=0.5)
 GLASS = {"type": "roughdielectric", "alpha": 0.3}
@@ -43,6 +47,16 @@ SETS = {
     "worn": ("asphalt", "paving", "plaster", "ground_grass", "ground_chess"),
     "stained": ("red plaster", "red brick"),
     "foreign": ("glass ball", "trim"),
+    "water and users' own": ("water", "picture", "rims", "chrome"),
+}
+BRICK = str(catalog.find("surfaces", "brick").folder / "albedo.png")
+    "type": "bitmap",
+    "filename": str(catalog.find("surfaces", "brick").folder / "albedo.png"),
+}
+OWN = {
+    "water": water_material(land_covers().water, textured=True),
+    "picture": matt({"type": "bitmap", "filename": BRICK}),
+    "rims": principled((0.66, 0.68, 0.7), roughness=0.3, metallic=1.0),
 }
 SUN = Sky(np.array([0.3, -0.4, 0.6]))
 
@@ -68,7 +82,7 @@ def textured(mesh, centre=(0.0, 0.0, 0.0)):
 
 def scene_of_balls(names, *, sky, lamps=()):
     """Balls on the ground, a road user nearby, stretched and turned, and a far one."""
-    materials = {**MATERIALS, **surfaces(), "matt": diffuse(0.4), "glass ball": GLASS}
+    materials = {**MATERIALS, **surfaces(), **OWN, "matt": diffuse(0.4), "glass ball": GLASS}
     parts = [static("ground", textured(plane()), "asphalt" if "asphalt" in names else "earth")]
     for number, name in enumerate(names):
         centre = np.array([2.5 * number - 5.0, 0.0, 1.0])
@@ -223,4 +237,29 @@ DUSK = Sky(np.array([0.9, -0.3, 0.02]))
 def test_beams_light_as_by_mitsuba(sky):
     """Also at the edge of beams, where the choice by place knows least about them."""
     ours, theirs, _, _ = compared(traffic(sky), street())
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=0.01)
+
+
+SHOWN = [("crossing", "corner", 456.0, "highway_day"), ("ronda", "driver", 460.0, "highway_day")]
+
+
+@pytest.mark.parametrize("example_shown", SHOWN, ids=lambda it: it[0])
+def test_examples_look_as_by_mitsuba(example_shown):
+    """With everything that a scene has, at a low resolution."""
+    name, camera, time, template = example_shown
+    job = load_job(example(name), {"template": template})
+    production = prepare(job, Request(camera, "draft", SIZE), np.array([time]))
+    found = []
+    for tracer in ("kernel", "path"):
+        passes = {"spp": 16, "pass_spp": 16, "denoise": "none", "tracer": tracer}
+        quality = production.quality.model_copy(update=passes)
+        with opened(replace(production, quality=quality)) as session:
+            pictures = []
+            for seed in range(PASSES):
+                session.retune(quality, seed=10 * seed + (tracer == "kernel"))
+                pictures.append(session.samples(production.shot.frame_at(time)).layers["capped"])
+        found.append(np.array(pictures, dtype=np.float64))
+    ours, theirs = found
+    z = scores(blocks(ours), blocks(theirs))
+    assert np.abs(z).max() < sidak_t(2 * len(z), freedom=2 * PASSES - 2)
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.01)

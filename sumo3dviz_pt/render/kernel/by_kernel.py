@@ -49,7 +49,7 @@ class ByKernel:
         """Trace what the scene shows, in all passes of a frame."""
         settings = self._settings
         with self._clock.phase("render"):
-            kernel = self._followed()
+            kernel = self.followed()
             passes = self._passes(kernel, seed, after_pass)
             found = guides.as_guides(merged(passes, lambda *them: np.mean(them, axis=0)))
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
@@ -60,7 +60,13 @@ class ByKernel:
                 accumulator.add(traced["capped"], traced["lost"])
         return Traced(found, accumulator, kernel.movers)
 
-    def _followed(self) -> Kernel:
+    def current(self) -> Kernel:
+        """Return the kernel as it last followed the scene, or a new one for another scene."""
+        kernel = self._kernel
+        known = kernel is not None and kernel.scene is self._loaded.scene
+        return kernel if known and kernel is not None else self.followed()
+
+    def followed(self) -> Kernel:
         """Return the kernel, at what the scene shows."""
         kernel = self._kernel
         if kernel is None or kernel.scene is not self._loaded.scene:
