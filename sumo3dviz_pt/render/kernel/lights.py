@@ -133,6 +133,8 @@ class Lights:
             return radiance, pdf
         sun = active & hit.is_valid() & (hit.t > FAR)
         si = self._sun_shape.compute_surface_interaction(ray, hit, mi.RayFlags.All, sun)
+        # A shape that is asked by itself leaves this out, and from behind the disc is black.
+        si.wi = mi.Frame3f(si.n).to_local(-ray.d)
         ds.p, ds.n, ds.uv, ds.dist = si.p, si.n, si.uv, hit.t
         radiance = dr.select(sun, self._sun.eval(si, sun), radiance)
         own = self._sun.pdf_direction(before, ds, sun)
