@@ -153,7 +153,7 @@ def test_all_materials_look_as_by_mitsuba(name):
         assert layers[layer].mean() == pytest.approx(guides[layer].mean(), rel=3e-3, abs=3e-4)
 
 
-@pytest.mark.parametrize("name", ["coated and thin", "worn"])
+@pytest.mark.parametrize("name", ["coated and thin", "water and users' own"])
 def test_sun_and_sky_light_as_by_mitsuba(name):
     compared(scene_of_balls(SETS[name], sky=SUN), frame())
 
