@@ -50,9 +50,6 @@ SETS = {
     "water and users' own": ("water", "picture", "rims", "chrome"),
 }
 BRICK = str(catalog.find("surfaces", "brick").folder / "albedo.png")
-    "type": "bitmap",
-    "filename": str(catalog.find("surfaces", "brick").folder / "albedo.png"),
-}
 OWN = {
     "water": water_material(land_covers().water, textured=True),
     "picture": matt({"type": "bitmap", "filename": BRICK}),
