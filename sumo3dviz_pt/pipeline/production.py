@@ -272,13 +272,8 @@ def _within_log(scenario: Scenario, times: Floats) -> Floats:
 
 
 @contextmanager
-def opened(production: Production, *, film: bool) -> Iterator[Session]:
-    """Open a production in the renderer.
-
-    Args:
-        production: What to show.
-        film: Whether many frames are to come, which repays a recording of what one does.
-    """
+def opened(production: Production) -> Iterator[Session]:
+    """Open a production in the renderer."""
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
@@ -291,7 +286,6 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
         production.quality,
         production.job.seed,
         white=2.0**-production.exposure,
-        frozen=film,
         pixel=first.view.lens.pixel_angle(size[0]),
     )
     with Session(production.shot.data, backend, settings) as session:

@@ -263,7 +263,7 @@ def _render_frames(
         on_frame(FrameDone(kept, len(wanted), 0.0, kept=True, cpu={}))
     if not missing:
         return total
-    with opened(production, film=len(production.times) > 2) as session:
+    with opened(production) as session:
         started = time.monotonic()
         announce(Doing.RENDER, kept, len(wanted))
         for count, number in enumerate(missing, start=1):

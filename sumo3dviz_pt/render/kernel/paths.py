@@ -16,6 +16,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.render.kernel.candidates import aimed
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
@@ -59,6 +60,7 @@ class _Seen:
         albedo: Its reflectance.
         normal: Its unit shading normal.
         emitted: Its own light.
+        mover: Number of the moving part that it belongs to; 0 for what stands.
     """
 
     hit: Any
@@ -66,6 +68,7 @@ class _Seen:
     albedo: Any
     normal: Any
     emitted: Any
+    mover: Any
 
 
 @dataclass(slots=True)
@@ -117,8 +120,10 @@ class _Scattered(NamedTuple):
     albedo: Any
 
 
-def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
-    """Follow paths; return each one's channels, in the order of `integrator.CHANNELS`.
+def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list[Any], list[Any]]:
+    """Follow paths; return each one's channels, in the order of the integrator's.
+
+    The second list is what the first sample of a pixel is asked for.
 
     Args:
         place: What they go through.
@@ -126,8 +131,15 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
         ray: Their first segments.
         bounds: How long and how bright they are.
     """
-    nothing = mi.Color3f(0.0)
-    seen = _Seen(mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0), mi.Vector3f(0.0), nothing)
+    number, colour = mi.Float(0.0), mi.Color3f(0.0)
+    seen = _Seen(
+        hit=mi.Float(number),
+        distance=mi.Float(number),
+        albedo=mi.Color3f(colour),
+        normal=mi.Vector3f(0.0),
+        emitted=mi.Color3f(colour),
+        mover=mi.Float(number),
+    )
     path = _Path(
         active=mi.Bool(True),
         ray=mi.Ray3f(ray),
@@ -147,7 +159,7 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
     path, _ = dr.while_loop((path, sampler), lambda path, _: path.active, step, label="paths")
     seen = path.seen
     emitted = [*seen.emitted] if place.lights.lamps else []
-    return [
+    of_all = [
         *_capped(path.light, bounds.cap),
         seen.distance,
         seen.hit,
@@ -155,6 +167,15 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
         *seen.normal,
         *emitted,
     ]
+    return of_all, [seen.mover, seen.distance] if place.surfaces.numbered else []
+
+
+def emitted_along(place: Place, ray: Any) -> Any:
+    """Return the light of lamps that are the first surface on a ray, a colour."""
+    found = place.scene.ray_intersect_preliminary(ray, True)
+    surface = place.surfaces.met(found, ray, mi.Bool(True))
+    before = dr.zeros(mi.Interaction3f)
+    return place.lights.glow(surface, before, surface.there)[0]
 
 
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
@@ -164,19 +185,23 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     surface = place.surfaces.met(found, ray, path.active)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
     emitted = _met(path, found, surface, place.lights, bounds.direct)
-    aim, delta = place.lights.aim(si, sampler.next_2d(on), on)
+    aim, delta = aimed(place.lights, si, sampler, primary=primary, active=on)
     chance = (sampler.next_1d(on), sampler.next_2d(on))
     scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
 
     # Light of the emitter that the path aims at.
     share = dr.select(delta, 1.0, _heuristic(aim.pdf, scattered.pdf))
     gain = path.through * scattered.value * aim.light * share
-    lit = on & (aim.pdf > 0.0) & dr.any(gain != 0.0)
+    # NaN is neither equal to 0 nor different from it here; it must be found and counted.
+    lit = on & (aim.pdf > 0.0) & ~dr.all(gain == 0.0)
     lit &= ~place.scene.ray_test(_shadow_ray(si, aim), lit)
     path.light = dr.select(lit, path.light + gain, path.light)
 
     first = surface.there & primary
     _note(path.seen, first, surface, scattered.albedo, emitted)
+    if place.surfaces.numbered:
+        mover = place.surfaces.mover(found, surface, first)
+        path.seen.mover = dr.select(first, mover, path.seen.mover)
 
     # Where the path goes on, and whether.
     path.ray = si.spawn_ray(scattered.d)
@@ -189,7 +214,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     late = path.depth >= bounds.roulette
     lucky = sampler.next_1d(on) < likely
     path.through = dr.select(late, through * dr.rcp(likely), through)
-    path.active = on & (~late | lucky) & (brightest != 0.0)
+    path.active = on & (~late | lucky) & ~dr.all(path.through == 0.0)
 
 
 def _shadow_ray(si: Any, aim: Aim) -> Any:

@@ -39,6 +39,8 @@ _FADE = 0.25
 _WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
 """How often paths aim at the lenses of near (False) and far (True) road users."""
 
+_LAMP_HEIGHT = 0.7  # of head lamps over the road, about [m]
+
 _BEAM_FLUX = 640.0
 """Light of a car's low beams [lm]."""
 
@@ -107,6 +109,11 @@ class GlowingLenses:
         lights: What shines on vehicles.
         far: Whether the lamps are those of stand-ins, or of detailed bodies.
         floor: Height where lamps that are off wait [m].
+
+    Attributes:
+        name: Of the mesh.
+        count: Places for lamps.
+        shown: Faces of the lamps that shine in this frame, by the name of what carries them.
     """
 
     def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
@@ -114,6 +121,7 @@ class GlowingLenses:
         self._floor = floor
         self._weight = _WEIGHTS[far] if lights.sampled else 0.0
         self._discs: dict[str, _Discs] = {}
+        self.shown: dict[str, slice] = {}
         self.count = 1  # one that never shines, because a mesh without area cannot be sampled
         for key, places in (scene.slots.far if far else scene.slots.detailed).items():
             body = scene.prototypes[key]
@@ -169,7 +177,7 @@ class GlowingLenses:
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self.count, 1 + _SIDES, 1))
         radiance, lobes = np.zeros((self.count, 3)), np.tile(lobe_row(Lobe()), (self.count, 1))
         vertices[0, 1:, :2] += 1e-3 * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
-        used = 1
+        used, self.shown = 1, {}
         for mover in movers:
             discs = self._discs.get(mover.prototype)
             if discs is None:
@@ -179,6 +187,7 @@ class GlowingLenses:
             rows = slice(used, used + len(lit))
             vertices[rows] = discs.corners[lit] @ matrix[:3, :3].T + matrix[:3, 3]
             radiance[rows], lobes[rows] = discs.radiance[lit], discs.lobes[lit]
+            self.shown[mover.name] = slice(_SIDES * used, _SIDES * (used + len(lit)))
             used += len(lit)
         return _Placed(vertices, radiance, lobes)
 
@@ -248,6 +257,30 @@ class Beams:
             "intensity": {"type": "rgb", "value": [intensity] * 3},
             "texture": load(image),
         }
+
+    def given(self, name: str, x: Floats, y: Floats) -> Floats:
+        """Return what a beam gives to places on the ground, as `picks.Picks.given` counts.
+
+        Args:
+            name: Of a beam that shines.
+            x: Of the places, relative to the renderer's origin, (n,) [m].
+            y: Likewise.
+        """
+        matrix, intensity = self.placed[name]
+        place = matrix[:3, 3]
+        ground = np.stack([x, y, np.full_like(x, place[2] - _LAMP_HEIGHT)], axis=-1)
+        seen = (ground - place) @ matrix[:3, :3]
+        away = (seen**2).sum(axis=-1)
+        ahead = np.maximum(seen[:, 2], 1e-6)
+        # The spot's +z looks ahead, +x to its left, and +y up.
+        half, count = np.tan(self._beam.half_angle), len(self._beam.pattern)
+        across = (0.5 - 0.5 * seen[:, 0] / (ahead * half)) * count
+        down = (0.5 - 0.5 * seen[:, 1] / (ahead * half)) * count
+        inside = (seen[:, 2] > 0.0) & (np.abs(across - 0.5 * count) < 0.5 * count)
+        inside &= np.abs(down - 0.5 * count) < 0.5 * count
+        row, column = (np.where(inside, each, 0).astype(int) for each in (down, across))
+        share = np.where(inside, self._beam.pattern[row, column], 0.0)
+        return np.asarray(np.pi * np.mean(intensity) * share / (away + 4.0))
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Aim the beams of a frame."""
@@ -347,6 +380,11 @@ class RunningLamps:
     def names(self) -> tuple[str, ...]:
         """Of the meshes."""
         return tuple(lenses.name for lenses in self._sets)
+
+    @property
+    def shown(self) -> dict[str, Mapping[str, slice]]:
+        """Faces of the lamps that shine, by mesh, then by the name of what carries them."""
+        return {lenses.name: lenses.shown for lenses in self._sets}
 
     def entries(self, bsdf: Any) -> dict[str, Any]:
         """Make the shapes and emitters, by name."""
