@@ -40,7 +40,7 @@ _FULL_PASS = 64
 _COSTS = (2, 9)
 """Samples of the pictures whose costs are measured."""
 
-_FIRST, _REPEATS = 3, 3
+_FIRST, _REPEATS = 2, 3
 """Pictures that compile and do not count, and pictures whose median cost does."""
 
 _ERRORS = (2, 6, 20, 64)
@@ -197,7 +197,7 @@ def _measured(production: Production, wish: Mapping[str, float]) -> Choice:
 def _costs(production: Production, state: FrameState) -> dict[int, float]:
     """Return the CPU-seconds of a later frame by its samples."""
     found: dict[int, float] = {}
-    with opened(production, film=True) as session:
+    with opened(production) as session:
         for group, spp in enumerate(_COSTS):
             session.retune(with_samples(production.quality, spp), seed=0)
             seconds = []
@@ -221,7 +221,7 @@ def _errors(production: Production, state: FrameState) -> dict[int, float]:
     # A package that is missing is missed before the work, not after it.
     black = np.zeros((16, 16, 3), np.float32)
     flip(black, black)
-    with opened(small, film=False) as session:
+    with opened(small) as session:
         truth = _picture(session, small, state, _TRUTH, 0)
         return {
             spp: flip(_picture(session, small, state, spp, number), truth)

@@ -87,19 +87,19 @@ def of_pictures() -> list[Row]:
     rows, preview = [], quality_preset("preview")
     for size in ((320, 180), (640, 360), (1280, 720), (1920, 1080)):
         made = motorway(size, preview)
-        with opened(made, film=True) as session:
+        with opened(made) as session:
             seconds = timed(session, made.shot.frame_at(AT))
         rows.append(Row("pixels", size[0] * size[1], seconds))
     for spp in (1, 4, 16, 64):
         made = motorway(SIZE, preview.model_copy(update={"spp": spp, "pass_spp": spp}))
-        with opened(made, film=True) as session:
+        with opened(made) as session:
             rows.append(Row("samples", spp, timed(session, made.shot.frame_at(AT))))
     return rows
 
 
 def of_plane(what: str, amount: int, scene: SceneData, state: FrameState) -> Row:
     """Measure a frame of a small scene."""
-    with session_of(scene, size=SIZE, quality=quality_preset("preview"), frozen=True) as session:
+    with session_of(scene, size=SIZE, quality=quality_preset("preview")) as session:
         return Row(what, amount, timed(session, state))
 
 
@@ -196,7 +196,7 @@ def of_nothing() -> tuple[float, float]:
     request = Request(camera="overview", quality="preview", size=SIZE)
     made = prepare(load_job(scene), request, np.array([AT]))
     state = made.shot.frame_at(AT)
-    with opened(made, film=True) as session:
+    with opened(made) as session:
         seconds = timed(session, state)
         ours = sum(seconds.values()) - seconds["denoise"]
         meshes = {
@@ -233,7 +233,7 @@ def of_rays() -> list[tuple[str, float]]:
     """Return how many million rays a CPU-second Embree traces on the motorway, by kind."""
     made = motorway(SIZE, quality_preset("preview"))
     state = made.shot.frame_at(AT)
-    with opened(made, film=True) as session:
+    with opened(made) as session:
         session.show(state)
         return list(_raw(session))
 
