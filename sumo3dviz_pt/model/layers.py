@@ -12,10 +12,6 @@
 | `emitted` | light of lamps that are seen directly | (h, w, 3) |
 | `lamp` | 1 where a lamp is seen directly, else 0 | (h, w) |
 | `glow` | `emitted` with many samples, where the picture was traced without it | (h, w, 3) |
-| `ids` | what the first sample of the pixel met: 0 is the sky or what stands, k is the k-th of the frame's moving parts | (h, w) |
-| `first_depth` | how far away that is, along that sample's ray; 0 is the sky [m] | (h, w) |
-
-`ids` and `first_depth` belong together: both are of one sample, not means.
 """
 
 from __future__ import annotations
@@ -23,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from sumo3dviz_pt.model.geometry import Image, Transform
+from sumo3dviz_pt.model.geometry import Image
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,20 +73,6 @@ def merged(pictures: Sequence[Layers], how: Callable[..., Image]) -> Layers:
         how: Makes one array of as many arrays as there are pictures.
     """
     return Layers({name: how(*(each[name] for each in pictures)) for name in pictures[0]})
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MovingPart:
-    """A road user, or a part of one, that a number of the layer `ids` stands for.
-
-    Attributes:
-        name: The same in all frames, such as `vehicle:flow_0.3/body` or `vehicle:flow_0.3/wheel2`.
-        world_from_part: Its placement in the network's coordinates. Its axes are stretched by the
-            same factors in all frames. None where the part changes its shape.
-    """
-
-    name: str
-    world_from_part: Transform | None
 
 
 @dataclass(frozen=True, slots=True)
