@@ -12,6 +12,11 @@
 | `emitted` | light of lamps that are seen directly | (h, w, 3) |
 | `lamp` | 1 where a lamp is seen directly, else 0 | (h, w) |
 | `glow` | `emitted` with many samples, where the picture was traced without it | (h, w, 3) |
+| `ids` | what moves there: 0 is what stands or the sky, k the frame's k-th moving part | (h, w) |
+| `first_depth` | how far away that is along the ray; 0 is the sky [m] | (h, w) |
+
+`ids` and `first_depth` are no means: both are of the first sample of each pixel, and so belong
+together.
 """
 
 from __future__ import annotations
@@ -19,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.geometry import Image, Transform
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +78,20 @@ def merged(pictures: Sequence[Layers], how: Callable[..., Image]) -> Layers:
         how: Makes one array of as many arrays as there are pictures.
     """
     return Layers({name: how(*(each[name] for each in pictures)) for name in pictures[0]})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovingPart:
+    """A road user, or a part of one, that a number of the layer `ids` stands for.
+
+    Attributes:
+        name: The same in all frames, such as `vehicle:flow_0.3/body` or `vehicle:flow_0.3/wheel2`.
+        world_from_part: Its placement in the network's coordinates. Its axes are stretched by the
+            same factors in all frames. None where the part changes its shape.
+    """
+
+    name: str
+    world_from_part: Transform | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,6 +140,11 @@ class Mover:
     phase: float = 0.0
     effort: float = 0.0
 
+    @property
+    def name(self) -> str:
+        """Unique among what moves in a frame, and the same in all frames."""
+        return f"{self.id}/{self.part or 'body'}"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CloudLayer:

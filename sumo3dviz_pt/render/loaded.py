@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.scene import Bsdf, FrameState, SceneData
+from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
 from sumo3dviz_pt.render.lights.running import RunningLamps
@@ -19,6 +19,7 @@ from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_
 from sumo3dviz_pt.render.materials.untiled import is_worn, wear_attributes
 from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMovers, lowest
 from sumo3dviz_pt.render.movers.crowd import Crowd
+from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.sensors import view_parameters
 
 
@@ -44,6 +45,7 @@ class LoadedScene:
 
     Attributes:
         scene: Mitsuba's, once a frame was shown.
+        frame: That frame; None before.
         origin: Its origin in the network's coordinates, (3,) [m]; None before.
         parameters: Of Mitsuba's scene; None before.
         aimed: Whether light paths aim at lamps.
@@ -59,6 +61,7 @@ class LoadedScene:
             jit: Whether the variant compiles.
         """
         self.scene: Any = None
+        self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None
         self._materials = Materials(data.materials)
@@ -108,12 +111,30 @@ class LoadedScene:
             fixed: Sensors and lights by name, as plugin dicts or objects; only read where
                 the scene is loaded: `sensor` and `guide` see what the frame's view does.
         """
+        self.frame = frame
         if self.scene is None or self._scalar is not None:
             self._load(frame, fixed)
             return
         if self.origin is None or not np.array_equal(self.origin, frame.origin):
             self._recentre(frame.origin)
         self._move(self.parameters, frame)
+
+    def numbers(self) -> Numbers:
+        """Number what moves in the frame that is shown."""
+        frame = self.frame
+        assert frame is not None, "show a frame first"
+        rigid: list[Mover] = [*frame.instanced]
+        deforming: list[Mover] = []
+        for crowd, movers in zip(self._crowds, (frame.far, frame.deforming), strict=True):
+            for mover in movers:
+                (rigid if crowd.is_rigid(mover.prototype) else deforming).append(mover)
+        return numbered(rigid, deforming)
+
+    @property
+    def shown(self) -> Mapping[str, Mapping[str, slice]]:
+        """Faces of what is shown by merged meshes, by mesh, then by name."""
+        crowds = {crowd.name: crowd.shown for crowd in self._crowds if crowd}
+        return {**crowds, **self.running.shown}
 
     def _load(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Put the scene together around a frame's origin."""

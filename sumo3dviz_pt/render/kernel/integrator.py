@@ -14,7 +14,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.layers import Channels, Layers
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, followed
 from sumo3dviz_pt.render.kernel.surface import Surfaces
@@ -26,6 +27,9 @@ CHANNELS = Channels.in_order(capped=3, lost=3, depth=1, hit=1, albedo=3, normal=
 
 _EMITTED = Channels.in_order(emitted=3)
 """What it finds in scenes with lamps besides."""
+
+FIRST = Channels.in_order(ids=1, first_depth=1)
+"""What it finds of each pixel's first sample, where that is wanted."""
 
 _MOST_LANES = 1 << 22  # at once; each takes 60 bytes
 
@@ -59,17 +63,25 @@ class Kernel:
     Args:
         loaded: A scene that shows a frame.
         pixel: Angle of a pixel [rad].
+        numbered: Whether it finds the layers of `FIRST`, too.
 
     Attributes:
         scene: Mitsuba's; where the loaded scene has another one, the kernel is of no use.
     """
 
-    def __init__(self, loaded: LoadedScene, pixel: float) -> None:
+    def __init__(self, loaded: LoadedScene, pixel: float, *, numbered: bool = False) -> None:
         self.scene = loaded.scene
-        self._tables = Tables(loaded)
+        self._tables = Tables(loaded, numbered=numbered)
         lights = Lights(loaded, self._tables)
         self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
+        if numbered:
+            self._channels += FIRST
+
+    @property
+    def movers(self) -> tuple[MovingPart, ...]:
+        """What the numbers of the layer `ids` stand for."""
+        return self._tables.movers
 
     def follow(self) -> None:
         """Bring everything to what the loaded scene shows."""
@@ -77,7 +89,7 @@ class Kernel:
         self._place.lights.follow()
 
     def trace(self, sensor: Any, *, spp: int, seed: int, limits: Limits) -> Layers:
-        """Trace one pass; it finds the layers of `CHANNELS`, and `emitted` of lamps.
+        """Trace one pass; it finds the layers of `CHANNELS`, `emitted` of lamps, and `FIRST`.
 
         Args:
             sensor: One of Mitsuba's, with its sampler.
@@ -95,11 +107,24 @@ class Kernel:
             count = min(rows, height - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
             ray = _ray(sensor, sampler, spp=spp, top=top, size=(width, height))
-            out = followed(self._place, sampler, ray, bounds)
-            dr.schedule(out)
-            sums = [np.array(dr.block_sum(channel, spp)) for channel in out]
-            parts.append(np.stack([one.reshape(count, width) for one in sums], axis=-1))
-        return self._channels.layers((np.concatenate(parts) / spp).astype(np.float32))
+            of_all, of_first = followed(self._place, sampler, ray, bounds)
+            dr.schedule(of_all, of_first)
+            found = [_of_all(channel, spp) for channel in of_all]
+            found += [_of_first(channel, spp) for channel in of_first]
+            channels = [channel.reshape(count, width) for channel in found]
+            parts.append(np.stack(channels, axis=-1))
+        return self._channels.layers(np.concatenate(parts))
+
+
+def _of_all(channel: Any, spp: int) -> Image:
+    """Return the mean of each pixel's samples, (pixels,)."""
+    return np.asarray(np.array(dr.block_sum(channel, spp)) / spp, np.float32)
+
+
+def _of_first(channel: Any, spp: int) -> Image:
+    """Return a channel of each pixel's first sample, (pixels,)."""
+    pixel = dr.arange(mi.UInt32, len(channel) // spp)
+    return np.array(dr.gather(mi.Float, channel, pixel * dr.opaque(mi.UInt32, spp)))
 
 
 def _seeded(sensor: Any, *, spp: int, lanes: int, seed: int) -> Any:

@@ -59,6 +59,7 @@ class _Seen:
         albedo: Its reflectance.
         normal: Its unit shading normal.
         emitted: Its own light.
+        mover: Number of the moving part that it belongs to; 0 for what stands.
     """
 
     hit: Any
@@ -66,6 +67,7 @@ class _Seen:
     albedo: Any
     normal: Any
     emitted: Any
+    mover: Any
 
 
 @dataclass(slots=True)
@@ -117,8 +119,10 @@ class _Scattered(NamedTuple):
     albedo: Any
 
 
-def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
-    """Follow paths; return each one's channels, in the order of `integrator.CHANNELS`.
+def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list[Any], list[Any]]:
+    """Follow paths; return each one's channels, in the order of the integrator's.
+
+    The second list is what the first sample of a pixel is asked for.
 
     Args:
         place: What they go through.
@@ -126,8 +130,15 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
         ray: Their first segments.
         bounds: How long and how bright they are.
     """
-    nothing = mi.Color3f(0.0)
-    seen = _Seen(mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0), mi.Vector3f(0.0), nothing)
+    number, colour = mi.Float(0.0), mi.Color3f(0.0)
+    seen = _Seen(
+        hit=mi.Float(number),
+        distance=mi.Float(number),
+        albedo=mi.Color3f(colour),
+        normal=mi.Vector3f(0.0),
+        emitted=mi.Color3f(colour),
+        mover=mi.Float(number),
+    )
     path = _Path(
         active=mi.Bool(True),
         ray=mi.Ray3f(ray),
@@ -147,7 +158,7 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
     path, _ = dr.while_loop((path, sampler), lambda path, _: path.active, step, label="paths")
     seen = path.seen
     emitted = [*seen.emitted] if place.lights.lamps else []
-    return [
+    of_all = [
         *_capped(path.light, bounds.cap),
         seen.distance,
         seen.hit,
@@ -155,6 +166,7 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> list[Any]:
         *seen.normal,
         *emitted,
     ]
+    return of_all, [seen.mover, seen.distance] if place.surfaces.numbered else []
 
 
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
@@ -177,6 +189,9 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
 
     first = surface.there & primary
     _note(path.seen, first, surface, scattered.albedo, emitted)
+    if place.surfaces.numbered:
+        mover = place.surfaces.mover(found, surface, first)
+        path.seen.mover = dr.select(first, mover, path.seen.mover)
 
     # Where the path goes on, and whether.
     path.ray = si.spawn_ray(scattered.d)

@@ -51,6 +51,15 @@ class Surfaces:
         self.lobes: Lobes = lobes_of(tables.rows, metals=tables.metals)
         self._textures = Textures(tables, pixel)
 
+    @property
+    def numbered(self) -> bool:
+        """Whether pictures say what moves."""
+        return self._tables.numbered
+
+    def mover(self, hit: Any, surface: Surface, active: Any) -> Any:
+        """Return the number of the moving part that was hit; 0 for what stands."""
+        return self._tables.mover(hit, surface.face, active)
+
     def met(self, hit: Any, ray: Any, active: Any) -> Surface:
         """Return what a ray met.
 

@@ -16,6 +16,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import UNWORN, Floats
+from sumo3dviz_pt.model.layers import MovingPart
 from sumo3dviz_pt.render.convert import TINT_ATTRIBUTE
 from sumo3dviz_pt.render.kernel.rows import Kind, Row, RowMaker
 from sumo3dviz_pt.render.kernels import aligned
@@ -29,7 +30,7 @@ NO_MESH = 0xFFFFFFFF
 _SMOOTH = 0x80000000
 """Bit of a face's material that says that its normals are interpolated."""
 
-_INSTANCE = 16  # numbers of an instance: three rows of its matrix, then its colour
+_INSTANCE = 16  # numbers of an instance: three rows of its matrix, its colour, its own number
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,22 +59,27 @@ class Tables:
 
     Args:
         loaded: A scene that shows a frame.
+        numbered: Whether pictures say what moves.
 
     Attributes:
+        movers: What moves in the frame, in the order of its numbers, if pictures say it.
         rows: Of its materials, by number.
         textures: That the rows refer to.
         lamps: Names of meshes that can shine, by number; a face says which it belongs to.
         worn: Whether any mesh tells how worn it is.
         metals: Whether any face is metallic.
+        numbered: Whether pictures say what moves.
     """
 
-    def __init__(self, loaded: LoadedScene) -> None:
-        self._loaded, self._origin = loaded, loaded.origin
+    def __init__(self, loaded: LoadedScene, *, numbered: bool = False) -> None:
+        self._loaded, self._origin, self.numbered = loaded, loaded.origin, numbered
+        self.movers: tuple[MovingPart, ...] = ()
         parameters = loaded.parameters
-        # Worn meshes come first, so that the table of wear ends with them.
+        # Worn meshes come first, so that the table of wear ends with them; merged meshes of what
+        # moves come last, so that the table of their faces' numbers begins with them.
         meshes = sorted(
             (mesh for mesh in loaded.meshes() if len(parameters[f"{mesh.name}.faces"])),
-            key=lambda mesh: f"{mesh.name}.{WEAR_ATTRIBUTE}" not in parameters,
+            key=lambda mesh: (mesh.moving, f"{mesh.name}.{WEAR_ATTRIBUTE}" not in parameters),
         )
         self.textures = RowMaker()
         self.lamps = tuple(m.name for m in meshes if f"{m.name}.emitter.radiance" in parameters)
@@ -82,7 +88,7 @@ class Tables:
         self._places = _laid_out(meshes, parameters)
         self._fill(rows)
         self._number_shapes()
-        self._instances: Any = None
+        self._instances = self._faces = self._first_moving = None
         self.follow()
 
     def _fill(self, rows: list[Row]) -> None:
@@ -154,7 +160,41 @@ class Tables:
         for slot, (matrix, colour) in placed.items():
             numbers[self._numbers[slot], :12] = matrix[:3].ravel()
             numbers[self._numbers[slot], 12:15] = colour
+        if self.numbered:
+            self._number_movers(numbers)
         self._instances = mi.Float(aligned(numbers, np.float32))
+
+    def _number_movers(self, instances: Floats) -> None:
+        """Write which moving part each instance and each face of a merged mesh belongs to."""
+        loaded, known = self._loaded, self._loaded.numbers()
+        self.movers = known.parts
+        for slot, name in ({} if loaded.pool is None else loaded.pool.shown).items():
+            instances[self._numbers[slot], 15] = known.by_name[name]
+        merged = [place for place in self._places if place.mesh.moving]
+        if merged:
+            faces = [known.of_faces(p.faces, loaded.shown[p.mesh.name]) for p in merged]
+            self._first_moving = dr.opaque(mi.UInt32, merged[0].face)
+            self._faces = mi.Float(aligned(np.concatenate(faces), np.float32))
+
+    def mover(self, hit: Any, face: Any, active: Any) -> Any:
+        """Return the number of the moving part that was hit; 0 for what stands.
+
+        Args:
+            hit: Mitsuba's preliminary intersection.
+            face: Number of the face.
+            active: Which lanes count.
+        """
+        number = mi.Float(0.0)
+        if self._faces is not None:
+            merged = active & (face >= self._first_moving)
+            number = dr.gather(mi.Float, self._faces, face - self._first_moving, merged)
+        if not self.instanced:
+            return number
+        instance = dr.reinterpret_array(mi.UInt32, hit.instance)
+        there = active & (instance != 0)
+        return dr.select(
+            there, dr.gather(mi.Float, self._instances, _INSTANCE * instance + 15, there), number
+        )
 
     @property
     def instanced(self) -> bool:

@@ -107,6 +107,11 @@ class GlowingLenses:
         lights: What shines on vehicles.
         far: Whether the lamps are those of stand-ins, or of detailed bodies.
         floor: Height where lamps that are off wait [m].
+
+    Attributes:
+        name: Of the mesh.
+        count: Places for lamps.
+        shown: Faces of the lamps that shine in this frame, by the name of what carries them.
     """
 
     def __init__(self, scene: SceneData, lights: RunningLights, *, far: bool, floor: float) -> None:
@@ -114,6 +119,7 @@ class GlowingLenses:
         self._floor = floor
         self._weight = _WEIGHTS[far] if lights.sampled else 0.0
         self._discs: dict[str, _Discs] = {}
+        self.shown: dict[str, slice] = {}
         self.count = 1  # one that never shines, because a mesh without area cannot be sampled
         for key, places in (scene.slots.far if far else scene.slots.detailed).items():
             body = scene.prototypes[key]
@@ -169,7 +175,7 @@ class GlowingLenses:
         vertices = np.tile([0.0, 0.0, self._floor - origin[2]], (self.count, 1 + _SIDES, 1))
         radiance, lobes = np.zeros((self.count, 3)), np.tile(lobe_row(Lobe()), (self.count, 1))
         vertices[0, 1:, :2] += 1e-3 * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
-        used = 1
+        used, self.shown = 1, {}
         for mover in movers:
             discs = self._discs.get(mover.prototype)
             if discs is None:
@@ -179,6 +185,7 @@ class GlowingLenses:
             rows = slice(used, used + len(lit))
             vertices[rows] = discs.corners[lit] @ matrix[:3, :3].T + matrix[:3, 3]
             radiance[rows], lobes[rows] = discs.radiance[lit], discs.lobes[lit]
+            self.shown[mover.name] = slice(_SIDES * used, _SIDES * (used + len(lit)))
             used += len(lit)
         return _Placed(vertices, radiance, lobes)
 
@@ -347,6 +354,11 @@ class RunningLamps:
     def names(self) -> tuple[str, ...]:
         """Of the meshes."""
         return tuple(lenses.name for lenses in self._sets)
+
+    @property
+    def shown(self) -> dict[str, Mapping[str, slice]]:
+        """Faces of the lamps that shine, by mesh, then by the name of what carries them."""
+        return {lenses.name: lenses.shown for lenses in self._sets}
 
     def entries(self, bsdf: Any) -> dict[str, Any]:
         """Make the shapes and emitters, by name."""

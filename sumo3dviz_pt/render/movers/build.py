@@ -94,6 +94,7 @@ class InstancePool:
         bodies: Names of the materials of each body's meshes, by the body's name in the scene.
         body_of_slot: Name of the body that a slot shows, by the slot's name.
         placed: Placement relative to the renderer's origin, (4, 4), and colour, by slot.
+        shown: Names of what slots show in this frame, by slot; free ones are not there.
     """
 
     def __init__(self, scene: SceneData, materials: Materials, *, floor: float) -> None:
@@ -101,6 +102,7 @@ class InstancePool:
         self.bodies: dict[str, tuple[str, ...]] = {}
         self.body_of_slot: dict[str, str] = {}
         self.placed: dict[str, tuple[Floats, Floats]] = {}
+        self.shown: dict[str, str] = {}
         self._entries: dict[str, Any] = {}
         self._slots: dict[str, list[str]] = defaultdict(list)
         self._index: dict[str, int] = {}
@@ -129,7 +131,7 @@ class InstancePool:
         if not self._index:
             return
         free = {name: iter(keys) for name, keys in self._slots.items()}
-        self.placed = {}
+        self.placed, self.shown = {}, {}
         parked = np.eye(4)
         parked[2, 3] = self._floor - frame.origin[2]
         colours: dict[int, Floats] = {}
@@ -141,6 +143,7 @@ class InstancePool:
             parameters[f"{key}.to_world"] = convert.transform(matrix)
             colours[self._index[key]] = np.asarray(mover.colour)
             self.placed[key] = (matrix, np.asarray(mover.colour))
+            self.shown[key] = mover.name
         for keys in free.values():
             for key in keys:
                 parameters[f"{key}.to_world"] = convert.transform(parked)

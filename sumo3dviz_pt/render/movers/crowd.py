@@ -81,7 +81,12 @@ class CrowdArrays:
 
 
 class Crowd:
-    """Road users merged into one mesh, with a fixed number of slots for each body."""
+    """Road users merged into one mesh, with a fixed number of slots for each body.
+
+    Attributes:
+        name: Of the mesh.
+        shown: Faces of each road user that is shown in this frame, by its name.
+    """
 
     def __init__(
         self, name: str, scene: SceneData, slots: Mapping[str, int], *, far: bool, floor: float
@@ -109,6 +114,7 @@ class Crowd:
             vertex += count * len(mesh.vertices)
             face += count * len(mesh.faces)
         self._vertices, self._faces = vertex, face
+        self.shown: dict[str, slice] = {}
 
     def __bool__(self) -> bool:
         """Return whether the shot ever shows one of them."""
@@ -148,6 +154,7 @@ class Crowd:
         normals = np.tile([0.0, 0.0, 1.0], (self._vertices, 1)) if self._smooth else None
         tints = np.zeros((self._faces, 3))
         used = dict.fromkeys(self._bodies, 0)
+        self.shown = {}
         for mover in movers:
             body, slot = self._bodies.get(mover.prototype), used.get(mover.prototype, 0)
             if body is None or slot >= body.capacity:
@@ -160,10 +167,15 @@ class Crowd:
             if normals is not None and directions is not None:
                 normals[first : first + len(points)] = _turned(directions, matrix[:3, :3])
             first = body.first_face + slot * len(body.mask)
+            self.shown[mover.name] = slice(first, first + len(body.mask))
             mask = body.mask[:, None]
             own = body.attributes[convert.TINT_ATTRIBUTE] * (1.0 - mask)
             tints[first : first + len(mask)] = own + np.asarray(mover.colour) * mask
         return CrowdArrays(vertices, normals, tints)
+
+    def is_rigid(self, prototype: str) -> bool:
+        """Return whether a prototype keeps its shape here."""
+        return self._bodies[prototype].poses is None
 
     def update(self, parameters: Any, movers: Sequence[Mover], origin: Floats) -> None:
         """Move everyone to their places in a frame.

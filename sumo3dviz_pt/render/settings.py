@@ -1,0 +1,85 @@
+"""How a session renders, and what its tracers find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from sumo3dviz_pt.job.settings import Quality
+from sumo3dviz_pt.model.layers import Layers, MovingPart
+from sumo3dviz_pt.render.materials.untiled import PIXEL
+from sumo3dviz_pt.render.passes.build import Accumulator
+
+AfterPass = Callable[[int, int], None]
+"""Called with passes done and passes in all."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenderSettings:
+    """How to render.
+
+    Attributes:
+        size: Width, height [px].
+        quality: Samples, depth, denoiser, cap.
+        seed: The film's seed.
+        white: Radiance that the film shows as white, scene units.
+        frozen: Whether frames replay one recording (films); a still does not pay for it.
+        pixel: Angle of a pixel, by which textures are filtered [rad].
+        layers: What `Session.render` returns; see `model/layers.py`. Those that the quality does
+            not need are traced, too.
+        kernel: Whether variants that compile trace by our own kernel instead of Mitsuba's path
+            tracer.
+    """
+
+    size: tuple[int, int]
+    quality: Quality
+    seed: int
+    white: float = 1.0
+    frozen: bool = False
+    pixel: float = PIXEL
+    layers: tuple[str, ...] = ("radiance",)
+    kernel: bool = False
+
+    @property
+    def limit(self) -> float:
+        """Highest channel value of a sample; inf for no cap."""
+        cap = self.quality.cap
+        return np.inf if cap is None else cap * self.white
+
+    @property
+    def pass_spp(self) -> int:
+        """Samples per pass: the preset's, but never more than in all."""
+        return min(self.quality.pass_spp, self.quality.spp)
+
+    @property
+    def passes(self) -> int:
+        """How many passes a frame has."""
+        return -(-self.quality.spp // self.pass_spp)
+
+
+class Traced(NamedTuple):
+    """What a tracer finds of a frame.
+
+    Attributes:
+        layers: As in `session.Samples`, but without the picture.
+        passes: The picture, and what the cap took.
+        movers: What the numbers of the layer `ids` stand for, if that was traced.
+    """
+
+    layers: Layers
+    passes: Accumulator
+    movers: tuple[MovingPart, ...] = ()
+
+
+class Tracer(Protocol):
+    """Traces frames of a loaded scene."""
+
+    @property
+    def finds(self) -> Collection[str]:
+        """Layers that it can find besides the picture's."""
+
+    def trace(self, seed: int, after_pass: AfterPass | None) -> Traced:
+        """Trace what the scene shows, in all passes of a frame."""
