@@ -1,15 +1,18 @@
-"""Where what a frame shows lies in another frame, by exact motion."""
+"""Where what a frame shows lies in another frame, and what is seen there."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sumo3dviz_pt.image.accumulation.frames import TracedFrame
-from sumo3dviz_pt.model.geometry import Bools, Floats, Image, Ints
+from sumo3dviz_pt.image.accumulation.frames import Motion, TracedFrame
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
-_FAR = 1e9  # sky counts as so far away, where no eye's movement matters [m]
+_LOOSE = np.float32(0.5)  # share by which distances may differ at edges and in leaves
+_PLAIN = np.float32(0.05)  # added to albedos before their ratio is taken
+_MOST_UNLIKE = np.float32(4.0)  # ratio of albedos that is corrected, at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,49 +21,84 @@ class Places:
 
     Attributes:
         pixels: Their flat indices, (n,); only those that lie inside the other picture.
-        row: In the other picture, whole numbers at pixel centres, (n,) [px].
-        column: Likewise.
-        distance: From the other eye, (n,) [m]; 0 is the sky.
-        ahead: From this eye, likewise.
+        taps: The nearest pixels there, likewise.
+        here: Distance from this eye, (n,) [m].
+        there: Distance from the other eye, (n,) [m].
     """
 
-    pixels: Ints
-    row: Image
-    column: Image
-    distance: Image
-    ahead: Image
+    pixels: NDArray[np.intp]
+    taps: NDArray[np.intp]
+    here: Image
+    there: Image
+
+    def only(self, which: Bools) -> Places:
+        """Return some of them."""
+        return Places(self.pixels[which], self.taps[which], self.here[which], self.there[which])
 
 
-def places_of(wanted: Bools, centre: TracedFrame, other: TracedFrame, motions: Floats) -> Places:
+def places_of(wanted: Bools, centre: TracedFrame, other: TracedFrame, motion: Motion) -> Places:
     """Find pixels of a frame in another one.
 
     Args:
-        wanted: Which, (h, w).
+        wanted: Which, (h, w); none of them shows the sky.
         centre: The frame.
         other: The other one.
-        motions: From camera to camera, for each number of `ids`, as in `relative_motions`.
+        motion: From one to the other.
     """
-    size = centre.layers.size
+    width, height = size = centre.layers.size
     pixels = np.flatnonzero(wanted)
-    ahead = centre.distance.reshape(-1)[pixels]
-    sky = ahead <= 0.0
-    reach = np.where(sky, np.float32(_FAR), ahead)
-    rays = centre.view.lens.rays(size).astype(np.float32).reshape(-1, 3)[pixels]
-    points = _moved(rays * reach[:, None], centre.ids.reshape(-1)[pixels], motions)
-    (row, column), in_front = other.view.lens.project(points.astype(np.float64), size)
-    inside = in_front & (row > -0.5) & (row < size[1] - 0.5)
-    inside &= (column > -0.5) & (column < size[0] - 0.5)
-    distance = np.sqrt(np.einsum("ij,ij->i", points, points))
-    distance = np.where(sky, np.float32(0.0), distance)
-    found = (row, column, distance, ahead)
-    return Places(pixels[inside], *(one[inside].astype(np.float32) for one in found))
+    here = np.take(centre.distance, pixels)
+    points = np.stack([np.take(axis, pixels) for axis in centre.rays]) * here
+    moved = _moved(points, np.take(centre.numbers, pixels), motion.placements)
+    (row, column), in_front = other.view.lens.project(moved.T.astype(np.float64), size)
+    row, column = np.rint(row), np.rint(column)
+    inside = in_front & (row >= 0) & (row < height) & (column >= 0) & (column < width)
+    taps = row[inside].astype(np.intp) * width + column[inside].astype(np.intp)
+    there = np.sqrt(np.einsum("ij,ij->j", moved, moved))
+    return Places(pixels[inside], taps, here[inside], there[inside])
 
 
-def _moved(points: Image, numbers: Image, motions: Floats) -> Image:
-    """Move points, (n, 3), each by the placement of its number."""
-    own = motions.astype(np.float32)
-    moved: Image = points @ own[0, :3, :3].T + own[0, :3, 3]
-    riding = np.flatnonzero(numbers > 0)
-    which = own[numbers[riding].astype(np.intp)]
-    moved[riding] = np.einsum("nij,nj->ni", which[:, :3, :3], points[riding]) + which[:, :3, 3]
-    return moved
+def _moved(points: Image, numbers: NDArray[np.intp], placements: Floats) -> Image:
+    """Move points, (3, n), each by the placement of its number."""
+    own = placements.astype(np.float32)
+    moved = own[0, :3, :3] @ points + own[0, :3, 3, None]
+    riding = np.flatnonzero(numbers)
+    if len(riding):
+        which = own[numbers[riding], :3]
+        turned = np.einsum("nij,jn->in", which[..., :3], points[:, riding])
+        moved[:, riding] = turned + which[..., 3].T
+    return np.asarray(moved)
+
+
+def seen_at(
+    places: Places, centre: TracedFrame, other: TracedFrame, motion: Motion
+) -> tuple[Places, Image]:
+    """Return what another frame shows of a frame's pixels, where it is the same thing.
+
+    Args:
+        places: Of the pixels.
+        centre: The frame.
+        other: The other one.
+        motion: From one to the other.
+
+    Returns:
+        The places that show the same thing, and their planes, (channels, n).
+    """
+    away = np.take(other.distance, places.taps)
+    pure = np.take(centre.pure, places.pixels) & np.take(other.pure, places.taps)
+    room = np.where(pure, np.take(centre.room, places.pixels), _LOOSE * places.there)
+    fits = (np.abs(away - places.there) < room) & (away > 0.0)
+    fits &= np.take(motion.numbers, places.taps) == np.take(centre.numbers, places.pixels)
+    kept = places.only(fits)
+    seen = np.stack([np.take(plane, kept.taps) for plane in other.planes])
+    return kept, _as_here(seen, kept, centre)
+
+
+def _as_here(seen: Image, places: Places, centre: TracedFrame) -> Image:
+    """Return what was seen with this frame's textures and distances; planes as in `AVERAGED`."""
+    own = np.stack([np.take(plane, places.pixels) for plane in centre.planes[3:6]])
+    ratio = (own + _PLAIN) / (seen[3:6] + _PLAIN)
+    seen[:3] *= np.clip(ratio, 1.0 / _MOST_UNLIKE, _MOST_UNLIKE)
+    seen[3:6] = own
+    seen[-1] *= places.here / np.maximum(places.there, np.float32(1e-6))
+    return seen
