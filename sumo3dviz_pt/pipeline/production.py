@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -255,12 +255,14 @@ def _within_log(scenario: Scenario, times: Floats) -> Floats:
 
 
 @contextmanager
-def opened(production: Production, *, film: bool) -> Iterator[Session]:
+def opened(production: Production, *, film: bool, together: bool = False) -> Iterator[Session]:
     """Open a production in the renderer.
 
     Args:
         production: What to show.
         film: Whether many frames are to come, which repays a recording of what one does.
+        together: Whether frames are to help each other, if the quality and the renderer can; then
+            the session's layers have `ids`.
     """
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
@@ -277,6 +279,9 @@ def opened(production: Production, *, film: bool) -> Iterator[Session]:
         frozen=film,
         pixel=first.view.lens.pixel_angle(size[0]),
     )
+    if together and production.quality.accumulate > 0 and backend.jit:
+        # Only our own kernel knows which road user a pixel shows.
+        settings = replace(settings, layers=("radiance", "ids", "first_depth"), kernel=True)
     with Session(production.shot.data, backend, settings) as session:
         yield session
 

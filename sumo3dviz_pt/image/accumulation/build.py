@@ -20,6 +20,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sumo3dviz_pt.image.accumulation.frames import (
     TracedFrame,
@@ -46,6 +47,28 @@ class Accumulated:
     frames: Image
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What another frame holds of what a frame shows.
+
+    Attributes:
+        same: Pixels that correspond to themselves, (h, w).
+        pixels: Flat indices of others that lie elsewhere there, (n,).
+        planes: What is seen of these, (channels, n).
+    """
+
+    same: Bools
+    pixels: NDArray[np.intp]
+    planes: Image
+
+    @property
+    def known(self) -> Bools:
+        """Where there is anything, (h, w)."""
+        known = self.same.copy()
+        known.reshape(-1)[self.pixels] = True
+        return known
+
+
 def accumulated(centre: TracedFrame, neighbours: Iterable[TracedFrame]) -> Accumulated:
     """Average a frame with its neighbours.
 
@@ -54,28 +77,38 @@ def accumulated(centre: TracedFrame, neighbours: Iterable[TracedFrame]) -> Accum
         neighbours: Frames before and after it, of the same size, in any order.
     """
     total, weight = centre.planes.copy(), np.ones(centre.distance.shape, dtype=np.float32)
+    flat = total.reshape(len(total), -1)
     for other in neighbours:
-        seen, known = seen_by(other, centre)
-        if not known.any():
-            continue
-        levels = other.levels if seen is other.planes else centre.levels_of(seen)
-        share = likeness(centre.levels - levels, known)
-        for plane, more in zip(total, seen, strict=True):
-            plane += more * share
+        seen = seen_by(other, centre)
+        share = likeness(_change(seen, centre, other), seen.known)
         weight += share
+        if seen.same.any():
+            resting = share * seen.same
+            for plane, more in zip(total, other.planes, strict=True):
+                plane += more * resting
+        moved = np.take(share, seen.pixels)
+        for plane, more in zip(flat, seen.planes, strict=True):
+            plane[seen.pixels] += more * moved
     total /= weight
     return Accumulated(centre.layers | layers_of(total), weight)
 
 
-def seen_by(other: TracedFrame, centre: TracedFrame) -> tuple[Image, Bools]:
+def _change(seen: Seen, centre: TracedFrame, other: TracedFrame) -> Image:
+    """Return the difference of the logarithms of luminance, (h, w)."""
+    change = np.zeros_like(centre.levels)
+    if seen.same.any():
+        np.subtract(centre.levels, other.levels, out=change, where=seen.same)
+    moved = np.take(centre.levels, seen.pixels) - centre.levels_of(seen.planes)
+    change.reshape(-1)[seen.pixels] = moved
+    return change
+
+
+def seen_by(other: TracedFrame, centre: TracedFrame) -> Seen:
     """Return what another frame holds of what a frame shows.
 
     Args:
         other: The other frame.
         centre: The frame.
-
-    Returns:
-        Its planes in the frame's pixels, (channels, h, w), and where they hold anything, (h, w).
     """
     motion = motion_between(centre, other)
 
@@ -84,14 +117,8 @@ def seen_by(other: TracedFrame, centre: TracedFrame) -> tuple[Image, Bools]:
     if motion.still.any():
         resting = np.append(motion.still, False)[motion.numbers]
         same = all_around(resting & motion.still[centre.numbers])
-    if same.all():
-        return other.planes, same
 
     # Elsewhere exact motion tells where things lay.
     wanted = ~same & motion.known[centre.numbers] & (centre.distance > 0.0)
-    places = places_of(wanted, centre, other, motion)
-    places, found = seen_at(places, centre, other, motion)
-    seen = other.planes.copy() if same.any() else np.zeros_like(other.planes)
-    seen.reshape(len(seen), -1)[:, places.pixels] = found
-    same.reshape(-1)[places.pixels] = True
-    return seen, same
+    places, planes = seen_at(places_of(wanted, centre, other, motion), centre, other, motion)
+    return Seen(same, places.pixels, planes)

@@ -30,8 +30,11 @@ def likeness(change: Image, known: Bools) -> Image:
     counts = known.astype(np.float32)
     change = change * counts
     power, sure = change * change, counts
+    whole = bool(known.all())
     for window in _WINDOWS:
-        share = np.maximum(_around(counts, window), np.float32(1e-3))
+        share: Image | np.float32 = np.float32(1.0)
+        if not whole:
+            share = np.maximum(_around(counts, window), np.float32(1e-3))
         mean = _around(change, window) / share
         spread = np.maximum(_around(power, window) / share - mean * mean, 0.0)
         error = np.sqrt(spread / (share * np.float32(window**2)) + np.float32(1e-6))
