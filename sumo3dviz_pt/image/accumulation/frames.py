@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
-from sumo3dviz_pt.model.layers import Layers, MovingPart
+from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
-AVERAGED = ("radiance", "albedo", "normal", "hit", "depth")
-"""Layers that are averaged over frames, as far as they are there."""
+AVERAGED = Channels.in_order(radiance=3, albedo=3, normal=3, hit=1, depth=1)
+"""Layers that are averaged over frames, and where they lie in `TracedFrame.planes`."""
 
 _NEAR, _NEAR_SHARE = 0.02, 0.01  # how far distances may differ [m], and as a share
 _GRAZING = 0.05  # least cosine by which a surface stretches a pixel
@@ -43,7 +43,7 @@ class TracedFrame:
     @cached_property
     def planes(self) -> Image:
         """All averaged layers, one channel after the other, (channels, h, w)."""
-        layers = [np.atleast_3d(self.layers[name]) for name in AVERAGED]
+        layers = [np.atleast_3d(self.layers[name]) for name in AVERAGED.places]
         return np.concatenate([np.moveaxis(layer, -1, 0) for layer in layers], dtype=np.float32)
 
     @cached_property
@@ -87,7 +87,8 @@ class TracedFrame:
     def levels_of(self, planes: Image) -> Image:
         """Return the logarithm of luminance of planes such as this frame's, (h, w)."""
         red, green, blue = (np.float32(one / self.white) for one in LUMINANCE)
-        light = red * planes[0] + green * planes[1] + blue * planes[2]
+        r, g, b = plane_of(planes, "radiance")
+        light = red * r + green * g + blue * b
         return np.asarray(np.log(np.maximum(light, 0.0) + np.float32(_DARK)))
 
     @property
@@ -102,15 +103,14 @@ def _rays(lens: Lens, size: tuple[int, int]) -> Image:
     return np.ascontiguousarray(np.moveaxis(lens.rays(size), -1, 0), dtype=np.float32)
 
 
-def layers_of(planes: Image) -> dict[str, Image]:
-    """Return the averaged layers of planes."""
-    found, start = {}, 0
-    for name in AVERAGED:
-        count = 1 if name in ("hit", "depth") else 3
-        part = planes[start : start + count]
-        found[name] = part[0] if count == 1 else np.moveaxis(part, 0, -1)
-        start += count
-    return found
+def plane_of(planes: Image, name: str) -> Image:
+    """Return the planes of a layer, (channels, ...)."""
+    return planes[AVERAGED.places[name]]
+
+
+def layers_of(planes: Image) -> Layers:
+    """Return the averaged layers of planes, (channels, h, w)."""
+    return AVERAGED.layers(np.moveaxis(planes, 0, -1))
 
 
 @dataclass(frozen=True, eq=False)

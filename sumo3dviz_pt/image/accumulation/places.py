@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sumo3dviz_pt.image.accumulation.frames import Motion, TracedFrame
+from sumo3dviz_pt.image.accumulation.frames import Motion, TracedFrame, plane_of
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 _LOOSE = np.float32(0.5)  # share by which distances may differ at edges and in leaves
@@ -60,13 +60,15 @@ def places_of(wanted: Bools, centre: TracedFrame, other: TracedFrame, motion: Mo
 
 def _moved(points: Image, numbers: NDArray[np.intp], placements: Floats) -> Image:
     """Move points, (3, n), each by the placement of its number."""
-    own = placements.astype(np.float32)
-    moved = own[0, :3, :3] @ points + own[0, :3, 3, None]
+    turns, shifts = (
+        part.astype(np.float32) for part in (placements[:, :3, :3], placements[:, :3, 3])
+    )
+    moved = turns[0] @ points + shifts[0, :, None]
     riding = np.flatnonzero(numbers)
     if len(riding):
-        which = own[numbers[riding], :3]
-        turned = np.einsum("nij,jn->in", which[..., :3], points[:, riding])
-        moved[:, riding] = turned + which[..., 3].T
+        which = numbers[riding]
+        turned = np.einsum("nij,jn->in", turns[which], points[:, riding])
+        moved[:, riding] = turned + shifts[which].T
     return np.asarray(moved)
 
 
@@ -95,10 +97,12 @@ def seen_at(
 
 
 def _as_here(seen: Image, places: Places, centre: TracedFrame) -> Image:
-    """Return what was seen with this frame's textures and distances; planes as in `AVERAGED`."""
-    own = np.stack([np.take(plane, places.pixels) for plane in centre.planes[3:6]])
-    ratio = (own + _PLAIN) / (seen[3:6] + _PLAIN)
-    seen[:3] *= np.clip(ratio, 1.0 / _MOST_UNLIKE, _MOST_UNLIKE)
-    seen[3:6] = own
-    seen[-1] *= places.here / np.maximum(places.there, np.float32(1e-6))
+    """Return what was seen, (channels, n), with this frame's textures and distances."""
+    mine = plane_of(centre.planes, "albedo")
+    own = np.stack([np.take(plane, places.pixels) for plane in mine])
+    radiance, albedo, depth = (plane_of(seen, name) for name in ("radiance", "albedo", "depth"))
+    ratio = (own + _PLAIN) / (albedo + _PLAIN)
+    radiance *= np.clip(ratio, 1.0 / _MOST_UNLIKE, _MOST_UNLIKE)
+    albedo[:] = own
+    depth *= places.here / np.maximum(places.there, np.float32(1e-6))
     return seen
