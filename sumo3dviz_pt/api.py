@@ -242,7 +242,7 @@ class Scene:
 
         self.close()
         with _followed("frames", progress, partial(opening_steps, self.job)):
-            opened = OpenShot(prepared(self.job, request, order), film=True)
+            opened = OpenShot(prepared(self.job, request, order))
         with opened as shot:
             yield from shot.frames()
 

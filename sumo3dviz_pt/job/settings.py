@@ -278,6 +278,9 @@ class Quality(Settings):
         "multijitter", description="how samples spread; independent is for references"
     )
     haze: bool = Field(True, description="aerial perspective")
+    tracer: Literal["kernel", "path"] = Field(
+        "kernel", description="our own kernel, or Mitsuba's path tracer, as always without LLVM"
+    )
     purpose: str = Field("", description="what it is for")
 
 

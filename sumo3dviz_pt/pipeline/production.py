@@ -255,12 +255,11 @@ def _within_log(scenario: Scenario, times: Floats) -> Floats:
 
 
 @contextmanager
-def opened(production: Production, *, film: bool, together: bool = False) -> Iterator[Session]:
+def opened(production: Production, *, together: bool = False) -> Iterator[Session]:
     """Open a production in the renderer.
 
     Args:
         production: What to show.
-        film: Whether many frames are to come, which repays a recording of what one does.
         together: Whether frames are to help each other, if the quality and the renderer can; then
             the session's layers have `ids`.
     """
@@ -276,12 +275,12 @@ def opened(production: Production, *, film: bool, together: bool = False) -> Ite
         production.quality,
         production.job.seed,
         white=2.0**-production.exposure,
-        frozen=film,
         pixel=first.view.lens.pixel_angle(size[0]),
     )
-    if together and production.quality.accumulate > 0 and backend.jit:
-        # Only our own kernel knows which road user a pixel shows.
-        settings = replace(settings, layers=("radiance", "ids", "first_depth"), kernel=True)
+    # Only our own kernel knows which road user a pixel shows.
+    numbered = backend.jit and production.quality.tracer == "kernel"
+    if together and numbered and production.quality.accumulate > 0:
+        settings = replace(settings, layers=("radiance", "ids", "first_depth"))
     with Session(production.shot.data, backend, settings) as session:
         yield session
 

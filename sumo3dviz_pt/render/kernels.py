@@ -8,7 +8,7 @@ module makes all four the same every time.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import drjit as dr
@@ -20,9 +20,6 @@ from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.render.integrator import Integrator
 
 _REGISTER = 64  # bytes of the widest vector register
-
-Tracer = Callable[[Any, Integrator, Any, int, int], Layers]
-"""Traces a pass: (scene, integrator, sensor, samples, seed) to the integrator's layers."""
 
 
 def load(entry: Mapping[str, Any], *, optimize: bool = True) -> Any:
@@ -56,34 +53,19 @@ def aligned(values: NDArray[Any], kind: DTypeLike) -> NDArray[Any]:
     return flat
 
 
-def tracer(*, recorded: bool) -> Tracer:
-    """Return a function that traces passes.
-
-    Args:
-        recorded: Whether it is traced by Dr.Jit once and then replayed, as films want it:
-            every sensor it is given must be settled first.
-    """
-    jit = "scalar" not in mi.variant()
-    trace = dr.freeze(_trace) if recorded and jit else _trace
-
-    def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int) -> Layers:
-        own = seed % 2**32
-        # As a constant it would be part of the code, and each frame would compile a kernel.
-        number = dr.opaque(mi.UInt32, own) if jit else own
-        image = np.array(trace(scene, integrator.plugin, sensor, spp, number), dtype=np.float32)
-        settle(sensor)
-        return integrator.channels.layers(image)
-
-    return traced
+def traced(scene: Any, integrator: Integrator, sensor: Any, spp: int, seed: int) -> Layers:
+    """Trace one pass by an integrator of Mitsuba; return its layers."""
+    own = seed % 2**32
+    # As a constant it would be part of the code, and each frame would compile a kernel.
+    number = own if "scalar" in mi.variant() else dr.opaque(mi.UInt32, own)
+    image = mi.render(scene, integrator=integrator.plugin, sensor=sensor, spp=spp, seed=number)
+    found = np.array(image, dtype=np.float32)
+    settle(sensor)
+    return integrator.channels.layers(found)
 
 
 def settle(sensor: Any) -> None:
-    """Clear what a sensor holds of a picture; recordings need it to be the same every time."""
+    """Clear what a sensor holds of a picture, which would change the code of the next one."""
     if "scalar" not in mi.variant():
         sensor.film().prepare([])
         sensor.sampler().seed(0, 1)
-
-
-def _trace(scene: Any, integrator: Any, sensor: Any, spp: int, seed: Any) -> Any:
-    """Trace one pass; as a frozen function it replays the same kernels with new data."""
-    return mi.render(scene, integrator=integrator, sensor=sensor, spp=spp, seed=seed)

@@ -93,6 +93,9 @@ class Session:
         backend: The variant of Mitsuba.
         settings: How to render.
 
+    Attributes:
+        by_kernel: Traces by our own kernel; None in variants that do not compile.
+
     Raises:
         ConfigError: If a layer is wanted that cannot be traced.
     """
@@ -112,6 +115,9 @@ class Session:
             weight = sky_weight(self.sky, lamps=self.loaded.aimed)
             self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
             self._tracer: Tracer | None = None
+            self.by_kernel: ByKernel | None = None
+            if backend.jit:
+                self.by_kernel = ByKernel(self.loaded, settings, clock=self.clock)
             self._use_quality()
 
     def __enter__(self) -> Session:
@@ -120,7 +126,7 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         """Give everything back, so that another session compiles the same kernels."""
-        self._lights, self._tracer = {}, None
+        self._lights, self._tracer, self.by_kernel = {}, None, None
         self.loaded.close()
         gc.collect()
 
@@ -213,10 +219,10 @@ class Session:
 
     def _use_quality(self) -> None:
         """Make what traces; it must find all layers that are wanted."""
-        if isinstance(self._tracer, ByKernel):
-            self._tracer.use(self.settings)
-        elif self.settings.kernel and self.backend.jit:
-            self._tracer = ByKernel(self.loaded, self.settings, clock=self.clock)
+        if self.by_kernel is not None:
+            self.by_kernel.use(self.settings)
+        if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
+            self._tracer = self.by_kernel
         else:
             hazy = self.data.haze is not None
             self._tracer = ByPath(

@@ -26,22 +26,17 @@ class RenderSettings:
         quality: Samples, depth, denoiser, cap.
         seed: The film's seed.
         white: Radiance that the film shows as white, scene units.
-        frozen: Whether frames replay one recording (films); a still does not pay for it.
         pixel: Angle of a pixel, by which textures are filtered [rad].
         layers: What `Session.render` returns; see `model/layers.py`. Those that the quality does
             not need are traced, too.
-        kernel: Whether variants that compile trace by our own kernel instead of Mitsuba's path
-            tracer.
     """
 
     size: tuple[int, int]
     quality: Quality
     seed: int
     white: float = 1.0
-    frozen: bool = False
     pixel: float = PIXEL
     layers: tuple[str, ...] = ("radiance",)
-    kernel: bool = False
 
     @property
     def limit(self) -> float:

@@ -47,7 +47,7 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
     times = frame_times(492.0, 492.0 + FRAMES[preset] / 25, 25)
     production = prepare(load_job(example("ronda")), request, times)
     frames, compiled = [], 0
-    with opened(production, film=True) as session:
+    with opened(production) as session:
         loaded = time.process_time() - started
         dr.set_flag(dr.JitFlag.KernelHistory, True)
         for number, at in enumerate(times):

@@ -21,7 +21,7 @@ ready_renderer("llvm")
 dr.set_flag(dr.JitFlag.KernelHistory, True)
 job, compiled = load_job(sys.argv[1]), []
 request = Request("post", "draft", (32, 18), 2)
-with OpenShot(prepare(job, request, frame_times(4.0, 4.4, 10), film=True), film=True) as shot:
+with OpenShot(prepare(job, request, frame_times(4.0, 4.4, 10), film=True)) as shot:
     for _ in shot.frames():
         found = dr.kernel_history([dr.KernelType.JIT])
         compiled.append(sum(not each["cache_hit"] and not each["cache_disk"] for each in found))

@@ -111,6 +111,6 @@ def test_another_sky_is_the_one_that_the_scene_file_would_give(tmp_path, elevati
     assert swapped.exposure == direct.exposure
     pictures = []
     for production in (direct, swapped):
-        with opened(production, film=False) as session:
+        with opened(production) as session:
             pictures.append(session.render(production.shot.frame_at(4.0)).radiance)
     assert np.array_equal(*pictures)

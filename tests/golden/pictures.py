@@ -91,7 +91,7 @@ class Picture:
         raw = {"denoise": "none", "pass_spp": SAMPLES}
         quality = production.quality.model_copy(update=raw)
         output = production.job.output
-        with opened(replace(production, quality=quality), film=False) as session:
+        with opened(replace(production, quality=quality)) as session:
             whole = production.shot.frame_at(self.time)
 
             def take(seed: int, *, without: str | None = None) -> np.ndarray:

@@ -156,12 +156,14 @@ def seen(session, frame):
 EYE = view_at([0, 0, 3], heading=90, pitch=-6)
 
 
-@pytest.fixture(scope="module", params=["near", "far", "near film", "far film"])
+@pytest.fixture(scope="module", params=["near", "far", "near path", "far path"])
 def road(request):
-    """Three cubes in detail, or as stand-ins, or in a film's frozen recording."""
+    """Three cubes in detail, or as stand-ins, by our own kernel or by Mitsuba's path tracer."""
     far = request.param.startswith("far")
     slots = {"far": {"cube": 3}} if far else {"near": {"cube": 3}}
-    with session_of(fleet_scene(**slots), frozen=request.param.endswith("film")) as session:
+    tracer = "path" if request.param.endswith("path") else "kernel"
+    quality = RAW.model_copy(update={"tracer": tracer})
+    with session_of(fleet_scene(**slots), quality=quality) as session:
         yield session, far
 
 
@@ -232,7 +234,7 @@ def lamps():
         sky=constant_sky(0.0),
         lamps=[lamp_set],
     )
-    with session_of(scene, frozen=True) as session:
+    with session_of(scene) as session:
         yield session
 
 
@@ -330,15 +332,17 @@ def test_the_sky_is_not_denoised_and_textures_keep_their_share():
     assert 0.01 < errors[1.0] < errors[0.0]
 
 
-@pytest.mark.parametrize("frozen", [False, True])
-def test_layers_beside_the_picture_show_what_is_seen(tmp_path, frozen):
+@pytest.mark.parametrize("tracer", ["kernel", "path"])
+def test_layers_beside_the_picture_show_what_is_seen(tmp_path, tracer):
     """Straight down on a grey, level ground, all of them are known; EXR files keep their names."""
     import OpenEXR
 
     scene = scene_of([static("g", plane(40), "grey")], {"grey": diffuse(0.5)})
-    quality = Quality(spp=16, pass_spp=16, max_depth=2, denoise="fast", guides=True, haze=False)
+    quality = Quality(
+        spp=16, pass_spp=16, max_depth=2, denoise="fast", guides=True, haze=False, tracer=tracer
+    )
     wanted = ("radiance", "depth", "hit", "albedo", "normal")
-    with session_of(scene, quality=quality, frozen=frozen) as session:
+    with session_of(scene, quality=quality) as session:
         session.settings = replace(session.settings, layers=wanted)
         layers = session.render(frame_of(view_at([0, 0, 10], pitch=-90, fov=2))).layers
     assert tuple(layers) == wanted and layers.size == (64, 36)

@@ -94,10 +94,11 @@ def angles(view):
     return np.degrees(np.arctan2(-y, x)), np.degrees(np.arctan2(z, np.hypot(x, y))), points
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["still", "film"])
+@pytest.fixture(scope="module", params=["kernel", "path"])
 def session(request):
     scene = night([upright(WALL, facing=-1)])
-    with session_of(scene, size=SIZE, quality=FINE, frozen=request.param) as opened:
+    quality = FINE.model_copy(update={"tracer": request.param})
+    with session_of(scene, size=SIZE, quality=quality) as opened:
         yield opened
 
 

@@ -1,9 +1,7 @@
 """Directions are drawn as their densities say: chi-squared tests of skies and materials.
 
-By default the package draws no directions but to lamps: it registers textures, which only look
-values up, and one integrator (the cap), which changes values but draws nothing.
 What is tested is Mitsuba's sampling of the maps and materials that we give it. The kernel of
-our own, which is off by default, is held against Mitsuba in `test_kernel.py`.
+our own calls Mitsuba for maps, and is held against Mitsuba in `test_kernel.py`.
 """
 
 import numpy as np

@@ -28,7 +28,7 @@ def pictured(place, *, at=5.0, size=SIZE):
     production = prepare(load_job(place), request, np.array([at]))
     built = time.process_time()
     frame = production.shot.frame_at(at)
-    with opened(production, film=False) as session:
+    with opened(production) as session:
         rendered = session.render(frame)
     image = rendered.radiance
     assert np.isfinite(image).all() and (image >= 0).all() and image.max() > 0

@@ -122,7 +122,7 @@ def test_a_road_does_not_jump_where_a_flight_crosses_the_grid_of_origins():
     quality = RAW.model_copy(update={"spp": 64, "pass_spp": 64, "max_depth": 2})
     pictures = []
     with session_of(
-        scene_of([static("road", mesh, "asphalt")], {"asphalt": bsdf}), quality=quality, frozen=True
+        scene_of([static("road", mesh, "asphalt")], {"asphalt": bsdf}), quality=quality
     ) as session:
         for x in (124.998, 124.999, 125.001):
             view = view_at((x, 30.0, 6.0), pitch=-60.0, fov=25.0)

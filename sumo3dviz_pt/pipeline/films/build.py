@@ -269,8 +269,7 @@ def _render_frames(
         on_frame(FrameDone(kept, len(wanted), 0.0, kept=True, cpu={}))
     if not missing:
         return total
-    count_of_film = len(production.times)
-    with opened(production, film=count_of_film > 2, together=count_of_film > 1) as session:
+    with opened(production, together=len(production.times) > 1) as session:
         started = time.monotonic()
         announce(Doing.RENDER, kept, len(wanted))
         for count, number in enumerate(missing, start=1):

@@ -60,15 +60,14 @@ class OpenShot:
 
     Args:
         production: What to show.
-        film: Whether many frames are to come, which repays a recording of what one does.
     """
 
-    def __init__(self, production: Production, *, film: bool = False) -> None:
+    def __init__(self, production: Production) -> None:
         self.production = production
         self._held = ExitStack()
         # This also closes it when a program ends, while the renderer still exists.
         self._close = weakref.finalize(self, self._held.close)
-        self._session = self._held.enter_context(opened(production, film=film))
+        self._session = self._held.enter_context(opened(production))
 
     @classmethod
     def of(cls, job: Job, request: Request, time: float) -> OpenShot:

@@ -10,12 +10,13 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.kernel.integrator import CHANNELS, FIRST, Kernel, Limits
-from sumo3dviz_pt.render.kernels import tracer
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Accumulator, pass_seed
-from sumo3dviz_pt.render.passes.capped import lamps_seen
 from sumo3dviz_pt.render.settings import AfterPass, RenderSettings, Traced
+
+GLOW_SPP = 64
+"""Samples of lamps that are seen directly, where there may be one."""
 
 
 class ByKernel:
@@ -37,8 +38,6 @@ class ByKernel:
         self._settings = settings
         self._numbered = not FIRST.places.keys().isdisjoint(settings.layers)
         self._apart = self._loaded.aimed and settings.quality.cap is not None
-        self._lamps = lamps_seen() if self._apart else None
-        self._trace_lamps = tracer(recorded=settings.frozen)
 
     @property
     def finds(self) -> Collection[str]:
@@ -50,18 +49,24 @@ class ByKernel:
         """Trace what the scene shows, in all passes of a frame."""
         settings = self._settings
         with self._clock.phase("render"):
-            kernel = self._followed()
+            kernel = self.followed()
             passes = self._passes(kernel, seed, after_pass)
             found = guides.as_guides(merged(passes, lambda *them: np.mean(them, axis=0)))
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
             if self._apart:
-                found |= {"glow": self._glow(seed)}
+                found |= {"glow": self._glow(kernel, seed)}
             accumulator = Accumulator(guides.uncapped(found), white=settings.white)
             for traced in passes:
                 accumulator.add(traced["capped"], traced["lost"])
         return Traced(found, accumulator, kernel.movers)
 
-    def _followed(self) -> Kernel:
+    def current(self) -> Kernel:
+        """Return the kernel as it last followed the scene, or a new one for another scene."""
+        kernel = self._kernel
+        known = kernel is not None and kernel.scene is self._loaded.scene
+        return kernel if known and kernel is not None else self.followed()
+
+    def followed(self) -> Kernel:
         """Return the kernel, at what the scene shows."""
         kernel = self._kernel
         if kernel is None or kernel.scene is not self._loaded.scene:
@@ -84,12 +89,8 @@ class ByKernel:
                 after_pass(number + 1, settings.passes)
         return passes
 
-    def _glow(self, seed: int) -> Image:
+    def _glow(self, kernel: Kernel, seed: int) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
-        scene, spp, own = self._loaded.scene, guides.LAMP_SPP, seed ^ 0x3C6EF372
-        assert self._lamps is not None
-        images = [
-            self._trace_lamps(scene, self._lamps, scene.sensors()[0], spp, pass_seed(own, number))
-            for number in range(guides.lamp_passes(self._settings.quality))
-        ]
-        return np.asarray(np.mean([image["emitted"] for image in images], axis=0))
+        frame, sensor = self._loaded.frame, self._loaded.scene.sensors()[0]
+        assert frame is not None, "show a frame first"
+        return kernel.glow(sensor, frame.view, spp=GLOW_SPP, seed=seed ^ 0x3C6EF372)

@@ -16,10 +16,13 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.kernel.lights import Lights
-from sumo3dviz_pt.render.kernel.paths import Bounds, Place, followed
+from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
 from sumo3dviz_pt.render.kernel.surface import Surfaces
 from sumo3dviz_pt.render.kernel.tables import Tables
+from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.loaded import LoadedScene
 
 CHANNELS = Channels.in_order(capped=3, lost=3, depth=1, hit=1, albedo=3, normal=3)
@@ -88,6 +91,30 @@ class Kernel:
         self._tables.follow()
         self._place.lights.follow()
 
+    def glow(self, sensor: Any, view: View, *, spp: int, seed: int) -> Image:
+        """Trace lamps that are seen directly, and nothing else, (h, w, 3).
+
+        Args:
+            sensor: One of Mitsuba's, with its sampler.
+            view: What it sees.
+            spp: Samples of each pixel where there may be a lamp.
+            seed: Of the pass.
+        """
+        width, height = (int(size) for size in sensor.film().crop_size())
+        places = self._place.lights.shining() + self._tables.origin
+        pixels = np.flatnonzero(covered(places, view, (width, height))).astype(np.uint32)
+        picture = np.zeros((height * width, 3), np.float32)
+        for first in range(0, len(pixels), _MOST_LANES // spp):
+            some = pixels[first : first + _MOST_LANES // spp]
+            sampler = _seeded(sensor, spp=spp, lanes=len(some) * spp, seed=seed + first)
+            index = dr.arange(mi.UInt32, len(some) * spp) // dr.opaque(mi.UInt32, spp)
+            pixel = dr.gather(mi.UInt32, mi.UInt32(aligned(some, np.uint32)), index)
+            ray = _ray(sensor, sampler.next_2d(), pixel, size=(width, height))
+            emitted = emitted_along(self._place, ray)
+            dr.schedule(emitted)
+            picture[some] = np.stack([_of_all(channel, spp) for channel in emitted], axis=-1)
+        return picture.reshape(height, width, 3)
+
     def trace(self, sensor: Any, *, spp: int, seed: int, limits: Limits) -> Layers:
         """Trace one pass; it finds the layers of `CHANNELS`, `emitted` of lamps, and `FIRST`.
 
@@ -106,7 +133,9 @@ class Kernel:
         for top in range(0, height, rows):
             count = min(rows, height - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
-            ray = _ray(sensor, sampler, spp=spp, top=top, size=(width, height))
+            index = dr.arange(mi.UInt32, sampler.wavefront_size())
+            pixel = index // dr.opaque(mi.UInt32, spp) + dr.opaque(mi.UInt32, top * width)
+            ray = _ray(sensor, sampler.next_2d(), pixel, size=(width, height))
             of_all, of_first = followed(self._place, sampler, ray, bounds)
             dr.schedule(of_all, of_first)
             found = [_of_all(channel, spp) for channel in of_all]
@@ -136,14 +165,18 @@ def _seeded(sensor: Any, *, spp: int, lanes: int, seed: int) -> Any:
     return sampler
 
 
-def _ray(sensor: Any, sampler: Any, *, spp: int, top: int, size: tuple[int, int]) -> Any:
-    """Return the rays of all samples of some rows, from a row of the picture on."""
+def _ray(sensor: Any, jitter: Any, pixel: Any, *, size: tuple[int, int]) -> Any:
+    """Return rays through pixels.
+
+    Args:
+        sensor: One of Mitsuba's.
+        jitter: Where in the pixel, two numbers in [0, 1).
+        pixel: Number of the pixel, row by row.
+        size: Width, height of the picture [px].
+    """
     width, height = (dr.opaque(mi.UInt32, one) for one in size)
-    index = dr.arange(mi.UInt32, sampler.wavefront_size())
-    pixel = index // dr.opaque(mi.UInt32, spp)
     row = pixel // width
-    jitter = sampler.next_2d()
     across = mi.Float(pixel - row * width) + jitter.x
-    down = mi.Float(row + dr.opaque(mi.UInt32, top)) + jitter.y
+    down = mi.Float(row) + jitter.y
     place = mi.Point2f(across / mi.Float(width), down / mi.Float(height))
     return sensor.sample_ray(0.0, 0.5, place, mi.Point2f(0.5))[0]

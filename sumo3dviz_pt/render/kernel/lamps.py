@@ -11,6 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.emitter import LampSizes, lamp_sizes
@@ -75,6 +76,20 @@ class LampTables:
                 values = parameters[f"{name}.emitter.{key}"]
                 index = dr.arange(mi.UInt32, len(values)) + dr.opaque(mi.UInt32, first)
                 dr.scatter(table, values, index)
+
+    def shining(self) -> Floats:
+        """Return the corners of all faces whose lamps shine, (n, 3, 3) [m]."""
+        parameters = self._loaded.parameters
+        found = [np.zeros((0, 3, 3))]
+        for name, size in zip(self.names, self._sizes, strict=True):
+            vertices = np.asarray(parameters[f"{name}.vertex_positions"]).reshape(-1, 3)
+            faces = np.asarray(parameters[f"{name}.faces"]).reshape(-1, 3)
+            # Mitsuba's v runs up, ours down.
+            v = -np.asarray(parameters[f"{name}.vertex_texcoords"]).reshape(-1, 2)[faces[:, 0], 1]
+            lamp = np.minimum((v * size.count).astype(int), size.count - 1)
+            radiance = np.asarray(parameters[f"{name}.emitter.radiance"]).reshape(-1, 3)
+            found.append(vertices[faces[(radiance[lamp] != 0.0).any(axis=1)]])
+        return np.concatenate(found)
 
     def _row(self, number: Any, active: Any) -> tuple[Any, Any]:
         """Return a mesh's sizes, and where its numbers begin."""

@@ -14,10 +14,12 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.render.kernel.choice import CELLS, Choice
 from sumo3dviz_pt.render.kernel.lamps import LampTables
 from sumo3dviz_pt.render.kernel.skipping import where
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
+from sumo3dviz_pt.render.lights.picks import grid_of
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE
 
@@ -69,23 +71,46 @@ class Lights:
         beams = sorted(k.split(".")[0] for k in _keys(parameters) if _is_beam(k))
         self._beam_names = tuple(beams)
         self._names = (*first, *lamps, *beams)
+        self._choice = Choice(len(self._names), placed=self.many)
+        data = np.asarray(parameters["sky.data"])
+        self._sky_given = float(np.pi**2 * data.mean()) if self.many else 0.0
         self.follow()
 
     def follow(self) -> None:
         """Bring lamps, beams and how often paths aim at each emitter to this frame."""
         parameters = self._loaded.parameters
         weights = np.array([_weight(parameters, name) for name in self._names])
-        chances = weights / weights.sum()
-        self._chances = _array(chances)
-        self._summed = _array(np.cumsum(chances))
+        self._choice.follow(weights, self._given(), self._grid())
         if self._lamps is not None:
             self._lamps.follow()
         if self._beams is not None:
             self._beam_rows = _array(_beam_rows(self._beam_names, self._beams.placed))
 
-    def _chance(self, number: Any) -> Any:
-        """Return the chance that paths aim at an emitter, by its number."""
-        return dr.gather(mi.Float, self._chances, mi.UInt32(number))
+    def _grid(self) -> Floats:
+        """Return the grid of the choice: x and y of its corner [m], and cells per metre."""
+        frame = self._loaded.frame
+        assert frame is not None, "show a frame first"
+        grid = grid_of(frame.view, CELLS)
+        return np.array([*(grid.corner - frame.origin[:2]), 1.0 / grid.step])
+
+    def _given(self) -> Floats:
+        """Return what each emitter gives to each cell, (emitters, cells)."""
+        if not self.many:
+            return np.zeros((1, 1))
+        corner_x, corner_y, per_metre = self._grid()
+        given = np.zeros((len(self._names), CELLS**2))
+        given[: self._first_lamp] = self._sky_given
+        for k, name in enumerate(self._names[self._first_lamp : self._first_beam]):
+            values = np.asarray(self._loaded.parameters[f"{name}.given"])
+            cells = round(len(values) ** 0.5)
+            index = np.arange(CELLS) * cells // CELLS
+            given[self._first_lamp + k] = values.reshape(cells, cells)[np.ix_(index, index)].ravel()
+        middles = (np.arange(CELLS) + 0.5) / per_metre
+        x, y = np.meshgrid(corner_x + middles, corner_y + middles)
+        for k, name in enumerate(self._beam_names):
+            if self._beams is not None and name in self._beams.placed:
+                given[self._first_beam + k] = self._beams.given(name, x.ravel(), y.ravel())
+        return given
 
     def met(self, hit: Any, ray: Any, before: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance of what a ray ends in, and the density of aiming there.
@@ -102,20 +127,33 @@ class Lights:
         si = dr.zeros(mi.SurfaceInteraction3f)
         si.wi = -ray.d
         radiance = dr.select(sky, self._sky.eval(si, sky), 0.0)
-        pdf = dr.select(sky, self._sky.pdf_direction(before, ds, sky) * self._chance(0), 0.0)
+        pdf = self._sky.pdf_direction(before, ds, sky) * self._choice.chance(0, before.p, sky)
+        pdf = dr.select(sky, pdf, 0.0)
         if self._sun is None:
             return radiance, pdf
         sun = active & hit.is_valid() & (hit.t > FAR)
         si = self._sun_shape.compute_surface_interaction(ray, hit, mi.RayFlags.All, sun)
+        # A shape that is asked by itself leaves this out, and from behind the disc is black.
+        si.wi = mi.Frame3f(si.n).to_local(-ray.d)
         ds.p, ds.n, ds.uv, ds.dist = si.p, si.n, si.uv, hit.t
         radiance = dr.select(sun, self._sun.eval(si, sun), radiance)
-        own = self._sun.pdf_direction(before, ds, sun) * self._chance(1)
+        own = self._sun.pdf_direction(before, ds, sun)
+        own *= self._choice.chance(1, before.p, sun)
         return radiance, dr.select(sun, own, pdf)
+
+    @property
+    def many(self) -> bool:
+        """Whether there is more to aim at than sky and sun."""
+        return len(self._names) > self._first_lamp
 
     @property
     def lamps(self) -> bool:
         """Whether surfaces may be lamps."""
         return self._lamps is not None
+
+    def shining(self) -> Floats:
+        """Return the corners of all faces of lamps that shine, (n, 3, 3) [m]."""
+        return np.zeros((0, 3, 3)) if self._lamps is None else self._lamps.shining()
 
     def glow(self, surface: Any, before: Any, active: Any) -> tuple[Any, Any]:
         """Return the radiance of a lamp that a ray met, and the density of aiming there.
@@ -130,22 +168,23 @@ class Lights:
         lit = active & (surface.lamps > 0)
         number = surface.lamps - 1
         radiance, pdf = lamps.met(number, surface.si, before, lit)
-        return radiance, dr.select(lit, pdf * self._chance(self._first_lamp + number), 0.0)
+        chance = self._choice.chance(self._first_lamp + number, before.p, lit)
+        return radiance, dr.select(lit, pdf * chance, 0.0)
 
-    def aim(self, it: Any, sample: Any, active: Any) -> tuple[Aim, Any]:
+    def aim(self, place: Any, sample: Any, active: Any) -> tuple[Aim, Any]:
         """Pick a direction towards an emitter; return it, and if no ray meets it by chance.
 
         Args:
-            it: The lit point.
+            place: The lit point.
             sample: Two numbers in [0, 1).
             active: Which lanes count.
         """
         if len(self._names) == 1:
-            return self._sky_aim(it, sample, active), mi.Bool(False)
-        number, chance, sample = self._pick(sample)
+            return self._sky_aim(_interaction(place), sample, active), mi.Bool(False)
+        number, chance, sample = self._choice.pick(sample, place, active)
         aim = Aim(mi.Vector3f(0.0, 0.0, 1.0), mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0))
         for chosen, maker in self._groups(number):
-            aim = _merged(active & chosen, aim, it.p, sample, number, maker)
+            aim = _merged(active & chosen, aim, place, sample, number, maker)
         scaled = Aim(aim.d, aim.distance, aim.pdf * chance, aim.light / chance)
         return scaled, number >= self._first_beam
 
@@ -160,19 +199,6 @@ class Lights:
         if self._beam_names:
             groups.append((number >= self._first_beam, self._beam_picked))
         return groups
-
-    def _pick(self, sample: Any) -> tuple[Any, Any, Any]:
-        """Pick an emitter; return its number, its chance and what is left of the sample."""
-
-        def summed(k: Any) -> Any:
-            return dr.gather(mi.Float, self._summed, mi.UInt32(k))
-
-        last = len(self._names) - 1
-        number = mi.UInt32(dr.binary_search(0, last, lambda k: summed(k) <= sample.x))
-        chance = self._chance(number)
-        low = dr.select(number > 0, summed(dr.maximum(number, 1) - 1), 0.0)
-        left = dr.clip((sample.x - low) / chance, 0.0, dr.one_minus_epsilon(mi.Float))
-        return number, chance, mi.Point2f(left, sample.y)
 
     def _sky_aim(self, it: Any, sample: Any, active: Any) -> Aim:
         """Pick a direction of the sky."""

@@ -16,6 +16,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.render.kernel.candidates import aimed
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
 from sumo3dviz_pt.render.kernel.surface import Surface, Surfaces
@@ -169,6 +170,14 @@ def followed(place: Place, sampler: Any, ray: Any, bounds: Bounds) -> tuple[list
     return of_all, [seen.mover, seen.distance] if place.surfaces.numbered else []
 
 
+def emitted_along(place: Place, ray: Any) -> Any:
+    """Return the light of lamps that are the first surface on a ray, a colour."""
+    found = place.scene.ray_intersect_preliminary(ray, True)
+    surface = place.surfaces.met(found, ray, mi.Bool(True))
+    before = dr.zeros(mi.Interaction3f)
+    return place.lights.glow(surface, before, surface.there)[0]
+
+
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     """Follow a path's next segment, and find where it goes on."""
     ray, primary = path.ray, path.depth == 0
@@ -176,14 +185,15 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     surface = place.surfaces.met(found, ray, path.active)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
     emitted = _met(path, found, surface, place.lights, bounds.direct)
-    aim, delta = place.lights.aim(si, sampler.next_2d(on), on)
+    aim, delta = aimed(place.lights, si, sampler, primary=primary, active=on)
     chance = (sampler.next_1d(on), sampler.next_2d(on))
     scattered = _scattered(surface, found, ray, aim.d, chance, place.surfaces.kinds)
 
     # Light of the emitter that the path aims at.
     share = dr.select(delta, 1.0, _heuristic(aim.pdf, scattered.pdf))
     gain = path.through * scattered.value * aim.light * share
-    lit = on & (aim.pdf > 0.0) & dr.any(gain != 0.0)
+    # NaN is neither equal to 0 nor different from it here; it must be found and counted.
+    lit = on & (aim.pdf > 0.0) & ~dr.all(gain == 0.0)
     lit &= ~place.scene.ray_test(_shadow_ray(si, aim), lit)
     path.light = dr.select(lit, path.light + gain, path.light)
 
@@ -204,7 +214,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     late = path.depth >= bounds.roulette
     lucky = sampler.next_1d(on) < likely
     path.through = dr.select(late, through * dr.rcp(likely), through)
-    path.active = on & (~late | lucky) & (brightest != 0.0)
+    path.active = on & (~late | lucky) & ~dr.all(path.through == 0.0)
 
 
 def _shadow_ray(si: Any, aim: Aim) -> Any:

@@ -94,8 +94,9 @@ class Tables:
     def _fill(self, rows: list[Row]) -> None:
         """Write all arrays that depend on meshes only."""
         parameters = self._loaded.parameters
-        last = self._places[-1]
-        vertices, faces = last.vertex + last.vertices, last.face + last.faces
+        last = self._places[-1] if self._places else None
+        # A scene without meshes has one row that nothing refers to.
+        vertices, faces = (last.vertex + last.vertices, last.face + last.faces) if last else (1, 1)
         points, normals = np.zeros((vertices, 4)), np.zeros((vertices, 4))
         corners = np.zeros((faces, 4), np.uint32)
         looks, metals = np.zeros((faces, 4)), np.zeros(faces)
@@ -123,7 +124,7 @@ class Tables:
             _own(values) for values in (points, normals, looks, metals, wear)
         )
         self._corners = _own(corners, mi.UInt32, np.uint32)
-        self._rows = _own(np.array([row.numbers for row in self.rows]))
+        self._rows = _own(np.array([row.numbers for row in self.rows] or [np.zeros(12)]))
 
     def _number_shapes(self) -> None:
         """Write which meshes belong to each shape and instance, by Mitsuba's numbers of them."""
@@ -140,7 +141,7 @@ class Tables:
         self._shapes = _own(first, mi.UInt32, np.uint32)
         lamp_of = {name: k + 1 for k, name in enumerate(self.lamps)}
         table = [(p.face, lamp_of.get(p.mesh.name, 0)) for p in self._places]
-        self._meshes = _own(np.array(table, np.uint32), mi.UInt32, np.uint32)
+        self._meshes = _own(np.array(table or [(0, 0)], np.uint32), mi.UInt32, np.uint32)
 
     def follow(self) -> None:
         """Bring the tables to what the loaded scene shows."""
@@ -195,6 +196,12 @@ class Tables:
         return dr.select(
             there, dr.gather(mi.Float, self._instances, _INSTANCE * instance + 15, there), number
         )
+
+    @property
+    def origin(self) -> Floats:
+        """The renderer's origin in the network's coordinates, (3,) [m]."""
+        assert self._origin is not None, "show a frame first"
+        return self._origin
 
     @property
     def instanced(self) -> bool:

@@ -26,7 +26,7 @@ from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.lights.picks import Glow, cells_for, grid_of, nearness, picked, share_of
 
 _PLUGIN = "sumo3dviz_lamps"
-_TABLES = ("radiance", "axes", "lobes", "density", "chance", "grid")
+_TABLES = ("radiance", "axes", "lobes", "density", "chance", "given", "grid")
 
 
 class _LampsEmitter:
@@ -44,6 +44,7 @@ class _LampsEmitter:
         lobes: Floor and sharpness by lamp.
         density: Of picked points, by cell and unit [1/m2].
         chance: Of each unit to be picked, summed up, by cell and unit.
+        given: What all units give to each cell.
         grid: x and y of the corner [m], and cells per metre.
         get_shape: Mitsuba's; returns the mesh.
     """
@@ -57,6 +58,7 @@ class _LampsEmitter:
     lobes: Any
     density: Any
     chance: Any
+    given: Any
     grid: Any
     get_shape: Any
 
@@ -172,6 +174,7 @@ def register_lamps() -> None:
             self.lobes = dr.opaque(mi.Float, 0.0, 2 * self.count)
             self.density = dr.opaque(mi.Float, 0.0, self.cells**2 * self.units)
             self.chance = dr.opaque(mi.Float, 1.0, self.cells**2 * self.units)
+            self.given = dr.opaque(mi.Float, 0.0, self.cells**2)
             self.grid = dr.opaque(mi.Float, 0.0, 3)
 
         def traverse(self, callback: Any) -> None:
@@ -229,9 +232,9 @@ def light(parameters: Any, name: str, glow: Glow, frame: FrameState, *, weight: 
     if weight <= 0.0:
         return
     grid = grid_of(frame.view, cells_for(len(glow.areas)))
-    density, chance = picked(glow, grid)
+    picks = picked(glow, grid)
     start = [*(grid.corner - frame.origin[:2]), 1.0 / grid.step]
-    for table, values in (("density", density), ("chance", chance), ("grid", np.array(start))):
+    for table, values in (*picks._asdict().items(), ("grid", np.array(start))):
         convert.overwrite(parameters, f"{name}.emitter.{table}", values)
     lumens = CANDELAS_PER_UNIT * float(glow.power @ nearness(glow.places, frame.view))
     parameters[f"{name}.emitter.sampling_weight"] = weight * share_of(lumens)

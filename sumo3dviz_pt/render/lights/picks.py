@@ -9,6 +9,7 @@ cap took a sixth of that light.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -88,25 +89,39 @@ def grid_of(view: View, cells: int) -> Grid:
     return Grid(view.position[:2] + _AHEAD * forward - _WIDE / 2.0, _WIDE / cells)
 
 
-def picked(glow: Glow, grid: Grid) -> tuple[Floats, Floats]:
-    """Return by cell and unit how points are picked: density [1/m2] and summed chance, (c * c, m).
+class Picks(NamedTuple):
+    """How points on lamps are picked, by cell of a grid and by unit.
 
     There are as many rows and columns, c, as `cells_for` has for the units, m.
+
+    Attributes:
+        density: Of points [1/m2], (c * c, m).
+        chance: Summed up over the units, (c * c, m).
+        given: What all units together give to each cell: power over squared distance, (c * c,).
     """
+
+    density: Floats
+    chance: Floats
+    given: Floats
+
+
+def picked(glow: Glow, grid: Grid) -> Picks:
+    """Find how points on lamps are picked from the cells of a grid."""
     cells, units = cells_for(len(glow.areas)), len(glow.areas)
     lit = np.flatnonzero(glow.power > 0.0)
     density, chance = np.zeros((cells**2, units)), np.ones((cells**2, units))
     if not len(lit):
-        return density, chance
+        return Picks(density, chance, np.zeros(cells**2))
     middles = grid.corner + (np.arange(cells) + 0.5)[:, None] * grid.step
     given = _given(glow, lit, middles, grid.step)
-    given /= given.sum(axis=1, keepdims=True)
+    total = given.sum(axis=1)
+    given /= total[:, None]
     density[:, lit] = given / np.maximum(glow.areas[lit], 1e-12)
     summed = np.concatenate([np.zeros((cells**2, 1)), np.cumsum(given, axis=1)], axis=1)
     # Units that are off have the summed chance of the lit unit before them.
     before = np.searchsorted(lit, np.arange(units), side="right")
     np.take(summed / summed[:, -1:], before, axis=1, out=chance)
-    return density, chance
+    return Picks(density, chance, total)
 
 
 def _given(glow: Glow, units: Ints, middles: Floats, step: float) -> Floats:

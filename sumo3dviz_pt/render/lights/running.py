@@ -39,6 +39,8 @@ _FADE = 0.25
 _WEIGHTS: Mapping[bool, float] = {False: 2.4, True: 0.2}
 """How often paths aim at the lenses of near (False) and far (True) road users."""
 
+_LAMP_HEIGHT = 0.7  # of head lamps over the road, about [m]
+
 _BEAM_FLUX = 640.0
 """Light of a car's low beams [lm]."""
 
@@ -255,6 +257,30 @@ class Beams:
             "intensity": {"type": "rgb", "value": [intensity] * 3},
             "texture": load(image),
         }
+
+    def given(self, name: str, x: Floats, y: Floats) -> Floats:
+        """Return what a beam gives to places on the ground, as `picks.Picks.given` counts.
+
+        Args:
+            name: Of a beam that shines.
+            x: Of the places, relative to the renderer's origin, (n,) [m].
+            y: Likewise.
+        """
+        matrix, intensity = self.placed[name]
+        place = matrix[:3, 3]
+        ground = np.stack([x, y, np.full_like(x, place[2] - _LAMP_HEIGHT)], axis=-1)
+        seen = (ground - place) @ matrix[:3, :3]
+        away = (seen**2).sum(axis=-1)
+        ahead = np.maximum(seen[:, 2], 1e-6)
+        # The spot's +z looks ahead, +x to its left, and +y up.
+        half, count = np.tan(self._beam.half_angle), len(self._beam.pattern)
+        across = (0.5 - 0.5 * seen[:, 0] / (ahead * half)) * count
+        down = (0.5 - 0.5 * seen[:, 1] / (ahead * half)) * count
+        inside = (seen[:, 2] > 0.0) & (np.abs(across - 0.5 * count) < 0.5 * count)
+        inside &= np.abs(down - 0.5 * count) < 0.5 * count
+        row, column = (np.where(inside, each, 0).astype(int) for each in (down, across))
+        share = np.where(inside, self._beam.pattern[row, column], 0.0)
+        return np.asarray(np.pi * np.mean(intensity) * share / (away + 4.0))
 
     def update(self, parameters: Any, frame: FrameState) -> None:
         """Aim the beams of a frame."""

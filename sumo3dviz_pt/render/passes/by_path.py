@@ -9,7 +9,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.render.clock import Clock
-from sumo3dviz_pt.render.kernels import tracer
+from sumo3dviz_pt.render.kernels import traced
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Accumulator, capped, pass_seed
@@ -52,11 +52,6 @@ class ByPath:
         )
         self._lamp_guide = guides.lamp_integrator() if lamps and not jit else None
         self._lamp_integrator = lamps_seen() if apart else None
-        # Each pass has its own recording: a shared one would be recorded anew whenever another
-        # integrator uses it.
-        self._trace, self._trace_guides, self._trace_lamps = (
-            tracer(recorded=settings.frozen) for _ in range(3)
-        )
 
     @property
     def finds(self) -> Collection[str]:
@@ -82,9 +77,9 @@ class ByPath:
         scene, spp = self._loaded.scene, guides.guide_spp(quality)
         sensor = scene.sensors()[1]
         own = seed ^ 0x5BD1E995
-        found = self._trace_guides(scene, self._guide_integrator, sensor, spp, own)
+        found = traced(scene, self._guide_integrator, sensor, spp, own)
         if self._lamp_guide is not None:
-            found |= self._trace_guides(scene, self._lamp_guide, sensor, spp, own)
+            found |= traced(scene, self._lamp_guide, sensor, spp, own)
         found = guides.as_guides(found)
         if self._lamp_integrator is not None:
             found |= {"glow": self._glow(seed)}
@@ -96,7 +91,7 @@ class ByPath:
         integrator = self._lamp_integrator
         assert integrator is not None
         images = [
-            self._trace_lamps(scene, integrator, scene.sensors()[0], spp, pass_seed(own, number))
+            traced(scene, integrator, scene.sensors()[0], spp, pass_seed(own, number))
             for number in range(guides.lamp_passes(self._settings.quality))
         ]
         return np.asarray(np.mean([image["emitted"] for image in images], axis=0))
@@ -107,10 +102,8 @@ class ByPath:
         accumulator = Accumulator(exempt, white=settings.white)
         for number in range(settings.passes):
             own = pass_seed(seed, number)
-            traced = self._trace(
-                scene, self._integrator, scene.sensors()[0], settings.pass_spp, own
-            )
-            accumulator.add(*self._split(traced))
+            found = traced(scene, self._integrator, scene.sensors()[0], settings.pass_spp, own)
+            accumulator.add(*self._split(found))
             if after_pass is not None:
                 after_pass(number + 1, settings.passes)
         return accumulator

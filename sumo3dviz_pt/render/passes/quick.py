@@ -2,9 +2,9 @@
 
 A film's session renders one size with all that a preset needs. The viewer wants a small picture
 at once while the camera flies, and a better one when it stands still. So a large picture is
-made of parts of the small one's size, each seen through a lens that is shifted aside. One
-recording serves both, and no step takes longer than a small picture. Depth and hits, which the
-haze needs, are traced with the picture.
+made of parts of the small one's size, each seen through a lens that is shifted aside, and no
+step takes longer than a small picture. Depth and hits, which the haze needs, are traced with
+the picture.
 """
 
 from __future__ import annotations
@@ -12,27 +12,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.layers import Channels, Layers, merged
+from sumo3dviz_pt.model.layers import Layers, merged
 from sumo3dviz_pt.model.scene import FrameState, View
-from sumo3dviz_pt.render.integrator import Integrator
-from sumo3dviz_pt.render.kernels import load, settle, tracer
+from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
+from sumo3dviz_pt.render.kernel.integrator import Limits
+from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.passes import guides
-from sumo3dviz_pt.render.passes.capped import path_integrator
 from sumo3dviz_pt.render.passes.denoise import denoise
 from sumo3dviz_pt.render.sensors import WHOLE, PicturePart, part_parameters, sensor_entry
 from sumo3dviz_pt.render.session import Session
-from sumo3dviz_pt.render.sky.entries import SUN_DISTANCE
 
 Size = tuple[int, int]
 
-_PLUGIN = "sumo3dviz_quick"
-_CHANNELS = Channels.in_order(radiance=3, depth=1, hit=1)
-"""What the integrator finds: the radiance, then its `aov_names`."""
+_FIRST_SURFACE = 1
+"""Length of paths that only find what guides the denoiser."""
 
 
 def parts_of(count: int) -> tuple[PicturePart, ...]:
@@ -51,18 +48,12 @@ class Quick:
             size: Width, height of a picture, or of each part of a larger one [px].
         """
         self._session, self._size = session, size
-        _register()
-        quality = session.settings.quality
-        path = path_integrator(max_depth=quality.max_depth, rr_depth=quality.rr_depth)
-        plugin = load({"type": _PLUGIN, "limit": session.limit, "path": path.plugin})
-        self._integrator = Integrator(plugin, _CHANNELS)
-        self._guides = guides.guide_integrator(quality, jit=True)
-        self._sensor, self._guiding = (_sensor(size, pixels=pixels) for pixels in ("rgb", "rgba"))
-        self._trace, self._trace_guides = tracer(recorded=True), tracer(recorded=True)
+        self._sensor = load(sensor_entry(size, pixels="rgb", sampler="independent", spp=1))
 
     def show(self, frame: FrameState) -> None:
         """Bring everyone on the road to a frame's state."""
         self._session.show(frame)
+        self._kernel.followed()
 
     def glimpse(self, view: View, *, seed: int, part: PicturePart = WHOLE) -> Layers:
         """Trace one sample a pixel: `radiance`, `depth` and `hit`.
@@ -72,8 +63,10 @@ class Quick:
             seed: Of this sample.
             part: Of the picture; parts and wholes have the same size in pixels.
         """
-        sensor = self._aimed(self._sensor, view, part)
-        return self._trace(self._session.loaded.scene, self._integrator, sensor, 1, seed)
+        quality = self._session.settings.quality
+        limits = Limits(quality.max_depth, quality.rr_depth, self._session.limit)
+        found = guides.as_guides(self._traced(view, part, spp=1, seed=seed, limits=limits))
+        return Layers({"radiance": found["capped"], "depth": found["depth"], "hit": found["hit"]})
 
     def hazed(self, seen: Layers, view: View) -> Image:
         """Return the radiance of a picture with the scene's haze, if it has any, (h, w, 3)."""
@@ -95,20 +88,34 @@ class Quick:
 
     def _guided(self, view: View, part: PicturePart, seed: int) -> Layers:
         """Trace what guides the denoiser."""
-        sensor = self._aimed(self._guiding, view, part)
         spp = guides.guide_spp(self._session.settings.quality)
         own = seed + part.row * part.of + part.column
-        return self._trace_guides(self._session.loaded.scene, self._guides, sensor, spp, own)
+        limits = Limits(_FIRST_SURFACE, _FIRST_SURFACE)
+        return self._traced(view, part, spp=spp, seed=own, limits=limits)
 
-    def _aimed(self, sensor: Any, view: View, part: PicturePart) -> Any:
-        """Aim a sensor such that it sees a part of a camera's picture."""
-        parameters = mi.traverse(sensor)
+    def _traced(
+        self, view: View, part: PicturePart, *, spp: int, seed: int, limits: Limits
+    ) -> Layers:
+        """Trace a part of a camera's picture."""
+        sensor = self._aimed(view, part)
+        return self._kernel.current().trace(sensor, spp=spp, seed=seed, limits=limits)
+
+    @property
+    def _kernel(self) -> ByKernel:
+        """What traces."""
+        kernel = self._session.by_kernel
+        assert kernel is not None, "this variant does not compile"
+        return kernel
+
+    def _aimed(self, view: View, part: PicturePart) -> Any:
+        """Aim the sensor such that it sees a part of a camera's picture."""
+        parameters = mi.traverse(self._sensor)
         origin = self._session.loaded.origin
         assert origin is not None, "show a frame first"
         for name, value in part_parameters(view, origin, part).items():
             parameters[name] = value
         parameters.update()
-        return sensor
+        return self._sensor
 
 
 def joined(parts: Sequence[Layers]) -> Layers:
@@ -129,40 +136,3 @@ def jpeg(pixels: np.ndarray[Any, np.dtype[np.uint8]], *, quality: int = 85) -> b
     bitmap = mi.Bitmap(np.ascontiguousarray(pixels), mi.Bitmap.PixelFormat.RGB)
     bitmap.write(stream, mi.Bitmap.FileFormat.JPEG, quality)
     return bytes(stream.raw_buffer())
-
-
-def _sensor(size: Size, *, pixels: str) -> Any:
-    """Make a pinhole camera that the scene does not hold."""
-    sensor = load(sensor_entry(size, pixels=pixels, sampler="independent", spp=1))
-    settle(sensor)
-    return sensor
-
-
-def _register() -> None:
-    """Make the integrator known to the active JIT variant."""
-
-    class QuickIntegrator(mi.SamplingIntegrator):  # type: ignore[misc]
-        """Capped path tracing, with the distance of what is seen."""
-
-        def __init__(self, props: Any) -> None:
-            mi.SamplingIntegrator.__init__(self, props)
-            self.limit = dr.opaque(mi.Float, props["limit"])
-            self.path = props["path"]
-
-        def sample(
-            self, scene: Any, sampler: Any, ray: Any, medium: Any = None, active: Any = True
-        ) -> tuple[Any, Any, list[Any]]:
-            radiance, valid, _ = self.path.sample(scene, sampler, ray, medium, active)
-            radiance = dr.select(dr.all(dr.isfinite(radiance)), dr.maximum(radiance, 0.0), 0.0)
-            peak = dr.maximum(dr.max(radiance), 1e-30)
-            first = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
-            # A ray that meets the sun's disc has hit no surface.
-            seen = first.is_valid() & (first.t < 0.1 * SUN_DISTANCE)
-            depth = dr.select(seen, first.t, 0.0)
-            capped = radiance * dr.minimum(1.0, self.limit / peak)
-            return capped, valid, [depth, dr.select(seen, mi.Float(1.0), 0.0)]
-
-        def aov_names(self) -> list[str]:
-            return ["depth", "hit"]
-
-    mi.register_integrator(_PLUGIN, lambda props: QuickIntegrator(props))

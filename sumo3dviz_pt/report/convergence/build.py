@@ -138,7 +138,7 @@ def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
             path.unlink(missing_ok=True)
     # Grow a reference, then measure every group against it.
     work = _ConvergenceRun(order)
-    with opened(production, film=True) as session:
+    with opened(production) as session:
         states = tuple(production.shot.frame_at(float(at)) for at in frames)
         subject = Subject(order.scene, production, states, {**machine(), **renderer_names(session)})
         made = _plan(session, subject, work)

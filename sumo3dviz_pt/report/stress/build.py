@@ -232,7 +232,7 @@ class _Stage:
     def open(cls, scene: _UserScene, case: Case, stack: ExitStack) -> _Stage:
         """Build a case's shot and open the renderer until the stack is closed."""
         production = _production(scene, case)
-        session = stack.enter_context(opened(production, film=case.film))
+        session = stack.enter_context(opened(production))
         return cls(production, session)
 
 

@@ -85,9 +85,12 @@ def frame(*, without: Sequence[str] = (), aside: float = 0.0) -> FrameState:
     return replace(state, deforming=(placed("person:c/body", "walker", aside),))
 
 
-def traced(*frames: FrameState, lamps: bool = False, **settings: object) -> list[Rendered]:
-    quality = RAW.model_copy(update={"spp": 8, "pass_spp": 4, "max_depth": 2})
-    wanted = {"layers": LAYERS, "kernel": True, **settings}
+def traced(
+    *frames: FrameState, lamps: bool = False, tracer: str = "kernel", **settings: object
+) -> list[Rendered]:
+    passes = {"spp": 8, "pass_spp": 4, "max_depth": 2, "tracer": tracer}
+    quality = RAW.model_copy(update=passes)
+    wanted = {"layers": LAYERS, **settings}
     with session_of(scene(lamps=lamps), size=SIZE, quality=quality, **wanted) as session:
         return [session.render(state) for state in frames]
 
@@ -170,7 +173,7 @@ def test_they_do_not_change_the_picture_and_are_the_same_in_a_film() -> None:
     assert (with_ids.layers["ids"] != alone.layers["ids"]).any()
 
 
-@pytest.mark.parametrize("settings", [{"kernel": False}, {"variant": "scalar"}])
-def test_others_refuse_them(settings: dict[str, object]) -> None:
+@pytest.mark.parametrize(("tracer", "variant"), [("path", "llvm"), ("kernel", "scalar")])
+def test_others_refuse_them(tracer: str, variant: str) -> None:
     with pytest.raises(ConfigError, match="layer 'ids' cannot be traced"):
-        traced(frame(), **settings)
+        traced(frame(), tracer=tracer, variant=variant)

@@ -36,7 +36,7 @@ def shares(chance):
 @pytest.mark.parametrize("radiance", [(1.0, 1.0), (3.0, 0.5), (0.0, 2.0)])
 def test_lamps_side_by_side_are_picked_by_their_power(radiance):
     shining = glow(radiance)
-    density, chance = picked(shining, Grid(np.array([-40.0, -40.0]), 5.0))
+    density, chance, _ = picked(shining, Grid(np.array([-40.0, -40.0]), 5.0))
     found = shares(chance)
     assert found.shape == (cells_for(3) ** 2, 3) and (chance[:, -1] == 1.0).all()
     expected = np.array(radiance) * [1.0, 3.0] / (radiance[0] + 3.0 * radiance[1])
@@ -49,7 +49,7 @@ def test_lamps_side_by_side_are_picked_by_their_power(radiance):
 def test_where_a_lamp_is_near_it_is_picked():
     places = [(-30.0, -30.0, 0.0), (30.0, 30.0, 0.0)]
     shining = glow((1.0, 1.0), areas=(1.0, 1.0), lamps=(0, 1), places=places)
-    _, chance = picked(shining, Grid(np.array([-40.0, -40.0]), 80.0 / cells_for(2)))
+    _, chance, _ = picked(shining, Grid(np.array([-40.0, -40.0]), 80.0 / cells_for(2)))
     cells = shares(chance)[:, 0].reshape(cells_for(2), -1)
     assert cells[0, 0] > 0.9 and cells[-1, -1] < 0.1
     assert cells[0, -1] == pytest.approx(0.5) and (cells > 0.0).all()
@@ -61,7 +61,7 @@ def test_what_lies_behind_a_lamp_is_rarely_lit_by_it_but_may_be():
         glow((1.0, 1.0), areas=(1.0, 1.0), lamps=(0, 1), places=places),
         axes=np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]),
     )
-    _, chance = picked(back_to_back, Grid(np.array([-40.0, -40.0]), 80.0 / cells_for(2)))
+    _, chance, _ = picked(back_to_back, Grid(np.array([-40.0, -40.0]), 80.0 / cells_for(2)))
     cells = shares(chance)[:, 0].reshape(cells_for(2), -1)
     middle = len(cells) // 2
     assert cells[middle, 0] > 0.9 and cells[middle, -1] < 0.1 and (cells > 0.0).all()
@@ -71,13 +71,13 @@ def test_what_lies_behind_a_lamp_is_rarely_lit_by_it_but_may_be():
 def test_dark_units_between_lit_ones_are_never_picked(dark):
     radiance = np.where(np.isin(np.arange(4), dark), 0.0, 1.0)
     shining = glow(radiance, areas=(1.0,) * 4, lamps=range(4))
-    density, chance = picked(shining, Grid(np.array([-40.0, -40.0]), 5.0))
+    density, chance, _ = picked(shining, Grid(np.array([-40.0, -40.0]), 5.0))
     assert not density[:, dark].any() and not shares(chance)[:, dark].any()
     np.testing.assert_allclose(shares(chance), density)
 
 
 def test_dark_lamps_have_no_density():
-    density, chance = picked(glow((0.0, 0.0)), Grid(np.zeros(2), 1.0))
+    density, chance, _ = picked(glow((0.0, 0.0)), Grid(np.zeros(2), 1.0))
     assert not density.any() and (chance == 1.0).all()
 
 

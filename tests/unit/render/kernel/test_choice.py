@@ -1,0 +1,54 @@
+"""Which emitter a path aims at, by the place that is lit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.render.backend import choose_backend
+
+COUNT, SAMPLES = 5, 200_000
+
+
+@pytest.fixture(autouse=True)
+def compiled() -> Iterator[None]:
+    if not choose_backend("llvm").jit:
+        pytest.skip("only our own kernel chooses so")
+    yield
+    choose_backend("llvm")
+
+
+def choice(*, placed: bool = True, dark: bool = False):
+    from sumo3dviz_pt.render.kernel.choice import CELLS, Choice
+
+    rng = np.random.default_rng(3)
+    given = np.zeros((COUNT, CELLS**2)) if dark else rng.exponential(size=(COUNT, CELLS**2)) ** 4
+    given[2] = 0.0
+    made = Choice(COUNT, placed=placed)
+    made.follow(np.array([1.0, 2.0, 0.5, 0.0, 0.5]), given, np.array([-20.0, -10.0, 0.5]))
+    return made
+
+
+@pytest.mark.parametrize(("placed", "dark"), [(True, False), (True, True), (False, True)])
+@pytest.mark.parametrize("at", [(-19.0, -9.0), (30.0, 75.0), (500.0, -500.0)])
+def test_what_is_picked_has_the_chance_that_is_said(placed, dark, at) -> None:
+    import drjit as dr
+    import mitsuba as mi
+
+    made = choice(placed=placed, dark=dark)
+    place = mi.Point3f(*at, 1.0)
+    chances = np.array([made.chance(mi.UInt32(k), place, mi.Bool(True))[0] for k in range(COUNT)])
+    assert chances.sum() == pytest.approx(1.0, abs=1e-5)
+    assert chances[2] > 0.0  # what the table leaves out is aimed at, too
+    sample = mi.Point2f((dr.arange(mi.Float, SAMPLES) + 0.5) / SAMPLES, 0.5)
+    number, chance, left = made.pick(sample, place, mi.Bool(True))
+    shares = np.bincount(np.array(number), minlength=COUNT) / SAMPLES
+    np.testing.assert_allclose(shares, chances, atol=2e-5)
+    np.testing.assert_allclose(np.array(chance), chances[np.array(number)], rtol=1e-6)
+    rest = np.array(left.x)
+    assert rest.min() >= 0.0
+    assert rest.max() < 1.0
+    often = np.array(number) == shares.argmax()
+    assert rest[often].mean() == pytest.approx(0.5, abs=0.01)

@@ -1,0 +1,122 @@
+"""What a scene does not have is not compiled: kernels are counted by their operations."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from builders import (
+    RAW,
+    ball,
+    box,
+    cube,
+    diffuse,
+    frame_of,
+    mover,
+    plane,
+    scene_of,
+    session_of,
+    static,
+    view_at,
+)
+
+from sumo3dviz_pt import catalog
+from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_bsdf
+from sumo3dviz_pt.model.geometry import Mesh
+from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.scene import Sky, Slots
+from sumo3dviz_pt.render.backend import choose_backend
+
+ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
+LAMPS = LampSet(
+    "lamps",
+    "signals",
+    Mesh(np.array([[-1, 9, 1], [1, 9, 1], [1, 9, 2]]), np.array([[0, 1, 2]])),
+    np.zeros(1, int),
+    ("one",),
+    sampled=True,
+)
+
+
+@pytest.fixture(autouse=True)
+def compiled() -> Iterator[None]:
+    if not choose_backend("llvm").jit:
+        pytest.skip("only our own kernel is compiled")
+    yield
+    choose_backend("llvm")
+
+
+def textured(mesh: Mesh) -> Mesh:
+    return Mesh(mesh.vertices, mesh.faces, mesh.normals, 0.25 * mesh.vertices[:, :2])
+
+
+def road(surface: str = "road") -> list:
+    return [static("road", textured(plane(40.0)), surface)]
+
+
+def scene(*more, surface: str = "road", **settings):
+    asphalt = surface_bsdf(catalog.find("surfaces", "asphalt"))
+    materials = {**MATERIALS, "road": ROAD, "asphalt": asphalt, "matt_tint": diffuse(0.5)}
+    return scene_of([*road(surface), *more], materials, **settings)
+
+
+def heap(material: str):
+    """A ball of a tinted material."""
+    body = ball((4, 4, 2), 1.0)
+    return static(material, body, material, np.tile((0.1, 0.4, 0.1), (len(body.faces), 1)))
+
+
+def operations(shown, *, movers=(), lamps=None, layers=("radiance",)) -> int:
+    """Operations of the largest kernel of a frame: the one that follows paths."""
+    import drjit as dr
+
+    quality = RAW.model_copy(update={"spp": 1, "pass_spp": 1})
+    with session_of(shown, size=(8, 6), quality=quality, layers=layers) as session:
+        state = frame_of(view_at((0, -9, 3), pitch=-15), movers=movers, lamps=lamps)
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            dr.kernel_history_clear()
+            session.render(state)
+            kernels = dr.kernel_history([dr.KernelType.JIT])
+    return max(each["operation_count"] for each in kernels)
+
+
+@pytest.fixture(scope="module")
+def empty() -> int:
+    """Of an empty road under an even sky."""
+    choose_backend("llvm")
+    return operations(scene())
+
+
+def test_more_of_the_same_adds_nothing(empty: int) -> None:
+    box_too = static("house", box((5, 5, 0), (9, 9, 6)), "road")
+    unused = scene(box_too, prototypes=[cube("car")], slots=Slots())
+    assert operations(unused) == empty
+
+
+@pytest.mark.parametrize(
+    ("what", "least"),
+    [
+        ("texture", 300),
+        ("leaves", 20),
+        ("coats", 60),
+        ("instances", 60),
+        ("lamps", 400),
+        ("sun", 100),
+        ("ids", 1),
+    ],
+)
+def test_what_a_road_has_is_all_that_is_compiled(empty: int, what: str, least: int) -> None:
+    found = {
+        "texture": lambda: operations(scene(surface="asphalt")),
+        "leaves": lambda: operations(scene(heap("leaf"))),
+        "coats": lambda: operations(scene(heap("paint"))),
+        "instances": lambda: operations(
+            scene(prototypes=[cube("cube")], slots=Slots(near={"cube": 1})),
+            movers=[mover("a", (0, 0, 0), (0.5, 0.1, 0.1))],
+        ),
+        "lamps": lambda: operations(scene(lamps=[LAMPS]), lamps={"lamps": np.full((1, 3), 1.0)}),
+        "sun": lambda: operations(scene(sky=Sky(np.array([0.3, -0.4, 0.6])))),
+        "ids": lambda: operations(scene(), layers=("radiance", "ids")),
+    }[what]()
+    assert found >= empty + least
