@@ -32,12 +32,14 @@ class TracedFrame:
             `model/layers.py`. Others stay as they are.
         view: Of the camera.
         white: Radiance that is shown as white, scene units.
+        samples: Of each pixel.
         parts: What the numbers of `ids` stand for, from 1 on.
     """
 
     layers: Layers
     view: View
     white: float = 1.0
+    samples: int = 1
     parts: tuple[MovingPart, ...] = ()
 
     @cached_property

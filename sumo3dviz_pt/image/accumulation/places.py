@@ -11,6 +11,7 @@ from sumo3dviz_pt.image.accumulation.frames import Motion, TracedFrame, plane_of
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 
 _LOOSE = np.float32(0.5)  # share by which distances may differ at edges and in leaves
+_GAPS = 0.25  # by how much shares of sky may differ, beside chance
 _PLAIN = np.float32(0.05)  # added to albedos before their ratio is taken
 _MOST_UNLIKE = np.float32(4.0)  # ratio of albedos that is corrected, at most
 
@@ -91,6 +92,9 @@ def seen_at(
     room = np.where(pure, np.take(centre.room, places.pixels), _LOOSE * places.there)
     fits = (np.abs(away - places.there) < room) & (away > 0.0)
     fits &= np.take(motion.numbers, places.taps) == np.take(centre.numbers, places.pixels)
+    # Gaps between leaves differ from frame to frame, and the sky behind them is bright.
+    hit, hit_there = np.take(centre.layers["hit"], places.pixels), other.layers["hit"]
+    fits &= np.abs(np.take(hit_there, places.taps) - hit) <= _GAPS + 0.5 / centre.samples
     kept = places.only(fits)
     seen = np.stack([np.take(plane, kept.taps) for plane in other.planes])
     return kept, _as_here(seen, kept, centre)

@@ -73,6 +73,7 @@ def _description(frame: TracedFrame, numbers: list[int]) -> dict[str, Any]:
         "camera": _text(frame.view.world_from_camera.matrix, np.float64),
         "lens": asdict(frame.view.lens),
         "white": frame.white,
+        "samples": frame.samples,
         "origin": origin.tolist(),
         "parts": [part.name for part in parts],
         "poses": _text(poses, np.float32),
@@ -99,7 +100,8 @@ def unpacked(stored: Mapping[str, Image], text: str) -> TracedFrame:
             MovingPart(str(name), _placement(pose, origin))
             for name, pose in zip(said["parts"], poses, strict=True)
         ]
-        return TracedFrame(Layers(stored), view, float(said["white"]), tuple(parts))
+        white, samples = float(said["white"]), int(said["samples"])
+        return TracedFrame(Layers(stored), view, white, samples, tuple(parts))
     except (KeyError, TypeError) as error:
         raise ValueError(f"does not say what it shows ({error})") from error
 

@@ -48,8 +48,9 @@ def write_traced(
     from sumo3dviz_pt.image.accumulation.storage import packed
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 
-    white = session.settings.white
-    layers, text = packed(TracedFrame(samples.apart, frame.view, white, samples.movers))
+    white, spp = session.settings.white, session.settings.quality.spp
+    traced = TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
+    layers, text = packed(traced)
     attributes = {
         PROVENANCE: json.dumps(account, sort_keys=True),
         TRACED: text,

@@ -29,12 +29,12 @@ def frame():
     """A frame with a part that is not seen, and one that deforms."""
     one = Stage(noise=0.3, origin=FAR, turn=0.3).frame()
     hidden = MovingPart("vehicle:hidden/body", Transform(np.eye(4)))
-    return replace(one, parts=(*one.parts, hidden), white=0.7)
+    return replace(one, parts=(*one.parts, hidden), white=0.7, samples=4)
 
 
 def test_what_was_traced_comes_back(frame, tmp_path):
     again = stored(frame, tmp_path / "a.exr")
-    assert again.white == 0.7 and again.view.lens == frame.view.lens
+    assert (again.white, again.samples) == (0.7, 4) and again.view.lens == frame.view.lens
     np.testing.assert_array_equal(
         again.view.world_from_camera.matrix, frame.view.world_from_camera.matrix
     )
