@@ -29,7 +29,7 @@ _GUIDES = 1.3
 _DENOISER = {"none": 0.0, "fast": 1.0, "balanced": 1.6, "high": 1.6}
 """Denoising, for each million pixels [CPU-s]."""
 
-_NEIGHBOUR = 0.15
+_NEIGHBOUR = 0.18
 """Averaging with a frame before or after, for each million pixels: one thread's work [CPU-s]."""
 
 _SERIAL_START = 0.7
