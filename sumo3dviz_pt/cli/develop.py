@@ -28,6 +28,11 @@ def add(commands: Any) -> None:
     sub.add_setting("--fps", "output.fps", after=" [the film's own]")
     codec = default("output.codec")
     sub.add_setting("--codec", "output.codec", default=codec, after=f" [{codec}]")
+    sub.add_argument(
+        "--final-exr",
+        action="store_true",
+        help="also write the finished frames' radiance, to a folder beside the output",
+    )
     add_overwrite(sub)
     sub.set_defaults(run=run)
 
@@ -43,6 +48,7 @@ def run(options: argparse.Namespace) -> int:
         options.fps,
         options.codec,
         options.overwrite,
+        options.final_exr,
     )
     first, *others = develop_frames(options.frames, order)
     print(f"wrote {first}" + (f" to {others[-1].name}" if others else ""))

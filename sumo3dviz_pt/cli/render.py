@@ -43,6 +43,11 @@ def add(commands: Any) -> None:
     sub.add_argument("--frames", type=frame_range, help="A:B renders only these frames, no film")
     sub.add_argument("--discard-frames", action="store_true", help="delete frames afterwards")
     sub.add_argument(
+        "--final-exr",
+        action="store_true",
+        help="also write the finished frames' radiance, to film.final/",
+    )
+    sub.add_argument(
         "-o",
         "--output",
         type=Path,
@@ -111,6 +116,7 @@ def _checked(options: argparse.Namespace, scene: Path, request: Request) -> tupl
         options.discard_frames,
         options.speed,
         options.overwrite,
+        options.final_exr,
     )
     name = options.output.name.replace("{scene}", scene.stem)
     order = replace(order, path=options.output.with_name(name))

@@ -47,8 +47,8 @@ def write_exr(
     Args:
         path: Where to.
         layers: `radiance`, (h, w, 3) in linear sRGB primaries, goes to the channels R, G and B;
-            others to channels of their names: (h, w) in single precision, (h, w, 3) like
-            colours. All are finite.
+            others to channels of their names: (h, w, 3) like colours, (h, w) in the
+            precision that they have, half or single. All are finite.
         half: Store colours in half precision, clipped to +-65504; else in single.
         lossy: Level of DWAB compression instead of ZIP; 45 is OpenEXR's own default.
         attributes: Strings to store by name; provenance goes under `PROVENANCE`.
@@ -87,7 +87,7 @@ def write_exr(
 
 def _stored(values: NDArray[Any], *, half: bool) -> NDArray[Any]:
     """Return a layer in the precision that it is stored with."""
-    if half and values.ndim == 3:
+    if (half and values.ndim == 3) or values.dtype == np.float16:
         return np.ascontiguousarray(np.clip(values, -HALF_MAX, HALF_MAX), dtype=np.float16)
     return np.ascontiguousarray(values, dtype=np.float32)
 
@@ -105,6 +105,23 @@ def read_exr(path: Path) -> tuple[Image, dict[str, str]]:
     if pixels is None:
         raise InputError("holds no R, G and B channels", file=path)
     return np.ascontiguousarray(pixels[..., :3]), strings
+
+
+def read_layers(path: Path) -> tuple[dict[str, Image], dict[str, str]]:
+    """Read all layers that `write_exr` wrote, in single precision, and the string attributes.
+
+    Raises:
+        InputError: If the file is missing, damaged or has no colours.
+    """
+    with _opened(path) as file:
+        strings = _strings(file)
+        layers = {
+            "radiance" if name == _COLOURS else name: np.array(channel.pixels, dtype=np.float32)
+            for name, channel in file.channels().items()
+        }
+    if "radiance" not in layers:
+        raise InputError("holds no R, G and B channels", file=path)
+    return layers, strings
 
 
 def read_attributes(path: Path) -> dict[str, str]:

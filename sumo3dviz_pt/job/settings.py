@@ -267,6 +267,12 @@ class Quality(Settings):
     raw_share: Finite = Field(
         0.0, ge=0.0, le=1.0, description="share of the raw picture that textures keep"
     )
+    accumulate: Whole = Field(
+        0,
+        ge=0,
+        le=16,
+        description="frames before and after that help each of a film's frames; 0 is none",
+    )
     cap: Finite | None = Field(40.0, description="firefly cap per sample, x white; null is none")
     sampler: Literal["multijitter", "independent"] = Field(
         "multijitter", description="how samples spread; independent is for references"

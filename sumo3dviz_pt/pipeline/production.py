@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -272,8 +272,14 @@ def _within_log(scenario: Scenario, times: Floats) -> Floats:
 
 
 @contextmanager
-def opened(production: Production) -> Iterator[Session]:
-    """Open a production in the renderer."""
+def opened(production: Production, *, together: bool = False) -> Iterator[Session]:
+    """Open a production in the renderer.
+
+    Args:
+        production: What to show.
+        together: Whether frames are to help each other, if the quality and the renderer can; then
+            the session's layers have `ids`.
+    """
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
@@ -288,6 +294,10 @@ def opened(production: Production) -> Iterator[Session]:
         white=2.0**-production.exposure,
         pixel=first.view.lens.pixel_angle(size[0]),
     )
+    # Only our own kernel knows which road user a pixel shows.
+    numbered = backend.jit and production.quality.tracer == "kernel"
+    if together and numbered and production.quality.accumulate > 0:
+        settings = replace(settings, layers=("radiance", "ids", "first_depth"))
     with Session(production.shot.data, backend, settings) as session:
         yield session
 

@@ -26,8 +26,7 @@ from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Tally, frame_seed, report
 from sumo3dviz_pt.render.passes.by_path import ByPath
 from sumo3dviz_pt.render.passes.capped import register_capped
-from sumo3dviz_pt.render.passes.denoise import denoise, mixed
-from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
+from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.sensors import sensor_entry
 from sumo3dviz_pt.render.settings import AfterPass, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
@@ -78,6 +77,12 @@ class Samples:
         """Of what each pixel sees, along its ray, (h, w) [m]; inf where it is the sky."""
         depth, hit = self.layers["depth"], self.layers["hit"]
         return np.where(hit > 0.5, depth / np.maximum(hit, 1e-6), np.inf)
+
+    @property
+    def apart(self) -> Layers:
+        """The layers, with the light of lamps that are seen directly as `excess`."""
+        excess = guides.excess(self.layers)
+        return self.layers | {"radiance": self.layers["radiance"] - excess, "excess": excess}
 
 
 class Session:
@@ -177,20 +182,10 @@ class Session:
         Returns:
             Radiance, (h, w, 3).
         """
-        layers, denoiser = samples.layers, denoiser or self.settings.quality.denoise
-        radiance = layers["radiance"]
+        how = self.finishing if denoiser is None else replace(self.finishing, denoiser=denoiser)
         with self.clock.phase("denoise"):
-            if denoiser != "none":
-                # Lamps are so bright that the denoiser would smear them.
-                excess = guides.excess(layers)
-                radiance = radiance - excess
-                # Layers may be here because they are wanted, not as guides.
-                known = layers if self.settings.quality.guides else Layers()
-                albedo, normal = known.get("albedo"), known.get("normal")
-                smooth = denoise(radiance, quality=denoiser, albedo=albedo, normal=normal)
-                share = self.settings.quality.raw_share
-                radiance = mixed(smooth, radiance, hit=layers["hit"], share=share) + excess
-            return self.hazed(layers | {"radiance": radiance}, frame.view)
+            seen = samples.layers if how.denoiser == "none" else samples.apart
+            return finished(seen, frame.view, how)
 
     def hazed(self, seen: Layers, view: View) -> Image:
         """Return the radiance of a picture with the scene's haze, if quality and scene have any.
@@ -199,11 +194,14 @@ class Session:
             seen: `radiance`; `depth` and `hit` where there is haze.
             view: Of the picture's camera.
         """
-        haze, radiance = self.data.haze, seen["radiance"]
-        if haze is None or not self.settings.quality.haze:
-            return radiance
-        behind = horizon_behind(self.sky.horizon, view, seen.size)
-        return apply_haze(radiance, haze, depth=seen["depth"], hit=seen["hit"], behind=behind)
+        return hazed(seen, view, self.finishing)
+
+    @property
+    def finishing(self) -> Finishing:
+        """How this scene's pictures are finished with this quality."""
+        quality = self.settings.quality
+        haze = self.data.haze if quality.haze else None
+        return Finishing(quality.denoise, quality.guides, quality.raw_share, haze, self.sky.horizon)
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.

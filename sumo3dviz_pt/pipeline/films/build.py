@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.job.settings import Job, ShotSettings
 from sumo3dviz_pt.model.news import Doing, announce
@@ -20,6 +20,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     account_file,
     frame_file,
     frames_folder,
+    masters_folder,
     write_json,
 )
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
@@ -27,6 +28,7 @@ from sumo3dviz_pt.pipeline.films.orders import ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
 from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
+from sumo3dviz_pt.pipeline.films.traced import write_traced
 from sumo3dviz_pt.pipeline.pilot import piloted
 from sumo3dviz_pt.pipeline.production import (
     Production,
@@ -41,6 +43,9 @@ from sumo3dviz_pt.pipeline.production import (
 from sumo3dviz_pt.pipeline.progress.costs import spent
 from sumo3dviz_pt.pipeline.riders import check_companions
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.render.session import Session
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +232,12 @@ def _render_shot(
             return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
         files = [frame_file(folder, number) for number in wanted]
         announce(Doing.ENCODE)
-        encode_frames(files, path, job=production.job, fps=pace.fps, key=production.key)
+        masters = masters_folder(path) if order.final_exr else None
+        if masters is not None:
+            masters.mkdir(exist_ok=True)
+        encode_frames(
+            files, path, job=production.job, fps=pace.fps, key=production.key, masters=masters
+        )
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
         write_json(account_file(path), whole, indent=1)
         if order.discard_frames:
@@ -255,38 +265,48 @@ def _render_frames(
     on_frame: Callable[[FrameDone], None] | None,
 ) -> dict[str, float]:
     """Render the frames that are missing; CPU-seconds by phase."""
-    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-
     total: dict[str, float] = {"read": production.reading}
     kept = len(wanted) - len(missing)
     if kept and on_frame is not None:
         on_frame(FrameDone(kept, len(wanted), 0.0, kept=True, cpu={}))
     if not missing:
         return total
-    with opened(production) as session:
+    with opened(production, together=len(production.times) > 1) as session:
         started = time.monotonic()
         announce(Doing.RENDER, kept, len(wanted))
         for count, number in enumerate(missing, start=1):
-            at = float(production.times[number])
-            rendered = session.render(production.shot.frame_at(at))
-            account = {
-                **shared,
-                "frame": number,
-                "time": at,
-                "capped_share": round(rendered.tally.capped_share, 6),
-                "nonfinite": rendered.tally.nonfinite,
-            }
-            write_exr(
-                frame_file(folder, number),
-                rendered.layers,
-                half=production.job.output.half,
-                attributes={PROVENANCE: json.dumps(account, sort_keys=True)},
-            )
-            for phase, seconds in rendered.cpu.items():
+            cpu = _render_frame(production, session, folder, number, shared)
+            for phase, seconds in cpu.items():
                 total[phase] = total.get(phase, 0.0) + seconds
             announce(Doing.RENDER, kept + count, len(wanted))
             if on_frame is not None:
                 pace = (time.monotonic() - started) / count
                 left = pace * (len(missing) - count)
-                on_frame(FrameDone(kept + count, len(wanted), left, kept=False, cpu=rendered.cpu))
+                on_frame(FrameDone(kept + count, len(wanted), left, kept=False, cpu=cpu))
     return total
+
+
+def _render_frame(
+    production: Production, session: Session, folder: Path, number: int, shared: Mapping[str, Any]
+) -> dict[str, float]:
+    """Render and store one frame; CPU-seconds by phase."""
+    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+
+    at = float(production.times[number])
+    frame, path = production.shot.frame_at(at), frame_file(folder, number)
+    samples = session.samples(frame)
+    account = {
+        **shared,
+        "frame": number,
+        "time": at,
+        "capped_share": round(samples.tally.capped_share, 6),
+        "nonfinite": samples.tally.nonfinite,
+        "stored": "traced" if "ids" in samples.layers else "finished",
+    }
+    if "ids" in samples.layers:
+        write_traced(path, samples, frame, session, account)
+    else:
+        finished = {"radiance": session.finish(samples, frame)}
+        text = json.dumps(account, sort_keys=True)
+        write_exr(path, finished, half=production.job.output.half, attributes={PROVENANCE: text})
+    return dict(session.clock.seconds)

@@ -8,7 +8,12 @@ from pathlib import Path
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.ratios import Ratio
 from sumo3dviz_pt.pipeline.films.encoding import developed
-from sumo3dviz_pt.pipeline.films.frames import StoredFilm, read_account, stored_film
+from sumo3dviz_pt.pipeline.films.frames import (
+    StoredFilm,
+    masters_folder,
+    read_account,
+    stored_film,
+)
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, pictures_of, write_sequence
 from sumo3dviz_pt.pipeline.production import check_target, check_tone
 from sumo3dviz_pt.pipeline.stills.still import check_free
@@ -29,6 +34,7 @@ class DevelopOrder:
         fps: Frames per second instead of the film's own.
         codec: Of a film; `auto` goes by its ending.
         overwrite: Whether a picture or film that exists is replaced.
+        final_exr: Whether finished frames are written as EXR files, too.
     """
 
     path: Path
@@ -37,6 +43,7 @@ class DevelopOrder:
     fps: Ratio | None = None
     codec: str = "auto"
     overwrite: bool = False
+    final_exr: bool = False
 
 
 def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
@@ -66,6 +73,7 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         tone=order.tone or account.get("tone"),
         exposure=order.exposure,
         glare=account.get("glare"),
+        masters=_masters(film, order) if order.final_exr else None,
     )
 
     # Write numbered pictures, one picture, or a film.
@@ -88,6 +96,15 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
     check_film(target, size=(width, height), fps=rate, codec=order.codec)
     encode(pictures, target, size=(width, height), fps=rate, codec=order.codec)
     return [target]
+
+
+def _masters(film: StoredFilm, order: DevelopOrder) -> Path:
+    """Return the folder for finished frames; it may not hold them already."""
+    folder = masters_folder(order.path)
+    if not order.overwrite:
+        check_free(*(folder / file.name for file in film.files))
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 def _film(source: Path) -> StoredFilm:

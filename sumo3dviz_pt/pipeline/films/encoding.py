@@ -12,6 +12,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, write_sequence
+from sumo3dviz_pt.pipeline.films.traced import Shelf
 
 
 def encode_frames(
@@ -21,6 +22,7 @@ def encode_frames(
     job: Job,
     fps: Fraction,
     key: str,
+    masters: Path | None = None,
 ) -> None:
     """Develop stored frames and encode them in constant memory.
 
@@ -30,13 +32,16 @@ def encode_frames(
         job: Size, codec, tone and glare.
         fps: Frames per second.
         key: That all frames have.
+        masters: Folder for the finished frames' radiance, or None.
 
     Raises:
         InputError: If a frame is of another film by now, missing or damaged.
     """
     from sumo3dviz_pt.video import encode
 
-    pictures = developed(files, tone=job.output.tone, glare=job.output.glare, key=key)
+    pictures = developed(
+        files, tone=job.output.tone, glare=job.output.glare, key=key, masters=masters
+    )
     if is_sequence(path):
         write_sequence(path, files, pictures)
         return
@@ -57,6 +62,7 @@ def developed(
     exposure: float | None = None,
     glare: float | None = None,
     key: str | None = None,
+    masters: Path | None = None,
 ) -> Iterator[Image]:
     """Develop stored frames to display-encoded pictures; None takes what is stored with them.
 
@@ -66,18 +72,22 @@ def developed(
         exposure: EV.
         glare: Share of light that the lens spreads.
         key: That all frames must have.
+        masters: Folder for the finished frames' radiance, or None.
 
     Raises:
         InputError: If a frame is missing, damaged or has another key.
     """
-    from sumo3dviz_pt.image.exr import PROVENANCE, read_exr
+    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
     from sumo3dviz_pt.image.tonemap import develop_float
 
+    shelf = Shelf()
     for file in files:
-        radiance, attributes = read_exr(file)
-        account = json.loads(attributes.get(PROVENANCE, "{}"))
+        radiance, account = shelf.finished(file)
         if key is not None and account.get("key") != key:
             raise InputError("has become a frame of another film", file=file)
+        if masters is not None:
+            text = json.dumps(account, sort_keys=True)
+            write_exr(masters / file.name, {"radiance": radiance}, attributes={PROVENANCE: text})
         yield develop_float(
             radiance,
             exposure=float(account.get("exposure", 0.0)) if exposure is None else exposure,

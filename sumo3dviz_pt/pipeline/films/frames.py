@@ -57,6 +57,11 @@ def frames_folder(path: Path) -> Path:
     return film_name(path).with_suffix(".frames")
 
 
+def masters_folder(path: Path) -> Path:
+    """Return where a film's finished frames go, where they are wanted."""
+    return film_name(path).with_suffix(".final")
+
+
 def account_file(path: Path) -> Path:
     """Return where a film's account goes."""
     return film_name(path).with_suffix(".json")

@@ -33,6 +33,7 @@ class FilmOrder:
         discard_frames: Whether frames go when the film is done.
         speed: SUMO's time per film's; None is the shot's.
         overwrite: Whether a film and frames that exist are replaced.
+        final_exr: Whether finished frames are written as EXR files, too.
     """
 
     path: Target
@@ -44,6 +45,7 @@ class FilmOrder:
     discard_frames: bool = False
     speed: Ratio | None = None
     overwrite: bool = False
+    final_exr: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what is no choice."""

@@ -18,6 +18,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     frame_file,
     frame_numbers,
     frames_folder,
+    masters_folder,
     read_account,
     state_of,
     why_other,
@@ -51,7 +52,8 @@ def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
     if order.frames is not None:
         first, after = order.frames
         there = [number for number in there if first <= number < after]
-    used = None if order.frames else next((p for p in _outputs(path, count) if p.exists()), None)
+    outputs = () if order.frames else _outputs(path, order, count)
+    used = next((output for output in outputs if output.exists()), None)
     if used is not None or there:
         what = f"{used} exists" if used else f"{folder} holds {counted(len(there))} of it"
         raise ConfigError(
@@ -60,9 +62,11 @@ def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
         )
 
 
-def _outputs(path: Path, count: int) -> Iterator[Path]:
+def _outputs(path: Path, order: FilmOrder, count: int) -> Iterator[Path]:
     """Yield all files of a film, beside its frames."""
     yield account_file(path)
+    if order.final_exr:
+        yield from (frame_file(masters_folder(path), number) for number in range(count))
     if is_sequence(path):
         yield from (numbered(path, number) for number in range(count))
     else:

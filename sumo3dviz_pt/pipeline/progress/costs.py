@@ -29,11 +29,14 @@ _GUIDES = 1.3
 _DENOISER = {"none": 0.0, "fast": 1.0, "balanced": 1.6, "high": 1.6}
 """Denoising, for each million pixels [CPU-s]."""
 
+_NEIGHBOUR = 0.18
+"""Averaging with a frame before or after, for each million pixels: one thread's work [CPU-s]."""
+
 _SERIAL_START = 0.7
 """Share of the start that one thread does."""
 
-_EXR, _FILM = 3.8, 0.15
-"""Bytes a pixel of a stored frame in half precision, and of a film (H.264)."""
+_EXR, _EXR_TRACED, _FILM = 3.8, 10.5, 0.15
+"""Bytes a pixel of a stored frame in half precision, finished or traced, and of a film (H.264)."""
 
 _MEMORY, _MEMORY_PER_MEGAPIXEL, _MEMORY_PER_MEGATRIANGLE = 1750.0, 1100.0, 300.0
 """Memory at its peak: always, and for each million pixels and triangles [MB]."""
@@ -91,6 +94,8 @@ def cost_of(
     # What one thread does alone, and what all of them share, for each frame.
     start = _START + _START_PER_MEGATRIANGLE * megatriangles
     serial = _UPDATE * megatriangles
+    together = quality.accumulate if frames > 1 else 0
+    serial += 2 * min(together, frames - 1) * _NEIGHBOUR * megapixels
     shared = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
     if quality.denoise != "none":
         shared += megapixels * (_DENOISER[quality.denoise] + _GUIDES * quality.guides)
@@ -101,7 +106,9 @@ def cost_of(
         cpu_hours=(start + frames * (serial + shared)) / 3600,
         wall_seconds=wall,
         memory_mb=memory_forecast(megapixels, triangles),
-        frames_mb=frames * megapixels * _EXR * (1.0 if half else 2.0),
+        frames_mb=frames
+        * megapixels
+        * (_EXR_TRACED if together else _EXR * (1.0 if half else 2.0)),
         film_mb=frames * megapixels * _FILM,
     )
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError, InputError
-from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.pipeline.films.build import FILM_SUFFIXES
 from sumo3dviz_pt.pipeline.films.frames import frames_folder, read_account, stored_film
+from sumo3dviz_pt.pipeline.films.traced import Shelf
 
 SAME_TIME = 1e-6
 """Times that differ by less are one [s]."""
@@ -35,6 +35,7 @@ class Stored:
         capped_share: Energy that the firefly cap took over all energy; NaN if unknown.
         nonfinite: Broken values found while rendering; NaN if unknown.
         versions: What rendered it.
+        shelf: Finishes it, with its neighbours' help where it is stored as it was traced.
     """
 
     path: Path
@@ -48,14 +49,15 @@ class Stored:
     capped_share: float
     nonfinite: float
     versions: Mapping[str, str]
+    shelf: Shelf
 
     def radiance(self) -> Image:
-        """Its pixels, (h, w, 3), finite.
+        """Its finished pixels, (h, w, 3), finite.
 
         Raises:
             InputError: If the file cannot be read or holds broken values.
         """
-        radiance, _ = read_exr(self.path)
+        radiance, _ = self.shelf.finished(self.path)
         broken = radiance.size - int(np.count_nonzero(np.isfinite(radiance)))
         if broken:
             raise InputError(f"{broken} values are not finite", file=self.path)
@@ -76,7 +78,8 @@ def find_frames(place: Path) -> list[Stored]:
     if not any(folder.glob("*.exr")):
         raise ConfigError(f"{folder} holds no .exr frames", key="frames")
     files = stored_film(folder).files
-    frames = sorted((_stored(path) for path in files), key=lambda frame: frame.time)
+    shelf = Shelf()
+    frames = sorted((_stored(path, shelf) for path in files), key=lambda frame: frame.time)
     for one, other in pairwise(frames):
         if other.time - one.time < SAME_TIME:
             both = f"{one.path.name} and {other.path.name}"
@@ -96,7 +99,7 @@ def _folder_of(place: Path) -> Path:
     raise ConfigError(f"there is no {place}", key="frames")
 
 
-def _stored(path: Path) -> Stored:
+def _stored(path: Path, shelf: Shelf) -> Stored:
     """Read the account that is stored in a frame."""
     account = read_account(path)
     try:
@@ -112,6 +115,7 @@ def _stored(path: Path) -> Stored:
             capped_share=float(account.get("capped_share", "nan")),
             nonfinite=float(account.get("nonfinite", "nan")),
             versions=dict(account.get("versions", {})),
+            shelf=shelf,
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError("does not say which time it shows", file=path) from error

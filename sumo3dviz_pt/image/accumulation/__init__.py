@@ -1,0 +1,1 @@
+"""Frames that help each other: what neighbours saw of the same things, for less noise."""

@@ -1,0 +1,175 @@
+"""A frame as it was traced, and what neighbours need to know of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
+from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.scene import View
+
+AVERAGED = Channels.in_order(radiance=3, albedo=3, normal=3, hit=1, depth=1)
+"""Layers that are averaged over frames, and where they lie in `TracedFrame.planes`."""
+
+_NEAR, _NEAR_SHARE = 0.02, 0.01  # how far distances may differ [m], and as a share
+_GRAZING = 0.05  # least cosine by which a surface stretches a pixel
+_DARK = 0.02  # share of white that is added before logarithms, so that black has one
+_EXACT = 1e-9  # how far a placement may lie from another that counts as the same
+
+
+@dataclass(frozen=True, eq=False)
+class TracedFrame:
+    """A frame as it was traced, neither denoised nor hazed.
+
+    Attributes:
+        layers: `radiance`, `albedo`, `normal`, `hit`, `depth`, `ids` and `first_depth`; see
+            `model/layers.py`. Others stay as they are.
+        view: Of the camera.
+        white: Radiance that is shown as white, scene units.
+        samples: Of each pixel.
+        parts: What the numbers of `ids` stand for, from 1 on.
+    """
+
+    layers: Layers
+    view: View
+    white: float = 1.0
+    samples: int = 1
+    parts: tuple[MovingPart, ...] = ()
+
+    @cached_property
+    def planes(self) -> Image:
+        """All averaged layers, one channel after the other, (channels, h, w)."""
+        layers = [np.atleast_3d(self.layers[name]) for name in AVERAGED.places]
+        return np.concatenate([np.moveaxis(layer, -1, 0) for layer in layers], dtype=np.float32)
+
+    @cached_property
+    def numbers(self) -> NDArray[np.intp]:
+        """The layer `ids`, as whole numbers, (h, w)."""
+        return self.layers["ids"].astype(np.intp)
+
+    @cached_property
+    def distance(self) -> Image:
+        """Of what is seen, along the ray, (h, w) [m]; 0 is the sky."""
+        first, hit = self.layers["first_depth"], self.layers["hit"]
+        mean = self.layers["depth"] / np.maximum(hit, np.float32(1e-6))
+        # A mean lies nearer to the middle of the pixel, if all samples met one surface.
+        return np.where(self.pure & (first > 0.0), mean, first)
+
+    @cached_property
+    def pure(self) -> Bools:
+        """Whether all samples of a pixel met about the same as its first, (h, w)."""
+        hit, first = self.layers["hit"], self.layers["first_depth"]
+        apart = np.abs(self.layers["depth"] - first * hit)
+        return np.where(first > 0.0, (apart < self.room) & (hit > 0.99), hit < 0.01)
+
+    @cached_property
+    def room(self) -> Image:
+        """How far distances within a pixel, or to a neighbour's, may differ, (h, w) [m]."""
+        away = self.layers["first_depth"]
+        # A surface that is seen from its side is stretched along the ray.
+        camera = self.view.world_from_camera.matrix[:3, :3].T.astype(np.float32)
+        across = camera @ np.moveaxis(self.layers["normal"], -1, 0).reshape(3, -1)
+        facing = np.einsum("ij,ij->j", self.rays.reshape(3, -1), across).reshape(away.shape)
+        facing = np.clip(np.abs(facing), np.float32(_GRAZING), np.float32(1.0))
+        pixel = np.float32(self.view.lens.pixel_angle(self.layers.size[0]))
+        slope = np.sqrt(1.0 - facing * facing) / facing
+        return np.asarray(np.float32(_NEAR) + away * (np.float32(_NEAR_SHARE) + pixel * slope))
+
+    @cached_property
+    def levels(self) -> Image:
+        """Logarithm of the picture's luminance, (h, w)."""
+        return self.levels_of(self.planes)
+
+    def levels_of(self, planes: Image) -> Image:
+        """Return the logarithm of luminance of planes such as this frame's, (h, w)."""
+        red, green, blue = (np.float32(one / self.white) for one in LUMINANCE)
+        r, g, b = plane_of(planes, "radiance")
+        light = red * r + green * g + blue * b
+        return np.asarray(np.log(np.maximum(light, 0.0) + np.float32(_DARK)))
+
+    @property
+    def rays(self) -> Image:
+        """Direction through every pixel in the camera's frame, unit, (3, h, w)."""
+        return _rays(self.view.lens, self.layers.size)
+
+
+@lru_cache(maxsize=2)
+def _rays(lens: Lens, size: tuple[int, int]) -> Image:
+    """Return a lens's rays in single precision, (3, h, w)."""
+    return np.ascontiguousarray(np.moveaxis(lens.rays(size), -1, 0), dtype=np.float32)
+
+
+def plane_of(planes: Image, name: str) -> Image:
+    """Return the planes of a layer, (channels, ...)."""
+    return planes[AVERAGED.places[name]]
+
+
+def layers_of(planes: Image) -> Layers:
+    """Return the averaged layers of planes, (channels, h, w)."""
+    return AVERAGED.layers(np.moveaxis(planes, 0, -1))
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where things went from one frame to another.
+
+    Attributes:
+        placements: From the first camera's frame to the second's, for what stands, then for each
+            part of the first frame, (1 + parts, 4, 4).
+        known: Whether a part is in both frames and keeps its shape, (1 + parts,).
+        numbers: What the second picture shows, by numbers of the first one's parts, (h, w); -1
+            for strangers.
+    """
+
+    placements: Floats
+    known: Bools
+    numbers: NDArray[np.intp]
+
+    @cached_property
+    def still(self) -> Bools:
+        """Which parts are where they were, as the camera sees them, (1 + parts,)."""
+        apart = np.abs(self.placements - np.eye(4)).max(axis=(1, 2))
+        return np.asarray(self.known & (apart < _EXACT))
+
+
+def motion_between(centre: TracedFrame, other: TracedFrame) -> Motion:
+    """Return where things went from one frame to another.
+
+    Placements are combined in double precision, so that they are right wherever the network lies.
+    """
+    to_other = np.linalg.inv(other.view.world_from_camera.matrix)
+    from_centre = centre.view.world_from_camera.matrix
+    standing = to_other @ from_centre
+    if np.array_equal(other.view.world_from_camera.matrix, from_centre):
+        standing = np.eye(4)
+    there = {part.name: part.world_from_part for part in other.parts}
+    placements = np.tile(standing, (1 + len(centre.parts), 1, 1))
+    known = np.ones(len(placements), dtype=bool)
+    for number, part in enumerate(centre.parts, start=1):
+        now, then = part.world_from_part, there.get(part.name)
+        if now is None or then is None:
+            known[number] = False
+        elif not np.array_equal(now.matrix, then.matrix):
+            moved = then.matrix @ np.linalg.inv(now.matrix)
+            placements[number] = to_other @ moved @ from_centre
+    return Motion(placements, known, _common_numbers(centre, other))
+
+
+def _common_numbers(centre: TracedFrame, other: TracedFrame) -> NDArray[np.intp]:
+    """Return another frame's ids as numbers of this frame's parts, (h, w); -1 for strangers."""
+    names = {part.name: number for number, part in enumerate(centre.parts, start=1)}
+    numbers = [0, *(names.get(part.name, -1) for part in other.parts)]
+    return np.asarray(np.array(numbers, dtype=np.intp)[other.numbers])
+
+
+def all_around(mask: Bools) -> Bools:
+    """Return where a mask holds in all of 3 x 3 pixels, (h, w)."""
+    wide = np.pad(mask, 1, mode="edge")
+    rows = wide[:-2] & wide[1:-1] & wide[2:]
+    return np.asarray(rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:])

@@ -1,0 +1,198 @@
+"""Stored frames that are not finished: what was traced, and how to finish it.
+
+Such a frame is a function of itself alone. What its neighbours know is added when the film is
+developed, so it does not matter in which order, by how many runs or where frames were traced.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.scene import FrameState, Haze
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+    from sumo3dviz_pt.render.passes.finish import Finishing
+    from sumo3dviz_pt.render.session import Samples, Session
+
+TRACED, FINISHING = "sumo3dviz_pt_traced", "sumo3dviz_pt_finishing"
+"""Names of the attributes that say what a frame shows, and how it is finished."""
+
+
+def write_traced(
+    path: Path, samples: Samples, frame: FrameState, session: Session, account: Mapping[str, Any]
+) -> None:
+    """Store a frame as it was traced.
+
+    Args:
+        path: Where to.
+        samples: What was traced, with the layers `ids` and `first_depth`.
+        frame: What it shows.
+        session: That traced it.
+        account: What it was made from.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+    from sumo3dviz_pt.image.accumulation.storage import packed
+    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
+
+    white, spp = session.settings.white, session.settings.quality.spp
+    traced = TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
+    layers, text = packed(traced)
+    attributes = {
+        PROVENANCE: json.dumps(account, sort_keys=True),
+        TRACED: text,
+        FINISHING: _finishing_text(session.finishing),
+    }
+    write_exr(path, layers, attributes=attributes)
+
+
+def _finishing_text(how: Finishing) -> str:
+    """Return how frames are finished, as text."""
+    horizon = zlib.compress(how.horizon.astype(np.float16).tobytes(), 9)
+    return json.dumps(
+        {
+            "denoiser": how.denoiser,
+            "guided": how.guided,
+            "raw_share": how.raw_share,
+            "haze": None if how.haze is None else list(how.haze.extinction),
+            "horizon": base64.b64encode(horizon).decode(),
+        }
+    )
+
+
+def _finishing_of(text: str) -> Finishing:
+    """Return how frames are finished, from its text."""
+    from sumo3dviz_pt.render.passes.finish import Finishing
+
+    said = json.loads(text)
+    red_green_blue = said["haze"]
+    horizon = zlib.decompress(base64.b64decode(said["horizon"]))
+    return Finishing(
+        str(said["denoiser"]),
+        bool(said["guided"]),
+        float(said["raw_share"]),
+        None if red_green_blue is None else Haze(tuple(red_green_blue)),
+        np.frombuffer(horizon, dtype=np.float16).astype(np.float32).reshape(-1, 3),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoredFrame:
+    """A frame as it lies on disk.
+
+    Attributes:
+        layers: All of its layers.
+        strings: Its attributes.
+        account: What it was made from.
+    """
+
+    layers: Mapping[str, Image]
+    strings: Mapping[str, str]
+    account: Mapping[str, Any]
+
+    @classmethod
+    def read(cls, path: Path) -> StoredFrame:
+        """Read a frame.
+
+        Raises:
+            InputError: If it is missing or damaged.
+        """
+        from sumo3dviz_pt.image.exr import PROVENANCE, read_layers
+
+        layers, strings = read_layers(path)
+        try:
+            account = json.loads(strings.get(PROVENANCE, "{}"))
+        except ValueError as error:
+            raise InputError(f"its account is damaged ({error})", file=path) from error
+        return cls(layers, strings, account)
+
+    @property
+    def window(self) -> int:
+        """How many frames before and after help it; 0 where it is finished already."""
+        return int(self.account.get("preset", {}).get("accumulate", 0)) if self.traced else 0
+
+    @property
+    def traced(self) -> bool:
+        """Whether it is stored as it was traced."""
+        return TRACED in self.strings
+
+
+@dataclass(slots=True)
+class Shelf:
+    """Reads and finishes a film's frames; those that the next one needs, too, are kept.
+
+    Memory depends on the window, not on the film's length.
+    """
+
+    _frames: dict[Path, tuple[StoredFrame, TracedFrame]] = field(default_factory=dict)
+
+    def finished(self, path: Path) -> tuple[Image, Mapping[str, Any]]:
+        """Return a frame's radiance, (h, w, 3), finished; and what it was made from.
+
+        Its neighbours are the frames of the same film that lie beside it.
+
+        Raises:
+            InputError: If it, or a neighbour, is missing or damaged.
+        """
+        if path not in self._frames:
+            stored = StoredFrame.read(path)
+            if not stored.traced:
+                return stored.layers["radiance"], stored.account
+            self._frames[path] = (stored, _traced_frame(stored, path))
+        stored, centre = self._frames[path]
+        around = _beside(path, stored.window)
+        self._frames = {p: kept for p, kept in self._frames.items() if p == path or p in around}
+        others = [self._neighbour(other, stored) for other in around]
+        return self._developed(stored, centre, [one for one in others if one]), stored.account
+
+    def _neighbour(self, path: Path, centre: StoredFrame) -> TracedFrame | None:
+        """Return a frame beside another one; None if it is of another film."""
+        if path not in self._frames:
+            stored = StoredFrame.read(path)
+            if not stored.traced or stored.account.get("key") != centre.account.get("key"):
+                return None
+            self._frames[path] = (stored, _traced_frame(stored, path))
+        return self._frames[path][1]
+
+    def _developed(
+        self, stored: StoredFrame, centre: TracedFrame, others: list[TracedFrame]
+    ) -> Image:
+        """Return a frame's radiance with its neighbours' help."""
+        from sumo3dviz_pt.image.accumulation.build import accumulated
+        from sumo3dviz_pt.render.passes.finish import finished
+
+        helped = accumulated(centre, others)
+        return finished(helped.layers, centre.view, _finishing_of(stored.strings[FINISHING]))
+
+
+def _traced_frame(stored: StoredFrame, path: Path) -> TracedFrame:
+    """Return a stored frame ready to help others."""
+    from sumo3dviz_pt.image.accumulation.storage import unpacked
+
+    try:
+        return unpacked(stored.layers, stored.strings[TRACED])
+    except ValueError as error:
+        raise InputError(f"{error}; render it again", file=path) from error
+
+
+def _beside(path: Path, window: int) -> list[Path]:
+    """Return the frames that lie beside one, in order, as far as they exist."""
+    if not path.stem.isdecimal():
+        return []
+    number, digits = int(path.stem), len(path.stem)
+    numbers = [n for n in range(number - window, number + window + 1) if n >= 0 and n != number]
+    files = [path.with_name(f"{n:0{digits}d}{path.suffix}") for n in numbers]
+    return [file for file in files if file.is_file()]

@@ -1,0 +1,71 @@
+"""Makes finished pictures of traced ones: denoised, mixed, with lamps and haze."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.layers import Layers
+from sumo3dviz_pt.model.scene import Haze, View
+from sumo3dviz_pt.render.passes.denoise import denoise, mixed
+from sumo3dviz_pt.render.passes.haze import apply_haze, horizon_behind
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Finishing:
+    """How traced pictures are finished; what a film's frames share.
+
+    Attributes:
+        denoiser: `none`, `fast`, `balanced` or `high`.
+        guided: Whether albedo and normals guide it.
+        raw_share: Share of the raw picture that textures keep.
+        haze: Aerial perspective, or None.
+        horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
+    """
+
+    denoiser: str
+    guided: bool
+    raw_share: float
+    haze: Haze | None
+    horizon: Image
+
+
+def finished(seen: Layers, view: View, how: Finishing) -> Image:
+    """Denoise a picture, then lay haze over it.
+
+    Args:
+        seen: `radiance`, without the light of lamps that are seen directly if that is there as
+            `excess`; `hit`, and what guides and haze need.
+        view: Of the camera.
+        how: What is to be done.
+
+    Returns:
+        Radiance, (h, w, 3).
+    """
+    radiance = seen["radiance"]
+    if how.denoiser != "none":
+        # Layers may be here because they are wanted, not as guides.
+        known = seen if how.guided else Layers()
+        albedo, normal = known.get("albedo"), known.get("normal")
+        smooth = denoise(radiance, quality=how.denoiser, albedo=albedo, normal=normal)
+        radiance = mixed(smooth, radiance, hit=seen["hit"], share=how.raw_share)
+    if "excess" in seen:
+        # Lamps are so bright that the denoiser would smear them.
+        radiance = radiance + seen["excess"]
+    return hazed(seen | {"radiance": radiance}, view, how)
+
+
+def hazed(seen: Layers, view: View, how: Finishing) -> Image:
+    """Return the radiance of a picture with haze, if there is any.
+
+    Args:
+        seen: `radiance`; `depth` and `hit` where there is haze.
+        view: Of the camera.
+        how: What is to be done.
+    """
+    if how.haze is None:
+        return seen["radiance"]
+    behind = horizon_behind(how.horizon, view, seen.size)
+    return apply_haze(
+        seen["radiance"], how.haze, depth=seen["depth"], hit=seen["hit"], behind=behind
+    )
