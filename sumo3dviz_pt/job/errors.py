@@ -45,6 +45,9 @@ _WORDS: Mapping[str, str] = {
 
 _SHOULD = "this should be "
 
+_BRANCHES = ("float", "tuple", "TableSettings")
+"""Pydantic's names of what a union may be, where they hold no bracket."""
+
 
 @dataclass(frozen=True, slots=True)
 class Source:
@@ -116,7 +119,7 @@ def _alike(path: KeyPath, other: KeyPath) -> bool:
 
 def _is_branch(part: str | int) -> bool:
     """Return whether a part of pydantic's location names a branch of a union, not a key."""
-    return isinstance(part, str) and (part in _MODES or "[" in part or part in ("float", "tuple"))
+    return isinstance(part, str) and (part in _MODES or "[" in part or part in _BRANCHES)
 
 
 def _alternatives(problems: Sequence[Mapping[str, Any]]) -> list[str]:
