@@ -41,6 +41,10 @@ def _factor(name: str) -> str:
             f"a factor's name becomes a variable: a letter, then letters, digits or _, at most 40"
             f" and no word of Python, not {name!r}"
         )
+    if re.search(r"_\d+$", name):
+        raise ValueError(
+            f"a factor's name cannot end in _ and digits, which count alternatives, as {name!r}"
+        )
     if name.lower() in OWN_COLUMNS:
         raise ValueError(f"no factor can be called {name!r}, a column of the tables is")
     return name
