@@ -79,8 +79,17 @@ def load_job(path: Path, overrides: Mapping[str, Any] | None = None) -> Job:
         ConfigError: If the file is missing, no YAML, or holds a wrong setting.
     """
     scene = read_scene(path)
-    values = {key: _value_of(key, value) for key, value in checked_overrides(overrides).items()}
-    return make_job(scene.patched(values), folder=scene.folder, source=scene.source)
+    patch = override_values(overrides)
+    return make_job(scene.patched(patch), folder=scene.folder, source=scene.source)
+
+
+def override_values(overrides: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what overrides mean, by dotted key: text is YAML, all else is taken as it is.
+
+    Raises:
+        ConfigError: If they are no overrides, or a text is no YAML.
+    """
+    return {key: _value_of(key, value) for key, value in checked_overrides(overrides).items()}
 
 
 def make_job(

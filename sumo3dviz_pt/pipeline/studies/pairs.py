@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
+from os.path import commonpath
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.trials import Levels, Profile
@@ -62,21 +62,28 @@ def pairs_of(levels: Levels, stimuli: Sequence[Stimulus]) -> tuple[StimulusPair,
 
 def changes(one: Stimulus, other: Stimulus) -> list[str]:
     """Return what differs in the scenes of two films, key by key."""
-    first, second = ({"scene": _plain(each)} for each in (one, other))
+    files = _names(*(_files(each) for each in (one, other)))
+    first, second = (
+        {"scene": with_files(each.job.model_dump(by_alias=True), files.__getitem__)}
+        for each in (one, other)
+    )
     return differences(first, second)
 
 
-def _plain(stimulus: Stimulus) -> Mapping[str, object]:
-    """Return a scene as plain values; files by their paths."""
-    plain: Mapping[str, object] = with_files(
-        stimulus.job.model_dump(by_alias=True, mode="python"), partial(_text)
-    )
-    return plain
+def _files(stimulus: Stimulus) -> list[Path]:
+    """Return the files that a scene names."""
+    found: dict[Path, None] = {}
+    with_files(stimulus.job.model_dump(by_alias=True), lambda path: found.setdefault(path))
+    return list(found)
 
 
-def _text(path: Path) -> str:
-    """Return a file's path as messages show it."""
-    return path.as_posix()
+def _names(*several: Sequence[Path]) -> dict[Path, str]:
+    """Return files by what they are called below their common folder: no machine's paths."""
+    paths = list(dict.fromkeys(path for some in several for path in some))
+    if not paths:
+        return {}
+    common = Path(commonpath([path.absolute().parent for path in paths]))
+    return {path: path.absolute().relative_to(common).as_posix() for path in paths}
 
 
 def _neighbours(profiles: Sequence[Profile], place: int) -> list[tuple[Profile, Profile]]:
