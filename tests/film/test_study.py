@@ -20,7 +20,7 @@ from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study, film_task
 pytestmark = pytest.mark.slow
 
 STUDY = """scene: scene.yaml
-clip: {camera: post, from: 2, to: 2.08}
+clip: {camera: post, from: 2, to: 2.2}
 common: {quality: draft, output.size: [32, 18]}
 factors:
   light:
@@ -72,12 +72,12 @@ def test_the_folder_holds_films_tables_and_digests(made):
     )
     assert listed == {k: v for k, v in digests(made).items() if k != "checksums.sha256"}
     (table,) = (made / "data").glob("*description-stimuli*")
-    rows = list(csv.DictReader(table.open(encoding="utf-8")))
+    rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
     assert {(row["light"], row["price"]) for row in rows} == {
         (light, price) for light in ("clear", "grey") for price in ("low", "high")
     }
     assert {row["film"] for row in rows} == {"materials/clear.mp4", "materials/grey.mp4"}
-    assert {row["duration"] for row in rows} == {"0.08"}
+    assert {row["duration"] for row in rows} == {"0.2"}
 
 
 def test_the_record_names_the_pair_and_no_path_of_this_machine(made, place):

@@ -177,7 +177,7 @@ def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
 
 
 def _unseen(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> list[str]:
-    """Return which pairs are the same film, byte by byte: what differs is nowhere in the picture."""
+    """Return which pairs are the same film, byte by byte: what differs is not in the picture."""
     notes = [
         f"{pair.one} and {pair.other} are the same film: what {pair.factor} changes is not seen"
         for pair in plan.pairs
