@@ -29,6 +29,9 @@ OWN_COLUMNS = frozenset(
 
 _FACTOR = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _LONGEST_LEVEL = 60
+_ADDRESS = re.compile(r"https?://[^\s\"'<>]+")
+_PLACE = re.compile(r"[^\s\"'<>]+")
+_LANGUAGE = re.compile(r"[a-z]{2,3}(-[A-Za-z]+)?")
 
 
 # Names -------------------------------------------------------------------------------------
@@ -67,6 +70,27 @@ def _word(value: Any) -> Any:
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:g}" if isinstance(value, int | float) else value
+
+
+def _address(text: str) -> str:
+    """Refuse what is no address of a folder online."""
+    if not _ADDRESS.fullmatch(text):
+        raise ValueError(f"an address begins with https:// and holds no blanks, not {text!r}")
+    return text
+
+
+def _place(text: str) -> str:
+    """Refuse what is neither an address nor a folder."""
+    if not text.endswith("/") or not _PLACE.fullmatch(text):
+        raise ValueError(f"a place to load from ends in / and holds no blanks, not {text!r}")
+    return text
+
+
+def _language(text: str) -> str:
+    """Refuse what is no language's code."""
+    if not _LANGUAGE.fullmatch(text):
+        raise ValueError(f"a language is written like en or pt-BR, not {text!r}")
+    return text
 
 
 FactorName = Annotated[str, AfterValidator(_factor)]
@@ -158,7 +182,7 @@ class QuestionSettings(Settings):
     low: str = Field("not at all", description="what the first answer means")
     high: str = Field("very", description="what the last answer means")
     none: str = Field("None of these", description="the answer that chooses nothing")
-    language: str = Field("en", pattern=r"^[a-z]{2}(-[A-Za-z]+)?$", description="of all texts")
+    language: Annotated[str, AfterValidator(_language)] = Field("en", description="of all texts")
 
 
 class PlaylistSettings(Settings):
@@ -181,14 +205,12 @@ class ToolSettings(Settings):
     """For which tools files are written, and where films will lie."""
 
     write: tuple[Tool, ...] = Field(TOOLS, max_length=len(TOOLS), description="tools")
-    url: str | None = Field(
+    url: Annotated[str, AfterValidator(_address)] | None = Field(
         None,
-        pattern=r"^https?://[^\s\"'<>]+$",
         description="of the folder online; LimeSurvey and Qualtrics show films from there",
     )
-    jspsych: str = Field(
+    jspsych: Annotated[str, AfterValidator(_place)] = Field(
         "https://unpkg.com/",
-        pattern=r"^[^\s\"'<>]+/$",
         description="where the page loads jsPsych from: a URL or a folder beside it, ending in /",
     )
 

@@ -47,21 +47,26 @@ def film_path(folder: Path, plan: StudyPlan, stimulus: Stimulus) -> Path:
     return folder / MATERIALS / f"{stimulus.name}{plan.file.settings.film}"
 
 
-def finished_films(folder: Path, plan: StudyPlan, *, variant: str) -> dict[str, FilmRecord]:
+def finished_films(
+    folder: Path, plan: StudyPlan, *, variant: str, hashed: bool = True
+) -> dict[str, FilmRecord]:
     """Return the films that need not be rendered: whole, and made from what they would be now.
 
     Args:
         folder: The study's; it need not exist.
         plan: What is wanted.
         variant: The renderer's.
+        hashed: Whether the films themselves are compared with their digests; else they only are
+            there.
     """
     known = _films(folder)
     found = {}
     for stimulus in plan.stimuli:
         record = known.get(stimulus.name)
-        fits = record is not None and (record.digest, record.variant) == (stimulus.digest, variant)
+        if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
+            continue
         path = film_path(folder, plan, stimulus)
-        if fits and record is not None and file_hash(path) == record.sha256:
+        if path.is_file() and (not hashed or file_hash(path) == record.sha256):
             found[stimulus.name] = record
     return found
 

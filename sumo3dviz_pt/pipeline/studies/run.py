@@ -133,7 +133,7 @@ def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecor
     """
     folder = order.folder
     (folder / MATERIALS).mkdir(parents=True, exist_ok=True)
-    films = finished_films(folder, plan, variant=order.variant)
+    films = finished_films(folder, plan, variant=order.variant, hashed=False)
     films.pop(task.stimulus.name, None)
     write_record(folder, plan, films)
     render_film(task.stimulus.job, task.request, task.order)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.trials import Profile
-from sumo3dviz_pt.job.settings import Job, LagrangianCamera, ShotSettings
+from sumo3dviz_pt.job.settings import Job, LagrangianCamera, ScenarioSettings, ShotSettings
 from sumo3dviz_pt.job.study import Patch
 from sumo3dviz_pt.library.vehicles.companions import companions
 from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
@@ -65,10 +65,11 @@ def build_stimuli(
     """
     together: dict[str, list[Profile]] = {}
     jobs: dict[str, Job] = {}
+    digests = _Digests()
     for profile in profiles:
         with study.blamed("factors"):
             job = job_of(study, profile, overrides)
-        digest = film_digest(job, _only_shot(study, job))
+        digest = digests.of(job, _only_shot(study, job))
         together.setdefault(digest, []).append(profile)
         jobs.setdefault(digest, job)
     names = _names(study, {digest: own[0] for digest, own in together.items()})
@@ -85,30 +86,42 @@ def build_stimuli(
     )
 
 
-def film_digest(job: Job, shot: ShotSettings) -> str:
-    """Return a hash of all that a film is made from; files count by content.
+class _Digests:
+    """Hashes what films are made from; what many films share is looked up once."""
 
-    It needs no simulation to be read, so it says which films have to be rendered at all; whether
-    frames fit is said by their own keys.
-    """
-    settings = {key: value for key, value in job.model_dump().items() if key not in _APART}
-    camera = job.cameras.get(shot.camera)
-    view = camera.view if isinstance(camera, LagrangianCamera) else ""
-    content = {
-        "settings": with_files(settings, _content),
-        "files": {
-            role: [_content(path) for path in paths]
-            for role, paths in by_role(scenario_files(job)).items()
-        },
-        "choices": [job.scenario.allow_truncated, job.scenario.allow_misfit, view],
-        "shot": with_files(shot.model_dump(), str) | {"speed": str(shot.speed)},
-        "rate": str(job.output.fps),
-        "quality": quality_preset(job.quality).model_dump(exclude={"purpose"}),
-        "versions": versions(),
-        "package": package_hashes(),
-    }
-    text = json.dumps(content, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
+    def __init__(self) -> None:
+        self._files: dict[ScenarioSettings, dict[str, list[list[str]]]] = {}
+        self._versions = {"versions": versions(), "package": package_hashes()}
+
+    def of(self, job: Job, shot: ShotSettings) -> str:
+        """Return a hash of all that a film is made from; files count by content.
+
+        No simulation is read for it: it says which films have to be rendered at all. Whether
+        stored frames fit is said by their own keys.
+        """
+        settings = {key: value for key, value in job.model_dump().items() if key not in _APART}
+        camera = job.cameras.get(shot.camera)
+        view = camera.view if isinstance(camera, LagrangianCamera) else ""
+        content = {
+            "settings": with_files(settings, _content),
+            "files": self._scenario(job),
+            "choices": [job.scenario.allow_truncated, job.scenario.allow_misfit, view],
+            "shot": with_files(shot.model_dump(), str) | {"speed": str(shot.speed)},
+            "rate": str(job.output.fps),
+            "quality": quality_preset(job.quality).model_dump(exclude={"purpose"}),
+            **self._versions,
+        }
+        text = json.dumps(content, sort_keys=True, default=str)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def _scenario(self, job: Job) -> dict[str, list[list[str]]]:
+        """Return the hashes of a simulation's files, by what they are."""
+        if job.scenario not in self._files:
+            self._files[job.scenario] = {
+                role: [_content(path) for path in paths]
+                for role, paths in by_role(scenario_files(job)).items()
+            }
+        return self._files[job.scenario]
 
 
 def file_hash(path: Path) -> str:

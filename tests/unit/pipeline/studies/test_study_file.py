@@ -227,7 +227,23 @@ def test_odd_level_names_make_sound_file_names(tmp_path):
             "study.yaml:2:13: playlists.parts: block 1 has 4 trials",
         ),
         ("seed: 3", "tools: {write: [jspsyhc]}", "tools.write.0: this should be 'jspsych'"),
-        ("seed: 3", "tools: {url: example.org}", "tools.url"),
+        ("seed: 3", "tools: {url: example.org}", "tools.url: an address begins with https://"),
+        (
+            "seed: 3",
+            "tools: {jspsych: node_modules}",
+            "tools.jspsych: a place to load from ends in /",
+        ),
+        (
+            "seed: 3",
+            "question: {language: english}",
+            "question.language: a language is written like",
+        ),
+        (
+            "    levels:\n      some",
+            "      some",
+            "factors.trees.some: this key is unknown; known: about",
+        ),
+        ("  trees:", "  trees_2:", "a factor's name cannot end in _ and digits"),
         ("seed: 3", "film: .gif", "film: this should be '.mp4', '.webm' or '.mov'"),
     ],
 )
