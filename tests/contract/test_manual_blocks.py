@@ -29,6 +29,7 @@ from sumo3dviz_pt.pipeline.import_sumo3dviz import translate
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.pipeline.stills.still import Still
+from sumo3dviz_pt.pipeline.studies.run import StudyOrder
 
 HOWTO = sorted((DOCS / "howto").glob("*.md"))
 SHOT_KEYS = ("camera", "from", "to")
@@ -39,6 +40,7 @@ OUR_NAMES = {
     "frame": Still,
     "image": Still,
     "films": Films,
+    "study": sumo3dviz_pt.Study,
     "vehicle": RoadUser,
 }
 """What names stand for in the manual's Python; its attributes have to exist."""
@@ -212,7 +214,7 @@ def check_call(node: ast.Call, func: ast.Attribute) -> None:
     if func.attr == "Scene":
         taken |= set(Job.model_fields) | set(ScenarioSettings.model_fields)
     if func.attr in ("render", "frames"):
-        taken |= set(Request.__slots__) | set(FilmOrder.__slots__)
+        taken |= set(Request.__slots__) | set(FilmOrder.__slots__) | set(StudyOrder.__slots__)
     given = {keyword.arg for keyword in node.keywords if keyword.arg is not None}
     assert given <= taken, ast.unparse(node)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import finished_films
@@ -13,30 +15,42 @@ _MOST_ROWS = 40
 
 
 def in_words(plan: StudyPlan, order: StudyOrder) -> str:
-    """Return what a study shows, what differs between its films, and what they cost."""
+    """Return what a study shows, what is there of it, and what the rest costs."""
     done = finished_films(order.folder, plan, variant=order.variant)
     todo = [stimulus for stimulus in plan.stimuli if stimulus.name not in done]
+    there = f"there    {len(done)} of {_many(len(plan.stimuli), 'film')} in {order.folder}"
+    return plan_in_words(plan, todo, there)
+
+
+def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
+    """Return what a study shows, what differs between its films, and what they cost.
+
+    Args:
+        plan: The study's.
+        todo: The films that are to be rendered.
+        more: Lines before the cost.
+    """
+    names = {stimulus.name for stimulus in todo}
     design = plan.file.settings.design
     kind = design if isinstance(design, str) else f"{design.form} table {design.table.name}"
     several = max(len(trial.alternatives) for trial in plan.trials)
+    choice = f" of up to {several} alternatives" if several > 1 else ""
     lines = [
         f"{plan.file.path}: design {kind}, {_many(len(plan.profiles), 'profile')} in"
-        f" {_many(len(plan.trials), 'trial')}"
-        + (f" of up to {several} alternatives" if several > 1 else "")
-        + f", {_many(len(plan.playlists), 'playlist')}",
+        f" {_many(len(plan.trials), 'trial')}{choice}, {_many(len(plan.playlists), 'playlist')}",
         "",
         "factors",
         *(f"  {name:<16} {', '.join(levels)}" for name, levels in plan.file.levels.items()),
         "",
         "films",
-        *(_film(stimulus, there=stimulus.name in done) for stimulus in plan.stimuli[:_MOST_ROWS]),
+        *(_film(each, there=each.name not in names) for each in plan.stimuli[:_MOST_ROWS]),
         *_rest(len(plan.stimuli)),
         "",
         "pairs that differ in one factor, and in what",
         *_pairs(plan),
         "",
         *(f"note: {note}" for note in plan.notes),
-        f"there    {len(done)} of {_many(len(plan.stimuli), 'film')} in {order.folder}",
+        *more,
         f"cost     {forecast(todo)}",
     ]
     return "\n".join(lines)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from builders import write_scenario
 
+import sumo3dviz_pt as sv
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.tools.papers import digest_of
@@ -163,6 +164,23 @@ def test_films_of_odd_sizes_are_refused(place):
     plan = planned(place, f"{STUDY}common: {{output.size: [33, 18]}}\n")
     with pytest.raises(ConfigError, match="width and height must be even"):
         check_study(plan, order(place / "out"))
+
+
+# Python ------------------------------------------------------------------------------------
+
+
+def test_python_makes_the_same_folder(place):
+    """All films are there already, so nothing is rendered."""
+    plan, out = planned(place), place / "out"
+    filmed(out, plan)
+    study = sv.Study(place / "study.yaml")
+    assert repr(study).endswith("study.yaml: 4 films, 4 trials, 4 playlists>")
+    assert "pairs that differ in one factor" in str(study)
+    films = study.render(out, resume=True, variant="scalar")
+    assert [path.stem for path in films] == [stimulus.name for stimulus in plan.stimuli]
+    assert (out / "index.html").exists() and (out / "checksums.sha256").exists()
+    with pytest.raises(ConfigError, match="resumee: this choice is unknown; did you mean 'resume'"):
+        study.render(out, resumee=True)
 
 
 # The command -------------------------------------------------------------------------------
