@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from string import ascii_uppercase
 
 from sumo3dviz_pt.experiments.playlists import Playlist
@@ -77,6 +77,8 @@ class StudyContent:
         words: For people.
         url: Of the folder online, ending in /; None if it is not known.
         jspsych: Where jsPsych is loaded from, ending in /.
+        notes: What a reader of the data should know.
+        told: Factors that films do not show, so that words have to.
     """
 
     factors: Mapping[str, str]
@@ -87,7 +89,8 @@ class StudyContent:
     words: Words
     url: str | None = None
     jspsych: str = "https://unpkg.com/"
-    notes: Sequence[str] = field(default=())
+    notes: Sequence[str] = ()
+    told: Sequence[str] = ()
 
     @property
     def films(self) -> tuple[Clip, ...]:
@@ -102,6 +105,11 @@ class StudyContent:
     def named(self, profile: Profile) -> dict[str, str]:
         """Return a profile's levels by the names of their factors."""
         return dict(zip(self.factors, profile, strict=True))
+
+    def told_words(self, profile: Profile) -> str:
+        """Return what people read beside a film; nothing if it shows all."""
+        levels = self.named(profile)
+        return ", ".join(f"{self.factors[name] or name}: {levels[name]}" for name in self.told)
 
 
 def trial_name(trial: Trial) -> str:

@@ -104,4 +104,8 @@ def _trial(content: StudyContent, trial: Trial) -> Mapping[str, object]:
         end = f"_{place}" if len(clips) > 1 else ""
         data[f"film{end}"] = clip.name
         data |= {f"{key}{end}": level for key, level in content.named(profile).items()}
-    return {"films": [None if clip is None else clip.name for clip in clips], "data": data}
+    return {
+        "films": [None if clip is None else clip.name for clip in clips],
+        "told": ["" if p is None else content.told_words(p) for p in trial.alternatives],
+        "data": data,
+    }

@@ -33,13 +33,14 @@ def film_address(content: StudyContent, profile: Profile) -> str:
     return f"{content.url}{content.clips[profile].file}"
 
 
-def _player(address: str, title: str) -> str:
+def _player(address: str, title: str, told: str) -> str:
     """Return a film in HTML; it plays by itself, without sound and controls."""
     shown = f'<p style="font-size: 1.5em">{html.escape(title)}</p>' if title else ""
+    below = f"<p>{html.escape(told)}</p>" if told else ""
     source = html.escape(address, quote=True)
     return (
         f'{shown}<video src="{source}" autoplay="autoplay" muted="muted" playsinline="playsinline"'
-        ' preload="auto" style="max-width: 100%"></video>'
+        f' preload="auto" style="max-width: 100%"></video>{below}'
     )
 
 
@@ -47,7 +48,11 @@ def _shown(content: StudyContent, trial: Trial) -> str:
     """Return the films of a trial and its question in HTML, in one line."""
     several = len(trial.alternatives) > 1
     players = [
-        _player(film_address(content, profile), letter(place) if several else "")
+        _player(
+            film_address(content, profile),
+            letter(place) if several else "",
+            content.told_words(profile),
+        )
         for place, profile in enumerate(trial.alternatives)
         if profile is not None
     ]

@@ -63,5 +63,6 @@ def _study(content: StudyContent) -> Mapping[str, object]:
         "none": words.none,
         "letters": [letter(place) for place in range(content.most_alternatives)],
         "film_columns": _columns(content),
+        "told": {name: content.factors[name] or name for name in content.told},
         "online": content.url is not None,
     }

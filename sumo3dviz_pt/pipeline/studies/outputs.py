@@ -19,6 +19,7 @@ from sumo3dviz_pt.experiments.tools.sheets import write_sheet
 from sumo3dviz_pt.job.study import StudySettings, TableSettings
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.frames import account_file
+from sumo3dviz_pt.pipeline.studies.patches import told_only
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import (
     MATERIALS,
@@ -84,6 +85,7 @@ def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent
         url=None if url is None else f"{url.rstrip('/')}/",
         jspsych=settings.tools.jspsych,
         notes=plan.notes,
+        told=tuple(name for name in settings.factors if told_only(plan.file, name)),
     )
 
 

@@ -65,18 +65,20 @@ def build_stimuli(
     """
     together: dict[str, list[Profile]] = {}
     jobs: dict[str, Job] = {}
+    codes: dict[str, str] = {}
     digests = _Digests()
     for profile in profiles:
         with study.blamed("factors"):
             job = job_of(study, profile, overrides)
-        digest = digests.of(job, _only_shot(study, job))
+        digest, code = digests.of(job, _only_shot(study, job))
+        codes[digest] = code
         together.setdefault(digest, []).append(profile)
         jobs.setdefault(digest, job)
-    names = _names(study, {digest: own[0] for digest, own in together.items()})
+    names = _names(study, {digest: own[0] for digest, own in together.items()}, codes)
     return tuple(
         Stimulus(
             names[digest],
-            _code(digest),
+            codes[digest],
             jobs[digest],
             jobs[digest].shots[0],
             digest,
@@ -93,11 +95,12 @@ class _Digests:
         self._files: dict[ScenarioSettings, dict[str, list[list[str]]]] = {}
         self._versions = {"versions": versions(), "package": package_hashes()}
 
-    def of(self, job: Job, shot: ShotSettings) -> str:
-        """Return a hash of all that a film is made from; files count by content.
+    def of(self, job: Job, shot: ShotSettings) -> tuple[str, str]:
+        """Return a hash of all that a film is made from, and a code; files count by content.
 
         No simulation is read for it: it says which films have to be rendered at all. Whether
-        stored frames fit is said by their own keys.
+        stored frames fit is said by their own keys. The code does not hang on our versions, so
+        that it stays when the program gets better; it begins with a letter, as some tools want.
         """
         settings = {key: value for key, value in job.model_dump().items() if key not in _APART}
         camera = job.cameras.get(shot.camera)
@@ -109,10 +112,8 @@ class _Digests:
             "shot": with_files(shot.model_dump(), str) | {"speed": str(shot.speed)},
             "rate": str(job.output.fps),
             "quality": quality_preset(job.quality).model_dump(exclude={"purpose"}),
-            **self._versions,
         }
-        text = json.dumps(content, sort_keys=True, default=str)
-        return hashlib.sha256(text.encode()).hexdigest()
+        return _hashed({**content, **self._versions}), f"s{_hashed(content)[:11]}"
 
     def _scenario(self, job: Job) -> dict[str, list[list[str]]]:
         """Return the hashes of a simulation's files, by what they are."""
@@ -122,6 +123,12 @@ class _Digests:
                 for role, paths in by_role(scenario_files(job)).items()
             }
         return self._files[job.scenario]
+
+
+def _hashed(content: Mapping[str, object]) -> str:
+    """Return the SHA-256 of plain values."""
+    text = json.dumps(content, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def file_hash(path: Path) -> str:
@@ -164,12 +171,9 @@ def _only_shot(study: StudyFile, job: Job) -> ShotSettings:
     return job.shots[0]
 
 
-def _code(digest: str) -> str:
-    """Return a short code; it begins with a letter, as some tools want."""
-    return f"s{digest[:11]}"
-
-
-def _names(study: StudyFile, firsts: Mapping[str, Profile]) -> dict[str, str]:
+def _names(
+    study: StudyFile, firsts: Mapping[str, Profile], codes: Mapping[str, str]
+) -> dict[str, str]:
     """Return names of films by digest: of the levels that they show, or codes."""
     shown = [not told_only(study, factor) for factor in study.settings.factors]
     names = {}
@@ -177,10 +181,10 @@ def _names(study: StudyFile, firsts: Mapping[str, Profile]) -> dict[str, str]:
         words = [_slug(level) for level, seen in zip(profile, shown, strict=True) if seen]
         name = "_".join(words)
         coded = study.settings.names == "codes" or not name or len(name) > _LONGEST_NAME
-        names[digest] = _code(digest) if coded else name
+        names[digest] = codes[digest] if coded else name
     lowered = [name.lower() for name in names.values()]
     return {
-        digest: _code(digest) if lowered.count(name.lower()) > 1 else name
+        digest: codes[digest] if lowered.count(name.lower()) > 1 else name
         for digest, name in names.items()
     }
 

@@ -11,6 +11,7 @@ import json
 import keyword
 import re
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -170,10 +171,36 @@ def test_answers_carry_the_levels_of_what_was_seen(choices):
     ],
 )
 def test_jspsych_comes_from_an_address_or_a_folder(tmp_path, ratings, base, first):
-    from dataclasses import replace
-
     sources = Reader(page(replace(ratings, jspsych=base))).sources
     assert len(sources) == len(PACKAGES) + 1 and sources[0].startswith(first)
+
+
+# Told factors ------------------------------------------------------------------------------
+
+
+@both()
+def test_what_films_do_not_show_is_told_in_words(tmp_path, content):
+    """The gap has no words of its own, so its name is shown; it must not break out of HTML."""
+    told = replace(content, told=("gap",), url="https://example.org/a/")
+    told = replace(told, factors={"light": "", "gap": "a <b> gap"})
+    study = json.loads(Reader(page(told)).texts["study"])
+    assert {words for trial in study["trials"].values() for words in trial["told"]} <= {
+        "a <b> gap: 1.5",
+        "a <b> gap: 3",
+        "",
+    }
+    write_tools(tmp_path, told, ["limesurvey", "qualtrics", "otree"])
+    shown = sum(profile is not None for trial in told.trials for profile in trial.alternatives)
+    for name in ("limesurvey.txt", "qualtrics.txt"):
+        text = (tmp_path / name).read_text("utf-8")
+        assert text.count("<p>a &lt;b&gt; gap: ") == shown
+    otree = json.loads((tmp_path / "otree" / "films" / "study.json").read_text("utf-8"))
+    assert otree["told"] == {"gap": "a <b> gap"}
+
+
+def test_films_that_show_all_have_no_words(ratings):
+    study = json.loads(Reader(page(ratings)).texts["study"])
+    assert {words for trial in study["trials"].values() for words in trial["told"]} == {""}
 
 
 # BIDS --------------------------------------------------------------------------------------
@@ -234,8 +261,6 @@ def test_qualtrics_has_a_block_for_each_of_the_designs_and_a_page_for_each_trial
 
 
 def test_words_cannot_break_out_of_html(tmp_path, ratings):
-    from dataclasses import replace
-
     files = write_tools(tmp_path, replace(ratings, url="https://example.org/a/"), TOOLS)
     for path in files:
         if path.name in ("limesurvey.txt", "qualtrics.txt"):
@@ -273,8 +298,6 @@ def test_citations_are_yaml_whatever_the_words(tmp_path, ratings):
 
 
 def test_a_citation_without_authors_names_somebody(ratings):
-    from dataclasses import replace
-
     cited = yaml.safe_load(citation(replace(ratings.words, authors=(), licence=""), version="1"))
     assert cited["authors"] and "license" not in cited
 

@@ -144,6 +144,14 @@ def test_codes_tell_nothing(tmp_path):
         assert stimulus.name == stimulus.code and stimulus.code[0] == "s"
 
 
+def test_codes_stay_when_the_program_changes_and_digests_do_not(tmp_path, monkeypatch):
+    before = plan(tmp_path).stimuli
+    monkeypatch.setattr("sumo3dviz_pt.pipeline.studies.stimuli.versions", lambda: {"mitsuba": "9"})
+    after = plan(tmp_path).stimuli
+    assert [each.code for each in before] == [each.code for each in after]
+    assert not {each.digest for each in before} & {each.digest for each in after}
+
+
 def test_odd_level_names_make_sound_file_names(tmp_path):
     text = STUDY.replace("day:", '"Tag / 12:30":').replace("night:", '"夜":')
     names = {stimulus.name for stimulus in plan(tmp_path, text).stimuli}
