@@ -90,8 +90,14 @@ def located(message: str, path: KeyPath, source: Source) -> ConfigError:
         (source.places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in source.places),
         (None, None),
     )
-    key = ".".join(map(str, path)) or None
+    key = ".".join(map(_key_shown, path)) or None
     return ConfigError(message, key=key, file=source.file, line=place[0], column=place[1])
+
+
+def _key_shown(part: str | int) -> str:
+    """Return a key as one line shows it."""
+    text = str(part)
+    return text if text.isprintable() else repr(text)
 
 
 def reason(problem: Mapping[str, Any]) -> str:

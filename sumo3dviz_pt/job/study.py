@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -65,6 +66,13 @@ def _level(name: str) -> str:
     return name
 
 
+def _printable(path: Path) -> Path:
+    """Refuse a file's name that no message could show."""
+    if not str(path).isprintable() or not path.name.strip():
+        raise ValueError(f"this should be a file's name, not {str(path.name)!r}")
+    return path
+
+
 def _word(value: Any) -> Any:
     """Let numbers, true and false stand for the text that a key would be."""
     if isinstance(value, bool):
@@ -93,6 +101,7 @@ def _language(text: str) -> str:
     return text
 
 
+NamedFile = Annotated[File, AfterValidator(_printable)]
 FactorName = Annotated[str, AfterValidator(_factor)]
 LevelName = Annotated[str, BeforeValidator(_word), AfterValidator(_level)]
 LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
@@ -119,7 +128,7 @@ class FactorSettings(Settings):
 class TableSettings(Settings):
     """A design that another tool made, row by row."""
 
-    table: File = Field(description=".csv, .tsv, .txt or .xlsx")
+    table: NamedFile = Field(description=".csv, .tsv, .txt or .xlsx")
     form: Literal["long", "wide", "cbctools", "idefix", "spdesign", "ngene", "sawtooth"] = Field(
         "long",
         description="who wrote it; long has a row for each alternative, wide one for each task",
@@ -232,7 +241,7 @@ class AboutSettings(Settings):
 class StudySettings(Settings):
     """A whole study file."""
 
-    scene: File = Field(description="the scene file that all stimuli are patches of")
+    scene: NamedFile = Field(description="the scene file that all stimuli are patches of")
     factors: dict[FactorName, FactorSettings] = Field(
         min_length=1, max_length=MOST_FACTORS, description="what varies, by name"
     )

@@ -24,6 +24,9 @@ from sumo3dviz_pt.pipeline.studies.patches import job_of, told_only
 
 _LONGEST_NAME = 100
 _NO_NAME = re.compile(r"[^A-Za-z0-9.]+")
+_RESERVED = re.compile(r"(?:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?", re.I)
+"""Names that Windows keeps for devices."""
+
 _APART = frozenset({"scenario", "template", "shots", "quality"})
 """Keys of a scene that count by content: of files, of presets, of the clip."""
 
@@ -181,6 +184,7 @@ def _names(
         words = [_slug(level) for level, seen in zip(profile, shown, strict=True) if seen]
         name = "_".join(words)
         coded = study.settings.names == "codes" or not name or len(name) > _LONGEST_NAME
+        coded = coded or _RESERVED.fullmatch(name) is not None
         names[digest] = codes[digest] if coded else name
     lowered = [name.lower() for name in names.values()]
     return {

@@ -159,6 +159,13 @@ def test_odd_level_names_make_sound_file_names(tmp_path):
     assert all(set(name) <= set("abcdefghijklmnopqrstuvwxyzTABCDEF0123456789-_.") for name in names)
 
 
+def test_no_film_is_called_like_a_device_of_windows(tmp_path):
+    text = STUDY.replace("some: {}", "aux: {}").replace("      day: {template: city_day}\n", "")
+    text = text.replace("night: {template: city_night}", "a: {}\n      b: {}")
+    films = plan(tmp_path, text).stimuli
+    assert {film.name == film.code for film in films} == {True, False}
+
+
 # Wrong files -------------------------------------------------------------------------------
 
 
