@@ -16,6 +16,7 @@ from sumo3dviz_pt.errors import (
     RenderError,
     Sumo3dvizError,
 )
+from sumo3dviz_pt.study import Study
 
 __all__ = [
     "ConfigError",
@@ -23,6 +24,7 @@ __all__ = [
     "InstallationError",
     "RenderError",
     "Scene",
+    "Study",
     "Sumo3dvizError",
     "example",
     "load",

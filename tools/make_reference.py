@@ -22,7 +22,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from sumo3dviz_pt import catalog, cli
-from sumo3dviz_pt.job import settings
+from sumo3dviz_pt.job import settings, study
 from sumo3dviz_pt.job.meanings import bounds
 from sumo3dviz_pt.job.values import all_models, models_in
 
@@ -120,6 +120,8 @@ def _type(annotation: Any) -> str:
         return f"[{title}](#{title.lower().replace(' ', '-')})"
     if annotation in SIMPLE:
         return SIMPLE[annotation]
+    if annotation == study.Patch:
+        return "[keys of the scene file](scene_file.md)"
     return COMPOUND[get_origin(annotation)](get_args(annotation))
 
 
@@ -164,6 +166,36 @@ def _default(field: FieldInfo) -> str:
     if isinstance(value, tuple | list):
         return f"`[{', '.join(map(str, value))}]`"
     return f"`{value}`" if value != "" else ""
+
+
+# The study file ---------------------------------------------------------------------------
+
+
+def study_file() -> str:
+    """The page about the study file."""
+    own = [model for model in all_models(study.StudySettings) if model is not settings.ShotSettings]
+    sections = [_section(model) for model in dict.fromkeys(own[1:])]
+    text = "\n".join(
+        [
+            MADE,
+            "# Study file",
+            "",
+            "A study file says what varies in a scene, by which design, and what comes out; "
+            "[Studies](studies.md) explains it. It is YAML as the [scene file](scene_file.md) is. "
+            "Paths in it are relative to the study file; those in levels and in `common` are "
+            "relative to the scene file, whose keys these hold.",
+            "",
+            "`sumo3dviz-pt schema --study -o study.schema.json` writes the same as JSON schema, "
+            "for editors.",
+            "",
+            "## The keys",
+            "",
+            *_table(study.StudySettings),
+            "",
+            *sections,
+        ]
+    )
+    return text.replace("(#shot)", "(scene_file.md#shot)")
 
 
 # The command line -------------------------------------------------------------------------
@@ -261,7 +293,12 @@ def _about(meta: Any) -> str:
 
 # ------------------------------------------------------------------------------------------
 
-PAGES = {"scene_file.md": scene_file, "command_line.md": command_line, "catalogue.md": catalogue}
+PAGES = {
+    "scene_file.md": scene_file,
+    "study_file.md": study_file,
+    "command_line.md": command_line,
+    "catalogue.md": catalogue,
+}
 
 
 def out_of_date() -> list[str]:

@@ -22,6 +22,7 @@ from sumo3dviz_pt.cli import (
     report,
     scene_files,
     still,
+    study,
     vehicles,
     view,
 )
@@ -44,6 +45,7 @@ _COMMANDS = (
     vehicles.add,
     still.add,
     render.add,
+    study.add,
     develop.add,
     converge.add,
     report.add,
@@ -113,7 +115,7 @@ def build_parser() -> argparse.ArgumentParser:
 def _hint(options: argparse.Namespace | None, error: BaseException) -> str:
     """Return how to go on after a film broke off."""
     began = not isinstance(error, InstallationError)
-    if began and options is not None and getattr(options, "command", "") == "render":
+    if began and options is not None and getattr(options, "command", "") in ("render", "study"):
         return "; finished frames are kept: the same command with --resume goes on"
     return ""
 

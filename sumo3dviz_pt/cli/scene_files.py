@@ -51,6 +51,7 @@ def add_schema(commands: Any) -> None:
         "schema", help="the scene file as JSON schema, for editors that complete and check"
     )
     sub.add_argument("-o", "--output", type=Path, help="file; else it is printed")
+    sub.add_argument("--study", action="store_true", help="that of study files instead")
     sub.set_defaults(run=_schema)
 
 
@@ -102,12 +103,15 @@ def _import(options: argparse.Namespace) -> int:
 
 def _schema(options: argparse.Namespace) -> int:
     """Print or write the schema."""
-    from sumo3dviz_pt.pipeline.schema import LINE, schema_text, write_schema
+    from sumo3dviz_pt.pipeline import schema
+    from sumo3dviz_pt.pipeline.schema import LINE, write_schema
+    from sumo3dviz_pt.pipeline.studies import schema as study
 
+    text = study.study_schema_text() if options.study else schema.schema_text()
     if options.output is None:
-        print(schema_text(), end="")
+        print(text, end="")
         return 0
-    write_schema(options.output)
+    write_schema(options.output, title=study.TITLE if options.study else schema.TITLE, text=text)
     line = LINE.rpartition("=")[0]
     print(f"wrote {options.output}; editors find it by this line: {line}={options.output.name}")
     return 0

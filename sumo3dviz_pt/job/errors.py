@@ -45,6 +45,9 @@ _WORDS: Mapping[str, str] = {
 
 _SHOULD = "this should be "
 
+_BRANCHES = ("float", "tuple", "TableSettings")
+"""Pydantic's names of what a union may be, where they hold no bracket."""
+
 
 @dataclass(frozen=True, slots=True)
 class Source:
@@ -87,8 +90,14 @@ def located(message: str, path: KeyPath, source: Source) -> ConfigError:
         (source.places[path[:n]] for n in range(len(path), 0, -1) if path[:n] in source.places),
         (None, None),
     )
-    key = ".".join(map(str, path)) or None
+    key = ".".join(map(_key_shown, path)) or None
     return ConfigError(message, key=key, file=source.file, line=place[0], column=place[1])
+
+
+def _key_shown(part: str | int) -> str:
+    """Return a key as one line shows it."""
+    text = str(part)
+    return text if text.isprintable() else repr(text)
 
 
 def reason(problem: Mapping[str, Any]) -> str:
@@ -116,7 +125,7 @@ def _alike(path: KeyPath, other: KeyPath) -> bool:
 
 def _is_branch(part: str | int) -> bool:
     """Return whether a part of pydantic's location names a branch of a union, not a key."""
-    return isinstance(part, str) and (part in _MODES or "[" in part or part in ("float", "tuple"))
+    return isinstance(part, str) and (part in _MODES or "[" in part or part in _BRANCHES)
 
 
 def _alternatives(problems: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,53 @@ from sumo3dviz_pt.job.yaml12 import MOST_TEXT, parse_yaml
 from sumo3dviz_pt.pipeline.names import unknown_names
 
 
+@dataclass(frozen=True, slots=True)
+class SceneText:
+    """A scene file as it stands: without its template, unchecked.
+
+    Attributes:
+        settings: As written.
+        source: Where they stand.
+    """
+
+    settings: Mapping[str, Any]
+    source: Source
+
+    @property
+    def folder(self) -> Path:
+        """What relative paths refer to."""
+        return self.source.file.parent if self.source.file else Path()
+
+    def patched(self, *patches: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the settings with values laid over them, by dotted key, the last on top.
+
+        Args:
+            patches: A mapping changes the keys that it holds and leaves the others, but for a sky
+                and a camera with its mode, which it replaces.
+
+        Raises:
+            ConfigError: If a key cannot stand where it is.
+        """
+        settings = copy.deepcopy(dict(self.settings))
+        for patch in patches:
+            for key, value in patch.items():
+                _set(settings, key, value)
+        return settings
+
+
+def read_scene(path: Path) -> SceneText:
+    """Read a scene file as it stands.
+
+    Raises:
+        ConfigError: If the file is missing, no YAML or no mapping.
+    """
+    path = as_path(path, key="scene")
+    content, places = parse_yaml(_text_of(path), file=path)
+    if not isinstance(content, dict):
+        raise ConfigError("a scene file is a mapping of keys to values; this is not", file=path)
+    return SceneText(content, Source(path, places))
+
+
 def load_job(path: Path, overrides: Mapping[str, Any] | None = None) -> Job:
     """Read a scene file.
 
@@ -30,13 +78,18 @@ def load_job(path: Path, overrides: Mapping[str, Any] | None = None) -> Job:
     Raises:
         ConfigError: If the file is missing, no YAML, or holds a wrong setting.
     """
-    path = as_path(path, key="scene")
-    content, places = parse_yaml(_text_of(path), file=path)
-    if not isinstance(content, dict):
-        raise ConfigError("a scene file is a mapping of keys to values; this is not", file=path)
-    for key, value in checked_overrides(overrides).items():
-        _set(content, key, _value_of(key, value))
-    return make_job(content, folder=path.parent, source=Source(path, places))
+    scene = read_scene(path)
+    patch = override_values(overrides)
+    return make_job(scene.patched(patch), folder=scene.folder, source=scene.source)
+
+
+def override_values(overrides: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what overrides mean, by dotted key: text is YAML, all else is taken as it is.
+
+    Raises:
+        ConfigError: If they are no overrides, or a text is no YAML.
+    """
+    return {key: _value_of(key, value) for key, value in checked_overrides(overrides).items()}
 
 
 def make_job(

@@ -48,27 +48,32 @@ def schema_text() -> str:
     return json.dumps(scene_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
-def write_schema(path: Path) -> None:
-    """Write the schema; an older one is replaced, anything else is not.
+def write_schema(path: Path, *, title: str = TITLE, text: str | None = None) -> None:
+    """Write a schema; an older one is replaced, anything else is not.
+
+    Args:
+        path: Where to.
+        title: The schema's.
+        text: The schema; None is that of scene files.
 
     Raises:
         ConfigError: If something else lies there, or it cannot be written.
     """
-    if path.exists() and not _is_ours(path):
+    if path.exists() and not _is_ours(path, title):
         raise ConfigError(f"{path} is something else; move it away", key="output")
     try:
-        write_whole(path, schema_text())
+        write_whole(path, schema_text() if text is None else text)
     except OSError as error:
         raise ConfigError(f"{path} cannot be written: {error}", key="output") from error
 
 
-def _is_ours(path: Path) -> bool:
-    """Return whether a file is such a schema."""
+def _is_ours(path: Path, title: str) -> bool:
+    """Return whether a file is a schema of a title."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
-    return isinstance(content, dict) and content.get("title") == TITLE
+    return isinstance(content, dict) and content.get("title") == title
 
 
 def _places(schema: Node, node: Node, words: list[str]) -> Iterator[Node]:

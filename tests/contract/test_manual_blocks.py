@@ -19,6 +19,7 @@ import sumo3dviz_pt
 from sumo3dviz_pt import catalog, cli
 from sumo3dviz_pt.cli.options import overrides_of
 from sumo3dviz_pt.job.settings import Job, ScenarioSettings
+from sumo3dviz_pt.job.study import StudySettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.library.vehicles.user_mesh import read_user_vehicle
 from sumo3dviz_pt.model.roster import RoadUser
@@ -28,6 +29,7 @@ from sumo3dviz_pt.pipeline.import_sumo3dviz import translate
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.scene_file import load_job, make_job
 from sumo3dviz_pt.pipeline.stills.still import Still
+from sumo3dviz_pt.pipeline.studies.run import StudyOrder
 
 HOWTO = sorted((DOCS / "howto").glob("*.md"))
 SHOT_KEYS = ("camera", "from", "to")
@@ -38,6 +40,7 @@ OUR_NAMES = {
     "frame": Still,
     "image": Still,
     "films": Films,
+    "study": sumo3dviz_pt.Study,
     "vehicle": RoadUser,
 }
 """What names stand for in the manual's Python; its attributes have to exist."""
@@ -126,6 +129,8 @@ def test_yaml_is_valid(body: str, tmp_path: Path) -> None:
         check_of_sumo3dviz(body, content, tmp_path)
     elif all(isinstance(value, dict) and "mode" in value for value in content.values()):
         make_job(filled({"cameras": content}))
+    elif set(content) <= set(StudySettings.model_fields):
+        check_study(content)
     else:
         assert set(content) <= set(Job.model_fields)
         make_job(filled(content))
@@ -137,6 +142,16 @@ def check_user_vehicle(body: str, content: dict[str, Any], folder: Path) -> None
     (folder / "mesh.obj").write_text(corners, encoding="utf-8")
     (folder / "own.yaml").write_text(body.replace(content["mesh"], "mesh.obj"), encoding="utf-8")
     read_user_vehicle(folder / "own.yaml", materials={"paint", "glass"})
+
+
+def check_study(content: dict[str, Any]) -> None:
+    """A part of a study file is one with what it leaves out; its levels are scenes."""
+    two = {"levels": {"one": {}, "two": {}}}
+    study = {"scene": "scene.yaml", "factors": {"light": two, "trees": two}, **content}
+    found = StudySettings.model_validate(study)
+    for factor in found.factors.values():
+        for patch in factor.levels.values():
+            make_job(filled(dict(patch)))
 
 
 def check_of_sumo3dviz(body: str, content: dict[str, Any], folder: Path) -> None:
@@ -199,7 +214,7 @@ def check_call(node: ast.Call, func: ast.Attribute) -> None:
     if func.attr == "Scene":
         taken |= set(Job.model_fields) | set(ScenarioSettings.model_fields)
     if func.attr in ("render", "frames"):
-        taken |= set(Request.__slots__) | set(FilmOrder.__slots__)
+        taken |= set(Request.__slots__) | set(FilmOrder.__slots__) | set(StudyOrder.__slots__)
     given = {keyword.arg for keyword in node.keywords if keyword.arg is not None}
     assert given <= taken, ast.unparse(node)
 

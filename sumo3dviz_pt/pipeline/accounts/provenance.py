@@ -23,7 +23,7 @@ _PACKAGES = (
     *("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy", "scipy", "shapely"),
     *("trimesh", "mapbox-earcut", "colour-science", "OpenEXR"),
 )
-_NO_PIXELS = frozenset({"_data", "cli", "report", "video", "viewer"})
+_NO_PIXELS = frozenset({"_data", "cli", "experiments", "report", "video", "viewer"})
 """Parts of the package that no stored frame depends on."""
 
 _TEXT = frozenset({".py", ".yaml"})

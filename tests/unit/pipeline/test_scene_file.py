@@ -36,6 +36,12 @@ def complaint(tmp_path, text, overrides=None):
     return caught.value
 
 
+def test_a_key_that_breaks_lines_is_shown_in_one(tmp_path):
+    assert r"vehicles.models.'a\nb': this should be" in str(
+        complaint(tmp_path, f'{BASE}vehicles: {{models: {{"a\\nb": 3}}}}\n')
+    )
+
+
 def test_paths_are_relative_to_the_scene_file(tmp_path):
     job = load(tmp_path)
     assert job.scenario.network == tmp_path / "a.net.xml"

@@ -1,0 +1,1 @@
+"""Experiments: designs, tables of trials, and the files of tools that show them; no scene."""

@@ -1,0 +1,1 @@
+"""Designs: which combinations of levels are shown."""

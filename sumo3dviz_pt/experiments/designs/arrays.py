@@ -1,0 +1,77 @@
+"""Orthogonal arrays of strength 2: the fewest combinations in which no factor hides another.
+
+Every pair of levels of any two factors occurs equally often, so each factor's own effect can be
+told from every other factor's own effect. Effects of two factors together (interactions) cannot
+be told from them.
+
+References:
+    A. S. Hedayat, N. J. A. Sloane, J. Stufken (1999): Orthogonal Arrays; Rao's bound is 2.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import combinations
+from math import lcm, prod
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.experiments.designs.balance import Rows, confounded_pairs
+from sumo3dviz_pt.experiments.designs.interchange import interchange_array
+from sumo3dviz_pt.experiments.designs.linear import linear_array
+
+MOST_RUNS = 144
+"""Largest array that is searched for, unless it is a linear one."""
+
+_LARGEST_LINEAR = 2048
+
+
+def orthogonal_array(counts: Sequence[int]) -> Rows:
+    """Return an orthogonal array with as few rows as were found, (runs, factors).
+
+    Args:
+        counts: How many levels each factor has, each at least 2.
+
+    Raises:
+        ConfigError: If none is smaller than all combinations, or none was found.
+    """
+    rows = _found(tuple(counts))
+    if rows is not None:
+        return rows.copy()
+    whole, text = prod(counts), " x ".join(map(str, counts))
+    if next(_sizes(counts), None) is None:
+        why = "no orthogonal fraction exists"
+    else:
+        why = "no orthogonal fraction was found"
+    raise ConfigError(
+        f"{why} that is smaller than all {whole:,} combinations of {text} levels; write"
+        " design: full, or give factors numbers of levels that divide each other",
+        key="design",
+    )
+
+
+@cache
+def _found(counts: tuple[int, ...]) -> Rows | None:
+    """Return the smallest array that is found, or None."""
+    for runs in _sizes(counts):
+        rows = linear_array(counts, runs) if runs <= _LARGEST_LINEAR else None
+        if rows is None and runs <= MOST_RUNS:
+            rows = interchange_array(counts, runs)
+        if rows is not None:
+            assert not confounded_pairs(rows, counts)
+            return rows
+    return None
+
+
+def _sizes(counts: Sequence[int]) -> Iterator[int]:
+    """Yield numbers of runs that an array may have, below that of all combinations.
+
+    Each pair of levels occurs equally often, so the number is a multiple of every product of two
+    factors' levels; and it is at least 1 + sum of (levels - 1), by Rao.
+    """
+    whole = prod(counts)
+    if len(counts) < 3:
+        return
+    step = lcm(*(one * other for one, other in combinations(counts, 2)))
+    least = max(1 + sum(count - 1 for count in counts), step)
+    yield from range(-(-least // step) * step, min(whole, _LARGEST_LINEAR + 1), step)

@@ -1,0 +1,1 @@
+"""Design tables of other tools, read as these write them."""

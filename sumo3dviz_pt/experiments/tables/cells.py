@@ -1,0 +1,161 @@
+"""Reads tables as text cells by line: comma, semicolon and tab separated files.
+
+References:
+    RFC 4180 (comma-separated values)
+    R Core Team: R Data Import/Export, 2.1 (a header may lack the column of row names)
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from sumo3dviz_pt.errors import InputError, cut
+
+SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t"}
+
+MOST_BYTES = 50_000_000
+"""Largest table that is read."""
+
+_EXCEL = {".xlsx", ".xlsm"}
+_MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row of a table.
+
+    Attributes:
+        line: Where it stands in the file, from 1.
+        cells: Text, as many as the header has; without blanks at the ends.
+    """
+
+    line: int
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with a header.
+
+    Attributes:
+        file: Where it was read.
+        header: Names of the columns, each once.
+        rows: At least one.
+    """
+
+    file: Path
+    header: tuple[str, ...]
+    rows: tuple[Row, ...]
+
+
+def read_table(file: Path, *, separator: str = "auto", sheet: str | None = None) -> Table:
+    """Read a table.
+
+    Args:
+        file: .xlsx, or text with any other ending.
+        separator: `comma`, `semicolon`, `tab`, or `auto`: the one that the header has most of.
+        sheet: Of an .xlsx; None is the first.
+
+    Raises:
+        InputError: If the file is missing, no table, or its rows do not fit its header.
+        MissingExtraError: If it is an .xlsx and openpyxl is not installed.
+    """
+    if file.suffix.lower() in _EXCEL:
+        from sumo3dviz_pt.experiments.tables.excel import read_sheet
+
+        rows, named = read_sheet(file, sheet), ""
+    else:
+        text = _text_of(file)
+        if not text.strip():
+            raise InputError("holds no table, it is empty", file=file)
+        named = _separator(text) if separator == "auto" else separator
+        rows = list(_text_rows(text, SEPARATORS[named], file))
+    if not rows:
+        raise InputError("holds no table, it is empty", file=file)
+    return _table(file, rows, named)
+
+
+def _text_of(file: Path) -> str:
+    """Return a file's text."""
+    try:
+        data = file.read_bytes()
+    except FileNotFoundError as error:
+        raise InputError("there is no such table", file=file) from error
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=file) from error
+    if len(data) > MOST_BYTES:
+        raise InputError(f"is larger than {MOST_BYTES // 1_000_000} MB, no design is", file=file)
+    if data[:2] == b"PK":
+        raise InputError("is a packed file, no text; is it an .xlsx by another name?", file=file)
+    encoding = next((name for mark, name in _MARKS if data.startswith(mark)), "utf-8")
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(
+            "is no text in UTF-8 (Excel: save as CSV UTF-8)", file=file, line=line
+        ) from error
+    if "\0" in text:
+        raise InputError("is no text: it holds null characters", file=file)
+    return text
+
+
+def _separator(text: str) -> str:
+    """Return the separator that a table's first line has most of, outside of quotes."""
+    first = next(line for line in text.splitlines() if line.strip())
+    bare = "".join(first.split('"')[::2])
+    return max(SEPARATORS, key=lambda name: bare.count(SEPARATORS[name]))
+
+
+def _text_rows(text: str, separator: str, file: Path) -> Iterator[Row]:
+    """Yield the rows of a text that hold anything."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    line = 1
+    try:
+        for cells in reader:
+            if any(cell.strip() for cell in cells):
+                yield Row(line, tuple(cell.strip() for cell in cells))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        raise InputError(
+            f"a quote is opened here and not closed, or text follows one ({error})",
+            file=file,
+            line=line,
+        ) from error
+
+
+def _table(file: Path, rows: Sequence[Row], separator: str) -> Table:
+    """Return a table from its rows, the first of which is the header."""
+    header, body = list(rows[0].cells), rows[1:]
+    if not body:
+        raise InputError("holds a header and no rows", file=file)
+    if all(len(row.cells) == len(header) + 1 for row in body):
+        header.insert(0, "")  # R leaves the header of row names out
+    for row in body:
+        if len(row.cells) != len(header):
+            raise InputError(
+                f"this row has {len(row.cells)} cells and the header {len(header)}"
+                + _why(row, len(header), separator),
+                file=file,
+                line=row.line,
+            )
+    twice = [name for name, times in Counter(header).items() if times > 1]
+    if twice:
+        raise InputError(
+            f"two columns are called {cut(twice[0])!r}; rename one", file=file, line=rows[0].line
+        )
+    return Table(file, tuple(header), tuple(body))
+
+
+def _why(row: Row, wanted: int, separator: str) -> str:
+    """Return what may have gone wrong with a row."""
+    if separator == "comma" and len(row.cells) > wanted:
+        return "; decimal commas need quotes around them, or semicolons between columns"
+    if any(sign in cell for cell in row.cells for sign in ";\t") and wanted == 1:
+        return "; is the separator another one?"
+    return ""

@@ -1,0 +1,1 @@
+"""The files of tools that show films to people and record their answers."""

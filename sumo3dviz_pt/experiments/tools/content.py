@@ -1,0 +1,122 @@
+"""What the files of all tools are made from: films, trials, playlists and words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from string import ascii_uppercase
+
+from sumo3dviz_pt.experiments.playlists import Playlist
+from sumo3dviz_pt.experiments.trials import Profile, Trial
+
+
+@dataclass(frozen=True, slots=True)
+class Clip:
+    """A finished film.
+
+    Attributes:
+        name: Without an ending.
+        code: Short, of letters and digits; it tells nothing.
+        file: Relative to the study's folder, with forward slashes.
+        duration: Of the film [s].
+        size: Width, height [px].
+        rate: Frames per second, such as 25 or 30000/1001.
+        digest: SHA-256 of the file.
+    """
+
+    name: str
+    code: str
+    file: str
+    duration: float
+    size: tuple[int, int]
+    rate: str
+    digest: str
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What people are asked, and what is said about the study.
+
+    Attributes:
+        question: After a single clip.
+        choice: After a task of several clips.
+        answers: In order.
+        low, high: What the first and the last answer mean.
+        none: The answer that chooses nothing.
+        language: Of all these, such as `en`.
+        title, description: Of the data set.
+        authors: Given name, family name.
+        licence: Of the films; may be empty.
+        keywords: For catalogues.
+    """
+
+    question: str
+    choice: str
+    answers: Sequence[str]
+    low: str
+    high: str
+    none: str
+    language: str
+    title: str
+    description: str
+    authors: Sequence[str] = ()
+    licence: str = ""
+    keywords: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StudyContent:
+    """A study whose films are there.
+
+    Attributes:
+        factors: What each factor is, in the order of profiles; may be empty words.
+        levels: Of each factor.
+        clips: The film of each profile.
+        trials: Of all blocks, in the design's order.
+        playlists: Who sees what in which order.
+        words: For people.
+        url: Of the folder online, ending in /; None if it is not known.
+        jspsych: Where jsPsych is loaded from, ending in /.
+        notes: What a reader of the data should know.
+        told: Factors that films do not show, so that words have to.
+    """
+
+    factors: Mapping[str, str]
+    levels: Mapping[str, Sequence[str]]
+    clips: Mapping[Profile, Clip]
+    trials: Sequence[Trial]
+    playlists: Sequence[Playlist]
+    words: Words
+    url: str | None = None
+    jspsych: str = "https://unpkg.com/"
+    notes: Sequence[str] = ()
+    told: Sequence[str] = ()
+
+    @property
+    def films(self) -> tuple[Clip, ...]:
+        """All films, each once."""
+        return tuple({clip.name: clip for clip in self.clips.values()}.values())
+
+    @property
+    def most_alternatives(self) -> int:
+        """The most alternatives that a trial has, those that choose nothing among them."""
+        return max(len(trial.alternatives) for trial in self.trials)
+
+    def named(self, profile: Profile) -> dict[str, str]:
+        """Return a profile's levels by the names of their factors."""
+        return dict(zip(self.factors, profile, strict=True))
+
+    def told_words(self, profile: Profile) -> str:
+        """Return what people read beside a film; nothing if it shows all."""
+        levels = self.named(profile)
+        return ", ".join(f"{self.factors[name] or name}: {levels[name]}" for name in self.told)
+
+
+def trial_name(trial: Trial) -> str:
+    """Return a name of a trial that no other has."""
+    return f"b{trial.block}t{trial.task}"
+
+
+def letter(place: int) -> str:
+    """Return what people call an alternative, from A on; from 27 on a number."""
+    return ascii_uppercase[place] if place < len(ascii_uppercase) else str(place + 1)

@@ -1,0 +1,111 @@
+"""A page with jsPsych 8 that shows a study's films and records answers.
+
+The page runs from the study's folder by any web server (`python -m http.server`). jsPsych itself
+is not part of it: the page loads it from the address in the study file, or from a folder beside
+it that `npm install` filled.
+
+References:
+    J. R. de Leeuw et al. (2023): jsPsych, Journal of Open Source Software 8(85), 5351;
+    doi:10.21105/joss.05351
+    https://www.jspsych.org/v8/plugins/video-button-response/ and .../preload/
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from sumo3dviz_pt.experiments.tools.content import StudyContent, letter, trial_name
+from sumo3dviz_pt.experiments.trials import Trial
+from sumo3dviz_pt.files.whole import write_whole
+
+PACKAGES: Mapping[str, str] = {
+    "jspsych": "8.3.0",
+    "@jspsych/plugin-preload": "2.1.0",
+    "@jspsych/plugin-html-button-response": "2.1.0",
+    "@jspsych/plugin-video-button-response": "2.1.1",
+}
+"""What the page loads, by npm's names, and in which versions."""
+
+_SCRIPT = "dist/index.browser.min.js"
+_STYLE = "css/jspsych.css"
+_PAGE = Path(__file__).with_name("page") / "index.html"
+
+
+def write_jspsych(folder: Path, content: StudyContent) -> list[Path]:
+    """Write `index.html` into the study's folder."""
+    path = folder / "index.html"
+    write_whole(path, page(content))
+    return [path]
+
+
+def page(content: StudyContent) -> str:
+    """Return the page."""
+    # A script may hold no "</"; JSON may write its slash as an escape.
+    study = json.dumps(_study(content), ensure_ascii=False).replace("</", "<\\/")
+    parts = {
+        "language": html.escape(content.words.language),
+        "title": html.escape(content.words.title),
+        "head": _head(content.jspsych),
+        "study": study,
+    }
+    text = _PAGE.read_text(encoding="utf-8")
+    return re.sub(r"\{(" + "|".join(parts) + r")\}", lambda mark: parts[mark[1]], text)
+
+
+def _head(base: str) -> str:
+    """Return the lines that load jsPsych from an address, or from npm's folder."""
+    online = base.startswith(("http://", "https://"))
+    places = {
+        name: html.escape(f"{base}{name}{f'@{version}' if online else ''}", quote=True)
+        for name, version in PACKAGES.items()
+    }
+    lines = [f'<script src="{place}/{_SCRIPT}"></script>' for place in places.values()]
+    return "\n".join([*lines, f'<link rel="stylesheet" href="{places["jspsych"]}/{_STYLE}">'])
+
+
+def _study(content: StudyContent) -> Mapping[str, object]:
+    """Return what the page shows."""
+    words = content.words
+    return {
+        "words": {
+            "title": words.title,
+            "question": words.question,
+            "choice": words.choice,
+            "answers": list(words.answers),
+            "low": words.low,
+            "high": words.high,
+            "none": words.none,
+            "start": "Start",
+            "loading": "Loading the films ...",
+            "failed": "The films could not be loaded. Is the page open through a web server?",
+            "end": "Thank you.",
+        },
+        "letters": [letter(place) for place in range(content.most_alternatives)],
+        "films": {clip.name: {"file": clip.file} for clip in content.films},
+        "trials": {trial_name(trial): _trial(content, trial) for trial in content.trials},
+        "playlists": {
+            playlist.name: [trial_name(trial) for trial in playlist.trials]
+            for playlist in content.playlists
+        },
+    }
+
+
+def _trial(content: StudyContent, trial: Trial) -> Mapping[str, object]:
+    """Return the films of a trial, and what is recorded with its answer."""
+    clips = [None if profile is None else content.clips[profile] for profile in trial.alternatives]
+    data: dict[str, str] = {"block": trial.block, "task": trial.task}
+    for place, (profile, clip) in enumerate(zip(trial.alternatives, clips, strict=True), start=1):
+        if profile is None or clip is None:
+            continue
+        end = f"_{place}" if len(clips) > 1 else ""
+        data[f"film{end}"] = clip.name
+        data |= {f"{key}{end}": level for key, level in content.named(profile).items()}
+    return {
+        "films": [None if clip is None else clip.name for clip in clips],
+        "told": ["" if p is None else content.told_words(p) for p in trial.alternatives],
+        "data": data,
+    }

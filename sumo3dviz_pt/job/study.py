@@ -1,0 +1,282 @@
+"""The study file: factors, their levels as patches of a scene file, and what comes out.
+
+As for the scene file, every default, range and meaning is said once, here: the check of study
+files, their JSON schema and the manual's page are made from these models.
+"""
+
+from __future__ import annotations
+
+import keyword
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from sumo3dviz_pt.job.ranges import MOST_ENTRIES, File, Seed, Whole
+from sumo3dviz_pt.job.settings import ShotSettings
+from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
+
+MOST_FACTORS = 40
+MOST_LEVELS = 100
+
+OWN_COLUMNS = frozenset(
+    {
+        *("stimulus", "film", "duration", "video", "stim_file", "stim_id", "answer", "rt"),
+        *("playlist", "block", "position", "trial", "task", "alternative", "none", "response"),
+    }
+)
+"""Columns of the tables that are written; no factor may be called like one."""
+
+_FACTOR = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+_LONGEST_LEVEL = 60
+_ADDRESS = re.compile(r"https?://[^\s\"'<>]+")
+_PLACE = re.compile(r"[^\s\"'<>]+")
+_LANGUAGE = re.compile(r"[a-z]{2,3}(-[A-Za-z]+)?")
+
+
+# Names -------------------------------------------------------------------------------------
+
+
+def _factor(name: str) -> str:
+    """Refuse a factor's name that some tool could not take as a variable."""
+    if not _FACTOR.fullmatch(name) or keyword.iskeyword(name):
+        raise ValueError(
+            f"a factor's name becomes a variable: a letter, then letters, digits or _, at most 40"
+            f" and no word of Python, not {name!r}"
+        )
+    if re.search(r"_\d+$", name):
+        raise ValueError(
+            f"a factor's name cannot end in _ and digits, which count alternatives, as {name!r}"
+        )
+    if name.lower() in OWN_COLUMNS:
+        raise ValueError(f"no factor can be called {name!r}, a column of the tables is")
+    return name
+
+
+def _level(name: str) -> str:
+    """Refuse a level's name that no table or file name could show."""
+    if not name.strip() or name != name.strip() or len(name) > _LONGEST_LEVEL:
+        raise ValueError(
+            f"a level's name has 1 to {_LONGEST_LEVEL} characters and no blanks at its ends,"
+            f" not {name!r}"
+        )
+    if not name.isprintable() or not re.search(r"\w", name):
+        raise ValueError(f"a level's name holds letters or digits and no tabs, not {name!r}")
+    return name
+
+
+def _printable(path: Path) -> Path:
+    """Refuse a file's name that no message could show."""
+    if not str(path).isprintable() or not path.name.strip():
+        raise ValueError(f"this should be a file's name, not {str(path.name)!r}")
+    return path
+
+
+def _word(value: Any) -> Any:
+    """Let numbers, true and false stand for the text that a key would be."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, int | float) else value
+
+
+def _address(text: str) -> str:
+    """Refuse what is no address of a folder online."""
+    if not _ADDRESS.fullmatch(text):
+        raise ValueError(f"an address begins with https:// and holds no blanks, not {text!r}")
+    return text
+
+
+def _place(text: str) -> str:
+    """Refuse what is neither an address nor a folder."""
+    if not text.endswith("/") or not _PLACE.fullmatch(text):
+        raise ValueError(f"a place to load from ends in / and holds no blanks, not {text!r}")
+    return text
+
+
+def _language(text: str) -> str:
+    """Refuse what is no language's code."""
+    if not _LANGUAGE.fullmatch(text):
+        raise ValueError(f"a language is written like en or pt-BR, not {text!r}")
+    return text
+
+
+NamedFile = Annotated[File, AfterValidator(_printable)]
+FactorName = Annotated[str, AfterValidator(_factor)]
+LevelName = Annotated[str, BeforeValidator(_word), AfterValidator(_level)]
+LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
+Cell = Annotated[str, BeforeValidator(_word)]
+Columns = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST_LEVELS), ONE_OR_MORE]
+Patch = dict[str, Any]
+"""Keys of the scene file, dotted or nested, with their values."""
+
+
+# Factors and designs -----------------------------------------------------------------------
+
+
+class FactorSettings(Settings):
+    """What varies, and between what."""
+
+    about: str = Field("", description="what it is, for tables and pages")
+    levels: dict[LevelName, Patch] = Field(
+        min_length=2,
+        max_length=MOST_LEVELS,
+        description="values of the scene file by level; levels that are all {} are only told",
+    )
+
+
+class TableSettings(Settings):
+    """A design that another tool made, row by row."""
+
+    table: NamedFile = Field(description=".csv, .tsv, .txt or .xlsx")
+    form: Literal["long", "wide", "cbctools", "idefix", "spdesign", "ngene", "sawtooth"] = Field(
+        "long",
+        description="who wrote it; long has a row for each alternative, wide one for each task",
+    )
+    columns: dict[FactorName, Columns] = Field(
+        default_factory=dict,
+        max_length=MOST_FACTORS,
+        description="column by factor, default its own name; in wide tables {alt} stands for the"
+        " alternative; several columns are dummy or effects codes",
+    )
+    codes: dict[FactorName, dict[Cell, LevelName]] = Field(
+        default_factory=dict,
+        max_length=MOST_FACTORS,
+        description="level by what the cells hold, where that is not the level's name",
+    )
+    alternatives: tuple[str, ...] = Field(
+        (), max_length=MOST_LEVELS, description="of a wide table, what {alt} stands for"
+    )
+    task: str | None = Field(None, description="column of the choice task; default the form's")
+    alternative: str | None = Field(
+        None, description="column of the alternative; default the form's"
+    )
+    block: str | None = Field(
+        None, description="column of the block, version or respondent; default the form's"
+    )
+    none: dict[str, Cell] = Field(
+        default_factory=dict,
+        max_length=MOST_LEVELS,
+        description="column and value of rows that offer to choose nothing",
+    )
+    sheet: str | None = Field(None, description="of an .xlsx; default the first")
+    separator: Literal["comma", "semicolon", "tab", "auto"] = Field(
+        "auto", description="between columns of text; auto asks the first line"
+    )
+
+
+Design = Literal["full", "fraction", "latin"] | TableSettings
+
+
+# What comes out ----------------------------------------------------------------------------
+
+
+Tool = Literal["jspsych", "psychopy", "psychds", "bids", "limesurvey", "qualtrics", "otree"]
+TOOLS: tuple[Tool, ...] = get_args(Tool)
+
+
+class QuestionSettings(Settings):
+    """What people are asked after a clip."""
+
+    text: str = Field("How safe would you feel here?", description="the question")
+    choice: str = Field(
+        "Which one would you choose?", description="the question where a task has several clips"
+    )
+    answers: tuple[str, ...] = Field(
+        ("1", "2", "3", "4", "5", "6", "7"),
+        min_length=2,
+        max_length=MOST_LEVELS,
+        description="in order",
+    )
+    low: str = Field("not at all", description="what the first answer means")
+    high: str = Field("very", description="what the last answer means")
+    none: str = Field("None of these", description="the answer that chooses nothing")
+    language: Annotated[str, AfterValidator(_language)] = Field("en", description="of all texts")
+
+
+class PlaylistSettings(Settings):
+    """Who sees what in which order."""
+
+    order: Literal["latin", "random", "as_written"] = Field(
+        "latin",
+        description="latin: every trial at every position, and after every other, equally often",
+    )
+    count: Whole | None = Field(
+        None, ge=1, le=MOST_ENTRIES, description="how many; default what the order needs"
+    )
+    parts: Whole = Field(
+        1, ge=1, le=1000, description="sessions or groups that share out the trials of a design"
+    )
+    repeat: Whole = Field(1, ge=1, le=100, description="how often each trial is shown")
+
+
+class ToolSettings(Settings):
+    """For which tools files are written, and where films will lie."""
+
+    write: tuple[Tool, ...] = Field(TOOLS, max_length=len(TOOLS), description="tools")
+    url: Annotated[str, AfterValidator(_address)] | None = Field(
+        None,
+        description="of the folder online; LimeSurvey and Qualtrics show films from there",
+    )
+    jspsych: Annotated[str, AfterValidator(_place)] = Field(
+        "https://unpkg.com/",
+        description="where the page loads jsPsych from: a URL or a folder beside it, ending in /",
+    )
+
+
+class AboutSettings(Settings):
+    """What is said about the study in its data set and citation."""
+
+    title: str = Field("Stimuli of sumo3dviz_pt", min_length=1, description="of the data set")
+    description: str = Field(
+        "Path-traced films of a traffic simulation that differ by design.",
+        min_length=1,
+        description="what it holds",
+    )
+    authors: tuple[str, ...] = Field((), max_length=1000, description="given name, family name")
+    licence: str = Field("", description="of the films, such as CC-BY-4.0")
+    keywords: tuple[str, ...] = Field((), max_length=100, description="for catalogues")
+
+
+class StudySettings(Settings):
+    """A whole study file."""
+
+    scene: NamedFile = Field(description="the scene file that all stimuli are patches of")
+    factors: dict[FactorName, FactorSettings] = Field(
+        min_length=1, max_length=MOST_FACTORS, description="what varies, by name"
+    )
+    design: Design = Field(
+        "full",
+        description="full: all combinations; fraction: an orthogonal array; latin: a Latin square",
+    )
+    exclude: tuple[dict[FactorName, LevelNames], ...] = Field(
+        (),
+        max_length=MOST_ENTRIES,
+        description="combinations that cannot be: a level, or a list of them, by factor",
+    )
+    seed: Seed = Field(0, description="of the order of profiles and of playlists")
+    clip: ShotSettings | None = Field(
+        None, description="camera and times of all stimuli; default the scene's only shot"
+    )
+    common: Patch = Field(
+        default_factory=dict,
+        description="values of the scene file for all stimuli, such as quality and output",
+    )
+    film: Literal[".mp4", ".webm", ".mov"] = Field(".mp4", description="ending of the films")
+    names: Literal["levels", "codes"] = Field(
+        "levels", description="what films are called; codes tell participants nothing"
+    )
+    question: QuestionSettings = QuestionSettings()
+    playlists: PlaylistSettings = PlaylistSettings()
+    tools: ToolSettings = ToolSettings()
+    about: AboutSettings = AboutSettings()
+
+    @model_validator(mode="after")
+    def _distinct(self) -> StudySettings:
+        """Refuse factors that only differ in capitals: some tools do not tell them apart."""
+        lowered: dict[str, str] = {}
+        for name in self.factors:
+            if other := lowered.get(name.lower()):
+                raise ValueError(f"the factors {other!r} and {name!r} differ in capitals only")
+            lowered[name.lower()] = name
+        return self

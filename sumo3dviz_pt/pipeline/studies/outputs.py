@@ -1,0 +1,162 @@
+"""Writes what goes with the finished films of a study: tables, tools' files, digests."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from sumo3dviz_pt.experiments.tools.build import ONLINE, write_tools
+from sumo3dviz_pt.experiments.tools.content import Clip, StudyContent, Words
+from sumo3dviz_pt.experiments.tools.papers import (
+    CHECKSUMS,
+    digest_of,
+    write_checksums,
+    write_citation,
+    write_inputs,
+)
+from sumo3dviz_pt.experiments.tools.sheets import write_sheet
+from sumo3dviz_pt.job.study import StudySettings, TableSettings
+from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.films.frames import account_file
+from sumo3dviz_pt.pipeline.studies.patches import told_only
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+from sumo3dviz_pt.pipeline.studies.records import (
+    MATERIALS,
+    FilmRecord,
+    film_path,
+    read_film_account,
+)
+from sumo3dviz_pt.pipeline.studies.thumbnails import FOLDER, write_thumbnails
+
+log = logging.getLogger(__name__)
+
+
+def write_outputs(
+    folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord], *, also: Sequence[Path] = ()
+) -> list[Path]:
+    """Write all files that go with films; files of an earlier run that are no more are removed.
+
+    Args:
+        folder: The study's.
+        plan: What its films show.
+        films: All of them, finished.
+        also: Further files that count among its outputs.
+
+    Returns:
+        All files of the study.
+    """
+    before = _listed(folder)
+    content = content_of(plan, films)
+    files = [*also, *_film_files(folder, plan)]
+    files += write_thumbnails(folder, content.films)
+    pictures = {clip.name: f"{FOLDER}/{clip.name}.png" for clip in content.films}
+    files.append(write_sheet(folder, content, pictures))
+    files += write_tools(folder, content, plan.file.settings.tools.write)
+    files.append(write_citation(folder, content.words, version=versions()["sumo3dviz_pt"]))
+    files.append(write_inputs(folder, _inputs(folder, plan)))
+    if content.url is None and ONLINE & set(plan.file.settings.tools.write):
+        log.info("files of LimeSurvey and Qualtrics need tools.url, where the films lie online")
+    files.append(write_checksums(folder, files))
+    _remove_stale(folder, before, files)
+    return files
+
+
+def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent:
+    """Return what the files of tools are made from.
+
+    Args:
+        plan: The study's.
+        films: All of them, finished.
+    """
+    settings = plan.file.settings
+    url = settings.tools.url
+    clips = {
+        stimulus.name: _clip(plan, films[stimulus.name], name=stimulus.name, code=stimulus.code)
+        for stimulus in plan.stimuli
+    }
+    return StudyContent(
+        factors={name: factor.about for name, factor in settings.factors.items()},
+        levels=plan.file.levels,
+        clips={profile: clips[plan.films[profile].name] for profile in plan.profiles},
+        trials=plan.trials,
+        playlists=plan.playlists,
+        words=_words(settings),
+        url=None if url is None else f"{url.rstrip('/')}/",
+        jspsych=settings.tools.jspsych,
+        notes=plan.notes,
+        told=tuple(name for name in settings.factors if told_only(plan.file, name)),
+    )
+
+
+def _clip(plan: StudyPlan, film: FilmRecord, *, name: str, code: str) -> Clip:
+    """Return a film as tools know it."""
+    file = f"{MATERIALS}/{name}{plan.file.settings.film}"
+    return Clip(name, code, file, film.duration, film.size, film.rate, film.sha256)
+
+
+def _words(settings: StudySettings) -> Words:
+    """Return what people read."""
+    asked, about = settings.question, settings.about
+    return Words(
+        question=asked.text,
+        choice=asked.choice,
+        answers=asked.answers,
+        low=asked.low,
+        high=asked.high,
+        none=asked.none,
+        language=asked.language,
+        title=about.title,
+        description=about.description,
+        authors=about.authors,
+        licence=about.licence,
+        keywords=about.keywords,
+    )
+
+
+def _film_files(folder: Path, plan: StudyPlan) -> list[Path]:
+    """Return the films and their accounts."""
+    paths = [film_path(folder, plan, stimulus) for stimulus in plan.stimuli]
+    return [file for path in paths for file in (path, account_file(path))]
+
+
+def _inputs(folder: Path, plan: StudyPlan) -> dict[str, str]:
+    """Return the digests of all that the films were made from, by name."""
+    settings = plan.file.settings
+    own = [plan.file.path, settings.scene]
+    if isinstance(settings.design, TableSettings):
+        own.append(settings.design.table)
+    found = {path.name: digest_of(path) for path in own}
+    for stimulus in plan.stimuli:
+        account = read_film_account(film_path(folder, plan, stimulus))
+        for name, digest in account.get("inputs", {}).items():
+            # Two films may each have a file of one name, with other content.
+            known = found.setdefault(name, digest)
+            if known != digest:
+                found[f"{stimulus.name}/{name}"] = digest
+    return found
+
+
+def _listed(folder: Path) -> dict[str, str]:
+    """Return the digests of files that an earlier run wrote, by name."""
+    try:
+        lines = (folder / CHECKSUMS).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    pairs = (line.partition("  ") for line in lines)
+    return {name: digest for digest, sign, name in pairs if sign}
+
+
+def _remove_stale(folder: Path, before: Mapping[str, str], files: Sequence[Path]) -> None:
+    """Remove what an earlier run wrote, this one did not and nobody changed; films stay."""
+    now = {file.relative_to(folder).as_posix() for file in files}
+    for name, digest in before.items():
+        path = folder / name
+        inside = path.resolve().is_relative_to(folder.resolve())
+        if name in now or not inside or not path.is_file():
+            continue
+        if name.startswith(f"{MATERIALS}/"):
+            if path.suffix != ".json":
+                log.warning("%s: the study shows this film no longer; it is kept", path)
+        elif digest_of(path) == digest:
+            path.unlink()

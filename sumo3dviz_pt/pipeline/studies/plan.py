@@ -1,0 +1,159 @@
+"""Plans a study: which trials show which films, and what is to be rendered for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.experiments.designs.build import build_design, is_excluded
+from sumo3dviz_pt.experiments.playlists import Playlist, build_playlists
+from sumo3dviz_pt.experiments.tables.build import trials_in
+from sumo3dviz_pt.experiments.tables.cells import read_table
+from sumo3dviz_pt.experiments.tables.forms import TableRequest
+from sumo3dviz_pt.experiments.trials import Profile, Trial, profiles_of, single_trials
+from sumo3dviz_pt.job.study import Patch, TableSettings
+from sumo3dviz_pt.pipeline.studies.file import StudyFile
+from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair, pairs_of
+from sumo3dviz_pt.pipeline.studies.patches import check_patches, told_only
+from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus, build_stimuli
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """A study that was thought through; nothing is rendered for it.
+
+    Attributes:
+        file: The study file.
+        trials: What is seen together, of all blocks.
+        stimuli: The films, each once.
+        playlists: Who sees what in which order.
+        notes: What there is to know of the design, in sentences.
+    """
+
+    file: StudyFile
+    trials: tuple[Trial, ...]
+    stimuli: tuple[Stimulus, ...]
+    playlists: tuple[Playlist, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        """Names, in the order of profiles."""
+        return tuple(self.file.settings.factors)
+
+    @cached_property
+    def profiles(self) -> tuple[Profile, ...]:
+        """Every combination of levels that is shown, once."""
+        return profiles_of(self.trials)
+
+    @cached_property
+    def films(self) -> Mapping[Profile, Stimulus]:
+        """The film of each profile."""
+        return {profile: each for each in self.stimuli for profile in each.profiles}
+
+    @cached_property
+    def pairs(self) -> tuple[StimulusPair, ...]:
+        """Films that should differ in one factor only."""
+        return pairs_of(self.file.levels, self.stimuli)
+
+
+def plan_study(study: StudyFile, overrides: Patch | None = None) -> StudyPlan:
+    """Return what a study shows.
+
+    Args:
+        study: The study file.
+        overrides: Values of the scene file that win over all others.
+
+    Raises:
+        ConfigError: If a level or the design is wrong; names its place in the study file.
+        InputError: If a table is wrong, or the simulation's files are not there.
+    """
+    check_patches(study, overrides)
+    trials, notes = _trials(study)
+    stimuli = build_stimuli(study, profiles_of(trials), overrides)
+    asked = study.settings.playlists
+    with study.blamed():
+        playlists = build_playlists(
+            trials,
+            order=asked.order,
+            count=asked.count,
+            parts=asked.parts,
+            repeat=asked.repeat,
+            seed=study.settings.seed,
+        )
+    return StudyPlan(study, trials, stimuli, playlists, (*notes, *_hidden(study, stimuli)))
+
+
+def _trials(study: StudyFile) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+    """Return the trials of a design, and notes on it."""
+    settings = study.settings
+    if isinstance(settings.design, TableSettings):
+        return _tabled(study, settings.design)
+    with study.blamed():
+        design = build_design(
+            settings.design, study.levels, exclude=settings.exclude, seed=settings.seed
+        )
+    gone = (f"{design.excluded} profiles are excluded",) if design.excluded else ()
+    return single_trials(design.profiles), (*gone, *design.notes)
+
+
+def _tabled(study: StudyFile, table: TableSettings) -> tuple[tuple[Trial, ...], tuple[str, ...]]:
+    """Return the trials of another tool's table, and notes on it."""
+    request = TableRequest(
+        form=table.form,
+        columns=table.columns,
+        codes=table.codes,
+        alternatives=table.alternatives,
+        task=table.task,
+        alternative=table.alternative,
+        block=table.block,
+        none=table.none,
+    )
+    with study.blamed():
+        read = read_table(table.table, separator=table.separator, sheet=table.sheet)
+        trials = trials_in(read, study.levels, request)
+    profiles = profiles_of(trials)
+    for profile in profiles:
+        if is_excluded(profile, study.levels, study.settings.exclude):
+            words = _in_words(study, profile)
+            raise InputError(f"shows {words}, which the study file excludes", file=table.table)
+    return trials, tuple(_table_notes(study, profiles, trials))
+
+
+def _table_notes(
+    study: StudyFile, profiles: tuple[Profile, ...], trials: tuple[Trial, ...]
+) -> list[str]:
+    """Return what a table leaves out or repeats."""
+    notes = []
+    for place, (factor, levels) in enumerate(study.levels.items()):
+        missing = [name for name in levels if name not in {p[place] for p in profiles}]
+        notes += [f"the table never shows {factor} {name}" for name in missing]
+    twice = [t for t in trials if len(set(t.alternatives)) < len(t.alternatives)]
+    if twice:
+        notes.append(
+            f"{len(twice)} tasks show one profile twice, the first is task {twice[0].task} of"
+            f" block {twice[0].block}"
+        )
+    return notes
+
+
+def _in_words(study: StudyFile, profile: Profile) -> str:
+    """Return a profile as people read it."""
+    return ", ".join(f"{name} {level}" for name, level in zip(study.levels, profile, strict=True))
+
+
+def _hidden(study: StudyFile, stimuli: tuple[Stimulus, ...]) -> list[str]:
+    """Return which profiles should look different and are the same film."""
+    shown = [not told_only(study, factor) for factor in study.settings.factors]
+    notes = []
+    for stimulus in stimuli:
+        looks = {
+            tuple(level for level, seen in zip(profile, shown, strict=True) if seen)
+            for profile in stimulus.profiles
+        }
+        if len(looks) > 1:
+            one, other = [_in_words(study, profile) for profile in stimulus.profiles[:2]]
+            notes.append(f"{one} is the same film as {other}; one level hides the other")
+    return notes

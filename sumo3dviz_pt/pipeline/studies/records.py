@@ -1,0 +1,154 @@
+"""What a study's folder says of itself: `study.json`, with every film that is finished."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.films.frames import account_file, write_json
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus, file_hash
+
+RECORD = "study.json"
+MATERIALS = "materials"
+"""Folder of the films, as Psych-DS calls it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FilmRecord:
+    """A finished film.
+
+    Attributes:
+        digest: Of all that it was made from.
+        variant: The renderer's.
+        sha256: Of the film's file.
+        frames: How many it has.
+        rate: Frames per second, such as 25 or 30000/1001.
+        duration: Of the film [s].
+        size: Width, height [px].
+    """
+
+    digest: str
+    variant: str
+    sha256: str
+    frames: int
+    rate: str
+    duration: float
+    size: tuple[int, int]
+
+
+def film_path(folder: Path, plan: StudyPlan, stimulus: Stimulus) -> Path:
+    """Return where a film goes."""
+    return folder / MATERIALS / f"{stimulus.name}{plan.file.settings.film}"
+
+
+def finished_films(
+    folder: Path, plan: StudyPlan, *, variant: str, hashed: bool = True
+) -> dict[str, FilmRecord]:
+    """Return the films that need not be rendered: whole, and made from what they would be now.
+
+    Args:
+        folder: The study's; it need not exist.
+        plan: What is wanted.
+        variant: The renderer's.
+        hashed: Whether the films themselves are compared with their digests; else they only are
+            there.
+    """
+    known = _films(folder)
+    found = {}
+    for stimulus in plan.stimuli:
+        record = known.get(stimulus.name)
+        if record is None or (record.digest, record.variant) != (stimulus.digest, variant):
+            continue
+        path = film_path(folder, plan, stimulus)
+        if path.is_file() and (not hashed or file_hash(path) == record.sha256):
+            found[stimulus.name] = record
+    return found
+
+
+def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
+    """Return what there is to know of a film that was just rendered.
+
+    Args:
+        path: The film, beside which its account lies.
+        stimulus: What it shows.
+        variant: The renderer's.
+    """
+    account = read_film_account(path)
+    frames, fps = len(account["frames"]), float(account["fps"])
+    return FilmRecord(
+        digest=stimulus.digest,
+        variant=variant,
+        sha256=file_hash(path),
+        frames=frames,
+        rate=str(account["frame_rate"]),
+        duration=round(frames / fps, 6),
+        size=stimulus.job.output.size,
+    )
+
+
+def read_film_account(path: Path) -> Mapping[str, Any]:
+    """Return the account beside a film.
+
+    Raises:
+        InputError: If it is missing or damaged.
+    """
+    place = account_file(path)
+    try:
+        found: Mapping[str, Any] = json.loads(place.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"the film's account is missing or damaged ({error})", file=place
+        ) from error
+    return found
+
+
+def write_record(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> Path:
+    """Write `study.json`: the design, the films that are finished, and the pairs to compare."""
+    settings = plan.file.settings
+    content = {
+        "title": settings.about.title,
+        "design": settings.design if isinstance(settings.design, str) else settings.design.form,
+        "seed": settings.seed,
+        "factors": {
+            name: {"about": factor.about, "levels": dict(factor.levels)}
+            for name, factor in settings.factors.items()
+        },
+        "films": {
+            stimulus.name: {
+                "code": stimulus.code,
+                "file": film_path(Path(), plan, stimulus).as_posix(),
+                "profiles": [dict(zip(plan.factors, p, strict=True)) for p in stimulus.profiles],
+                **asdict(films[stimulus.name]),
+            }
+            for stimulus in plan.stimuli
+            if stimulus.name in films
+        },
+        "pairs": [asdict(pair) for pair in plan.pairs],
+        "notes": list(plan.notes),
+        "versions": versions(),
+    }
+    path = folder / RECORD
+    write_json(path, json.loads(json.dumps(content, default=str)), indent=1)
+    return path
+
+
+def _films(folder: Path) -> dict[str, FilmRecord]:
+    """Return the films that a folder's record names; none where it is missing or damaged."""
+    try:
+        known = json.loads((folder / RECORD).read_bytes())["films"]
+        return {name: _film(values) for name, values in known.items()}
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return {}
+
+
+def _film(values: Mapping[str, Any]) -> FilmRecord:
+    """Return a film as a record names it."""
+    width, height = values["size"]
+    own = {name: values[name] for name in FilmRecord.__slots__ if name != "size"}
+    return FilmRecord(**own, size=(int(width), int(height)))

@@ -1,0 +1,202 @@
+"""Renders the films of a study that are not there yet, one by one, and writes what goes with them.
+
+What is measured on finished films (a certificate that only the factor changed, a report on what
+they show) belongs between the films and `finish_study`, which writes the files of tools and the
+digests of all that lies in the folder.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.job.asked import settle
+from sumo3dviz_pt.job.ranges import Target
+from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.pipeline.films.build import check_output, check_rides, render_film
+from sumo3dviz_pt.pipeline.films.orders import FilmOrder, ShotFilm
+from sumo3dviz_pt.pipeline.preflight import check_choices
+from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+from sumo3dviz_pt.pipeline.studies.records import (
+    MATERIALS,
+    FilmRecord,
+    film_path,
+    finished_films,
+    record_of,
+    write_record,
+)
+from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class StudyOrder:
+    """What `study` is to make.
+
+    Attributes:
+        folder: Of all that comes out.
+        resume: Whether films and frames that fit are kept, and all others replaced.
+        overwrite: Whether films and frames that exist are replaced.
+        discard_frames: Whether the frames of a film go when it is done.
+        variant: The renderer's.
+        command: The command line; empty from Python.
+    """
+
+    folder: Target
+    resume: bool = False
+    overwrite: bool = False
+    discard_frames: bool = False
+    variant: str = "llvm"
+    command: Annotated[str, Field(max_length=1_000_000)] = ""
+
+    def __post_init__(self) -> None:
+        """Refuse what is no choice."""
+        settle(self)
+
+
+@dataclass(frozen=True, slots=True)
+class FilmTask:
+    """A film to render.
+
+    Attributes:
+        stimulus: What it shows.
+        request: The renderer's variant.
+        order: Where it goes.
+    """
+
+    stimulus: Stimulus
+    request: Request
+    order: FilmOrder
+
+
+def check_study(plan: StudyPlan, order: StudyOrder) -> None:
+    """Refuse a study that cannot be carried out, before any film is rendered.
+
+    Raises:
+        ConfigError: If a choice of some level does not exist, a film cannot be encoded, a ride's
+            road user is not there, or films would be overwritten.
+        InputError: If there is no log.
+    """
+    if order.folder.exists() and not order.folder.is_dir():
+        raise ConfigError(f"{order.folder} is a file; give a folder", key="output")
+    rides = set()
+    for stimulus in plan.stimuli:
+        path = film_path(order.folder, plan, stimulus)
+        request = Request(variant=order.variant)
+        check_choices(stimulus.job, request)
+        # The study's folder need not be there yet; the study file's is.
+        there = plan.file.path.absolute().with_name(path.name)
+        check_output(stimulus.job, there, fps=stimulus.job.output.fps)
+        camera = stimulus.job.cameras[stimulus.shot.camera]
+        if isinstance(camera, LagrangianCamera):
+            ride = (camera.vehicle, stimulus.shot, stimulus.job.scenario)
+            if repr(ride) not in rides:
+                rides.add(repr(ride))
+                check_rides(stimulus.job, FilmOrder(path), [ShotFilm(stimulus.shot, path)])
+    _check_places(plan, order)
+
+
+def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
+    """Return the films that are to be rendered; with `resume`, only those that are not there."""
+    done = finished_films(order.folder, plan, variant=order.variant) if order.resume else {}
+    return [
+        FilmTask(
+            stimulus,
+            Request(variant=order.variant, command=order.command),
+            FilmOrder(
+                film_path(order.folder, plan, stimulus),
+                resume=not order.overwrite,
+                overwrite=order.overwrite,
+                discard_frames=order.discard_frames,
+            ),
+        )
+        for stimulus in plan.stimuli
+        if stimulus.name not in done
+    ]
+
+
+def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecord:
+    """Render one film, and note it in the study's record, so that nothing is lost.
+
+    Raises:
+        ConfigError, InputError, RenderError: As `render_film`; finished films and frames are kept.
+    """
+    folder = order.folder
+    (folder / MATERIALS).mkdir(parents=True, exist_ok=True)
+    films = finished_films(folder, plan, variant=order.variant, hashed=False)
+    films.pop(task.stimulus.name, None)
+    write_record(folder, plan, films)
+    render_film(task.stimulus.job, task.request, task.order)
+    record = record_of(task.order.path, task.stimulus, variant=order.variant)
+    write_record(folder, plan, {**films, task.stimulus.name: record})
+    return record
+
+
+def finish_study(plan: StudyPlan, order: StudyOrder) -> list[Path]:
+    """Write all that goes with finished films; return its files.
+
+    Raises:
+        ConfigError: If a film is missing.
+    """
+    folder = order.folder
+    films = finished_films(folder, plan, variant=order.variant)
+    missing = [stimulus.name for stimulus in plan.stimuli if stimulus.name not in films]
+    if missing:
+        raise ConfigError(
+            f"{len(missing)} films are missing, the first is {missing[0]}; go on with --resume",
+            key="output",
+        )
+    plan = replace(plan, notes=(*plan.notes, *_unseen(plan, films)))
+    record = write_record(folder, plan, films)
+    copy = folder / "study.yaml"
+    if copy.absolute() != plan.file.path.absolute():
+        write_whole(copy, plan.file.path.read_text(encoding="utf-8"))
+    return write_outputs(folder, plan, films, also=[record, copy])
+
+
+def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
+    """Check a study, render its missing films and write what goes with them.
+
+    Yields:
+        Every film that was rendered.
+    """
+    check_study(plan, order)
+    for task in film_tasks(plan, order):
+        yield render_task(plan, order, task)
+    finish_study(plan, order)
+
+
+def _unseen(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> list[str]:
+    """Return which pairs are the same film, byte by byte: what differs is not in the picture."""
+    notes = [
+        f"{pair.one} and {pair.other} are the same film: what {pair.factor} changes is not seen"
+        for pair in plan.pairs
+        if films[pair.one].sha256 == films[pair.other].sha256
+    ]
+    for note in notes:
+        log.warning("%s", note)
+    return notes
+
+
+def _check_places(plan: StudyPlan, order: StudyOrder) -> None:
+    """Refuse to overwrite films that exist, unless the order says so."""
+    if order.resume or order.overwrite:
+        return
+    for stimulus in plan.stimuli:
+        path = film_path(order.folder, plan, stimulus)
+        if path.exists() or path.with_suffix(".frames").exists():
+            raise ConfigError(
+                f"{path} exists already, or frames of it: --resume keeps what fits, --overwrite"
+                " replaces all",
+                key="output",
+            )

@@ -1,0 +1,87 @@
+"""Says in words what a study shows and what is to be done for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sumo3dviz_pt.pipeline.studies.forecast import cost_of_film, forecast, frames_of
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+from sumo3dviz_pt.pipeline.studies.records import finished_films
+from sumo3dviz_pt.pipeline.studies.run import StudyOrder
+from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
+
+_MOST_ROWS = 40
+"""Most films, and pairs of a factor, that are listed one by one."""
+
+
+def in_words(plan: StudyPlan, order: StudyOrder) -> str:
+    """Return what a study shows, what is there of it, and what the rest costs."""
+    done = finished_films(order.folder, plan, variant=order.variant)
+    todo = [stimulus for stimulus in plan.stimuli if stimulus.name not in done]
+    there = f"there    {len(done)} of {_many(len(plan.stimuli), 'film')} in {order.folder}"
+    return plan_in_words(plan, todo, there)
+
+
+def plan_in_words(plan: StudyPlan, todo: Sequence[Stimulus], *more: str) -> str:
+    """Return what a study shows, what differs between its films, and what they cost.
+
+    Args:
+        plan: The study's.
+        todo: The films that are to be rendered.
+        more: Lines before the cost.
+    """
+    names = {stimulus.name for stimulus in todo}
+    design = plan.file.settings.design
+    kind = design if isinstance(design, str) else f"{design.form} table {design.table.name}"
+    several = max(len(trial.alternatives) for trial in plan.trials)
+    choice = f" of up to {several} alternatives" if several > 1 else ""
+    lines = [
+        f"{plan.file.path}: design {kind}, {_many(len(plan.profiles), 'profile')} in"
+        f" {_many(len(plan.trials), 'trial')}{choice}, {_many(len(plan.playlists), 'playlist')}",
+        "",
+        "factors",
+        *(f"  {name:<16} {', '.join(levels)}" for name, levels in plan.file.levels.items()),
+        "",
+        "films",
+        *(_film(each, there=each.name not in names) for each in plan.stimuli[:_MOST_ROWS]),
+        *_rest(len(plan.stimuli)),
+        "",
+        "pairs that differ in one factor, and in what",
+        *_pairs(plan),
+        "",
+        *(f"note: {note}" for note in plan.notes),
+        *more,
+        f"cost     {forecast(todo)}",
+    ]
+    return "\n".join(lines)
+
+
+def _film(stimulus: Stimulus, *, there: bool) -> str:
+    """Return a row about a film."""
+    width, height = stimulus.job.output.size
+    shot = f"{stimulus.shot.camera} {stimulus.shot.start:g} to {stimulus.shot.end:g} s"
+    work = "is there" if there else f"about {cost_of_film(stimulus).cpu_hours:.2g} CPU-hours"
+    return (
+        f"  {stimulus.name:<32} {shot}, {frames_of(stimulus)} frames, {width}x{height},"
+        f" {stimulus.job.quality}; {work}"
+    )
+
+
+def _pairs(plan: StudyPlan) -> list[str]:
+    """Return rows about pairs: by factor, how many, and the settings that differ."""
+    lines = []
+    for factor in plan.factors:
+        own = [pair for pair in plan.pairs if pair.factor == factor]
+        keys = dict.fromkeys(change.partition(":")[0] for pair in own for change in pair.changed)
+        lines.append(f"  {factor:<16} {_many(len(own), 'pair')}: {', '.join(keys) or 'nothing'}")
+    return lines
+
+
+def _rest(count: int) -> list[str]:
+    """Return how many rows are left out."""
+    return [f"  and {count - _MOST_ROWS} more"] if count > _MOST_ROWS else []
+
+
+def _many(count: int, what: str) -> str:
+    """Return a number of things in words."""
+    return f"1 {what}" if count == 1 else f"{count} {what}s"

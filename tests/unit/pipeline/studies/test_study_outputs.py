@@ -1,0 +1,220 @@
+"""What goes with films: thumbnails, notes, stale files; and the command's words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders import write_scenario
+
+import sumo3dviz_pt as sv
+from sumo3dviz_pt.cli import main
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.experiments.tools.papers import digest_of
+from sumo3dviz_pt.image.png import read_text
+from sumo3dviz_pt.pipeline.studies.file import load_study
+from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
+from sumo3dviz_pt.pipeline.studies.plan import plan_study
+from sumo3dviz_pt.pipeline.studies.records import (
+    FilmRecord,
+    film_path,
+    finished_films,
+    write_record,
+)
+from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study, film_tasks, finish_study
+from sumo3dviz_pt.pipeline.studies.thumbnails import sheet
+from sumo3dviz_pt.video import encode
+
+STUDY = """scene: scene.yaml
+clip: {camera: post, from: 2, to: 2.2}
+factors:
+  light: {levels: {clear: {sky: {preset: sky_blue}}, grey: {sky: {preset: sky_overcast}}}}
+  trees: {levels: {some: {}, none: {ground: {planting: none}}}}
+"""
+
+
+@pytest.fixture
+def place(tmp_path):
+    write_scenario(tmp_path, vehicles=2)
+    return tmp_path
+
+
+def planned(folder, text=STUDY):
+    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    return plan_study(load_study(folder / "study.yaml"))
+
+
+def filmed(folder, plan, *, shades=(40, 80, 120, 160)):
+    """A folder in which films of plain colours stand for rendered ones."""
+    films = {}
+    for stimulus, shade in zip(plan.stimuli, shades, strict=False):
+        path = film_path(folder, plan, stimulus)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        encode([np.full((36, 64, 3), shade, np.uint8)] * 2, path, size=(64, 36), fps=10)
+        account = '{"frames": [{}, {}], "fps": 10.0, "frame_rate": "10", "inputs": {"a.xml": "12"}}'
+        path.with_suffix(".json").write_text(account, encoding="utf-8")
+        films[stimulus.name] = FilmRecord(
+            stimulus.digest, "scalar", digest_of(path), 2, "10", 0.2, (64, 36)
+        )
+    write_record(folder, plan, films)
+    return films
+
+
+def order(folder, **more):
+    return StudyOrder(folder, variant="scalar", **more)
+
+
+def test_films_that_are_there_are_not_rendered_again(place):
+    plan, out = planned(place), place / "out"
+    filmed(out, plan)
+    assert not film_tasks(plan, order(out, resume=True))
+    assert len(film_tasks(plan, order(out, overwrite=True))) == 4
+    assert len(film_tasks(plan, StudyOrder(out, resume=True, variant="llvm"))) == 4
+
+
+def test_a_film_that_somebody_changed_is_rendered_again(place):
+    plan, out = planned(place), place / "out"
+    filmed(out, plan)
+    film_path(out, plan, plan.stimuli[0]).write_bytes(b"another film")
+    (task,) = film_tasks(plan, order(out, resume=True))
+    assert task.stimulus == plan.stimuli[0]
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"films": 3}', '{"films": {"clear_some": {}}}', "[1]"])
+def test_a_damaged_record_only_costs_time(place, text):
+    plan, out = planned(place), place / "out"
+    filmed(out, plan)
+    (out / "study.json").write_text(text, encoding="utf-8")
+    assert finished_films(out, plan, variant="scalar") == {}
+
+
+def test_a_study_is_not_finished_before_all_films_are(place):
+    plan, out = planned(place), place / "out"
+    filmed(out, plan, shades=(40, 80))
+    with pytest.raises(ConfigError, match=r"2 films are missing, the first is .*; go on with"):
+        finish_study(plan, order(out))
+
+
+def test_pairs_that_look_alike_are_noted(place, caplog):
+    plan, out = planned(place), place / "out"
+    filmed(out, plan, shades=(40, 80, 40, 120))
+    names = {plan.stimuli[0].name, plan.stimuli[2].name}
+    alike = [pair for pair in plan.pairs if {pair.one, pair.other} == names]
+    finish_study(plan, order(out))
+    said = [record.getMessage() for record in caplog.records]
+    assert len([words for words in said if "are the same film: what" in words]) == len(alike)
+    assert ("is not seen" in (out / "README.md").read_text("utf-8")) == bool(alike)
+
+
+def test_files_of_an_earlier_run_go_and_films_and_changed_files_stay(place):
+    out = place / "out"
+    plan = planned(place)
+    films = filmed(out, plan)
+    write_outputs(out, plan, films)
+    assert (out / "psychopy" / "playlist_4.csv").exists()
+    (out / "psychopy" / "playlist_3.csv").write_text("mine now", encoding="utf-8")
+    fewer = planned(
+        place, f"{STUDY}playlists: {{count: 2}}\nexclude: [{{light: grey, trees: none}}]\n"
+    )
+    files = write_outputs(out, fewer, films)
+    assert not (out / "psychopy" / "playlist_4.csv").exists()
+    assert (out / "psychopy" / "playlist_3.csv").read_text("utf-8") == "mine now"
+    assert (out / "materials" / "grey_none.mp4").exists()
+    assert not any("grey_none.mp4" in file.name for file in files)
+    assert not (out / "thumbnails" / "grey_none.png").exists()
+
+
+def test_writing_again_gives_the_same_bytes(place):
+    plan, out = planned(place), place / "out"
+    films = filmed(out, plan)
+    first = {file: file.read_bytes() for file in write_outputs(out, plan, films)}
+    assert {file: file.read_bytes() for file in write_outputs(out, plan, films)} == first
+
+
+def test_thumbnails_are_the_films_own_pictures(place):
+    plan, out = planned(place), place / "out"
+    write_outputs(out, plan, filmed(out, plan))
+    for stimulus in plan.stimuli:
+        assert read_text(out / "thumbnails" / f"{stimulus.name}.png") == {}
+    page = (out / "contact_sheet.html").read_text("utf-8")
+    assert page.count("<video ") == 4 and "light grey, trees none" in page
+
+
+def test_a_sheet_has_every_picture_in_its_place():
+    shades = [np.full((18, 32, 3), shade, np.uint8) for shade in (10, 20, 30, 40, 50)]
+    whole = sheet(shades)
+    assert whole.shape == (2 * 26 + 8, 3 * 40 + 8, 3)
+    for place, picture in enumerate(shades):
+        top, left = 8 + place // 3 * 26, 8 + place % 3 * 40
+        assert (whole[top : top + 18, left : left + 32] == picture[0, 0]).all()
+    assert (whole[-1, -1] == 119).all()
+
+
+# Checks before any work ----------------------------------------------------------------------
+
+
+def test_rides_are_looked_up_before_anything_is_rendered(place):
+    ride = STUDY.replace("camera: post", "camera: driver")
+    check_study(planned(place, ride), order(place / "out"))
+    plan = planned(place, f"{ride}common: {{cameras.driver.vehicle: v9}}\n")
+    with pytest.raises(ConfigError, match="v9"):
+        check_study(plan, order(place / "out"))
+
+
+def test_films_of_odd_sizes_are_refused(place):
+    plan = planned(place, f"{STUDY}common: {{output.size: [33, 18]}}\n")
+    with pytest.raises(ConfigError, match="width and height must be even"):
+        check_study(plan, order(place / "out"))
+
+
+# Python ------------------------------------------------------------------------------------
+
+
+def test_python_makes_the_same_folder(place):
+    """All films are there already, so nothing is rendered."""
+    plan, out = planned(place), place / "out"
+    filmed(out, plan)
+    study = sv.Study(place / "study.yaml")
+    assert repr(study).endswith("study.yaml: 4 films, 4 trials, 4 playlists>")
+    assert "pairs that differ in one factor" in str(study)
+    films = study.render(out, resume=True, variant="scalar")
+    assert [path.stem for path in films] == [stimulus.name for stimulus in plan.stimuli]
+    assert (out / "index.html").exists() and (out / "checksums.sha256").exists()
+    with pytest.raises(ConfigError, match="resumee: this choice is unknown; did you mean 'resume'"):
+        study.render(out, resumee=True)
+
+
+# The command -------------------------------------------------------------------------------
+
+
+def test_a_dry_run_says_what_would_be_shown_and_makes_nothing(place, capsys):
+    planned(place)
+    assert main(["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    assert "design full, 4 profiles in 4 trials, 4 playlists" in said
+    assert "  light            2 pairs: sky.preset\n" in said
+    assert "there    0 of 4 films" in said and "cost     8 frames of 4 films: about" in said
+    assert not (place / "out").exists()
+
+
+def test_the_command_line_sets_values_for_all_films(place, capsys):
+    planned(place)
+    arguments = ["study", str(place / "study.yaml"), "-o", str(place / "out"), "--dry-run"]
+    assert main([*arguments, "--set", "output.size=[32, 18]", "--set", "quality=preview"]) == 0
+    assert capsys.readouterr().out.count("32x18, preview") == 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nothing.yaml", "-o", "out"], "nothing.yaml: there is no such study file"),
+        (["scene.yaml", "-o", "out"], "is a scene file, not a study file"),
+        (["study.yaml", "-o", "scene.yaml"], "is a file; give a folder"),
+        (["study.yaml", "-o", "out", "--set", "quality"], "has no value"),
+    ],
+)
+def test_wrong_commands_are_one_sentence_and_exit_2(place, capsys, monkeypatch, arguments, words):
+    planned(place)
+    monkeypatch.chdir(place)
+    assert main(["study", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert words in said and said.count("\n") == 1
