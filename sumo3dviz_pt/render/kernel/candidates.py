@@ -18,7 +18,7 @@ import mitsuba as mi
 
 from sumo3dviz_pt.render.kernel.lights import Aim, Lights
 
-FIRST, LATER = 8, 1
+FIRST, LATER = 4, 1
 """Candidates of a path's first surface, which the eye sees, and of all others."""
 
 _BROKEN = 1e20  # worth of light that is NaN or Inf: it must be found and counted

@@ -143,8 +143,8 @@ class Lights:
 
     @property
     def many(self) -> bool:
-        """Whether there is more to aim at than sky and sun."""
-        return len(self._names) > self._first_lamp
+        """Whether paths aim at more than sky and sun; lamps by day are only seen."""
+        return self._loaded.aimed and len(self._names) > self._first_lamp
 
     @property
     def lamps(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -120,3 +121,14 @@ def test_what_a_road_has_is_all_that_is_compiled(empty: int, what: str, least: i
         "ids": lambda: operations(scene(), layers=("radiance", "ids")),
     }[what]()
     assert found >= empty + least
+
+
+def test_lamps_that_are_only_seen_are_not_aimed_at() -> None:
+    """By day the choice among emitters and its candidates would only add noise and time."""
+    seen, aimed = (
+        operations(
+            scene(lamps=[replace(LAMPS, sampled=sampled)]), lamps={"lamps": np.full((1, 3), 1.0)}
+        )
+        for sampled in (False, True)
+    )
+    assert aimed > seen + 300
