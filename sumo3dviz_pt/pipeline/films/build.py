@@ -294,6 +294,7 @@ def _render_frame(
 
     at = float(production.times[number])
     frame, path = production.shot.frame_at(at), frame_file(folder, number)
+    half = production.job.output.half
     samples = session.samples(frame)
     account = {
         **shared,
@@ -304,9 +305,9 @@ def _render_frame(
         "stored": "traced" if "ids" in samples.layers else "finished",
     }
     if "ids" in samples.layers:
-        write_traced(path, samples, frame, session, account)
+        write_traced(path, samples, frame, session=session, account=account, half=half)
     else:
         finished = {"radiance": session.finish(samples, frame)}
         text = json.dumps(account, sort_keys=True)
-        write_exr(path, finished, half=production.job.output.half, attributes={PROVENANCE: text})
+        write_exr(path, finished, half=half, attributes={PROVENANCE: text})
     return dict(session.clock.seconds)

@@ -86,8 +86,9 @@ def developed(
         if key is not None and account.get("key") != key:
             raise InputError("has become a frame of another film", file=file)
         if masters is not None:
-            text = json.dumps(account, sort_keys=True)
-            write_exr(masters / file.name, {"radiance": radiance}, attributes={PROVENANCE: text})
+            text = {PROVENANCE: json.dumps(account, sort_keys=True)}
+            half = bool(account.get("scene", {}).get("output", {}).get("half", True))
+            write_exr(masters / file.name, {"radiance": radiance}, half=half, attributes=text)
         yield develop_float(
             radiance,
             exposure=float(account.get("exposure", 0.0)) if exposure is None else exposure,

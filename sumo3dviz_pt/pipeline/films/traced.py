@@ -30,7 +30,13 @@ TRACED, FINISHING = "sumo3dviz_pt_traced", "sumo3dviz_pt_finishing"
 
 
 def write_traced(
-    path: Path, samples: Samples, frame: FrameState, session: Session, account: Mapping[str, Any]
+    path: Path,
+    samples: Samples,
+    frame: FrameState,
+    *,
+    session: Session,
+    account: Mapping[str, Any],
+    half: bool,
 ) -> None:
     """Store a frame as it was traced.
 
@@ -40,6 +46,7 @@ def write_traced(
         frame: What it shows.
         session: That traced it.
         account: What it was made from.
+        half: Whether colours are stored in half precision.
 
     Raises:
         OSError: If the file cannot be written.
@@ -56,7 +63,7 @@ def write_traced(
         TRACED: text,
         FINISHING: _finishing_text(session.finishing),
     }
-    write_exr(path, layers, attributes=attributes)
+    write_exr(path, layers, half=half, attributes=attributes)
 
 
 def _finishing_text(how: Finishing) -> str:

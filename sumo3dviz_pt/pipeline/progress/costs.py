@@ -106,9 +106,7 @@ def cost_of(
         cpu_hours=(start + frames * (serial + shared)) / 3600,
         wall_seconds=wall,
         memory_mb=memory_forecast(megapixels, triangles),
-        frames_mb=frames
-        * megapixels
-        * (_EXR_TRACED if together else _EXR * (1.0 if half else 2.0)),
+        frames_mb=frames * megapixels * (_EXR_TRACED if together else _EXR) * (2 - half),
         film_mb=frames * megapixels * _FILM,
     )
 
