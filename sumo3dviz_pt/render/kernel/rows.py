@@ -44,6 +44,7 @@ class Kind(IntFlag):
     UNTILED = 64
     ROUGH = 128
     BITMAP = 256
+    TINTED = 512
 
 
 PLAIN = Kind(0)
@@ -170,13 +171,13 @@ class RowMaker:
             value = np.broadcast_to(np.asarray(base["value"], dtype=np.float64), 3)
             return {"colour": tuple(map(float, value))}
         if word in ("tint", "mesh_attribute"):
-            return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else PLAIN)}
+            return {"kind": kind | (Kind.PAINTED if painted and word == "tint" else Kind.TINTED)}
         if word == "untiled" and "roughness" not in base:
             return {"kind": kind | Kind.UNTILED, "texture": _numbered(self.untiled, base)}
         if word == "bitmap":
             return {"kind": kind | Kind.BITMAP, "texture": _numbered(self.bitmaps, base)}
         if word == "stained":
-            tinted = Kind.STAINED | (Kind.PAINTED if painted else PLAIN)
+            tinted = Kind.STAINED | (Kind.PAINTED if painted else Kind.TINTED)
             inner = self._coloured(base["texture"], kind | tinted, painted=painted)
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
         raise _ForeignError

@@ -78,7 +78,7 @@ class Surfaces:
         p = _mixed(weights, a, b, c)
         normal = dr.normalize(dr.cross(_three(b) - _three(a), _three(c) - _three(a)))
         na, nb, nc = (dr.gather(mi.Vector4f, tables.normals, corners[k], there) for k in range(3))
-        shading = dr.select(smooth, dr.normalize(_mixed(weights, na, nb, nc)), normal)
+        shading = _smoothed(_mixed(weights, na, nb, nc), normal, smooth)
         paint = mi.Color3f(0.5)
         if tables.instanced:
             rows, paint, instanced = tables.instance(hit, there)
@@ -161,6 +161,12 @@ def _three(vector: Any) -> Any:
 def _mixed(weights: Any, a: Any, b: Any, c: Any) -> Any:
     """Return the weighted sum of three corners' first three numbers."""
     return _three(a) * weights.x + _three(b) * weights.y + _three(c) * weights.z
+
+
+def _smoothed(mixed: Any, normal: Any, smooth: Any) -> Any:
+    """Return the shading normal; users' meshes may have normals of no length, or that are NaN."""
+    length = dr.norm(mixed)
+    return dr.select(smooth & (length > 0.0), mixed / length, normal)
 
 
 def _moved(rows: Any, p: Any) -> Any:

@@ -288,7 +288,7 @@ def _looks(parameters: Any, name: str, row: Row, faces: int) -> Floats:
     """Return colour and roughness of a mesh's faces, (faces, 4)."""
     looks = np.tile([*row.colour, row.roughness], (faces, 1))
     tint = f"{name}.{TINT_ATTRIBUTE}"
-    if tint in parameters and Kind.PAINTED not in row.kind:
+    if tint in parameters and Kind.TINTED in row.kind:
         looks[:, :3] = _array(parameters, tint, 3)
     own = slice(0, faces)
     looks[:, 3] = _by_face(parameters, f"{name}.{ROUGHNESS_ATTRIBUTE}", row.roughness, own)

@@ -97,7 +97,9 @@ def pictures(
         wall = time.perf_counter() - started
         phases = dict(session.clock.seconds)
         costs = {"t_build": phases["load"], "t_render_wall": wall, "t_compile": 0.0}
-        costs["t_render_cpu"] = phases["render"] + (0.0 if group.plain else phases["guides"])
+        costs["t_render_cpu"] = phases["render"] + (
+            0.0 if group.plain else phases.get("guides", 0.0)
+        )
         shown += _finished(session, subject, group, samples, costs)
         on_picture(group.quality.spp)
     return _steady(shown, group)

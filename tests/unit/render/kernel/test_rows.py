@@ -43,15 +43,15 @@ def test_numbers_of_a_plain_material_are_kept():
 def test_kinds_of_materials():
     assert row_of(matt(COLOUR)).kind == Kind.MATT
     assert row_of(two_sided(matt(COLOUR))).kind == Kind.MATT | Kind.OPEN
-    assert row_of(MATERIALS["leaf"]).kind == Kind.LEAF | Kind.OPEN
+    assert row_of(MATERIALS["leaf"]).kind == Kind.LEAF | Kind.OPEN | Kind.TINTED
     assert row_of(MATERIALS["leaf"]).through == 0.5
-    assert row_of(COMPOUND).kind == PLAIN
+    assert row_of(COMPOUND).kind == Kind.TINTED
 
 
 def test_only_instances_are_painted():
-    assert row_of(MATERIALS["paint"]).kind == PLAIN
+    assert row_of(MATERIALS["paint"]).kind == Kind.TINTED
     assert row_of(MATERIALS["paint"], painted=True).kind == Kind.PAINTED
-    assert row_of(COMPOUND, painted=True).kind == PLAIN
+    assert row_of(COMPOUND, painted=True).kind == Kind.TINTED
 
 
 @pytest.mark.parametrize(
