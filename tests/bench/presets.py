@@ -55,7 +55,9 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
             frames.append(session.render(state).cpu)
             misses = sum(not entry.get("cache_hit", True) for entry in dr.kernel_history())
             compiled += misses if number >= 3 else 0
-    phases = {key: float(np.median([frame[key] for frame in frames[3:]])) for key in PHASES}
+    phases = {
+        key: float(np.median([frame.get(key, 0.0) for frame in frames[3:]])) for key in PHASES
+    }
     return {
         "preset": preset,
         "size": list(size),

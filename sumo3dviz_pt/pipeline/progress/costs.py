@@ -20,11 +20,8 @@ _START_PER_MEGATRIANGLE = 3.5
 _UPDATE = 0.58
 """Moving all road users, for each million triangles of the shot: one thread's work [CPU-s]."""
 
-_PER_MEGASAMPLE, _PER_MEGAPIXEL = 1.4, 0.2
+_PER_MEGASAMPLE, _PER_MEGAPIXEL = 1.15, 0.45
 """Rendering, for each million samples and for each million pixels [CPU-s]."""
-
-_GUIDES = 1.3
-"""Albedo and normals for the denoiser, for each million pixels [CPU-s]."""
 
 _DENOISER = {"none": 0.0, "fast": 1.0, "balanced": 1.6, "high": 1.6}
 """Denoising, for each million pixels [CPU-s]."""
@@ -98,7 +95,7 @@ def cost_of(
     serial += 2 * min(together, frames - 1) * _NEIGHBOUR * megapixels
     shared = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
     if quality.denoise != "none":
-        shared += megapixels * (_DENOISER[quality.denoise] + _GUIDES * quality.guides)
+        shared += megapixels * _DENOISER[quality.denoise]
     wall = start * (_SERIAL_START + (1.0 - _SERIAL_START) / cores)
     wall += frames * (serial + shared / cores)
     return Cost(

@@ -19,10 +19,10 @@ HD = {"size": (1280, 720), "triangles": 1_400_000, "frames": 250, "cores": 2}
 
 MEASURED = {
     # `ronda`, overview: CPU-seconds of a later frame, megabytes of half-precision frames.
-    ("draft", (640, 360)): (1.91, 0.877),
-    ("preview", (640, 360)): (2.56, 0.877),
-    ("standard", (640, 360)): (5.99, 0.877),
-    ("preview", (1280, 720)): (7.91, 3.5),
+    ("draft", (1280, 720)): (5.02, 3.5),
+    ("preview", (1280, 720)): (7.71, 3.5),
+    ("standard", (1280, 720)): (20.4, 3.5),
+    ("study", (1280, 720)): (69.6, 3.5),
 }
 
 
