@@ -224,7 +224,7 @@ class Scene:
             choices: `quality`, `size`, `spp`, `seed`, `variant` and so on, as in `still`.
 
         Yields:
-            Images as `still` returns them, the same as `render` stores.
+            Images as `still` returns them: without the help that frames of a film give each other.
 
         Raises:
             ConfigError: Before the first, if a choice is wrong.

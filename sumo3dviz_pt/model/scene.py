@@ -306,6 +306,15 @@ class View:
         """Unit viewing direction, (3,)."""
         return self.world_from_camera.matrix[:3, 0]
 
+    @property
+    def origin(self) -> Floats:
+        """Where the renderer puts its own origin: the eye on a 250 m grid, (3,) [m].
+
+        Mitsuba lets rays start 9e-5 x (distance from that origin) off their surface, so
+        shadows where things touch are right only near it.
+        """
+        return np.round(self.position / ORIGIN_GRID) * ORIGIN_GRID
+
     def directions(self, size: tuple[int, int]) -> Floats:
         """World direction through every pixel's centre, unit, (h, w, 3).
 
@@ -354,9 +363,5 @@ class FrameState:
 
     @property
     def origin(self) -> Floats:
-        """Where the renderer puts its own origin: the eye on a 250 m grid, (3,) [m].
-
-        Mitsuba lets rays start 9e-5 x (distance from that origin) off their surface, so
-        shadows where things touch are right only near it.
-        """
-        return np.round(self.view.position / ORIGIN_GRID) * ORIGIN_GRID
+        """Where the renderer puts its own origin; see `View.origin`."""
+        return self.view.origin

@@ -26,6 +26,7 @@ from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.films.frames import NOTE, film_of
 from sumo3dviz_pt.pipeline.production import Production, Request, opened
+from sumo3dviz_pt.pipeline.progress.costs import help_cost
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.scene import FrameState
@@ -88,7 +89,10 @@ def piloted(production: Production, request: Request, *, folder: Path | None = N
     if not wish:
         return production
     before = None if folder is None else _chosen_before(production, wish, folder)
-    choice = before or _measured(production, wish)
+    # A film's frames also help each other when it is developed; a picture alone has no help.
+    frames = 1 if folder is None else len(production.times)
+    helped = help_cost(production.quality, size=production.job.output.size, frames=frames)
+    choice = before or _measured(production, wish, helped)
     quality = with_samples(production.quality, choice.spp)
     return replace(production, quality=quality, pilot=choice.as_dict())
 
@@ -184,11 +188,18 @@ def _chosen_before(
     return Choice(int(told["spp"]), wish, float(told["expected"]))
 
 
-def _measured(production: Production, wish: Mapping[str, float]) -> Choice:
-    """Run the pilot."""
+def _measured(production: Production, wish: Mapping[str, float], helped: float) -> Choice:
+    """Run the pilot.
+
+    Args:
+        production: The shot.
+        wish: What is wanted.
+        helped: What a frame costs beyond its rendering [CPU-s].
+    """
     state = production.shot.frame_at(float(production.times[len(production.times) // 2]))
     if "time_budget" in wish:
-        spp, expected = affordable(_costs(production, state), wish["time_budget"])
+        costs = {spp: cost + helped for spp, cost in _costs(production, state).items()}
+        spp, expected = affordable(costs, wish["time_budget"])
     else:
         spp, expected = sufficient(_errors(production, state), wish["target_error"])
     return Choice(spp, wish, expected)

@@ -49,7 +49,13 @@ def likeness(change: Image, known: Bools) -> Image:
 
 
 def _same(mean: Image, spread: Image, count: Image) -> Image:
-    """Return how far a mean of so many values with this variance may be called zero, in [0, 1]."""
+    """Return 1 where a mean may be zero, 0 where it cannot be, and values between, (h, w).
+
+    Args:
+        mean: Of some values.
+        spread: Their variance.
+        count: How many values there are.
+    """
     error = np.sqrt(np.maximum(spread, 0.0) / count + np.float32(1e-6))
     return np.clip((_CERTAIN - np.abs(mean) / error) / (_CERTAIN - _SURE), 0.0, 1.0)
 

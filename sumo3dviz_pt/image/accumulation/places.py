@@ -22,7 +22,7 @@ class Places:
 
     Attributes:
         pixels: Their flat indices, (n,); only those that lie inside the other picture.
-        taps: The nearest pixels there, likewise.
+        taps: Flat indices of the nearest pixels there, (n,).
         here: Distance from this eye, (n,) [m].
         there: Distance from the other eye, (n,) [m].
     """

@@ -21,7 +21,7 @@ from sumo3dviz_pt.image.exr import HALF_MAX
 from sumo3dviz_pt.model.geometry import Floats, Image, Transform
 from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.lens import Lens
-from sumo3dviz_pt.model.scene import ORIGIN_GRID, View
+from sumo3dviz_pt.model.scene import View
 
 _STEPS = {"albedo": 256, "normal": 64}
 """Steps of a unit to which guides are rounded."""
@@ -63,7 +63,7 @@ def packed(frame: TracedFrame) -> tuple[dict[str, NDArray[Any]], str]:
 def _description(frame: TracedFrame, numbers: list[int]) -> dict[str, Any]:
     """Return what the layers show, as plain values, with only the parts that are seen."""
     parts = [frame.parts[number - 1] for number in numbers]
-    origin = np.round(frame.view.position / ORIGIN_GRID) * ORIGIN_GRID
+    origin = frame.view.origin
     poses = np.full((len(parts), 3, 4), np.nan)
     for pose, part in zip(poses, parts, strict=True):
         if part.world_from_part is not None:

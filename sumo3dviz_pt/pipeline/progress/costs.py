@@ -92,7 +92,7 @@ def cost_of(
     start = _START + _START_PER_MEGATRIANGLE * megatriangles
     serial = _UPDATE * megatriangles
     together = quality.accumulate if frames > 1 else 0
-    serial += 2 * min(together, frames - 1) * _NEIGHBOUR * megapixels
+    serial += help_cost(quality, size=size, frames=frames)
     shared = megapixels * (_PER_MEGAPIXEL + _PER_MEGASAMPLE * quality.spp)
     if quality.denoise != "none":
         shared += megapixels * _DENOISER[quality.denoise]
@@ -106,6 +106,18 @@ def cost_of(
         frames_mb=frames * megapixels * (_EXR_TRACED if together else _EXR) * (2 - half),
         film_mb=frames * megapixels * _FILM,
     )
+
+
+def help_cost(quality: Quality, *, size: tuple[int, int], frames: int) -> float:
+    """Return what averaging with frames before and after costs each frame [CPU-s].
+
+    Args:
+        quality: How many frames help.
+        size: Width, height [px].
+        frames: Of the film; a picture alone has no help.
+    """
+    neighbours = 2 * min(quality.accumulate, frames - 1) if frames > 1 else 0
+    return neighbours * _NEIGHBOUR * size[0] * size[1] / 1e6
 
 
 def memory_forecast(megapixels: float, triangles: int) -> float:

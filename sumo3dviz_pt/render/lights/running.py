@@ -264,7 +264,7 @@ class Beams:
         Args:
             name: Of a beam that shines.
             x: Of the places, relative to the renderer's origin, (n,) [m].
-            y: Likewise.
+            y: Of the same places, (n,) [m].
         """
         matrix, intensity = self.placed[name]
         place = matrix[:3, 3]

@@ -8,6 +8,7 @@ from builders import write_scenario
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.pipeline.progress.costs import (
     cost_of,
+    help_cost,
     memory_forecast,
     space_in_words,
     threads,
@@ -48,6 +49,16 @@ def test_costs_grow_as_they_must():
     assert cost(half=False).frames_mb == 2 * base.frames_mb
     assert base.memory_mb == memory_forecast(0.9216, 1_400_000) > memory_forecast(0.2, 1_000_000)
     assert threads() >= 1
+
+
+@pytest.mark.parametrize(("preset", "frames"), [("standard", 250), ("standard", 3), ("study", 250)])
+def test_films_pay_for_the_help_of_frames(preset, frames):
+    quality = quality_preset(preset)
+    alone, film = (
+        cost_of(quality, **{**HD, "frames": count}).cpu_seconds_per_frame for count in (1, frames)
+    )
+    helped = help_cost(quality, size=HD["size"], frames=frames)
+    assert film - alone == pytest.approx(helped) and (helped > 0) == (quality.accumulate > 0)
 
 
 @pytest.mark.parametrize(
