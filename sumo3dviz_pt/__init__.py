@@ -16,18 +16,22 @@ from sumo3dviz_pt.errors import (
     RenderError,
     Sumo3dvizError,
 )
+from sumo3dviz_pt.frame_layers import read_layers
+from sumo3dviz_pt.recorder import Recorder
 from sumo3dviz_pt.study import Study
 
 __all__ = [
     "ConfigError",
     "InputError",
     "InstallationError",
+    "Recorder",
     "RenderError",
     "Scene",
     "Study",
     "Sumo3dvizError",
     "example",
     "load",
+    "read_layers",
 ]
 
 __version__ = "0.1.0"

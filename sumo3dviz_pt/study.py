@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from sumo3dviz_pt.pipeline.films.shown import Films
 
 if TYPE_CHECKING:
+    from sumo3dviz_pt.pipeline.certificate.build import Certificate
     from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 
 
@@ -23,6 +24,8 @@ class Study:
 
     Attributes:
         plan: What it shows: profiles, trials, films, pairs of films, playlists.
+        certificate: What was found on the pairs of films, once they are rendered; None before,
+            and where the study file asks for none.
 
     Raises:
         ConfigError: If the study file, a level or the design is wrong.
@@ -34,6 +37,7 @@ class Study:
         from sumo3dviz_pt.pipeline.studies.file import load_study
         from sumo3dviz_pt.pipeline.studies.plan import plan_study
 
+        self.certificate: Certificate | None = None
         self.plan: StudyPlan = plan_study(load_study(Path(path)), override_values(overrides))
 
     def __str__(self) -> str:
@@ -85,5 +89,5 @@ class Study:
             steps = film_steps(task.stimulus.job, task.request, task.order)
             with followed(task.order.path.name, steps) if shown else nullcontext():
                 render_task(self.plan, order, task)
-        finish_study(self.plan, order)
+        self.certificate = finish_study(self.plan, order).certificate
         return Films(film_path(order.folder, self.plan, each) for each in self.plan.stimuli)

@@ -33,6 +33,9 @@ def add(commands: Any) -> None:
         action="store_true",
         help="also write the finished frames' radiance, to a folder beside the output",
     )
+    sub.add_argument(
+        "--no-overlays", action="store_true", help="without the overlays that the film has"
+    )
     add_overwrite(sub)
     sub.set_defaults(run=run)
 
@@ -49,6 +52,7 @@ def run(options: argparse.Namespace) -> int:
         options.codec,
         options.overwrite,
         options.final_exr,
+        not options.no_overlays,
     )
     first, *others = develop_frames(options.frames, order)
     print(f"wrote {first}" + (f" to {others[-1].name}" if others else ""))

@@ -18,6 +18,7 @@ from sumo3dviz_pt.cli import (
     develop,
     doctor,
     motion,
+    record,
     render,
     report,
     scene_files,
@@ -39,6 +40,7 @@ from sumo3dviz_pt.installation.dependencies import explained, package_of, requir
 
 _COMMANDS = (
     demo.add,
+    record.add,
     scene_files.add_init,
     scene_files.add_import,
     check.add,

@@ -41,7 +41,9 @@ def add(commands: Any) -> None:
         "--dry-run", action="store_true", help="only say what would be rendered, and its cost"
     )
     sub.add_argument("--frames", type=frame_range, help="A:B renders only these frames, no film")
-    sub.add_argument("--discard-frames", action="store_true", help="delete frames afterwards")
+    sub.add_argument(
+        "--discard-frames", action="store_true", help="keep frames only while others need them"
+    )
     sub.add_argument(
         "--final-exr",
         action="store_true",

@@ -11,6 +11,9 @@ from sumo3dviz_pt.cli.options import PROGRAM
 from sumo3dviz_pt.cli.progress import progress
 from sumo3dviz_pt.model.news import Doing
 
+SIMULATING = 30.0
+"""What running a simulation usually takes [s]."""
+
 _READING, _SCOUTING = 4.0, 3.0
 """What reading a scenario and looking for cameras usually take [s]."""
 
@@ -27,6 +30,9 @@ def add_init(commands: Any) -> None:
     )
     sub.add_argument(
         "--allow-misfit", action="store_true", help="take a log that seems wrong, with a note"
+    )
+    sub.add_argument(
+        "--record", action="store_true", help="run the .sumocfg first; see the command record"
     )
     sub.add_setting("--template", "template", after=" [chosen by the roads]")
     _add_target(sub)
@@ -78,13 +84,22 @@ def _init(options: argparse.Namespace) -> int:
         additional=tuple(options.additional),
         allow_misfit=options.allow_misfit,
     )
-    steps = (WorkStep(Doing.READ, _READING), WorkStep(Doing.SCOUT, _SCOUTING))
+    steps = [WorkStep(Doing.READ, _READING), WorkStep(Doing.SCOUT, _SCOUTING)]
+    if options.record:
+        steps.insert(0, WorkStep(Doing.SIMULATE, SIMULATING))
     with progress(options.output.name, steps):
-        text, notes = propose(
-            options.scenario, output=options.output, template=options.template, own=own
-        )
+        scenario = _recorded(options) if options.record else options.scenario
+        text, notes = propose(scenario, output=options.output, template=options.template, own=own)
     write_schema(options.output.with_name(FILE))
     return _written(options.output, text, notes)
+
+
+def _recorded(options: argparse.Namespace) -> Path:
+    """Run a simulation beside the scene file; return the recording's configuration."""
+    from sumo3dviz_pt.pipeline.recording.run import RecordOrder, record
+
+    folder = options.output.with_suffix(".recorded")
+    return record(options.scenario, RecordOrder(folder, overwrite=options.force))[0]
 
 
 def _import(options: argparse.Namespace) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.cli.options import (
     add_overrides,
@@ -15,6 +15,9 @@ from sumo3dviz_pt.cli.options import (
     overrides_of,
 )
 from sumo3dviz_pt.cli.progress import progress
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.pipeline.certificate.build import Certificate
 
 
 def add(commands: Any) -> None:
@@ -31,7 +34,9 @@ def add(commands: Any) -> None:
         "--resume", action="store_true", help="keep films and frames that match, render the others"
     )
     add_overwrite(sub, "replace films and frames that exist")
-    sub.add_argument("--discard-frames", action="store_true", help="delete frames afterwards")
+    sub.add_argument(
+        "--discard-frames", action="store_true", help="keep frames only while others need them"
+    )
     add_variant(sub)
     add_overrides(sub)
     sub.set_defaults(run=run)
@@ -66,14 +71,23 @@ def run(options: argparse.Namespace) -> int:
         name = f"{task.order.path.name} ({number} of {len(tasks)})"
         with progress(name, film_steps(task.stimulus.job, task.request, task.order)):
             render_task(plan, order, task)
-    files = finish_study(plan, order)
+    finished = finish_study(plan, order)
     for note in plan.notes:
         print(f"note: {note}")
     print(
         f"wrote {options.output}: {len(plan.stimuli)} films ({len(tasks)} rendered),"
-        f" {len(plan.trials)} trials, {len(plan.playlists)} playlists, {len(files)} files"
+        f" {len(plan.trials)} trials, {len(plan.playlists)} playlists, {len(finished.files)} files"
     )
-    return 0
+    return 0 if finished.certificate is None else say(finished.certificate)
+
+
+def say(certificate: Certificate) -> int:
+    """Print what a certificate found; return the exit code."""
+    for pair in certificate.failed:
+        more = f" (and {len(pair.faults) - 1} more)" if len(pair.faults) > 1 else ""
+        print(f"failed: {pair}: {pair.faults[0]}{more}")
+    print(f"{certificate}; see certificate.html")
+    return 0 if certificate.passed else 1
 
 
 def _order(options: argparse.Namespace) -> Any:

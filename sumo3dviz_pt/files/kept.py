@@ -6,6 +6,7 @@ It gets its name only when it is whole, so that no process reads an unfinished o
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import shutil
@@ -48,6 +49,26 @@ def keep(folder: Path, files: Files) -> None:
         _put(work, folder)
     finally:
         shutil.rmtree(work, ignore_errors=True)
+
+
+def make_room(newest: Path, most: int) -> None:
+    """Remove the oldest folders beside one while all together are too large; that one stays.
+
+    Args:
+        newest: The folder.
+        most: How large all may be [bytes].
+    """
+    kept: list[tuple[float, int, Path]] = []
+    for folder in newest.parent.iterdir():
+        # Another process may remove it at the same time.
+        with contextlib.suppress(OSError):
+            size = sum(file.stat().st_size for file in folder.iterdir())
+            kept.append((folder.stat().st_mtime, size, folder))
+    room = most
+    for _, size, folder in sorted(kept, reverse=True):
+        room -= size
+        if room < 0 and folder != newest:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _put(work: Path, folder: Path) -> None:

@@ -74,9 +74,50 @@ def write_exr(
         _COLOURS if name == "radiance" else name: _stored(layer, half=half)
         for name, layer in layers.items()
     }
+    _write(path, header, channels)
+
+
+def write_channels(
+    path: Path, channels: Mapping[str, NDArray[Any]], attributes: Mapping[str, str]
+) -> None:
+    """Write channels as they are, ZIP-compressed; a half-written file never stays.
+
+    Args:
+        path: Where to.
+        channels: (h, w) each, in half or single precision, or whole numbers of 32 bits.
+        attributes: Strings to store by name.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
+    import OpenEXR
+
+    header = {
+        **attributes,
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+    }
+    _write(path, header, {name: np.ascontiguousarray(one) for name, one in channels.items()})
+
+
+def read_channels(path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
+    """Return all channels of a file, (h, w) each, as they are, and its string attributes.
+
+    Raises:
+        InputError: If it is missing or damaged.
+    """
+    with _opened(path, separate=True) as file:
+        channels = {name: np.array(one.pixels) for name, one in file.channels().items()}
+        return channels, _strings(file)
+
+
+def _write(path: Path, header: Mapping[str, Any], channels: Mapping[str, Any]) -> None:
+    """Write a file as a whole or not at all."""
+    import OpenEXR
+
     part = path.with_name(path.name + ".part")
     try:
-        with OpenEXR.File(header, channels) as file:
+        with OpenEXR.File(dict(header), dict(channels)) as file:
             file.write(str(part))
         part.replace(path)
     except RuntimeError as error:
@@ -135,7 +176,7 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 
 @contextmanager
-def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
+def _opened(path: Path, *, header_only: bool = False, separate: bool = False) -> Iterator[Any]:
     """Open an OpenEXR file; an error says in one sentence what is wrong with it."""
     import OpenEXR
 
@@ -143,7 +184,10 @@ def _opened(path: Path, *, header_only: bool = False) -> Iterator[Any]:
         raise InputError("no such file", file=path)
     try:
         # The library prints errors on its own, more than once.
-        with silenced(), OpenEXR.File(str(path), header_only=header_only) as file:
+        with (
+            silenced(),
+            OpenEXR.File(str(path), header_only=header_only, separate_channels=separate) as file,
+        ):
             yield file
     except (RuntimeError, ValueError, TypeError, IndexError) as error:
         raise InputError("not a readable OpenEXR file; render it again", file=path) from error

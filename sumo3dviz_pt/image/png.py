@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from sumo3dviz_pt.errors import InputError
 
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+"""How a PNG file begins."""
+
 _PERCEPTUAL = b"\x00"
 
 
@@ -52,9 +54,9 @@ def read_text(path: Path) -> dict[str, str]:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
-    if not data.startswith(_SIGNATURE):
+    if not data.startswith(SIGNATURE):
         raise InputError("is no PNG", file=path)
-    found, place = {}, len(_SIGNATURE)
+    found, place = {}, len(SIGNATURE)
     while place + 12 <= len(data):
         length, kind = struct.unpack(">I4s", data[place : place + 8])
         content, place = data[place + 8 : place + 8 + length], place + 12 + length
@@ -85,15 +87,15 @@ def encoded(
     height, width = pixels.shape[:2]
     colour_type = 2 if pixels.ndim == 3 else 0
     header = struct.pack(">IIBBBBB", width, height, 8, colour_type, 0, 0, 0)
-    comments = [_chunk(b"iTXt", _comment(key, value)) for key, value in (text or {}).items()]
+    comments = [chunk(b"iTXt", _comment(key, value)) for key, value in (text or {}).items()]
     return b"".join(
         [
-            _SIGNATURE,
-            _chunk(b"IHDR", header),
-            _chunk(b"sRGB", _PERCEPTUAL),
+            SIGNATURE,
+            chunk(b"IHDR", header),
+            chunk(b"sRGB", _PERCEPTUAL),
             *comments,
-            _chunk(b"IDAT", zlib.compress(_prepared(pixels), level)),
-            _chunk(b"IEND", b""),
+            chunk(b"IDAT", zlib.compress(_prepared(pixels), level)),
+            chunk(b"IEND", b""),
         ]
     )
 
@@ -103,7 +105,7 @@ def _comment(keyword: str, value: str) -> bytes:
     return keyword.encode("latin-1") + b"\x00\x00\x00\x00\x00" + value.encode("utf-8")
 
 
-def _chunk(kind: bytes, data: bytes) -> bytes:
+def chunk(kind: bytes, data: bytes) -> bytes:
     """Return a chunk: length, kind, data and checksum."""
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 

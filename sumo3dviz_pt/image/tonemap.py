@@ -166,6 +166,8 @@ def develop_float(
         raise RenderError(f"{broken} of {radiance.size} radiance values are not finite")
     exposed = np.asarray(radiance, dtype=np.float32) * np.float32(2.0**exposure)
     light = bloom(np.clip(exposed, 0.0, _BRIGHTEST), glare)
+    # Curves take a third of the time if each channel lies for itself in memory.
+    light = np.moveaxis(np.ascontiguousarray(np.moveaxis(light, -1, 0)), 0, -1)
     return np.clip(srgb_encoded(curve(light)), 0.0, 1.0)
 
 

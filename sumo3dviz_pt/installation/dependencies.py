@@ -45,6 +45,7 @@ DEPENDENCIES = (
     Dependency("pyyaml", "yaml"),
     Dependency("pydantic", "pydantic"),
     Dependency("imageio-ffmpeg", "imageio_ffmpeg"),
+    Dependency("pillow", "PIL"),
     Dependency("tqdm", "tqdm"),
     Dependency("tzfpy", "tzfpy"),
     Dependency("tzdata", "tzdata"),

@@ -7,7 +7,7 @@ table are made from these models. Angles are degrees here and radians inside.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, model_validator
 
@@ -19,6 +19,7 @@ from sumo3dviz_pt.job.cameras import LagrangianCamera as LagrangianCamera
 from sumo3dviz_pt.job.cameras import LensSettings as LensSettings
 from sumo3dviz_pt.job.objects import ObjectSettings as ObjectSettings
 from sumo3dviz_pt.job.objects import ObjectsSettings as ObjectsSettings
+from sumo3dviz_pt.job.overlays import OverlaySettings as OverlaySettings
 from sumo3dviz_pt.job.ranges import (
     MOST_ENTRIES,
     Colours,
@@ -38,11 +39,28 @@ from sumo3dviz_pt.job.ranges import (
     Turn,
     Whole,
 )
+from sumo3dviz_pt.job.sound import SoundSettings as SoundSettings
+from sumo3dviz_pt.job.traffic import TrafficSettings as TrafficSettings
 from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone
 from sumo3dviz_pt.job.values import Settings as Settings
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
+
+
+LayerName = Literal[
+    "depth",
+    "normals",
+    "albedo",
+    "ids",
+    "instance",
+    "semantic",
+    "flow",
+    "boxes2d",
+    "boxes3d",
+    "lamps",
+]
+"""What can be written of every frame of a film; see the manual's page on layers."""
 
 
 class ScenarioSettings(Settings):
@@ -180,6 +198,13 @@ class VehicleSettings(Settings):
         max_length=MOST_ENTRIES,
         description="model and colour by id, or by pattern of an id or vType",
     )
+    full_models: Whole | None = Field(
+        None,
+        ge=0,
+        le=8,
+        description="models that a shot draws in full detail where they are near; default what a"
+        " budget of triangles leaves beside all that stands; studies have 6",
+    )
 
 
 class SignalSettings(Settings):
@@ -241,6 +266,15 @@ class OutputSettings(Settings):
     tone: str = Field("neutral", description="tone curve: neutral, srgb, agx or filmic")
     glare: Finite = Field(0.0, ge=0, le=1, description="share of light that the lens spreads")
     half: bool = Field(True, description="EXR frames in half precision")
+    sound: SoundSettings | None = Field(
+        None, description="tracks for tools that make sound of them, beside the film"
+    )
+    layers: tuple[LayerName, ...] = Field(
+        (),
+        max_length=len(get_args(LayerName)),
+        description="what is written of every frame beside the film, into its folder `.layers`:"
+        " depth, normals, albedo, ids, instance, semantic, flow, boxes2d, boxes3d, lamps",
+    )
 
 
 class MotionSettings(Settings):
@@ -273,6 +307,12 @@ class Quality(Settings):
         le=16,
         description="frames before and after that help each of a film's frames; 0 is none",
     )
+    alone: Whole | None = Field(
+        None,
+        ge=1,
+        le=65536,
+        description="samples per pixel of a picture that no others help; default spp",
+    )
     cap: Finite | None = Field(40.0, description="firefly cap per sample, x white; null is none")
     sampler: Literal["multijitter", "independent"] = Field(
         "multijitter", description="how samples spread; independent is for references"
@@ -282,6 +322,12 @@ class Quality(Settings):
         "kernel", description="our own kernel, or Mitsuba's path tracer, as always without LLVM"
     )
     purpose: str = Field("", description="what it is for")
+
+    @property
+    def by_itself(self) -> Quality:
+        """The quality of a picture that no others help, such as a still."""
+        changes = {"spp": self.alone or self.spp, "accumulate": 0, "alone": None}
+        return self.model_copy(update=changes)
 
 
 class Job(Settings):
@@ -298,6 +344,9 @@ class Job(Settings):
     signals: SignalSettings = SignalSettings()
     street: StreetSettings = StreetSettings()
     motion: MotionSettings = MotionSettings()
+    traffic: TrafficSettings | None = Field(
+        None, description="changes recorded traffic: rides at other times or paces, or fewer"
+    )
     lights: Lights = Field("auto", description="auto lights lamps after sunset")
     cameras: dict[str, CameraSettings] = Field(
         default_factory=dict, max_length=MOST_ENTRIES, description="by name"
@@ -306,5 +355,8 @@ class Job(Settings):
         (), max_length=MOST_ENTRIES, description="what `render` films"
     )
     output: OutputSettings = OutputSettings()
+    overlays: OverlaySettings | None = Field(
+        None, description="what is drawn over the film; the film without it lies beside it"
+    )
     quality: str = Field("standard", description="quality preset, from `scene_templates/quality`")
     textured: bool = Field(True, description="false paints everything in matt colours")

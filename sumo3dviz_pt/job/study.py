@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from sumo3dviz_pt.job.ranges import MOST_ENTRIES, File, Seed, Whole
+from sumo3dviz_pt.job.ranges import MOST_ENTRIES, File, Positive, Seed, Whole
 from sumo3dviz_pt.job.settings import ShotSettings
 from sumo3dviz_pt.job.values import ONE_OR_MORE, Settings
 
@@ -107,6 +107,7 @@ LevelName = Annotated[str, BeforeValidator(_word), AfterValidator(_level)]
 LevelNames = Annotated[tuple[LevelName, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
 Cell = Annotated[str, BeforeValidator(_word)]
 Columns = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST_LEVELS), ONE_OR_MORE]
+Patterns = Annotated[tuple[str, ...], Field(max_length=MOST_LEVELS), ONE_OR_MORE]
 Patch = dict[str, Any]
 """Keys of the scene file, dotted or nested, with their values."""
 
@@ -114,10 +115,29 @@ Patch = dict[str, Any]
 # Factors and designs -----------------------------------------------------------------------
 
 
+class ActSettings(Settings):
+    """Where a factor acts; two films of a pair may differ there and nowhere else."""
+
+    things: Patterns = Field(
+        (), description="names of what may have another shape or be missing, such as tree:*"
+    )
+    looks: Patterns = Field(
+        (), description="names of what may have another colour, such as vehicle:car.7"
+    )
+    light: bool = Field(False, description="sky, sun and lamps, and with them exposure and tone")
+    picture: bool = Field(False, description="exposure, tone curve and glare")
+    camera: bool = Field(False, description="where it is seen from, and the lens")
+    motion: bool = Field(False, description="what traffic and signals do, and when")
+    anything: bool = Field(False, description="all of it: only numbers of frames are compared")
+
+
 class FactorSettings(Settings):
     """What varies, and between what."""
 
     about: str = Field("", description="what it is, for tables and pages")
+    acts_on: ActSettings | None = Field(
+        None, description="where it acts; default what the keys that its levels set act on"
+    )
     levels: dict[LevelName, Patch] = Field(
         min_length=2,
         max_length=MOST_LEVELS,
@@ -210,6 +230,29 @@ class PlaylistSettings(Settings):
     repeat: Whole = Field(1, ge=1, le=100, description="how often each trial is shown")
 
 
+class ScreenSettings(Settings):
+    """How films get their right size on the page: as wide as the angle that their lens had."""
+
+    distance: Positive = Field(0.6, le=100, description="of the eyes from the screen [m]")
+    pixels_per_cm: Positive | None = Field(
+        None, le=10_000, description="CSS pixels; default people lay a bank card on the screen"
+    )
+    instruction: str = Field(
+        "Hold a bank card on the screen and move the slider until the box has its size.",
+        min_length=1,
+        description="what people read then",
+    )
+
+
+class CalibrationSettings(Settings):
+    """A clip for a photometer: grey steps, a checker, a frame counter."""
+
+    white: Positive = Field(
+        200.0, le=100_000, description="assumed luminance of the screen's white [cd/m2]"
+    )
+    seconds: Positive = Field(1.0, le=60, description="how long each grey fills the screen [s]")
+
+
 class ToolSettings(Settings):
     """For which tools files are written, and where films will lie."""
 
@@ -221,6 +264,41 @@ class ToolSettings(Settings):
     jspsych: Annotated[str, AfterValidator(_place)] = Field(
         "https://unpkg.com/",
         description="where the page loads jsPsych from: a URL or a folder beside it, ending in /",
+    )
+    cards: bool = Field(
+        False, description="choice tasks as one film, all alternatives side by side"
+    )
+    screen: ScreenSettings | None = Field(
+        None, description="how films get their right size on the page; default the window's"
+    )
+
+
+class CertificateSettings(Settings):
+    """Proof that films of a pair differ where their factor acts, and nowhere else."""
+
+    write: bool = Field(True, description="whether there is one; it needs layers beside the films")
+    frames: Whole = Field(
+        5,
+        ge=1,
+        le=MOST_ENTRIES,
+        description="how many frames are compared pixel by pixel, evenly over the film; accounts"
+        " of all frames are compared",
+    )
+
+
+class ReportSettings(Settings):
+    """What films show, in numbers: light, motion, clutter, traffic."""
+
+    write: bool = Field(True, description="whether there is one")
+    white: Positive = Field(
+        100.0,
+        le=100_000,
+        description="luminance of the display's white [cd/m2], for what is shown; its curve is"
+        " taken as sRGB",
+    )
+    things: Patterns = Field(
+        ("vehicle:*", "person:*"),
+        description="names of things whose share of the picture is told, such as sign:*",
     )
 
 
@@ -269,6 +347,11 @@ class StudySettings(Settings):
     question: QuestionSettings = QuestionSettings()
     playlists: PlaylistSettings = PlaylistSettings()
     tools: ToolSettings = ToolSettings()
+    certificate: CertificateSettings = CertificateSettings()
+    report: ReportSettings = ReportSettings()
+    calibration: CalibrationSettings | None = Field(
+        CalibrationSettings(), description="a clip for a photometer; null leaves it out"
+    )
     about: AboutSettings = AboutSettings()
 
     @model_validator(mode="after")

@@ -7,7 +7,7 @@ own frame has +x forward, +y left, +z up. Yaw is counter-clockwise from east.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -89,6 +89,8 @@ class Mesh:
         uvs: Texture coordinates, (n, 2); None where no texture is used.
         wear: Of roads: factor of brightness, share of paint in [0, 1], yellowness of that
             paint in [0, 1], (n, 3); None where nothing is worn or painted.
+        things: What its faces belong to, in their order: runs of a name, empty where there is
+            none, and a number of faces. Empty where nothing has a name.
     """
 
     vertices: Floats
@@ -96,6 +98,7 @@ class Mesh:
     normals: Floats | None = None
     uvs: Floats | None = None
     wear: Floats | None = None
+    things: tuple[tuple[str, int], ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         """Check shapes once, so that stages can trust them."""
@@ -111,11 +114,25 @@ class Mesh:
             object.__setattr__(self, name, values)
         if self.faces.size and not 0 <= self.faces.min() <= self.faces.max() < len(self.vertices):
             raise ValueError("a face names a vertex that does not exist")
+        if self.things and sum(count for _, count in self.things) != len(self.faces):
+            raise ValueError("things have more or fewer faces than there are")
 
     @property
     def bounds(self) -> Floats:
         """Lowest and highest corner, (2, 3) [m]; needs at least one vertex."""
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def belonging(mesh: Mesh, thing: str) -> Mesh:
+    """Return a mesh whose faces all belong to a thing of that name."""
+    return replace(mesh, things=((thing, len(mesh.faces)),))
+
+
+def things_of(meshes: Sequence[Mesh]) -> tuple[tuple[str, int], ...]:
+    """Return what the faces of meshes that follow each other belong to; see `Mesh.things`."""
+    if not any(mesh.things for mesh in meshes):
+        return ()
+    return tuple(run for mesh in meshes for run in mesh.things or (("", len(mesh.faces)),))
 
 
 def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
@@ -136,6 +153,7 @@ def merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
         joined("normals", 3),
         joined("uvs", 2),
         joined("wear", 3),
+        things=things_of(meshes),
     )
 
 

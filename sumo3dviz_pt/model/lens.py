@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+
+Points = TypeVar("Points", Floats, Image)
+"""Coordinates in double or single precision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +81,7 @@ class Lens:
         local = np.array([1.0, across, up])
         return np.asarray(local / np.linalg.norm(local))
 
-    def project(self, points: Floats, size: tuple[int, int]) -> tuple[Floats, Bools]:
+    def project(self, points: Points, size: tuple[int, int]) -> tuple[Points, Bools]:
         """Return where points lie in a picture.
 
         Args:
@@ -92,7 +97,7 @@ class Lens:
         ahead = forward > 0
         # px per unit of slope
         focal = width / (2 * self.half_width)
-        per_depth = np.divide(focal, forward, out=np.zeros(forward.shape), where=ahead)
+        per_depth = focal / np.where(ahead, forward, np.inf)  # in the points' precision
         row = (height - 1) / 2 - up * per_depth
         column = (width - 1) / 2 - left * per_depth
         return np.stack([row, column]), ahead
@@ -132,3 +137,16 @@ class Lens:
         forward, left = points[..., 0], points[..., 1]
         room = widened * self.half_width * np.maximum(forward, 0.0) + margin
         return np.asarray((forward > -margin) & (np.abs(left) < room))
+
+
+@lru_cache(maxsize=2)
+def planes_of_rays(lens: Lens, size: tuple[int, int]) -> Image:
+    """Return a lens's rays in single precision, one axis after the other, (3, h, w), read-only.
+
+    Args:
+        lens: Most films have one for all frames.
+        size: Width, height [px].
+    """
+    rays = np.ascontiguousarray(np.moveaxis(lens.rays(size), -1, 0), dtype=np.float32)
+    rays.setflags(write=False)
+    return rays

@@ -24,6 +24,7 @@ class Doing(StrEnum):
     ENCODE = "encoding the film"
     MEASURE = "measuring"
     DRAW = "drawing"
+    SIMULATE = "running the simulation"
     BAKE = "making"
 
 

@@ -227,10 +227,12 @@ class LeftOut:
     Attributes:
         what: Such as `signals` or `120 trees`.
         why: Such as `the network has none`.
+        surprising: Whether people are told of it unasked.
     """
 
     what: str
     why: str
+    surprising: bool = False
 
 
 @dataclass(frozen=True, slots=True)

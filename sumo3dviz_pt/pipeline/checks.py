@@ -128,7 +128,7 @@ def _shot(production: Production, presets: Sequence[str], frames: int) -> dict[s
         "left_out": [{"what": item.what, "why": item.why} for item in data.left_out],
         "forecast": {
             name: cost_of(
-                quality_preset(name),
+                quality_preset(name, together=frames > 1),
                 size=output.size,
                 triangles=total,
                 frames=frames,

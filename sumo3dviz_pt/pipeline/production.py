@@ -176,7 +176,9 @@ def frame_times(start: float, end: float, fps: Ratio, speed: Fraction = Fraction
     return np.array([start + float(number * step) for number in range(count)])
 
 
-def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) -> Production:
+def prepare(
+    job: Job, request: Request, times: Floats, *, film: bool = False, together: bool = False
+) -> Production:
     """Read and build everything for frames at some times.
 
     Args:
@@ -184,6 +186,7 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
         request: The command's choices.
         times: Of the whole shot, (n,) [s], n >= 1.
         film: Whether it ends where the log does, with a note, and cannot begin before it.
+        together: Whether its frames may help each other, if its quality says so.
 
     Raises:
         ConfigError: If a choice does not exist or the window holds nothing.
@@ -197,7 +200,7 @@ def prepare(job: Job, request: Request, times: Floats, *, film: bool = False) ->
     started = time.process_time()
     check_choices(job, request)
     job = request.applied(job)
-    quality = quality_preset(job.quality, spp=request.spp)
+    quality = quality_preset(job.quality, spp=request.spp, together=together)
     name, camera = camera_settings(job, request.camera)
     files, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]))
     _check_window(scenario, times)
@@ -272,14 +275,8 @@ def _within_log(scenario: Scenario, times: Floats) -> Floats:
 
 
 @contextmanager
-def opened(production: Production, *, together: bool = False) -> Iterator[Session]:
-    """Open a production in the renderer.
-
-    Args:
-        production: What to show.
-        together: Whether frames are to help each other, if the quality and the renderer can; then
-            the session's layers have `ids`.
-    """
+def opened(production: Production) -> Iterator[Session]:
+    """Open a production in the renderer; if its frames help each other, its layers have `ids`."""
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
@@ -294,9 +291,7 @@ def opened(production: Production, *, together: bool = False) -> Iterator[Sessio
         white=2.0**-production.exposure,
         pixel=first.view.lens.pixel_angle(size[0]),
     )
-    # Only our own kernel knows which road user a pixel shows.
-    numbered = backend.jit and production.quality.tracer == "kernel"
-    if together and numbered and production.quality.accumulate > 0:
+    if production.quality.accumulate > 0:
         settings = replace(settings, layers=("radiance", "ids", "first_depth"))
     with Session(production.shot.data, backend, settings) as session:
         yield session

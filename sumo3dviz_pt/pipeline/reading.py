@@ -6,17 +6,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.model.scenario import LogChoices, Scenario, ScenarioFiles
 from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.changed_traffic import changed, recorded_window
 from sumo3dviz_pt.pipeline.guessed_types import note_guesses
-
-if TYPE_CHECKING:
-    from sumo3dviz_pt.motion import LogMotion
+from sumo3dviz_pt.pipeline.smoothing import motion_of as motion_of
 
 
 def scenario_files(job: Job) -> ScenarioFiles:
@@ -72,27 +70,25 @@ def read(
 def read_files(
     job: Job, *, begin: float | None = None, end: float | None = None
 ) -> tuple[ScenarioFiles, Scenario]:
-    """Read a simulation's window, and the margin that smoothing needs.
+    """Read a simulation's window, and the margin that smoothing needs; change its traffic if asked.
 
     Args:
         job: The scene file.
         begin: First time to show [s]; None is the log's.
         end: Last time to show [s]; None is the log's.
     """
+    from sumo3dviz_pt.motion import MARGIN
+
     announce(Doing.READ)
     files = scenario_files(job)
     extra = tuple(path for path in object_files(job) if path not in files.additional)
     files = replace(files, additional=files.additional + extra)
-    log = _AskedLog(
-        begin,
-        end,
-        job.scenario.allow_truncated,
-        job.scenario.allow_misfit,
-        tuple(job.vehicles.types.items()),
-    )
-    scenario = _read_once(files, stamps_of(_named_in(files)), log)
+    stamps = stamps_of(_named_in(files))
+    scenario = _read_once(files, stamps, _AskedLog.of(job, begin, end))
     note_guesses(scenario.guesses, log=files.trajectories[0])
-    return files, scenario
+    wider = recorded_window(job, begin, end, margin=MARGIN)
+    recorded = scenario if wider == (begin, end) else _read(files, _AskedLog.of(job, *wider))
+    return files, changed(job, scenario, recorded, begin=begin, end=end)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +109,13 @@ class _AskedLog:
     misfit: bool
     classes: tuple[tuple[str, str], ...]
 
+    @classmethod
+    def of(cls, job: Job, begin: float | None, end: float | None) -> _AskedLog:
+        """Return what a scene file asks for in a window [s]."""
+        classes = tuple(job.vehicles.types.items())
+        own = job.scenario
+        return cls(begin, end, own.allow_truncated, own.allow_misfit, classes)
+
 
 @lru_cache(maxsize=1)
 def _read_once(
@@ -125,6 +128,12 @@ def _read_once(
         stamps: Which versions of them; see `stamps_of`.
         log: What of the log is read.
     """
+    del stamps
+    return _read(files, log)
+
+
+def _read(files: ScenarioFiles, log: _AskedLog) -> Scenario:
+    """Read a scenario."""
     from sumo3dviz_pt.motion import MARGIN
     from sumo3dviz_pt.sumo import read_scenario
 
@@ -153,16 +162,3 @@ def stamps_of(paths: Iterable[Path]) -> tuple[tuple[str, int, int], ...]:
             stat = path.stat()
             found.append((str(path.absolute()), stat.st_mtime_ns, stat.st_size))
     return tuple(found)
-
-
-def motion_of(job: Job, scenario: Scenario) -> LogMotion:
-    """Return what makes continuous motion of a simulation's log."""
-    from sumo3dviz_pt.motion import LogMotion
-
-    return LogMotion.of(
-        scenario.traffic,
-        smoother=job.motion.smoother,
-        network=scenario.network,
-        types=scenario.vehicle_types,
-        heading=job.motion.heading,
-    )

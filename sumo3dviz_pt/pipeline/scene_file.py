@@ -125,8 +125,14 @@ def make_job(
     return job
 
 
-def quality_preset(name: str, *, spp: int | None = None) -> Quality:
+def quality_preset(name: str, *, spp: int | None = None, together: bool = False) -> Quality:
     """Return a quality preset, with another number of samples if asked.
+
+    Args:
+        name: The preset's.
+        spp: Samples per pixel instead of the preset's.
+        together: Whether it is for frames of a film, which may help each other; only what our own
+            kernel traces can.
 
     Raises:
         ConfigError: If there is no such preset, or the number is out of range.
@@ -136,11 +142,12 @@ def quality_preset(name: str, *, spp: int | None = None) -> Quality:
         raise ConfigError(f"no quality preset is called {name!r}{hint}", key="quality")
     values = dict(catalog.template("quality", name))
     if spp is not None:
-        values["spp"] = spp
+        values |= {"spp": spp, "alone": None}
     try:
-        return Quality.model_validate(values)
+        quality = Quality.model_validate(values)
     except ValidationError as error:
         raise ConfigError(reason(error.errors()[0]), key="spp") from error
+    return quality if together and quality.tracer == "kernel" else quality.by_itself
 
 
 def camera_settings(job: Job, name: str | None) -> tuple[str, CameraSettings]:

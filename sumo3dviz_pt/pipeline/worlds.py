@@ -1,20 +1,28 @@
-"""Keeps what was built of a world for its next shot, as long as the process runs."""
+"""Keeps what was built of a world for its next shot, and says what its places depend on."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
+from sumo3dviz_pt.pipeline.accounts.provenance import (
+    contents,
+    package_hashes,
+    versions,
+    with_files,
+)
 from sumo3dviz_pt.pipeline.reading import stamps_of
 from sumo3dviz_pt.world.memory import Memory
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
 
-_APART = {"cameras", "shots", "output", "quality", "scenario", "motion", "vehicles"}
+_APART = {"cameras", "shots", "output", "overlays", "quality", "scenario", "motion", "vehicles"}
 """Keys that do not change what exists. Cameras that keep a view clear do; `world_of` adds them."""
 
 _ASPECT = 9.0 / 16.0
@@ -43,9 +51,22 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     settings = job.model_dump(mode="json", exclude=_APART)
     stamps = stamps_of((files.network, *files.additional))
     cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
-    memory = _memory_of(json.dumps([settings, stamps, cameras], sort_keys=True, default=str))
+    name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
     clearance = clearance_of(job.cameras.values(), aspect=_ASPECT)
-    return World.of(scenario, job, clearance=clearance, memory=memory)
+    key = _key_of(job, files, cameras)
+    return World.of(scenario, job, clearance=clearance, memory=_memory_of(name), key=key)
+
+
+def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]) -> str:
+    """Return a hash of all that a world is made from; files count by content."""
+    content = {
+        "settings": with_files(job.model_dump(exclude=_APART), contents),
+        "files": [contents(path) for path in (files.network, *files.signals, *files.additional)],
+        "cameras": cameras,
+        "versions": versions(),
+        "package": package_hashes(),
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
 
 
 @lru_cache(maxsize=1)

@@ -9,7 +9,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
@@ -135,6 +135,34 @@ class LoadedScene:
         """Faces of what is shown by merged meshes, by mesh, then by name."""
         crowds = {crowd.name: crowd.shown for crowd in self._crowds if crowd}
         return {**crowds, **self.running.shown}
+
+    def takes_poses(self, mover: Mover) -> bool:
+        """Return whether a mover of the frame that is shown takes poses there."""
+        crowd = self._crowd_of(mover)
+        return crowd is not None and not crowd.is_rigid(mover.prototype)
+
+    def place_on(self, mover: Mover, faces: Ints, corners: Floats) -> Floats:
+        """Return places on a mover's body in the network's coordinates, (n, 3) [m].
+
+        Args:
+            mover: Shown in the frame that is shown, here maybe in its pose of another one.
+            faces: Numbers among its body's, (n,).
+            corners: Weights of the faces' second and third corner, (n, 2).
+        """
+        crowd = self._crowd_of(mover)
+        assert crowd is not None, "is not in a merged mesh"
+        return crowd.place_on(mover, faces, corners)
+
+    def _crowd_of(self, mover: Mover) -> Crowd | None:
+        """Return the merged mesh that shows a mover, or None."""
+        return next((crowd for crowd in self._crowds if mover.name in crowd.shown), None)
+
+    def things(self, mesh: str) -> tuple[tuple[str, int], ...]:
+        """Return what the faces of a mesh that stands belong to; see `Mesh.things`."""
+        for number, merged in enumerate(self._static):
+            if mesh == f"static_{number}":
+                return merged.mesh.things
+        return self._lamps.things(mesh)
 
     def _load(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Put the scene together around a frame's origin."""

@@ -29,6 +29,9 @@ class PicturePart:
 
 WHOLE = PicturePart()
 
+NEAR_CLIP = 0.001
+"""How far before the eye rays begin, along the axis [m]."""
+
 
 def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) -> dict[str, Any]:
     """Return a pinhole camera; place and opening angle come with each frame.
@@ -43,7 +46,7 @@ def sensor_entry(size: tuple[int, int], *, pixels: str, sampler: str, spp: int) 
     return {
         "type": "perspective",
         "fov": 50.0,
-        "near_clip": 0.001,
+        "near_clip": NEAR_CLIP,
         "far_clip": 1e7,
         "film": {
             "type": "hdrfilm",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import mitsuba as mi
@@ -16,7 +17,10 @@ from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.scene import FrameState, SceneData, View
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
+from sumo3dviz_pt.render.facts import Facts, facts_of
 from sumo3dviz_pt.render.kernel.by_kernel import ByKernel
+from sumo3dviz_pt.render.kernel.centres import CENTRE
+from sumo3dviz_pt.render.kernel.owners import Owners
 from sumo3dviz_pt.render.lights.emitter import register_lamps
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.materials.paint import register_paint
@@ -170,6 +174,33 @@ class Session:
         glow = found.get("glow", np.float32(0.0))
         means = {"capped": kept, "lost": lost + glow, "radiance": passes.mean() + glow}
         return Samples(found | means, passes.tally, movers)
+
+    def facts(
+        self,
+        wanted: Collection[str],
+        *,
+        at: tuple[float, float] = CENTRE,
+        owners: Owners | None = None,
+    ) -> Facts:
+        """Find what each pixel of the frame that was traced last shows.
+
+        Args:
+            wanted: Names of `render.kernel.centres`.
+            at: Where in the pixels, in widths and heights of one.
+            owners: Of that frame, where they are known already.
+
+        Raises:
+            ConfigError: If the variant does not compile.
+        """
+        if self.by_kernel is None:
+            raise ConfigError(
+                f"the variant {self.backend.variant} has no layers; take llvm", key="output.layers"
+            )
+        with self.clock.phase("layers"):
+            # Mitsuba's `path` does not bring our tables to the frame.
+            ours = self._tracer is self.by_kernel
+            kernel = self.by_kernel.current() if ours else self.by_kernel.followed()
+            return facts_of(kernel, self.loaded, wanted, at=at, owners=owners)
 
     def finish(self, samples: Samples, frame: FrameState, *, denoiser: str | None = None) -> Image:
         """Denoise, then lay haze over the picture.

@@ -40,9 +40,10 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
-from sumo3dviz_pt.world.build import BuiltPlace, World, build_place
+from sumo3dviz_pt.world.build import BuiltPlace, World
+from sumo3dviz_pt.world.kept import place_around
 from sumo3dviz_pt.world.rails.build import Railway
-from sumo3dviz_pt.world.roads.drawn import drawn_surface
+from sumo3dviz_pt.world.roads.owners import RoadOwners
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -80,6 +81,7 @@ class Shot:
         railway: The level crossings, whose barriers move.
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         tracks: The same of the rails that trains stand on, or None.
+        road_owners: Tell which edge or junction faces of its roads belong to.
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
         full_models: Models that are drawn in full detail where they are near enough.
@@ -102,6 +104,7 @@ class Shot:
     dark: bool
     places: Floats | None = None
     tracks: Callable[[Floats], Floats] | None = None
+    road_owners: RoadOwners | None = None
 
     def present_at(self, time: float) -> Present:
         """Return everyone who exists at a time [s], people on raised footways."""
@@ -226,7 +229,7 @@ def build_shot(
         fleet,
         camera_path,
         camera=partial(build_camera, camera, left_hand=left_hand),
-        plan=partial(_crowd, times=moments, aspect=aspect),
+        plan=partial(_crowd, times=moments, aspect=aspect, full=world.job.vehicles.full_models),
     )
 
 
@@ -257,12 +260,11 @@ class ShotBuilder:
         # What stands leaves some triangles for road users.
         scenario, dark = self.world.scenario, self.world.dark
         left_hand = self.world.left_hand
-        place = build_place(self.world, camera_path)
+        place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
         # Everyone stands on the road that is drawn, and so do those with whom a camera rides.
-        surface = drawn_surface(place.roads.layout)
-        if surface is not None:
-            fleet = fleet.grounded(surface.rise_at)
+        if place.surface is not None:
+            fleet = fleet.grounded(place.surface.rise_at)
         built = camera(fleet=fleet)
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
@@ -286,13 +288,14 @@ class ShotBuilder:
             camera=built,
             signals=place.signals,
             railway=place.railway,
-            footway=place.roads.surface_height_at,
+            footway=place.footway,
             aspect=self.aspect,
             limit=crowd.limit,
             full_models=crowd.full_models,
             phases=scenario.signals,
             dark=dark,
-            tracks=place.roads.rail_height_at,
+            tracks=place.tracks,
+            road_owners=place.road_owners,
         )
 
 
@@ -339,7 +342,15 @@ def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
     return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
 
 
-def _crowd(*, fleet: Fleet, camera: Camera, times: Floats, aspect: float, budget: int) -> CrowdPlan:
+def _crowd(
+    *,
+    fleet: Fleet,
+    camera: Camera,
+    times: Floats,
+    aspect: float,
+    budget: int,
+    full: int | None,
+) -> CrowdPlan:
     """Plan how road users are drawn over the whole shot, in a number of triangles."""
     if not fleet.keys:
         return CrowdPlan(Slots(), visibility.MOST_NEAR)
@@ -353,7 +364,7 @@ def _crowd(*, fleet: Fleet, camera: Camera, times: Floats, aspect: float, budget
         frames.append(CrowdFrames(camera_path, alive, positions))
     bodies = [fleet.drawn(k, opened=key in riders) for k, key in enumerate(fleet.keys)]
     triangles = {name: body.triangles for name, body in fleet.prototypes.items()}
-    return plan_crowd(bodies, frames, triangles=triangles, budget=budget)
+    return plan_crowd(bodies, frames, triangles=triangles, budget=budget, full=full)
 
 
 def _materials(

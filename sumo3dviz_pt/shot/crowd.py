@@ -71,6 +71,7 @@ def plan_crowd(
     triangles: Mapping[str, int] | None = None,
     budget: int = SHOT_TRIANGLES,
     limit: int = MOST_NEAR,
+    full: int | None = None,
 ) -> CrowdPlan:
     """Find how many bodies of each kind a shot shows at once.
 
@@ -80,9 +81,11 @@ def plan_crowd(
         triangles: Of each prototype in detail.
         budget: Triangles of all road users; full detail gets what the others leave.
         limit: Road users in detail at once, at most.
+        full: Models in full detail, at most, whatever the budget; None is what it leaves.
     """
     plain = _slots(bodies, frames, limit=limit, able=np.zeros(len(bodies), dtype=np.bool_))
-    full_models = _full_models(bodies, frames, most=_most_full(plain, triangles or {}, budget))
+    most = _most_full(plain, triangles or {}, budget) if full is None else full
+    full_models = _full_models(bodies, frames, most=most)
     able = can_be_full(bodies, full_models)
     while True:
         slots = _slots(bodies, frames, limit=limit, able=able)

@@ -1,8 +1,10 @@
-"""Reads single pictures out of films."""
+"""Reads pictures out of films: one, or all of them."""
 
 from __future__ import annotations
 
 import subprocess
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +26,9 @@ def film_picture(path: Path, time: float, *, size: tuple[int, int]) -> NDArray[n
         InputError: If it has no picture then, or cannot be read.
     """
     width, height = size
-    scale = f"scale={width}:{height}:flags=area:in_color_matrix=bt709:out_range=pc"
     command = [
         *(ffmpeg_path(), "-hide_banner", "-loglevel", "error", "-ss", f"{time:.6f}"),
-        *("-i", str(path), "-frames:v", "1", "-vf", scale),
+        *("-i", str(path), "-frames:v", "1", "-vf", _scaled(size)),
         *("-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:1"),
     ]
     done = subprocess.run(command, capture_output=True, check=False, stdin=subprocess.DEVNULL)
@@ -35,3 +36,41 @@ def film_picture(path: Path, time: float, *, size: tuple[int, int]) -> NDArray[n
         why = done.stderr.decode("utf-8", "replace").strip().splitlines()
         raise InputError(f"has no picture at {time:g} s {why[-1:] or ''}".rstrip(), file=path)
     return np.frombuffer(done.stdout, dtype=np.uint8).reshape(height, width, 3)
+
+
+def film_pictures(path: Path, *, size: tuple[int, int]) -> Iterator[NDArray[np.uint8]]:
+    """Yield all pictures of a film in order, scaled, (h, w, 3) each.
+
+    Args:
+        path: The film.
+        size: Width, height [px].
+
+    Raises:
+        InputError: If it cannot be read.
+    """
+    width, height = size
+    command = [
+        *(ffmpeg_path(), "-hide_banner", "-loglevel", "error", "-i", str(path)),
+        *("-vf", _scaled(size), "-fps_mode", "passthrough"),
+        *("-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:1"),
+    ]
+    with tempfile.TemporaryFile() as messages:
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=messages
+        )
+        assert process.stdout is not None
+        try:
+            while len(read := process.stdout.read(width * height * 3)) == width * height * 3:
+                yield np.frombuffer(read, dtype=np.uint8).reshape(height, width, 3)
+        finally:
+            process.stdout.close()
+            failed = process.wait()
+        if failed or read:
+            messages.seek(0)
+            why = messages.read().decode("utf-8", "replace").strip().splitlines()
+            raise InputError(f"cannot be read to its end {why[-1:] or ''}".rstrip(), file=path)
+
+
+def _scaled(size: tuple[int, int]) -> str:
+    """Return the filter that makes pictures of a size, in full range."""
+    return f"scale={size[0]}:{size[1]}:flags=area:in_color_matrix=bt709:out_range=pc"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -13,6 +13,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
@@ -39,6 +40,8 @@ from sumo3dviz_pt.world.plants.wayside import wayside
 from sumo3dviz_pt.world.plants.yards import gardens, yard_hedges, yard_trees
 from sumo3dviz_pt.world.rails.build import Railway, build_railway
 from sumo3dviz_pt.world.roads.build import RoadParts
+from sumo3dviz_pt.world.roads.drawn import DrawnSurface, drawn_surface
+from sumo3dviz_pt.world.roads.owners import RoadOwners, owners_of_roads
 from sumo3dviz_pt.world.roads.strips import BoundsXY, connections_in
 from sumo3dviz_pt.world.roads_around import region_of, roads_around
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
@@ -70,7 +73,10 @@ class BuiltPlace:
     Attributes:
         static: In world coordinates.
         materials: What it can be made of, by name.
-        roads: Where people walk, among others.
+        surface: Of roads, as it is drawn; None where all of it has one height.
+        footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
+        tracks: The same of the rails that trains stand on, or None.
+        road_owners: Tell which edge or junction faces of roads belong to.
         signals: The traffic lights.
         railway: The level crossings.
         lamps: Everything that stands and shines.
@@ -79,7 +85,10 @@ class BuiltPlace:
 
     static: tuple[StaticPart, ...]
     materials: Mapping[str, Bsdf]
-    roads: RoadParts
+    surface: DrawnSurface | None
+    footway: Callable[[Floats], Floats]
+    tracks: Callable[[Floats], Floats] | None
+    road_owners: RoadOwners
     signals: Signals
     railway: Railway
     lamps: tuple[LampSet, ...]
@@ -96,6 +105,8 @@ class World:
         sky: What lights it.
         clearance: The scene file's cameras that nothing grows into or before.
         memory: What was built of it. All shots of a scene file share one.
+        key: A hash of all that it is made from, under which its places are kept on disk; none are
+            if it is empty.
     """
 
     scenario: Scenario
@@ -103,6 +114,7 @@ class World:
     sky: Sky
     clearance: Clearance
     memory: Memory
+    key: str = ""
 
     @classmethod
     def of(
@@ -112,6 +124,7 @@ class World:
         *,
         clearance: Clearance | None = None,
         memory: Memory | None = None,
+        key: str = "",
     ) -> World:
         """Return the world of a scene file.
 
@@ -120,6 +133,7 @@ class World:
             job: The scene file.
             clearance: Its cameras that nothing grows into or before; default none.
             memory: What was built of the same world before.
+            key: As the attribute.
 
         Raises:
             ConfigError: If the sky's settings contradict each other.
@@ -128,7 +142,7 @@ class World:
         lit = partial(build_sky, job.sky, location=scenario.network.location)
         # A user's file may be another one the next time.
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
-        return cls(scenario, job, sky, clearance or Clearance(), memory)
+        return cls(scenario, job, sky, clearance or Clearance(), memory, key)
 
     @property
     def dark(self) -> bool:
@@ -183,13 +197,14 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     made = (grown.meadow, grown.planting, grown.fronts, signals, railway, street, islands)
     fixed = [part for some in (roads, land.ground, *made) for part in some.static]
     fixed += [*grown.pits, *areas.static, *areas.grown.static]
+    taken = sum(len(part.part.mesh.faces) for part in fixed)
     scenery = build_scenery(
         grown.scenario.pois,
         (*scenario.polygons, *rails.polygons, *grown.hedges),
         job.objects,
         around=around,
         textured=job.textured,
-        budget=min(BUDGET, max(STATIC_BUDGET - _triangles(fixed), _LEAST_SCENERY)),
+        budget=min(BUDGET, max(STATIC_BUDGET - taken, _LEAST_SCENERY)),
     )
     # All of it together.
     parts = (*fixed, *scenery.static)
@@ -200,7 +215,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
     return BuiltPlace(
         tuple(part for part in parts if len(part.part.mesh.faces)),
         {**_materials(land, grown, scenery), **areas.materials},
-        roads,
+        drawn_surface(roads.layout),
+        roads.surface_height_at,
+        roads.rail_height_at,
+        owners_of_roads(roads.layout),
         signals,
         railway,
         (
@@ -273,11 +291,6 @@ def _grown(scenario: Scenario, job: Job, land: _PreparedLand, areas: AreaParts) 
     courts = court_height(roads.layout)
     pits = tree_pits(scenario.pois, rows.forecourts, standing=courts, around=around)
     return _Grown(scenario, fronts, planting, meadow, pits, yard_hedges(yards, around))
-
-
-def _triangles(parts: Sequence[StaticPart]) -> int:
-    """In all."""
-    return sum(len(part.part.mesh.faces) for part in parts)
 
 
 def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str, Bsdf]:

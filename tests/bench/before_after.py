@@ -6,9 +6,10 @@ Run from the repository's root, on a quiet machine; the other checkout holds the
 
 Both checkouts render the same seconds in turns, each in a process of its own: `render --frames`,
 then `develop` to numbered pictures. CPU-seconds of a frame are the median of the frames after the
-third, and developing's share of one frame. Errors are those of the middle frame against one
-picture of many samples, traced by Mitsuba's `path`; flicker is the mean change between the two
-middle frames of the calmest three quarters of the pixels, in 8-bit codes, where the camera stands.
+third, and developing's share of one frame. Errors are those of the middle frame against a picture
+of many samples by the same checkout, which takes hours; `--costs-only` leaves them out. Flicker is
+the mean change between the two middle frames of the calmest three quarters of the pixels, in 8-bit
+codes, where the camera stands.
 """
 
 from __future__ import annotations
@@ -21,12 +22,13 @@ import sys
 import tempfile
 import time
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-FRAMES = {"draft": 13, "preview": 13, "standard": 13, "study": 7}
+FRAMES = {"draft": 13, "preview": 13, "standard": 13, "study": 9}
 """Frames of a film by preset; windows over neighbours need some on both sides."""
 
 FPS = 25
@@ -104,39 +106,34 @@ def render(case: Case, preset: str, folder: Path) -> dict[str, Any]:
     }
 
 
-def reference(case: Case, target: Path) -> None:
-    """Render the middle frame with many samples; store it developed."""
+def reference(case: Case, count: int, target: Path) -> None:
+    """Render a film's middle frame with many samples; store it developed."""
     from sumo3dviz_pt.image.tonemap import develop_float
     from sumo3dviz_pt.pipeline.production import Request, frame_times, opened, prepare
     from sumo3dviz_pt.pipeline.scene_file import load_job
 
-    found = {}
-    for count in sorted(set(FRAMES.values())):
-        times = frame_times(case.start, case.start + count / FPS, FPS)
-        request = Request(camera=case.camera, quality="study", size=case.size, spp=REFERENCE_SPP)
-        made = prepare(load_job(Path(case.scene), case.changes), request, times)
-        state = made.shot.frame_at(float(times[count // 2]))
-        with opened(made, film=False) as session:
-            session.retune(made.quality.model_copy(update={"denoise": "none"}), seed=12345)
-            radiance = session.render(state).radiance
-        picture = develop_float(
-            radiance,
-            exposure=made.exposure,
-            tone=made.job.output.tone,
-            glare=made.job.output.glare,
-        )
-        found[f"picture_{count}"] = picture.astype(np.float32)
-    np.savez(target, **found)
+    times = frame_times(case.start, case.start + count / FPS, FPS)
+    request = Request(camera=case.camera, quality="study", size=case.size, spp=REFERENCE_SPP)
+    made = prepare(load_job(Path(case.scene), case.changes), request, times)
+    state = made.shot.frame_at(float(times[count // 2]))
+    # Checkouts of before our own kernel want to know whether a film is to come.
+    choices = {"film": False} if "film" in signature(opened).parameters else {}
+    with opened(made, **choices) as session:
+        session.retune(made.quality.model_copy(update={"denoise": "none"}), seed=12345)
+        radiance = session.render(state).radiance
+    output = made.job.output
+    picture = develop_float(radiance, exposure=made.exposure, tone=output.tone, glare=output.glare)
+    np.save(target, picture.astype(np.float32))
 
 
-def errors(case: Case, preset: str, folder: Path, truth: Path) -> dict[str, float]:
-    """Compare a film's middle frames with the reference and with each other."""
+def errors(case: Case, preset: str, folder: Path, truth: Path | None) -> dict[str, float]:
+    """Compare a film's middle frames with the reference, if there is one, and with each other."""
     from PIL import Image
 
     from sumo3dviz_pt.image.metrics import flip, psnr
 
     count = FRAMES[preset]
-    expected = np.load(truth)[f"picture_{count}"]
+    expected = None if truth is None else np.load(truth)
 
     def shown(number: int) -> Any:
         with Image.open(folder / f"{number:06d}.png") as picture:
@@ -146,8 +143,8 @@ def errors(case: Case, preset: str, folder: Path, truth: Path) -> dict[str, floa
     change = np.abs(middle - after).mean(axis=-1)
     calm = 255 * float(change[change <= np.quantile(change, 0.75)].mean())
     return {
-        "flip": flip(middle, expected),
-        "psnr": psnr(middle, expected),
+        "flip": float("nan") if expected is None else flip(middle, expected),
+        "psnr": float("nan") if expected is None else psnr(middle, expected),
         "flicker": calm if case.stands else float("nan"),
     }
 
@@ -174,15 +171,16 @@ def compared(options: argparse.Namespace) -> list[dict[str, Any]]:
         if options.cases and case.name not in options.cases:
             continue
         options.work.mkdir(parents=True, exist_ok=True)
-        truth = options.work / f"reference_{number}.npz"
-        if not truth.exists():
-            in_checkout(options.before, "--step", "reference", str(number), "", str(truth))
         for preset in options.presets:
             for state, root in (("before", options.before), ("after", here)):
+                truth = options.work / f"reference_{number}_{state}_{FRAMES[preset]}.npy"
+                if not (options.costs_only or truth.exists()):
+                    in_checkout(root, "--step", "reference", str(number), preset, str(truth))
                 with tempfile.TemporaryDirectory(dir=options.work) as name:
                     words = (str(number), preset, name)
+                    known = () if options.costs_only else (str(truth),)
                     cost = in_checkout(root, "--step", "render", *words)
-                    wrong = in_checkout(here, "--step", "errors", *words, str(truth))
+                    wrong = in_checkout(here, "--step", "errors", *words, *known)
                 row = {"case": case.name, "preset": preset, "state": state, **cost, **wrong}
                 print(json.dumps(row), flush=True)
                 rows.append(row)
@@ -212,6 +210,7 @@ def main() -> None:
     parser.add_argument("--work", type=Path, default=Path("build/before_after"))
     parser.add_argument("--cases", nargs="*")
     parser.add_argument("--presets", nargs="*", default=["preview", "standard"])
+    parser.add_argument("--costs-only", action="store_true")
     parser.add_argument("--step", nargs="+", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.step:
@@ -220,9 +219,10 @@ def main() -> None:
         if step == "render":
             print(json.dumps(render(case, preset, Path(places[0]))))
         elif step == "errors":
-            print(json.dumps(errors(case, preset, *map(Path, places))))
+            truth = Path(places[1]) if len(places) > 1 else None
+            print(json.dumps(errors(case, preset, Path(places[0]), truth)))
         else:
-            reference(case, Path(places[0]))
+            reference(case, FRAMES[preset], Path(places[0]))
         return
     options.work = options.work.resolve()
     options.before = options.before.resolve()

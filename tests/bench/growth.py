@@ -46,7 +46,7 @@ from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 
 SIZE = (640, 360)
 FRAMES = 6
-PHASES = ("update", "guides", "render", "denoise")
+PHASES = ("update", "render", "denoise")
 AT = 492.0
 
 

@@ -5,7 +5,9 @@ Run from the repository's root, on a quiet machine; one process for each preset:
     python tests/bench/presets.py -o docs/_bench
 
 Costs are CPU-seconds of all threads for the bundled motorway at 1280x720; `compiled`
-counts kernels that were compiled after the third frame and must be 0. The bare scene
+counts kernels that were compiled after the third frame and must be 0. Frames are those of a film:
+`finish` is averaging with the frames around and denoising. Files and the film are not counted. The
+bare scene
 (Mitsuba's Cornell box) is timed before every preset: ratios to its median can be compared
 between machines. Errors are those that `tests/bench/curves.py` measured at 480x270; it is
 run first if they are missing.
@@ -27,11 +29,12 @@ from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.report.convergence.table import median, read_rows
 from sumo3dviz_pt.report.machine import machine, peak_memory
 
-FRAMES = {"draft": 8, "preview": 8, "standard": 8, "study": 6}
-"""Frames of each preset; those after the third count."""
+PRESETS = ("draft", "preview", "standard", "study")
+WARM, COUNTED = 3, 5
+"""Frames that compile and do not count, and frames that do."""
 
 ERRORS = ("flip", "psnr", "ssim", "mean_bias", "flicker_mc")
-PHASES = ("update", "render", "guides", "denoise")
+PHASES = ("update", "render", "finish")
 CURVE = "ronda"
 
 
@@ -39,33 +42,47 @@ def run(preset: str, size: tuple[int, int]) -> dict[str, Any]:
     """Render a few frames with one preset."""
     import drjit as dr
 
+    from sumo3dviz_pt.image.accumulation.frames import TracedFrame
+    from sumo3dviz_pt.pipeline.films.traced import helped
     from sumo3dviz_pt.pipeline.production import Request, example, frame_times, opened, prepare
-    from sumo3dviz_pt.pipeline.scene_file import load_job
+    from sumo3dviz_pt.pipeline.scene_file import load_job, quality_preset
 
     started = time.process_time()
     request = Request(camera="overview", quality=preset, size=size)
-    times = frame_times(492.0, 492.0 + FRAMES[preset] / 25, 25)
-    production = prepare(load_job(example("ronda")), request, times)
-    frames, compiled = [], 0
+    window = quality_preset(preset, together=True).accumulate
+    count = max(WARM + COUNTED, 2 * window + COUNTED)
+    times = frame_times(492.0, 492.0 + count / 25, 25)
+    production = prepare(load_job(example("ronda")), request, times, together=True)
+    clocks, traced, compiled = [], [], 0
     with opened(production) as session:
         loaded = time.process_time() - started
         dr.set_flag(dr.JitFlag.KernelHistory, True)
         for number, at in enumerate(times):
             state = production.shot.frame_at(float(at))
-            frames.append(session.render(state).cpu)
+            samples = session.samples(state)
+            clocks.append(dict(session.clock.seconds))
+            white, spp = session.settings.white, production.quality.spp
+            traced.append(TracedFrame(samples.apart, state.view, white, spp, samples.movers))
             misses = sum(not entry.get("cache_hit", True) for entry in dr.kernel_history())
-            compiled += misses if number >= 3 else 0
-    phases = {
-        key: float(np.median([frame.get(key, 0.0) for frame in frames[3:]])) for key in PHASES
-    }
+            compiled += misses if number >= WARM else 0
+        finish = []
+        for number in range(window, len(traced) - window):
+            began = time.process_time()
+            around = traced[number - window : number + window + 1]
+            others = [frame for frame in around if frame is not traced[number]]
+            helped(traced[number], others, session.finishing)
+            finish.append(time.process_time() - began)
+    phases = {key: float(np.median([clock.get(key, 0.0) for clock in clocks[WARM:]]))
+              for key in ("update", "render")}  # fmt: skip
+    phases["finish"] = float(np.median(finish))
     return {
         "preset": preset,
         "size": list(size),
         "spp": production.quality.spp,
         "in_view": len(state.users),
         "load": loaded,
-        "first": sum(frames[0].values()) - frames[0]["load"],
-        "third": sum(frames[2].values()),
+        "first": sum(clocks[0].values()) - clocks[0]["load"] + phases["finish"],
+        "third": sum(clocks[2].values()) + phases["finish"],
         **phases,
         "later": sum(phases.values()),
         "compiled": compiled,
@@ -98,17 +115,16 @@ def errors(folder: Path) -> dict[str, dict[str, float]]:
         curves = Path(__file__).with_name("curves.py")
         subprocess.run([sys.executable, curves, "--only", CURVE, "-o", folder], check=True)
     rows = read_rows(path)
-    own = {name: [row for row in rows if row["preset"] == name] for name in FRAMES}
+    own = {name: [row for row in rows if row["preset"] == name] for name in PRESETS}
     return {name: {key: median(some, key) for key in ERRORS} for name, some in own.items()}
 
 
 def table(rows: list[dict[str, Any]], bare: float) -> list[str]:
     """A Markdown table."""
     lines = [
-        "| preset | load | first frame | later frames | of which update | render | guides |"
-        " denoise | peak memory | compiled after frame 3 | later / bare scene | FLIP |"
-        " flicker [codes] |",
-        "|---|" + "--:|" * 12,
+        "| preset | load | first frame | later frames | of which update | render | finish |"
+        " peak memory | compiled after frame 3 | later / bare scene | FLIP | flicker [codes] |",
+        "|---|" + "--:|" * 11,
     ]
     for row in rows:
         phases = " | ".join(f"{row[key]:.2f}" for key in PHASES)
@@ -133,7 +149,7 @@ def main() -> None:
         return
     wrong = errors(options.output)
     rows, bare = [], []
-    for preset in FRAMES:
+    for preset in PRESETS:
         bare.append(bare_scene())
         size = [str(side) for side in options.size]
         command = [sys.executable, __file__, "--one", preset, "--size", *size]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -141,10 +142,12 @@ def test_scene_template_is_valid(name: str) -> None:
 
 @pytest.mark.parametrize("name", presets("quality"))
 def test_quality_preset_is_valid(name: str) -> None:
-    quality = quality_preset(name)
+    quality = quality_preset(name, together=True)
     assert quality.purpose
-    assert quality.pass_spp & (quality.pass_spp - 1) == 0, "passes are powers of two"
-    assert quality.spp % quality.pass_spp == 0
+    for used in (quality, quality.by_itself):
+        assert used.spp % min(used.pass_spp, used.spp) == 0, "passes are whole"
+        side = math.isqrt(min(used.pass_spp, used.spp))
+        assert min(used.pass_spp, used.spp) % side == 0, "the sampler's pattern rounds others up"
 
 
 @pytest.mark.parametrize("name", presets("sky"))

@@ -45,7 +45,7 @@ OUR_NAMES = {
 }
 """What names stand for in the manual's Python; its attributes have to exist."""
 
-THIRD_PARTY = {"matplotlib", "numpy"}
+THIRD_PARTY = {"libsumo", "matplotlib", "numpy"}
 
 every_page = pytest.mark.parametrize("page", PAGES, ids=name_of)
 
@@ -180,7 +180,7 @@ def test_python_uses_public_names_only(body: str) -> None:
 
 
 def check_import(node: ast.Import | ast.ImportFrom) -> None:
-    """Only the package itself, Python's own modules and what people plot with."""
+    """Only the package itself, Python's own modules, and what people plot with or run."""
     names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module]
     for name in names:
         first = str(name).split(".")[0]

@@ -9,8 +9,11 @@ from builders import write_scenario
 from sumo3dviz_pt.cli import main
 from sumo3dviz_pt.image.exr import read_exr
 from sumo3dviz_pt.image.png import read_text
+from sumo3dviz_pt.pipeline.films.build import FilmOrder, render_film
 from sumo3dviz_pt.pipeline.films.frames import account_in
 from sumo3dviz_pt.pipeline.films.traced import Shelf, StoredFrame
+from sumo3dviz_pt.pipeline.production import Request
+from sumo3dviz_pt.pipeline.scene_file import load_job
 
 pytestmark = pytest.mark.slow
 
@@ -154,3 +157,52 @@ def test_without_a_compiler_frames_are_finished_as_before(place):
     for path in (place.parent / "scalar.frames").glob("*.exr"):
         frame = StoredFrame.read(path)
         assert frame.account["stored"] == "finished" and not frame.traced
+
+
+def held_while_made(place, film, *, stop=None, **choices):
+    """Make a film whose frames go; return how many lay on disk after each frame was stored."""
+    held = []
+
+    def look(news):
+        held.append(len(list(film.with_suffix(".frames").glob("*.exr"))))
+        if len(held) == stop:
+            raise KeyboardInterrupt
+
+    order = FilmOrder(
+        film, start=4, end=5.6, fps=10, discard_frames=True, overwrite=not choices, **choices
+    )
+    request = Request(camera="post", quality="draft", size=(32, 18))
+    try:
+        render_film(load_job(place), request, order, on_frame=look)
+    except KeyboardInterrupt:
+        assert stop is not None
+    return held
+
+
+def test_only_a_window_of_frames_is_kept_on_disk(place, tmp_path):
+    kept = tmp_path / "kept.mp4"
+    order = FilmOrder(kept, start=4, end=5.6, fps=10)
+    render_film(load_job(place), Request(camera="post", quality="draft", size=(32, 18)), order)
+    film = tmp_path / "film.mp4"
+    held = held_while_made(place, film)
+    # Four before a frame and four after it help it.
+    assert len(held) == 16 and max(held) == 9
+    assert film.read_bytes() == kept.read_bytes() and not film.with_suffix(".frames").exists()
+
+    # Broken off and gone on with, it is the same again.
+    again = tmp_path / "again.mp4"
+    held_while_made(place, again, stop=12)
+    left = {path.name for path in (tmp_path / "again.frames").glob("*.exr")}
+    assert len(left) == 9 and not again.exists() and not list(tmp_path.glob("*.part*"))
+    held = held_while_made(place, again, resume=True)
+    assert again.read_bytes() == kept.read_bytes()
+    assert not again.with_suffix(".frames").exists()
+
+
+def test_frames_of_an_earlier_run_stay_until_there_is_a_film(place, tmp_path):
+    film = tmp_path / "film.mp4"
+    order = FilmOrder(film, start=4, end=5.6, fps=10, frames=(0, 10))
+    render_film(load_job(place), Request(camera="post", quality="draft", size=(32, 18)), order)
+    held_while_made(place, film, stop=5, resume=True)
+    left = {int(path.stem) for path in (tmp_path / "film.frames").glob("*.exr")}
+    assert left >= set(range(10))

@@ -47,7 +47,7 @@ def test_a_still_belongs_to_the_shot_that_shows_its_time(place):
 
 def test_a_still_is_the_films_frame_bit_by_bit(place, scene, tmp_path):
     """Of a preset whose frames do not help each other: a still has no neighbours."""
-    alone = {**CHEAP, "quality": "study"}
+    alone = {**CHEAP, "quality": "reference"}
     request = Request(camera="driver", **alone)
     (report,) = render_film(load_job(place), request, FilmOrder(tmp_path / "whole.mp4"))
     for number in (0, 3, 9):

@@ -144,6 +144,29 @@ def test_discarding_frames_leaves_what_is_not_the_films(tmp_path, render):
     assert [path.name for path in folder.iterdir()] == ["notes.txt"]
 
 
+@pytest.mark.parametrize("camera", ["post", "driver"])
+def test_a_film_whose_frames_go_is_the_same(tmp_path, render, camera):
+    for folder, more in (("kept", []), ("gone", ["--discard-frames"])):
+        (tmp_path / folder).mkdir()
+        render(tmp_path / folder / "film.mp4", *more, camera=camera)
+    kept, gone = ((tmp_path / folder / "film.mp4").read_bytes() for folder in ("kept", "gone"))
+    assert kept == gone
+    assert not list((tmp_path / "gone").glob("*.frames"))
+
+
+def test_pictures_come_without_frames_too(tmp_path, render):
+    for folder, more in (("kept", []), ("gone", ["--discard-frames"])):
+        (tmp_path / folder).mkdir()
+        render(tmp_path / folder / "film_{frame}.png", *more, end=4.4)
+    # The account names the command; the pixels follow it.
+    kept, gone = (
+        [path.read_bytes().partition(b"IDAT")[2] for path in sorted(folder.glob("*.png"))]
+        for folder in (tmp_path / "kept", tmp_path / "gone")
+    )
+    assert len(kept) == 2 and all(kept) and kept == gone
+    assert not list((tmp_path / "gone").glob("*.frames"))
+
+
 # What was rendered ------------------------------------------------------------------------------
 
 

@@ -29,6 +29,8 @@ factors:
       clear: {sky: {preset: sky_blue}}
       grey: {sky: {preset: sky_overcast}}
   price: {levels: {low: {}, high: {}}}
+certificate: {write: false}
+report: {write: false}
 tools: {url: "https://example.org/s"}
 """
 

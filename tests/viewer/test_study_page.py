@@ -12,6 +12,7 @@ import http.server
 import os
 import shutil
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,10 @@ import pytest
 from viewer.browser import Browser, chromium
 
 from sumo3dviz_pt.experiments.playlists import build_playlists
-from sumo3dviz_pt.experiments.tools.content import Clip, StudyContent, Words
+from sumo3dviz_pt.experiments.tools.content import Clip, Screen, StudyContent, Words
 from sumo3dviz_pt.experiments.tools.jspsych import write_jspsych
 from sumo3dviz_pt.experiments.trials import Trial, single_trials
+from sumo3dviz_pt.pipeline.studies.cards import write_cards
 from sumo3dviz_pt.video import encode
 
 PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
@@ -55,20 +57,22 @@ def address(tmp_path):
     server.server_close()
 
 
-def study(folder, trials):
+def study(folder, trials, screen=None, cards=False):
     (folder / "materials").mkdir()
     clips = {}
     for profile, shade in ((DAY, 200), (NIGHT, 40)):
         path = folder / "materials" / f"{profile[0]}.mp4"
         encode([np.full((36, 64, 3), shade, np.uint8)] * 5, path, size=(64, 36), fps=25)
         clips[profile] = Clip(
-            profile[0], profile[0], f"materials/{path.name}", 0.2, (64, 36), "25", ""
+            profile[0], profile[0], f"materials/{path.name}", 0.2, (64, 36), "25", "", 60.0
         )
     lists = build_playlists(trials, order="as_written", count=None, parts=1, repeat=1, seed=0)
     levels = {"light": ("day", "night")}
     content = StudyContent(
-        {"light": ""}, levels, clips, trials, lists, WORDS, None, "node_modules/"
+        {"light": ""}, levels, clips, trials, lists, WORDS, None, "node_modules/", screen=screen
     )
+    if cards:
+        content = replace(content, cards=write_cards(folder, content))
     shutil.copytree(PACKAGES, folder / "node_modules")
     write_jspsych(folder, content)
 
@@ -80,12 +84,16 @@ PRESS = (
 )
 
 
-def answers(address, *presses):
+def answers(address, *presses, card=None):
     """What the page records when somebody presses these buttons, each as soon as it is open."""
     with Browser() as browser:
         page = browser.open(f"{address}/index.html?playlist=1&participant=7&save=no")
         page.wait_for("!!document.querySelector('.jspsych-btn')")
         page.click(".jspsych-btn")  # films only play by themselves after somebody has clicked
+        if card is not None:
+            page.wait_for("!!document.getElementById('size')")
+            page.choose("#size", card)
+            page.wait_for(PRESS % "OK")
         for words in presses:
             page.wait_for(PRESS % words)
         page.wait_for("'answers' in window")
@@ -114,4 +122,29 @@ def test_films_of_a_choice_are_shown_one_after_the_other(tmp_path, address):
     assert [(a["light_1"], a["light_2"], a["answer"], a["chosen"]) for a in found] == [
         ("day", "night", 2, "night"),
         ("night", "day", 3, ""),
+    ]
+
+
+def test_films_are_as_wide_as_the_angle_of_their_lens(tmp_path, address):
+    study(tmp_path, single_trials([DAY]), Screen(0.3, 10.0, "card"))
+    (found,), _ = answers(address, "2")
+    # 2 x 30 cm x tan(30 deg) x 10 px/cm
+    assert found["video_width"] == pytest.approx(346.4, abs=1)
+
+
+def test_a_bank_card_tells_how_large_pixels_are(tmp_path, address):
+    study(tmp_path, single_trials([DAY]), Screen(0.3, None, "card"))
+    (found,), _ = answers(address, "2", card=214)
+    assert found["px_per_cm"] == pytest.approx(25.0)
+    assert found["video_width"] == pytest.approx(866.0, abs=1)
+
+
+def test_a_card_shows_all_films_at_once(tmp_path, address):
+    trials = (Trial("1", "1", (DAY, NIGHT, None)), Trial("1", "2", (NIGHT, DAY, None)))
+    study(tmp_path, trials, cards=True)
+    found, loaded = answers(address, "B", "None")
+    assert sorted(url.rpartition("/")[2] for url in loaded) == ["b1t1.mp4", "b1t2.mp4"]
+    assert [(a["light_1"], a["answer"], a["chosen"]) for a in found] == [
+        ("day", 2, "night"),
+        ("night", 3, ""),
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from string import ascii_uppercase
 
 from sumo3dviz_pt.experiments.playlists import Playlist
@@ -22,6 +22,7 @@ class Clip:
         size: Width, height [px].
         rate: Frames per second, such as 25 or 30000/1001.
         digest: SHA-256 of the file.
+        fov: Horizontal opening angle of its lens [deg]; None where it is not known.
     """
 
     name: str
@@ -31,6 +32,22 @@ class Clip:
     size: tuple[int, int]
     rate: str
     digest: str
+    fov: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Screen:
+    """How films get their right size on a screen.
+
+    Attributes:
+        distance: Of the eyes from the screen [m].
+        pixels_per_cm: CSS pixels of the screen; None asks people to lay a bank card on it.
+        instruction: What people read then.
+    """
+
+    distance: float
+    pixels_per_cm: float | None
+    instruction: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +96,9 @@ class StudyContent:
         jspsych: Where jsPsych is loaded from, ending in /.
         notes: What a reader of the data should know.
         told: Factors that films do not show, so that words have to.
+        screen: How films get their right size on the page; None fits them to the window.
+        cards: Films of all alternatives side by side, by the trial's name; else they are shown one
+            after the other.
     """
 
     factors: Mapping[str, str]
@@ -91,6 +111,8 @@ class StudyContent:
     jspsych: str = "https://unpkg.com/"
     notes: Sequence[str] = ()
     told: Sequence[str] = ()
+    screen: Screen | None = None
+    cards: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def films(self) -> tuple[Clip, ...]:

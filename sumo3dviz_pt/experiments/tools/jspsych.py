@@ -18,7 +18,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from sumo3dviz_pt.experiments.tools.content import StudyContent, letter, trial_name
+from sumo3dviz_pt.experiments.tools.content import Screen, StudyContent, letter, trial_name
 from sumo3dviz_pt.experiments.trials import Trial
 from sumo3dviz_pt.files.whole import write_whole
 
@@ -85,12 +85,33 @@ def _study(content: StudyContent) -> Mapping[str, object]:
             "end": "Thank you.",
         },
         "letters": [letter(place) for place in range(content.most_alternatives)],
-        "films": {clip.name: {"file": clip.file} for clip in content.films},
+        "films": {clip.name: {"file": clip.file, "fov": clip.fov} for clip in content.films},
+        "screen": _screen(content.screen),
         "trials": {trial_name(trial): _trial(content, trial) for trial in content.trials},
         "playlists": {
             playlist.name: [trial_name(trial) for trial in playlist.trials]
             for playlist in content.playlists
         },
+    }
+
+
+def _screen(screen: Screen | None) -> Mapping[str, object] | None:
+    """Return how wide films are shown: 2 D tan(fov / 2) on a screen at the distance D.
+
+    So the picture fills the angle that its lens had; a bank card gives the screen's pixels.
+
+    References:
+        Q. Li et al. (2020): Controlling for participants' viewing distance in large-scale,
+        psychophysical online experiments using a virtual chinrest; doi:10.1038/s41598-019-57204-1
+        ISO/IEC 7810:2019, ID-1: a bank card is 85.60 mm wide and 53.98 mm high
+    """
+    if screen is None:
+        return None
+    return {
+        "distance": screen.distance,
+        "pixels_per_cm": screen.pixels_per_cm,
+        "instruction": screen.instruction,
+        "card": [8.56, 5.398],
     }
 
 
@@ -106,6 +127,7 @@ def _trial(content: StudyContent, trial: Trial) -> Mapping[str, object]:
         data |= {f"{key}{end}": level for key, level in content.named(profile).items()}
     return {
         "films": [None if clip is None else clip.name for clip in clips],
+        "card": content.cards.get(trial_name(trial)),
         "told": ["" if p is None else content.told_words(p) for p in trial.alternatives],
         "data": data,
     }

@@ -25,7 +25,10 @@ from sumo3dviz_pt.files.whole import write_whole
 
 SCHEMA = "1.5.0"
 
-_IGNORED = ("bids/*", "otree/*", "psychopy/*", "thumbnails/*", "*.html", "*.sha256", "*.txt")
+_IGNORED = (
+    *("bids/*", "calibration/*", "certificate/*", "otree/*", "psychopy/*", "report/*"),
+    *("thumbnails/*", "*.html", "*.sha256", "*.txt"),
+)
 """What the data set holds beside what Psych-DS knows."""
 
 

@@ -16,22 +16,28 @@ References:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sumo3dviz_pt.image.accumulation.bands import Band, bands_of
 from sumo3dviz_pt.image.accumulation.frames import (
+    Motion,
     TracedFrame,
     all_around,
     layers_of,
     motion_between,
 )
-from sumo3dviz_pt.image.accumulation.light import likeness
-from sumo3dviz_pt.image.accumulation.places import places_of, seen_at
+from sumo3dviz_pt.image.accumulation.light import MARGIN, likeness
+from sumo3dviz_pt.image.accumulation.places import Pixels, listed, places_of, seen_at
 from sumo3dviz_pt.model.geometry import Bools, Image
 from sumo3dviz_pt.model.layers import Layers
+
+_MOST_THREADS = 4
+"""More wait for memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,76 +55,136 @@ class Accumulated:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seen:
-    """What another frame holds of what a frame shows.
+    """What another frame holds of what a band of a frame shows.
 
     Attributes:
         same: Pixels that correspond to themselves, (h, w).
-        pixels: Flat indices of others that lie elsewhere there, (n,).
-        planes: What is seen of these, (channels, n).
+        pixels: Those that were looked for elsewhere there, n of them.
+        found: Whether these show the same thing there, (n,).
+        planes: What is seen of them, (channels, n).
+        change: Difference of the logarithms of luminance where there is anything, (h, w).
     """
 
     same: Bools
-    pixels: NDArray[np.intp]
+    pixels: Pixels
+    found: Bools
     planes: Image
+    change: Image
 
     @property
     def known(self) -> Bools:
         """Where there is anything, (h, w)."""
         known = self.same.copy()
-        known.reshape(-1)[self.pixels] = True
+        known.reshape(-1)[self.pixels] |= self.found
         return known
 
 
-def accumulated(centre: TracedFrame, neighbours: Iterable[TracedFrame]) -> Accumulated:
+def accumulated(
+    centre: TracedFrame, neighbours: Iterable[TracedFrame], *, threads: int | None = None
+) -> Accumulated:
     """Average a frame with its neighbours.
+
+    Neighbours are added in their order, so the number of threads changes no bit.
 
     Args:
         centre: The frame.
         neighbours: Frames before and after it, of the same size, in any order.
+        threads: How many share the work; None goes by the machine.
     """
-    total, weight = centre.planes.copy(), np.ones(centre.distance.shape, dtype=np.float32)
-    flat = total.reshape(len(total), -1)
-    for other in neighbours:
-        seen = seen_by(other, centre)
-        share = likeness(_change(seen, centre, other), seen.known)
-        weight += share
-        if seen.same.any():
-            resting = share * seen.same
-            for plane, more in zip(total, other.planes, strict=True):
-                plane += more * resting
-        moved = np.take(share, seen.pixels)
-        for plane, more in zip(flat, seen.planes, strict=True):
-            plane[seen.pixels] += more * moved
-    total /= weight
-    return Accumulated(centre.layers | layers_of(total), weight)
+    threads = threads or min(os.cpu_count() or 1, _MOST_THREADS)
+    others = [(other, motion_between(centre, other)) for other in neighbours]
+    planes, frames = np.empty_like(centre.planes), np.empty_like(centre.distance)
+
+    def average(band: Band) -> None:
+        planes[:, band.own], frames[band.own] = _average(band, centre, others)
+
+    with ThreadPoolExecutor(threads) as pool:
+        # Threads only read what frames have worked out before.
+        list(pool.map(TracedFrame.work_out, [centre, *(other for other, _ in others)]))
+        list(pool.map(average, bands_of(centre.layers.size, MARGIN)))
+    return Accumulated(centre.layers | layers_of(planes), frames)
 
 
-def _change(seen: Seen, centre: TracedFrame, other: TracedFrame) -> Image:
-    """Return the difference of the logarithms of luminance, (h, w)."""
-    change = np.zeros_like(centre.levels)
-    if seen.same.any():
-        np.subtract(centre.levels, other.levels, out=change, where=seen.same)
-    moved = np.take(centre.levels, seen.pixels) - centre.levels_of(seen.planes)
-    change.reshape(-1)[seen.pixels] = moved
-    return change
+def _average(
+    band: Band, centre: TracedFrame, others: Sequence[tuple[TracedFrame, Motion]]
+) -> tuple[Image, Image]:
+    """Return a band's averaged planes, (channels, h, w), and how many frames they have."""
+    total = centre.planes[:, band.own].copy()
+    frames = np.ones(total.shape[1:], dtype=np.float32)
+    for other, motion in others:
+        seen = seen_by(other, centre, motion, band=band)
+        share = likeness(band.padded(seen.change), band.padded(seen.known))
+        frames += share
+        _add(total, seen, other.planes[:, band.own], share=share, core=band.core)
+    total /= frames
+    return total, frames
 
 
-def seen_by(other: TracedFrame, centre: TracedFrame) -> Seen:
-    """Return what another frame holds of what a frame shows.
+def _add(total: Image, seen: Seen, planes: Image, *, share: Image, core: slice) -> None:
+    """Add to a band what another frame holds of it.
+
+    Args:
+        total: Planes, (channels, h, w), changed in place.
+        seen: What it holds, also in rows around.
+        planes: The other frame's, where pixels correspond to themselves.
+        share: By which it counts, (h, w).
+        core: The band's own rows among those around it.
+    """
+    same = seen.same[core]
+    if same.any():
+        resting = share * same
+        for plane, more in zip(total, planes, strict=True):
+            plane += more * resting
+    first, after = core.start * share.shape[1], core.stop * share.shape[1]
+    own: Pixels = slice(first, after)
+    pixels: Pixels = slice(None)
+    if not isinstance(seen.pixels, slice):
+        own = slice(*np.searchsorted(seen.pixels, (first, after)))
+        pixels = seen.pixels[own] - first
+    moved = share.reshape(-1)[pixels] * seen.found[own]
+    for plane, more in zip(total.reshape(len(total), -1), seen.planes[:, own], strict=True):
+        plane[pixels] += more * moved
+
+
+def seen_by(other: TracedFrame, centre: TracedFrame, motion: Motion, *, band: Band) -> Seen:
+    """Return what another frame holds of what a band of a frame shows.
 
     Args:
         other: The other frame.
         centre: The frame.
+        motion: From the frame to the other one.
+        band: Rows of the frame.
     """
-    motion = motion_between(centre, other)
-
+    width, _ = centre.layers.size
     # Where nothing moves, pixels correspond, whatever else they see.
-    same = np.zeros(centre.distance.shape, dtype=bool)
-    if motion.still.any():
-        resting = np.append(motion.still, False)[motion.numbers]
-        same = all_around(resting & motion.still[centre.numbers])
+    same = _corresponding(band, centre, other, motion)
+    change = np.zeros(same.shape, dtype=np.float32)
+    if same.any():
+        np.subtract(centre.levels[band.rows], other.levels[band.rows], out=change)
 
     # Elsewhere exact motion tells where things lay.
-    wanted = ~same & motion.known[centre.numbers] & (centre.distance > 0.0)
-    places, planes = seen_at(places_of(wanted, centre, other, motion), centre, other, motion)
-    return Seen(same, places.pixels, planes)
+    wanted = ~same & (centre.distance[band.rows] > 0.0)
+    moving = band.among(centre.moving, width)
+    wanted.reshape(-1)[moving] &= motion.known[band.of(centre.numbers)[moving]]
+    pixels = listed(wanted)
+    places = places_of(pixels, band, centre, other, motion)
+    found, planes = seen_at(places, band, centre, other)
+    found &= wanted.reshape(-1)[pixels]
+    flat = change.reshape(-1)
+    moved = band.of(centre.levels)[pixels] - centre.levels_of(planes)
+    flat[pixels] = np.where(found, moved, flat[pixels])
+    return Seen(same, pixels, found, planes, change)
+
+
+def _corresponding(band: Band, centre: TracedFrame, other: TracedFrame, motion: Motion) -> Bools:
+    """Return the pixels of a band around which nothing moves in either frame, (h, w)."""
+    width, _ = centre.layers.size
+    resting = np.full(centre.distance[band.rows].shape, motion.still[0])
+    if not motion.still.any():
+        return resting
+    flat = resting.reshape(-1)
+    there = np.append(motion.still, False)[motion.back]
+    for frame, still in ((centre, motion.still), (other, there)):
+        moving = band.among(frame.moving, width)
+        flat[moving] = still[band.of(frame.numbers)[moving]]
+    return all_around(resting)

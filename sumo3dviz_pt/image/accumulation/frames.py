@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sumo3dviz_pt.model.colour import LUMINANCE
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
-from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.lens import planes_of_rays
 from sumo3dviz_pt.model.scene import View
 
 AVERAGED = Channels.in_order(radiance=3, albedo=3, normal=3, hit=1, depth=1)
@@ -45,13 +45,27 @@ class TracedFrame:
     @cached_property
     def planes(self) -> Image:
         """All averaged layers, one channel after the other, (channels, h, w)."""
-        layers = [np.atleast_3d(self.layers[name]) for name in AVERAGED.places]
-        return np.concatenate([np.moveaxis(layer, -1, 0) for layer in layers], dtype=np.float32)
+        width, height = self.layers.size
+        # Joined as they are, they would keep all channels of a pixel side by side.
+        planes = np.empty((AVERAGED.count, height, width), dtype=np.float32)
+        for name, place in AVERAGED.places.items():
+            planes[place] = np.moveaxis(np.atleast_3d(self.layers[name]), -1, 0)
+        return planes
 
     @cached_property
-    def numbers(self) -> NDArray[np.intp]:
+    def numbers(self) -> NDArray[np.int32]:
         """The layer `ids`, as whole numbers, (h, w)."""
-        return self.layers["ids"].astype(np.intp)
+        return self.layers["ids"].astype(np.int32)
+
+    @cached_property
+    def moving(self) -> NDArray[np.intp]:
+        """Flat indices of pixels that show what moves, ascending, (n,)."""
+        return np.flatnonzero(self.numbers)
+
+    @cached_property
+    def marks(self) -> NDArray[np.int32]:
+        """Twice each pixel's number, and one more where it is pure, (h, w)."""
+        return 2 * self.numbers + self.pure
 
     @cached_property
     def distance(self) -> Image:
@@ -74,7 +88,7 @@ class TracedFrame:
         away = self.layers["first_depth"]
         # A surface that is seen from its side is stretched along the ray.
         camera = self.view.world_from_camera.matrix[:3, :3].T.astype(np.float32)
-        across = camera @ np.moveaxis(self.layers["normal"], -1, 0).reshape(3, -1)
+        across = camera @ plane_of(self.planes, "normal").reshape(3, -1)
         facing = np.einsum("ij,ij->j", self.rays.reshape(3, -1), across).reshape(away.shape)
         facing = np.clip(np.abs(facing), np.float32(_GRAZING), np.float32(1.0))
         pixel = np.float32(self.view.lens.pixel_angle(self.layers.size[0]))
@@ -93,16 +107,14 @@ class TracedFrame:
         light = red * r + green * g + blue * b
         return np.asarray(np.log(np.maximum(light, 0.0) + np.float32(_DARK)))
 
+    def work_out(self) -> None:
+        """Work out what is asked for often, so that threads need not do so at once."""
+        _ = self.planes, self.levels, self.distance, self.room, self.marks, self.moving, self.rays
+
     @property
     def rays(self) -> Image:
         """Direction through every pixel in the camera's frame, unit, (3, h, w)."""
-        return _rays(self.view.lens, self.layers.size)
-
-
-@lru_cache(maxsize=2)
-def _rays(lens: Lens, size: tuple[int, int]) -> Image:
-    """Return a lens's rays in single precision, (3, h, w)."""
-    return np.ascontiguousarray(np.moveaxis(lens.rays(size), -1, 0), dtype=np.float32)
+        return planes_of_rays(self.view.lens, self.layers.size)
 
 
 def plane_of(planes: Image, name: str) -> Image:
@@ -123,13 +135,14 @@ class Motion:
         placements: From the first camera's frame to the second's, for what stands, then for each
             part of the first frame, (1 + parts, 4, 4).
         known: Whether a part is in both frames and keeps its shape, (1 + parts,).
-        numbers: What the second picture shows, by numbers of the first one's parts, (h, w); -1
-            for strangers.
+        there: Numbers of these parts in the second frame, (1 + parts,); -1 for strangers.
+        back: Numbers of the second frame's parts in the first one, (1 + its parts,); the same.
     """
 
     placements: Floats
     known: Bools
-    numbers: NDArray[np.intp]
+    there: NDArray[np.int32]
+    back: NDArray[np.int32]
 
     @cached_property
     def still(self) -> Bools:
@@ -158,14 +171,14 @@ def motion_between(centre: TracedFrame, other: TracedFrame) -> Motion:
         elif not np.array_equal(now.matrix, then.matrix):
             moved = then.matrix @ np.linalg.inv(now.matrix)
             placements[number] = to_other @ moved @ from_centre
-    return Motion(placements, known, _common_numbers(centre, other))
+    return Motion(placements, known, _numbers_in(other, centre), _numbers_in(centre, other))
 
 
-def _common_numbers(centre: TracedFrame, other: TracedFrame) -> NDArray[np.intp]:
-    """Return another frame's ids as numbers of this frame's parts, (h, w); -1 for strangers."""
-    names = {part.name: number for number, part in enumerate(centre.parts, start=1)}
-    numbers = [0, *(names.get(part.name, -1) for part in other.parts)]
-    return np.asarray(np.array(numbers, dtype=np.intp)[other.numbers])
+def _numbers_in(frame: TracedFrame, others: TracedFrame) -> NDArray[np.int32]:
+    """Return which numbers another frame's parts have in a frame, (1 + parts,); -1 if none."""
+    names = {part.name: number for number, part in enumerate(frame.parts, start=1)}
+    numbers = [0, *(names.get(part.name, -1) for part in others.parts)]
+    return np.array(numbers, dtype=np.int32)
 
 
 def all_around(mask: Bools) -> Bools:

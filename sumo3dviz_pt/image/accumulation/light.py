@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import uniform_filter
+from numpy.typing import NDArray
 
+from sumo3dviz_pt.image.accumulation.windows import WIDEST, inner, window_sums
 from sumo3dviz_pt.model.geometry import Bools, Image
 
-_WIDE, _NARROW = 21, (9, 5, 3)
-"""Sides of the windows in which light is compared [px].
+_NARROW = (9, 5, 3)
+"""Sides of the windows in which light is compared, beside the widest [px].
 
 The wide one finds small changes of large areas; narrow ones find thin shadows of cyclists, and
 those under far cars.
 """
+
+MARGIN = WIDEST // 2
+"""How far windows reach beyond the pixels that are asked for [px]."""
 
 _OF_NINE = np.float32(9 / 8)
 """Variance of values over that of their differences from the mean of nine."""
 
 _SURE, _CERTAIN = np.float32(2.0), np.float32(5.0)
 """Standard errors from which on light may have, and surely has, changed."""
+
+_NEVER_EXACT = np.float32(1e-6)
+"""Added to squared standard errors, so that none is zero."""
+
+
+Counts = NDArray[np.int16]
+"""Whole numbers take half the memory, and so half the time."""
 
 
 def likeness(change: Image, known: Bools) -> Image:
@@ -28,45 +39,72 @@ def likeness(change: Image, known: Bools) -> Image:
     with the standard error of that mean. Textures cancel out in the difference.
 
     Args:
-        change: That difference, (h, w).
-        known: Where it means anything, (h, w).
+        change: That difference, with `MARGIN` pixels more at each side, (h + 20, w + 20).
+        known: Where it means anything, as large.
     """
-    counts = known.astype(np.float32)
-    change = change * counts
-    share = {window: _share(known, counts, window) for window in (_WIDE, *_NARROW)}
-    means = {window: _around(change, window) / share[window] for window in share}
-    spread = _around(change * change, _WIDE) / share[_WIDE] - means[_WIDE] ** 2
-    sure = counts * _same(means[_WIDE], spread, share[_WIDE] * np.float32(_WIDE**2))
+    counts = None if known.all() else known.astype(np.int16)
+    if counts is not None:
+        change = change * known
+    count = {window: _count(counts, window) for window in (WIDEST, *_NARROW)}
+    mean = _mean(change, WIDEST, count[WIDEST])
+    spread = _mean(change * change, WIDEST, count[WIDEST]) - mean * mean
+    doubt = _doubt(mean, np.maximum(spread, 0.0, out=spread), count[WIDEST])
 
     # The spread within a narrow window would count a thin shadow as noise; what differs from the
     # next pixels does not.
-    rest = (change - means[_NARROW[-1]]) * counts
-    noise = _around(rest * rest, _NARROW[0]) / share[_NARROW[0]] * _OF_NINE
+    noise = _noise(change, counts, count[_NARROW[0]])
     for window in _NARROW:
-        same = _same(means[window], noise, share[window] * np.float32(window**2))
-        sure = np.minimum(sure, same)
-    return sure
+        mean = _mean(inner(change, MARGIN - window // 2), window, count[window])
+        np.maximum(doubt, _doubt(mean, noise, count[window]), out=doubt)
+
+    np.sqrt(doubt, out=doubt)
+    same = (_CERTAIN - doubt) * (1 / (_CERTAIN - _SURE))
+    np.clip(same, 0.0, 1.0, out=same)
+    return same if counts is None else same * inner(known, MARGIN)
 
 
-def _same(mean: Image, spread: Image, count: Image) -> Image:
-    """Return 1 where a mean may be zero, 0 where it cannot be, and values between, (h, w).
+def _doubt(mean: Image, variance: Image, count: Image | np.float32) -> Image:
+    """Return the squares of means in units of their standard errors, (h, w).
 
     Args:
         mean: Of some values.
-        spread: Their variance.
+        variance: Of these values, not negative.
         count: How many values there are.
     """
-    error = np.sqrt(np.maximum(spread, 0.0) / count + np.float32(1e-6))
-    return np.clip((_CERTAIN - np.abs(mean) / error) / (_CERTAIN - _SURE), 0.0, 1.0)
+    error: Image = variance / count
+    error += _NEVER_EXACT
+    np.multiply(mean, mean, out=mean)
+    return np.asarray(np.divide(mean, error, out=mean))
 
 
-def _share(known: Bools, counts: Image, window: int) -> Image:
-    """Return the share of each pixel's window that counts; one number where all does."""
-    if known.all():
-        return np.ones((1, 1), dtype=np.float32)
-    return np.maximum(_around(counts, window), np.float32(1e-3))
+def _mean(values: Image, window: int, count: Image | np.float32) -> Image:
+    """Return the means of windows that have so many values, (h, w)."""
+    return np.asarray(window_sums(values, window) / count, dtype=np.float32)
 
 
-def _around(values: Image, window: int) -> Image:
-    """Return the mean of each pixel's window, (h, w)."""
-    return np.asarray(uniform_filter(values, window, mode="nearest"), dtype=np.float32)
+def _noise(change: Image, counts: Counts | None, around: Image | np.float32) -> Image:
+    """Return the variance of a change's noise around every pixel, (h, w)."""
+    wide, narrow = _NARROW[0], _NARROW[-1]
+    margin = MARGIN - wide // 2
+    count = _count(counts, narrow, more=wide // 2)
+    mean = _mean(inner(change, margin - narrow // 2), narrow, count)
+    rest = inner(change, margin) - mean
+    if counts is not None:
+        rest *= inner(counts, margin)
+    np.multiply(rest, rest, out=rest)
+    return _mean(rest, wide, around) * _OF_NINE
+
+
+def _count(counts: Counts | None, window: int, *, more: int = 0) -> Image | np.float32:
+    """Return how many pixels of each window mean anything; one number where all do.
+
+    Args:
+        counts: 1 where a pixel means something, else 0; None if all do.
+        window: Side of the window [px].
+        more: How many more pixels are asked for at each side [px].
+    """
+    if counts is None:
+        return np.float32(window**2)
+    sums = window_sums(inner(counts, MARGIN - window // 2 - more), window)
+    # No mean is asked for where nothing is known.
+    return np.maximum(sums, 1).astype(np.float32)

@@ -40,9 +40,12 @@ def packed(frame: TracedFrame) -> tuple[dict[str, NDArray[Any]], str]:
         frame: Also with the layer `excess`, which is stored where it is not zero.
     """
     layers = frame.layers
-    shown, ids = np.unique(layers["ids"], return_inverse=True)
-    numbers = [int(number) for number in shown if number > 0]
-    ids = ids.reshape(layers["ids"].shape) + (0 if 0 in shown else 1)
+    whole = layers["ids"].astype(np.intp)
+    counted = np.bincount(whole.reshape(-1))
+    numbers = [int(number) for number in np.flatnonzero(counted) if number > 0]
+    renumbered = np.zeros(len(counted), dtype=np.intp)
+    renumbered[numbers] = np.arange(1, len(numbers) + 1)
+    ids = renumbered[whole]
     surface = (layers["hit"] > 0.0) & (layers["first_depth"] < _FARTHEST)
     first = np.where(surface, layers["first_depth"], 0.0)
     depth = np.where(layers["hit"] > 0.0, layers["depth"], 0.0)

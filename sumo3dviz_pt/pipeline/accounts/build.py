@@ -16,13 +16,14 @@ import numpy as np
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
+from sumo3dviz_pt.pipeline.accounts.road_users import RoadUsers
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.scene import FrameState
     from sumo3dviz_pt.pipeline.production import Production
     from sumo3dviz_pt.shot.build import Shot
 
-_APART = frozenset({"scenario", "template", "cameras", "shots", "output", "quality"})
+_APART = frozenset({"scenario", "template", "cameras", "shots", "output", "overlays", "quality"})
 """Keys of a scene file that are not hashed as they stand: they count by content, or in part."""
 
 
@@ -45,6 +46,7 @@ def key_of(production: Production) -> str:
         "plan": _plan(production.shot),
         "size": list(job.output.size),
         "half": job.output.half,
+        **({"layers": sorted(job.output.layers)} if job.output.layers else {}),
         "exposure": job.output.exposure,
         "quality": production.quality.model_dump(exclude={"purpose"}),
         "variant": production.variant,
@@ -124,11 +126,12 @@ def film_account(
         shared: What its frames say of it.
         pace: Frame rate and speed.
     """
-    frames = []
+    frames, users = [], RoadUsers()
     states: dict[str, str] = {}
     changes = []
     for number, at in enumerate(production.times.tolist()):
-        frames.append(_frame_account(number, production.shot.frame_at(at)))
+        frame = production.shot.frame_at(at)
+        frames.append({**_frame_account(number, frame), "placed": users.add(number, frame)})
         now = production.shot.states_at(at)
         changes += [
             {"frame": number, "time": at, "tls": tls, "state": state}
@@ -145,6 +148,7 @@ def film_account(
             {"what": item.what, "why": item.why} for item in production.shot.data.left_out
         ],
         "signal_changes": changes,
+        "road_users": users.account(),
         "frames": frames,
     }
 

@@ -23,7 +23,7 @@ _PACKAGES = (
     *("sumo3dviz_pt", "mitsuba", "drjit", "mitsuba-oidn", "numpy", "scipy", "shapely"),
     *("trimesh", "mapbox-earcut", "colour-science", "OpenEXR"),
 )
-_NO_PIXELS = frozenset({"_data", "cli", "experiments", "report", "video", "viewer"})
+_NO_PIXELS = frozenset({"_data", "cli", "experiments", "overlays", "report", "video", "viewer"})
 """Parts of the package that no stored frame depends on."""
 
 _TEXT = frozenset({".py", ".yaml"})
@@ -65,8 +65,8 @@ def inputs_of(job: Job, files: ScenarioFiles, *, camera: str) -> Inputs:
         found |= dict.fromkeys(companions(path))
     names = _short_names(path for path in found if not path.is_dir())
     presets = _presets(job, camera)
-    hashes = {name: _hash(path) for path, name in names.items()}
-    return Inputs(names, hashes | {name: _hash(path) for name, path in presets.items()})
+    hashes = {name: file_hash(path) for path, name in names.items()}
+    return Inputs(names, hashes | {name: file_hash(path) for name, path in presets.items()})
 
 
 def by_role(files: ScenarioFiles) -> dict[str, tuple[Path, ...]]:
@@ -124,12 +124,32 @@ def _hash_all(paths: Iterable[Path], root: Path) -> str:
     return whole.hexdigest()
 
 
-def _hash(path: Path) -> str:
+def contents(path: Path) -> list[str]:
+    """Return the hashes of a file and of all that it refers to, as long as they stay the same."""
+    return [_kept_hash(each, *_stamp(each)) for each in (path, *companions(path))]
+
+
+def file_hash(path: Path) -> str:
     """Return the SHA-256 of a file; empty if it does not exist."""
     if not path.is_file():
         return ""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Return what changes when a file does."""
+    if not path.is_file():
+        return (0, 0)
+    found = path.stat()
+    return (found.st_mtime_ns, found.st_size)
+
+
+@cache
+def _kept_hash(path: Path, changed: int, size: int) -> str:
+    """Return a file's hash; large files are read once."""
+    del changed, size
+    return file_hash(path)
 
 
 def _short_names(paths: Iterable[Path]) -> dict[Path, str]:

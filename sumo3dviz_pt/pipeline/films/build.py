@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.job.settings import Job, ShotSettings
 from sumo3dviz_pt.model.news import Doing, announce
 from sumo3dviz_pt.pipeline.accounts.build import film_account
@@ -18,7 +19,6 @@ from sumo3dviz_pt.pipeline.films.encoding import encode_frames
 from sumo3dviz_pt.pipeline.films.frames import (
     NOTE,
     account_file,
-    frame_file,
     frames_folder,
     masters_folder,
     write_json,
@@ -26,9 +26,11 @@ from sumo3dviz_pt.pipeline.films.frames import (
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder as FilmOrder
 from sumo3dviz_pt.pipeline.films.orders import ShotFilm, shots_of, wanted_frames
 from sumo3dviz_pt.pipeline.films.pace import Pace
+from sumo3dviz_pt.pipeline.films.rendering import FrameDone as FrameDone
+from sumo3dviz_pt.pipeline.films.rendering import Frames
 from sumo3dviz_pt.pipeline.films.reuse import alone, check_unused, discard, missing_frames
 from sumo3dviz_pt.pipeline.films.sequences import SUFFIX, check_sequence, is_sequence
-from sumo3dviz_pt.pipeline.films.traced import write_traced
+from sumo3dviz_pt.pipeline.overlays.files import extra_files, extra_frames, note_overlays
 from sumo3dviz_pt.pipeline.pilot import piloted
 from sumo3dviz_pt.pipeline.production import (
     Production,
@@ -36,35 +38,14 @@ from sumo3dviz_pt.pipeline.production import (
     check_target,
     check_tone,
     get_ready,
-    opened,
     prepare,
+    ready_renderer,
     scenario_files,
 )
 from sumo3dviz_pt.pipeline.progress.costs import spent
 from sumo3dviz_pt.pipeline.riders import check_companions
+from sumo3dviz_pt.pipeline.sound import sound_folder, write_sound
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES as FILM_SUFFIXES
-
-if TYPE_CHECKING:
-    from sumo3dviz_pt.render.session import Session
-
-
-@dataclass(frozen=True, slots=True)
-class FrameDone:
-    """How far a film is after a frame.
-
-    Attributes:
-        done: Frames that exist now.
-        total: Frames that were asked for.
-        seconds_left: Estimate of the wall time left [s].
-        kept: True if the frame was there already.
-        cpu: CPU-seconds by phase; empty if kept.
-    """
-
-    done: int
-    total: int
-    seconds_left: float
-    kept: bool
-    cpu: dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +88,7 @@ def render_film(
     shots = check_order(job, request, order)
     check_places(job, order, shots)
     get_ready(job, request)
+    check_layers(job, request)
     if len(shots) > 1:  # a single shot is checked as soon as the log is read
         check_rides(job, order, shots)
     return [_render_shot(job, request, order, shot, path, on_frame) for shot, path in shots]
@@ -131,6 +113,22 @@ def check_order(job: Job, request: Request, order: FilmOrder) -> list[ShotFilm]:
         check_target(path, suffixes=(*FILM_SUFFIXES, SUFFIX), overwrite=True)
         check_output(request.applied(job), path, fps=order.pace(job, shot).fps)
     return shots
+
+
+def check_layers(job: Job, request: Request) -> None:
+    """Refuse layers that the renderer cannot find, before any work is done.
+
+    Args:
+        job: The scene file.
+        request: The command's choices.
+
+    Raises:
+        ConfigError: If layers are asked for, and the variant does not compile.
+    """
+    if job.output.layers and not ready_renderer(request.variant).jit:
+        raise ConfigError(
+            f"the variant {request.variant} has no layers; take llvm", key="output.layers"
+        )
 
 
 def check_rides(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
@@ -161,7 +159,10 @@ def check_places(job: Job, order: FilmOrder, shots: Sequence[ShotFilm]) -> None:
         ConfigError: If a film is being rendered there, or anything would be overwritten.
     """
     for shot, path in shots:
-        check_unused(path, order, count=len(order.pace(job, shot).times(shot)))
+        count = len(order.pace(job, shot).times(shot))
+        also = extra_files(path, job.overlays)
+        also += [sound_folder(path)] if job.output.sound else []
+        check_unused(path, order, count=count, also=also)
 
 
 def check_output(job: Job, path: Path, *, fps: Fraction) -> None:
@@ -204,7 +205,10 @@ def prepared(job: Job, request: Request, order: FilmOrder) -> Production:
 def _production(job: Job, request: Request, order: FilmOrder, shot: ShotSettings) -> Production:
     """Return a shot, ready to be rendered."""
     times = order.pace(job, shot).times(shot)
-    return prepare(job, replace(request, camera=shot.camera), times, film=True)
+    # A frame alone has no help, and only our own kernel knows what a pixel shows.
+    together = len(times) > 1 and ready_renderer(request.variant).jit
+    asked = replace(request, camera=shot.camera)
+    return prepare(job, asked, times, film=True, together=together)
 
 
 def _render_shot(
@@ -227,22 +231,56 @@ def _render_shot(
         shared = {**production.account, "shot": _shot(production, pace)}
         missing = missing_frames(production, folder, wanted, order, shared)
         write_json(folder / NOTE, shared, indent=1)
-        cpu = _render_frames(production, folder, wanted, missing, shared, on_frame)
+        note_overlays(folder, production, rate=float(pace.fps))
+        cpu = {"read": production.reading}
+        frames = Frames(production, folder, wanted, missing, shared, on_frame)
+        frames.tell_kept()
+        if order.frames is not None or not order.discard_frames:
+            deque(frames.rendered(cpu), maxlen=0)
         if order.frames is not None:
             return FilmReport(None, folder, len(wanted), _with_rest(cpu, started))
-        files = [frame_file(folder, number) for number in wanted]
-        announce(Doing.ENCODE)
-        masters = masters_folder(path) if order.final_exr else None
-        if masters is not None:
-            masters.mkdir(exist_ok=True)
-        encode_frames(
-            files, path, job=production.job, fps=pace.fps, key=production.key, masters=masters
-        )
+        _make_film(frames, path, order, pace, cpu)
+        if frames.layers is not None:
+            frames.layers.finish()
         whole = film_account(production, path.name, shared=shared, pace=pace.account())
+        whole |= _overlays(production.job, path, float(pace.fps))
         write_json(account_file(path), whole, indent=1)
+        write_sound(path, production, pace)
         if order.discard_frames:
             discard(folder, wanted)
     return FilmReport(path, folder, len(wanted), _with_rest(cpu, started))
+
+
+def _overlays(job: Job, path: Path, rate: float) -> dict[str, Any]:
+    """Return what a film's account says of overlays; nothing where it has none."""
+    if job.overlays is None:
+        return {}
+    before, after = (0, 0) if is_sequence(path) else extra_frames(job.overlays, rate)
+    names = [file.name for file in extra_files(path, job.overlays)]
+    return {"overlays": {"files": names, "frames_before": before, "frames_after": after}}
+
+
+def _make_film(
+    frames: Frames, path: Path, order: FilmOrder, pace: Pace, cpu: dict[str, float]
+) -> None:
+    """Make a film of its frames; those that do not stay are rendered as it asks for them."""
+    masters = masters_folder(path) if order.final_exr else None
+    if masters is not None:
+        masters.mkdir(exist_ok=True)
+    encode = partial(
+        encode_frames,
+        frames.files,
+        path,
+        production=frames.production,
+        fps=pace.fps,
+        masters=masters,
+    )
+    if not order.discard_frames:
+        announce(Doing.ENCODE)
+        encode()
+        return
+    with closing(frames.passing(cpu)) as turns:
+        encode(turns=turns)
 
 
 def _with_rest(cpu: Mapping[str, float], started: float) -> dict[str, float]:
@@ -254,60 +292,3 @@ def _shot(production: Production, pace: Pace) -> dict[str, Any]:
     """Return a film's window as its frames tell it."""
     times = production.times
     return {"from": float(times[0]), **pace.account(), "frames": len(times)}
-
-
-def _render_frames(
-    production: Production,
-    folder: Path,
-    wanted: Sequence[int],
-    missing: Sequence[int],
-    shared: Mapping[str, Any],
-    on_frame: Callable[[FrameDone], None] | None,
-) -> dict[str, float]:
-    """Render the frames that are missing; CPU-seconds by phase."""
-    total: dict[str, float] = {"read": production.reading}
-    kept = len(wanted) - len(missing)
-    if kept and on_frame is not None:
-        on_frame(FrameDone(kept, len(wanted), 0.0, kept=True, cpu={}))
-    if not missing:
-        return total
-    with opened(production, together=len(production.times) > 1) as session:
-        started = time.monotonic()
-        announce(Doing.RENDER, kept, len(wanted))
-        for count, number in enumerate(missing, start=1):
-            cpu = _render_frame(production, session, folder, number, shared)
-            for phase, seconds in cpu.items():
-                total[phase] = total.get(phase, 0.0) + seconds
-            announce(Doing.RENDER, kept + count, len(wanted))
-            if on_frame is not None:
-                pace = (time.monotonic() - started) / count
-                left = pace * (len(missing) - count)
-                on_frame(FrameDone(kept + count, len(wanted), left, kept=False, cpu=cpu))
-    return total
-
-
-def _render_frame(
-    production: Production, session: Session, folder: Path, number: int, shared: Mapping[str, Any]
-) -> dict[str, float]:
-    """Render and store one frame; CPU-seconds by phase."""
-    from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
-
-    at = float(production.times[number])
-    frame, path = production.shot.frame_at(at), frame_file(folder, number)
-    half = production.job.output.half
-    samples = session.samples(frame)
-    account = {
-        **shared,
-        "frame": number,
-        "time": at,
-        "capped_share": round(samples.tally.capped_share, 6),
-        "nonfinite": samples.tally.nonfinite,
-        "stored": "traced" if "ids" in samples.layers else "finished",
-    }
-    if "ids" in samples.layers:
-        write_traced(path, samples, frame, session=session, account=account, half=half)
-    else:
-        finished = {"radiance": session.finish(samples, frame)}
-        text = json.dumps(account, sort_keys=True)
-        write_exr(path, finished, half=half, attributes={PROVENANCE: text})
-    return dict(session.clock.seconds)

@@ -15,6 +15,7 @@ from sumo3dviz_pt.pipeline.films.frames import (
     stored_film,
 )
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, pictures_of, write_sequence
+from sumo3dviz_pt.pipeline.overlays.files import overlaid, read_facts
 from sumo3dviz_pt.pipeline.production import check_target, check_tone
 from sumo3dviz_pt.pipeline.stills.still import check_free
 from sumo3dviz_pt.video.codecs import FILM_SUFFIXES
@@ -35,6 +36,7 @@ class DevelopOrder:
         codec: Of a film; `auto` goes by its ending.
         overwrite: Whether a picture or film that exists is replaced.
         final_exr: Whether finished frames are written as EXR files, too.
+        overlays: Whether the overlays that frames were rendered with are drawn.
     """
 
     path: Path
@@ -44,6 +46,7 @@ class DevelopOrder:
     codec: str = "auto"
     overwrite: bool = False
     final_exr: bool = False
+    overlays: bool = True
 
 
 def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
@@ -75,6 +78,11 @@ def develop_frames(source: Path, order: DevelopOrder) -> list[Path]:
         glare=account.get("glare"),
         masters=_masters(film, order) if order.final_exr else None,
     )
+
+    facts = read_facts(film.files[0].parent) if order.overlays else None
+    if facts is not None:
+        whole = target.suffix.lower() in FILM_SUFFIXES
+        pictures = overlaid(pictures, film.files, facts, whole=whole)
 
     # Write numbered pictures, one picture, or a film.
     if is_sequence(target):

@@ -86,17 +86,17 @@ def plans(job: Job, request: Request, order: FilmOrder) -> list[Plan]:
         InputError: If the simulation's files are not there.
     """
     applied = request.applied(job)
-    preset = quality_preset(applied.quality, spp=request.spp)
     found = []
     shots = check_order(job, request, order)
     check_rides(job, order, shots)
     for shot, path in shots:
         pace = order.pace(job, shot)
-        wanted = wanted_frames(order.frames, len(pace.times(shot)))
+        count = len(pace.times(shot))
+        wanted = wanted_frames(order.frames, count)
         folder = frames_folder(path)
         film = numbered(path, wanted.start) if is_sequence(path) else path
         cost = cost_of(
-            preset,
+            quality_preset(applied.quality, spp=request.spp, together=count > 1),
             size=applied.output.size,
             triangles=TYPICAL_TRIANGLES,
             frames=len(wanted),

@@ -3,60 +3,102 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.settings import OutputSettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, write_sequence
 from sumo3dviz_pt.pipeline.films.traced import Shelf
+from sumo3dviz_pt.pipeline.overlays.files import overlaid, plain_twin, read_facts, write_captions
+from sumo3dviz_pt.pipeline.overlays.twins import write_both
+from sumo3dviz_pt.pipeline.production import Production
 
 
 def encode_frames(
     files: Sequence[Path],
     path: Path,
     *,
-    job: Job,
+    production: Production,
     fps: Fraction,
-    key: str,
     masters: Path | None = None,
+    turns: Iterable[Path] | None = None,
 ) -> None:
-    """Develop stored frames and encode them in constant memory.
+    """Develop stored frames and encode them in constant memory; with overlays, also without them.
 
     Args:
         files: EXR frames, in order.
         path: The film, or its numbered pictures.
-        job: Size, codec, tone and glare.
+        production: What the frames show; says size, codec, tone, glare and overlays.
         fps: Frames per second.
-        key: That all frames have.
         masters: Folder for the finished frames' radiance, or None.
+        turns: The same files, each when it can be developed; None if all can be now.
 
     Raises:
         InputError: If a frame is of another film by now, missing or damaged.
     """
+    output = production.job.output
+    pictures = developed(
+        files if turns is None else turns,
+        tone=output.tone,
+        glare=output.glare,
+        key=production.key,
+        masters=masters,
+    )
+    film = None if production.job.overlays is None else read_facts(files[0].parent)
+    write = partial(_write, files=files, output=output, fps=fps)
+    if film is None:
+        write(pictures, path)
+    elif is_sequence(path):
+        both = _with_plain(pictures, files, plain_twin(path))
+        write(overlaid(both, files, film, whole=False), path)
+    else:
+        write_both(
+            pictures,
+            lambda some: write(overlaid(some, files, film, whole=True), path),
+            lambda some: write(some, plain_twin(path)),
+        )
+    if film is not None:
+        write_captions(film, path)
+
+
+def _with_plain(pictures: Iterable[Image], files: Sequence[Path], path: Path) -> Iterator[Image]:
+    """Yield pictures, each when it lies under its number, too; its frame may go at the next."""
+    for picture, file in zip(pictures, files, strict=True):
+        write_sequence(path, [file], [picture])
+        yield picture
+
+
+def _write(
+    pictures: Iterable[Image],
+    path: Path,
+    *,
+    files: Sequence[Path],
+    output: OutputSettings,
+    fps: Fraction,
+) -> None:
+    """Write developed pictures as a film, or as numbered pictures."""
     from sumo3dviz_pt.video import encode
 
-    pictures = developed(
-        files, tone=job.output.tone, glare=job.output.glare, key=key, masters=masters
-    )
     if is_sequence(path):
         write_sequence(path, files, pictures)
         return
     encode(
         pictures,
         path,
-        size=job.output.size,
+        size=output.size,
         fps=fps,
-        codec=job.output.codec,
+        codec=output.codec,
         comment={"made_by": "sumo3dviz_pt", "versions": versions()},
     )
 
 
 def developed(
-    files: Sequence[Path],
+    files: Iterable[Path],
     *,
     tone: str | None = None,
     exposure: float | None = None,

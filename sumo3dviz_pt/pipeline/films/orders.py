@@ -30,7 +30,7 @@ class FilmOrder:
         fps: A number or a ratio such as `30000/1001`; None is the scene file's.
         frames: First and after-last frame to render; None is all, and makes a film.
         resume: Whether matching frames are kept, and all others and the film replaced.
-        discard_frames: Whether frames go when the film is done.
+        discard_frames: Whether frames go as soon as no other one needs them.
         speed: SUMO's time per film's; None is the shot's.
         overwrite: Whether a film and frames that exist are replaced.
         final_exr: Whether finished frames are written as EXR files, too.

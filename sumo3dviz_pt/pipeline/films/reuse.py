@@ -26,18 +26,22 @@ from sumo3dviz_pt.pipeline.films.frames import (
 from sumo3dviz_pt.pipeline.films.locks import held
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder
 from sumo3dviz_pt.pipeline.films.sequences import is_sequence, numbered
+from sumo3dviz_pt.pipeline.layers.places import beside
+from sumo3dviz_pt.pipeline.layers.write import is_written
+from sumo3dviz_pt.pipeline.overlays.files import FACTS
 from sumo3dviz_pt.pipeline.production import Production
 
 log = logging.getLogger(__name__)
 
 
-def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
+def check_unused(path: Path, order: FilmOrder, *, count: int, also: Sequence[Path] = ()) -> None:
     """Refuse to overwrite a film or frames that exist, unless the order says so.
 
     Args:
         path: The film, or its numbered pictures.
         order: What was asked for.
         count: Frames of the whole film.
+        also: Further files of it.
 
     Raises:
         ConfigError: If a film is being rendered there, or anything would be overwritten.
@@ -52,7 +56,7 @@ def check_unused(path: Path, order: FilmOrder, *, count: int) -> None:
     if order.frames is not None:
         first, after = order.frames
         there = [number for number in there if first <= number < after]
-    outputs = () if order.frames else _outputs(path, order, count)
+    outputs = () if order.frames else (*_outputs(path, order, count), *also)
     used = next((output for output in outputs if output.exists()), None)
     if used is not None or there:
         what = f"{used} exists" if used else f"{folder} holds {counted(len(there))} of it"
@@ -138,6 +142,11 @@ def _stale(
         )
         for number in wanted
     }
+    if production.job.output.layers:
+        layers = beside(folder)
+        for number, state in states.items():
+            if state == "done" and not is_written(layers, number, key=production.key):
+                states[number] = "absent"
     counts = Counter(states.values())
     if counts["damaged"]:
         log.warning("%s: rendered anew as damaged: %s", folder, counted(counts["damaged"]))
@@ -153,6 +162,7 @@ def _stale(
 
 
 def discard(folder: Path, wanted: Sequence[int]) -> None:
-    """Remove a film's frames, and nothing else that lies beside them."""
+    """Remove what is left of a film's frames, and nothing else that lies beside them."""
     for file in (*(frame_file(folder, number) for number in wanted), folder / NOTE):
-        file.unlink()
+        file.unlink(missing_ok=True)
+    (folder / FACTS).unlink(missing_ok=True)

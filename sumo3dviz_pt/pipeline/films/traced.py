@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -163,7 +163,8 @@ class Shelf:
         around = _beside(path, stored.window)
         self._frames = {p: kept for p, kept in self._frames.items() if p == path or p in around}
         others = [self._neighbour(other, stored) for other in around]
-        return self._developed(stored, centre, [one for one in others if one]), stored.account
+        how = _finishing_of(stored.strings[FINISHING])
+        return helped(centre, [one for one in others if one], how), stored.account
 
     def _neighbour(self, path: Path, centre: StoredFrame) -> TracedFrame | None:
         """Return a frame beside another one; None if it is of another film."""
@@ -174,15 +175,13 @@ class Shelf:
             self._frames[path] = (stored, _traced_frame(stored, path))
         return self._frames[path][1]
 
-    def _developed(
-        self, stored: StoredFrame, centre: TracedFrame, others: list[TracedFrame]
-    ) -> Image:
-        """Return a frame's radiance with its neighbours' help."""
-        from sumo3dviz_pt.image.accumulation.build import accumulated
-        from sumo3dviz_pt.render.passes.finish import finished
 
-        helped = accumulated(centre, others)
-        return finished(helped.layers, centre.view, _finishing_of(stored.strings[FINISHING]))
+def helped(centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing) -> Image:
+    """Return a frame's radiance, (h, w, 3), finished with its neighbours' help."""
+    from sumo3dviz_pt.image.accumulation.build import accumulated
+    from sumo3dviz_pt.render.passes.finish import finished
+
+    return finished(accumulated(centre, others).layers, centre.view, how)
 
 
 def _traced_frame(stored: StoredFrame, path: Path) -> TracedFrame:

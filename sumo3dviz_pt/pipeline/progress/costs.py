@@ -11,28 +11,28 @@ from dataclasses import asdict, dataclass
 
 from sumo3dviz_pt.job.settings import Quality
 
-_START = 24.0
-"""Reading, building, loading and compiling [CPU-s]."""
+_START = 16.0
+"""Reading, building, loading and compiling [CPU-s]; 10 less where a kept place is found."""
 
 _START_PER_MEGATRIANGLE = 3.5
 """The same, for each million triangles [CPU-s]."""
 
-_UPDATE = 0.58
+_UPDATE = 0.42
 """Moving all road users, for each million triangles of the shot: one thread's work [CPU-s]."""
 
-_PER_MEGASAMPLE, _PER_MEGAPIXEL = 1.15, 0.45
+_PER_MEGASAMPLE, _PER_MEGAPIXEL = 1.05, 1.1
 """Rendering, for each million samples and for each million pixels [CPU-s]."""
 
-_DENOISER = {"none": 0.0, "fast": 1.0, "balanced": 1.6, "high": 1.6}
-"""Denoising, for each million pixels [CPU-s]."""
+_DENOISER = {"none": 0.0, "fast": 1.75, "balanced": 2.8, "high": 2.8}
+"""Denoising and tone, for each million pixels [CPU-s]."""
 
-_NEIGHBOUR = 0.18
+_NEIGHBOUR = 0.075
 """Averaging with a frame before or after, for each million pixels: one thread's work [CPU-s]."""
 
 _SERIAL_START = 0.7
 """Share of the start that one thread does."""
 
-_EXR, _EXR_TRACED, _FILM = 3.8, 10.5, 0.15
+_EXR, _EXR_TRACED, _FILM = 3.8, 9.0, 0.15
 """Bytes a pixel of a stored frame in half precision, finished or traced, and of a film (H.264)."""
 
 _MEMORY, _MEMORY_PER_MEGAPIXEL, _MEMORY_PER_MEGATRIANGLE = 1750.0, 1100.0, 300.0

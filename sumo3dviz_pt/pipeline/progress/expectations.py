@@ -53,10 +53,12 @@ def film_steps(job: Job, request: Request, order: FilmOrder) -> tuple[WorkStep, 
         ConfigError, InputError: As `render_film`.
     """
     applied = request.applied(job)
-    size, quality = applied.output.size, quality_preset(applied.quality, spp=request.spp)
+    size = applied.output.size
     found: list[WorkStep] = []
     for shot, path in shots_of(job, request, order):
-        wanted = wanted_frames(order.frames, len(order.pace(job, shot).times(shot)))
+        count = len(order.pace(job, shot).times(shot))
+        quality = quality_preset(applied.quality, spp=request.spp, together=count > 1)
+        wanted = wanted_frames(order.frames, count)
         folder = frames_folder(path)
         missing = [n for n in wanted if not (order.resume and frame_file(folder, n).exists())]
         rendering = _rendering(quality, size, frames=len(missing))

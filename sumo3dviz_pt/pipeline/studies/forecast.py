@@ -56,11 +56,12 @@ def frames_of(stimulus: Stimulus) -> int:
 
 def cost_of_film(stimulus: Stimulus) -> Cost:
     """Forecast what one film costs, as if none of its frames were there."""
+    frames = frames_of(stimulus)
     return cost_of(
-        quality_preset(stimulus.job.quality),
+        quality_preset(stimulus.job.quality, together=frames > 1),
         size=stimulus.job.output.size,
         triangles=TYPICAL_TRIANGLES,
-        frames=frames_of(stimulus),
+        frames=frames,
         half=stimulus.job.output.half,
     )
 

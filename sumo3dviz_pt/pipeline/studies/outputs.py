@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from sumo3dviz_pt.experiments.tools.build import ONLINE, write_tools
-from sumo3dviz_pt.experiments.tools.content import Clip, StudyContent, Words
+from sumo3dviz_pt.experiments.tools.content import Clip, Screen, StudyContent, Words
 from sumo3dviz_pt.experiments.tools.papers import (
     CHECKSUMS,
     digest_of,
@@ -19,6 +20,10 @@ from sumo3dviz_pt.experiments.tools.sheets import write_sheet
 from sumo3dviz_pt.job.study import StudySettings, TableSettings
 from sumo3dviz_pt.pipeline.accounts.provenance import versions
 from sumo3dviz_pt.pipeline.films.frames import account_file
+from sumo3dviz_pt.pipeline.overlays.files import extra_files
+from sumo3dviz_pt.pipeline.sound import sound_folder
+from sumo3dviz_pt.pipeline.studies.calibration import write_calibration
+from sumo3dviz_pt.pipeline.studies.cards import write_cards
 from sumo3dviz_pt.pipeline.studies.patches import told_only
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import (
@@ -27,6 +32,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     film_path,
     read_film_account,
 )
+from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 from sumo3dviz_pt.pipeline.studies.thumbnails import FOLDER, write_thumbnails
 
 log = logging.getLogger(__name__)
@@ -48,11 +54,15 @@ def write_outputs(
     """
     before = _listed(folder)
     content = content_of(plan, films)
+    if plan.file.settings.tools.cards:
+        content = replace(content, cards=write_cards(folder, content))
     files = [*also, *_film_files(folder, plan)]
+    files += [folder / card for card in content.cards.values()]
     files += write_thumbnails(folder, content.films)
     pictures = {clip.name: f"{FOLDER}/{clip.name}.png" for clip in content.films}
     files.append(write_sheet(folder, content, pictures))
     files += write_tools(folder, content, plan.file.settings.tools.write)
+    files += write_calibration(folder, plan.file.settings.calibration, plan.stimuli[0].job.output)
     files.append(write_citation(folder, content.words, version=versions()["sumo3dviz_pt"]))
     files.append(write_inputs(folder, _inputs(folder, plan)))
     if content.url is None and ONLINE & set(plan.file.settings.tools.write):
@@ -72,8 +82,7 @@ def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent
     settings = plan.file.settings
     url = settings.tools.url
     clips = {
-        stimulus.name: _clip(plan, films[stimulus.name], name=stimulus.name, code=stimulus.code)
-        for stimulus in plan.stimuli
+        stimulus.name: _clip(plan, films[stimulus.name], stimulus) for stimulus in plan.stimuli
     }
     return StudyContent(
         factors={name: factor.about for name, factor in settings.factors.items()},
@@ -85,14 +94,33 @@ def content_of(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> StudyContent
         url=None if url is None else f"{url.rstrip('/')}/",
         jspsych=settings.tools.jspsych,
         notes=plan.notes,
+        screen=_screen(settings),
         told=tuple(name for name in settings.factors if told_only(plan.file, name)),
     )
 
 
-def _clip(plan: StudyPlan, film: FilmRecord, *, name: str, code: str) -> Clip:
+def _clip(plan: StudyPlan, film: FilmRecord, stimulus: Stimulus) -> Clip:
     """Return a film as tools know it."""
+    name = stimulus.name
     file = f"{MATERIALS}/{name}{plan.file.settings.film}"
-    return Clip(name, code, file, film.duration, film.size, film.rate, film.sha256)
+    return Clip(
+        name,
+        stimulus.code,
+        file,
+        film.duration,
+        film.size,
+        film.rate,
+        film.sha256,
+        film.fov,
+    )
+
+
+def _screen(settings: StudySettings) -> Screen | None:
+    """Return how films get their right size."""
+    wanted = settings.tools.screen
+    if wanted is None:
+        return None
+    return Screen(wanted.distance, wanted.pixels_per_cm, wanted.instruction)
 
 
 def _words(settings: StudySettings) -> Words:
@@ -115,9 +143,14 @@ def _words(settings: StudySettings) -> Words:
 
 
 def _film_files(folder: Path, plan: StudyPlan) -> list[Path]:
-    """Return the films and their accounts."""
-    paths = [film_path(folder, plan, stimulus) for stimulus in plan.stimuli]
-    return [file for path in paths for file in (path, account_file(path))]
+    """Return the films and all that lies beside them, but for their frames."""
+    found: list[Path] = []
+    for stimulus in plan.stimuli:
+        path = film_path(folder, plan, stimulus)
+        found += [path, account_file(path), *extra_files(path, stimulus.job.overlays)]
+        if stimulus.job.output.sound is not None:
+            found += sorted(sound_folder(path).iterdir())
+    return found
 
 
 def _inputs(folder: Path, plan: StudyPlan) -> dict[str, str]:

@@ -11,8 +11,12 @@ from sumo3dviz_pt.job.errors import located
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.job.study import Patch
 from sumo3dviz_pt.job.yaml12 import KeyPath
+from sumo3dviz_pt.pipeline.certificate.evidence import LAYERS
 from sumo3dviz_pt.pipeline.scene_file import make_job
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
+
+_FULL_MODELS = 6
+"""Models in full detail in every film of a study, unless the scene file says another number."""
 
 
 def leaves(patch: Patch) -> Iterator[KeyPath]:
@@ -57,7 +61,27 @@ def job_of(study: StudyFile, profile: Profile | None, overrides: Patch | None = 
     chosen = zip(settings.factors.values(), profile or (), strict=False)
     patches = [factor.levels[level] for factor, level in chosen]
     content = study.scene.patched(clip, settings.common, *patches, overrides or {})
-    return make_job(content, folder=study.scene.folder, source=study.scene.source)
+    job = make_job(content, folder=study.scene.folder, source=study.scene.source)
+    job = _with_one_detail(job)
+    return _with_layers(job) if settings.certificate.write else job
+
+
+def _with_one_detail(job: Job) -> Job:
+    """Return a scene whose road users are drawn alike whatever else stands there.
+
+    By default a shot draws as many models in full detail as its other triangles leave, so that a
+    street without trees would show better cars.
+    """
+    if job.vehicles.full_models is not None:
+        return job
+    vehicles = job.vehicles.model_copy(update={"full_models": _FULL_MODELS})
+    return job.model_copy(update={"vehicles": vehicles})
+
+
+def _with_layers(job: Job) -> Job:
+    """Return a scene whose films have the layers that a certificate compares."""
+    layers = tuple(dict.fromkeys((*job.output.layers, *LAYERS)))
+    return job.model_copy(update={"output": job.output.model_copy(update={"layers": layers})})
 
 
 def check_patches(study: StudyFile, overrides: Patch | None = None) -> None:

@@ -43,6 +43,11 @@ class StudyPlan:
         """Names, in the order of profiles."""
         return tuple(self.file.settings.factors)
 
+    @property
+    def measured(self) -> bool:
+        """Whether films are measured when all are there: for a certificate, or a report."""
+        return self.file.settings.certificate.write or self.file.settings.report.write
+
     @cached_property
     def profiles(self) -> tuple[Profile, ...]:
         """Every combination of levels that is shown, once."""

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from sumo3dviz_pt.errors import InputError
-from sumo3dviz_pt.pipeline.accounts.provenance import versions
+from sumo3dviz_pt.pipeline.accounts.provenance import file_hash, versions
 from sumo3dviz_pt.pipeline.films.frames import account_file, write_json
 from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
-from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus, file_hash
+from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
 
 RECORD = "study.json"
 MATERIALS = "materials"
@@ -31,6 +31,7 @@ class FilmRecord:
         rate: Frames per second, such as 25 or 30000/1001.
         duration: Of the film [s].
         size: Width, height [px].
+        fov: Horizontal opening angle of its lens [deg]; None if it zooms.
     """
 
     digest: str
@@ -40,6 +41,7 @@ class FilmRecord:
     rate: str
     duration: float
     size: tuple[int, int]
+    fov: float | None = None
 
 
 def film_path(folder: Path, plan: StudyPlan, stimulus: Stimulus) -> Path:
@@ -80,7 +82,9 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
         variant: The renderer's.
     """
     account = read_film_account(path)
-    frames, fps = len(account["frames"]), float(account["fps"])
+    overlays = account.get("overlays", {})
+    more = (int(overlays.get(f"frames_{side}", 0)) for side in ("before", "after"))
+    frames, fps = len(account["frames"]) + sum(more), float(account["fps"])
     return FilmRecord(
         digest=stimulus.digest,
         variant=variant,
@@ -89,7 +93,14 @@ def record_of(path: Path, stimulus: Stimulus, *, variant: str) -> FilmRecord:
         rate=str(account["frame_rate"]),
         duration=round(frames / fps, 6),
         size=stimulus.job.output.size,
+        fov=_fov(account),
     )
+
+
+def _fov(account: Mapping[str, Any]) -> float | None:
+    """Return the opening angle that all frames of a film share [deg], or None."""
+    found = {float(frame["camera"]["fov"]) for frame in account["frames"]}
+    return found.pop() if len(found) == 1 else None
 
 
 def read_film_account(path: Path) -> Mapping[str, Any]:

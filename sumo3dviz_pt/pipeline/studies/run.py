@@ -1,8 +1,7 @@
 """Renders the films of a study that are not there yet, one by one, and writes what goes with them.
 
-What is measured on finished films (a certificate that only the factor changed, a report on what
-they show) belongs between the films and `finish_study`, which writes the files of tools and the
-digests of all that lies in the folder.
+When all are there, `finish_study` measures them (certificate, stimulus report),
+writes the files of tools and the digests of all that lies in the folder.
 """
 
 from __future__ import annotations
@@ -20,8 +19,13 @@ from sumo3dviz_pt.files.whole import write_whole
 from sumo3dviz_pt.job.asked import settle
 from sumo3dviz_pt.job.ranges import Target
 from sumo3dviz_pt.job.settings import LagrangianCamera
+from sumo3dviz_pt.pipeline.certificate.build import Certificate, certify
+from sumo3dviz_pt.pipeline.certificate.evidence import compared_frames
 from sumo3dviz_pt.pipeline.films.build import check_output, check_rides, render_film
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frame_numbers, frames_folder
 from sumo3dviz_pt.pipeline.films.orders import FilmOrder, ShotFilm
+from sumo3dviz_pt.pipeline.films.reuse import discard
+from sumo3dviz_pt.pipeline.measured.build import report_study
 from sumo3dviz_pt.pipeline.preflight import check_choices
 from sumo3dviz_pt.pipeline.production import Request
 from sumo3dviz_pt.pipeline.studies.outputs import write_outputs
@@ -47,7 +51,8 @@ class StudyOrder:
         folder: Of all that comes out.
         resume: Whether films and frames that fit are kept, and all others replaced.
         overwrite: Whether films and frames that exist are replaced.
-        discard_frames: Whether the frames of a film go when it is done.
+        discard_frames: Whether frames go as soon as nothing needs them; those that a certificate
+            compares stay.
         variant: The renderer's.
         command: The command line; empty from Python.
     """
@@ -84,11 +89,18 @@ def check_study(plan: StudyPlan, order: StudyOrder) -> None:
 
     Raises:
         ConfigError: If a choice of some level does not exist, a film cannot be encoded, a ride's
-            road user is not there, or films would be overwritten.
+            road user is not there, films would be overwritten, or the variant has no layers for
+            a certificate.
         InputError: If there is no log.
     """
     if order.folder.exists() and not order.folder.is_dir():
         raise ConfigError(f"{order.folder} is a file; give a folder", key="output")
+    if order.variant == "scalar" and plan.file.settings.certificate.write:
+        raise ConfigError(
+            "the variant scalar traces no layers, which certificates compare: take llvm, or say"
+            " certificate: {write: false} in the study file",
+            key="certificate",
+        )
     rides = set()
     for stimulus in plan.stimuli:
         path = film_path(order.folder, plan, stimulus)
@@ -117,7 +129,8 @@ def film_tasks(plan: StudyPlan, order: StudyOrder) -> list[FilmTask]:
                 film_path(order.folder, plan, stimulus),
                 resume=not order.overwrite,
                 overwrite=order.overwrite,
-                discard_frames=order.discard_frames,
+                # Frames that are measured stay until all films are there.
+                discard_frames=order.discard_frames and not plan.measured,
             ),
         )
         for stimulus in plan.stimuli
@@ -142,8 +155,21 @@ def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecor
     return record
 
 
-def finish_study(plan: StudyPlan, order: StudyOrder) -> list[Path]:
-    """Write all that goes with finished films; return its files.
+@dataclass(frozen=True, slots=True)
+class FinishedStudy:
+    """What goes with the films of a study.
+
+    Attributes:
+        files: All files that were written.
+        certificate: What was found on its pairs; None where none was wanted.
+    """
+
+    files: tuple[Path, ...]
+    certificate: Certificate | None
+
+
+def finish_study(plan: StudyPlan, order: StudyOrder) -> FinishedStudy:
+    """Measure finished films, and write all that goes with them.
 
     Raises:
         ConfigError: If a film is missing.
@@ -161,7 +187,14 @@ def finish_study(plan: StudyPlan, order: StudyOrder) -> list[Path]:
     copy = folder / "study.yaml"
     if copy.absolute() != plan.file.path.absolute():
         write_whole(copy, plan.file.path.read_text(encoding="utf-8"))
-    return write_outputs(folder, plan, films, also=[record, copy])
+    certificate = certify(folder, plan) if plan.file.settings.certificate.write else None
+    measured = certificate.files if certificate else ()
+    if plan.file.settings.report.write:
+        measured += report_study(folder, plan)
+    if order.discard_frames:
+        _discard_frames(folder, plan, films)
+    files = write_outputs(folder, plan, films, also=[record, copy, *measured])
+    return FinishedStudy(tuple(files), certificate)
 
 
 def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
@@ -174,6 +207,21 @@ def run_study(plan: StudyPlan, order: StudyOrder) -> Iterator[FilmRecord]:
     for task in film_tasks(plan, order):
         yield render_task(plan, order, task)
     finish_study(plan, order)
+
+
+def _discard_frames(folder: Path, plan: StudyPlan, films: Mapping[str, FilmRecord]) -> None:
+    """Remove the frames of films, but those that a certificate compares: it may be made again."""
+    settings = plan.file.settings.certificate
+    for stimulus in plan.stimuli:
+        frames = frames_folder(film_path(folder, plan, stimulus))
+        count = films[stimulus.name].frames
+        kept = compared_frames(count, settings.frames) if settings.write else []
+        numbers = frame_numbers(frames)
+        if kept:
+            for number in {*numbers} - {*kept}:
+                frame_file(frames, number).unlink()
+        elif numbers:
+            discard(frames, numbers)
 
 
 def _unseen(plan: StudyPlan, films: Mapping[str, FilmRecord]) -> list[str]:

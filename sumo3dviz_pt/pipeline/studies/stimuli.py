@@ -8,15 +8,18 @@ import re
 import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
-from pathlib import Path
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.experiments.trials import Profile
 from sumo3dviz_pt.job.settings import Job, LagrangianCamera, ScenarioSettings, ShotSettings
 from sumo3dviz_pt.job.study import Patch
-from sumo3dviz_pt.library.vehicles.companions import companions
-from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
+from sumo3dviz_pt.pipeline.accounts.provenance import (
+    by_role,
+    contents,
+    package_hashes,
+    versions,
+    with_files,
+)
 from sumo3dviz_pt.pipeline.reading import scenario_files
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.studies.file import StudyFile
@@ -109,12 +112,12 @@ class _Digests:
         camera = job.cameras.get(shot.camera)
         view = camera.view if isinstance(camera, LagrangianCamera) else ""
         content = {
-            "settings": with_files(settings, _content),
+            "settings": with_files(settings, contents),
             "files": self._scenario(job),
             "choices": [job.scenario.allow_truncated, job.scenario.allow_misfit, view],
             "shot": with_files(shot.model_dump(), str) | {"speed": str(shot.speed)},
             "rate": str(job.output.fps),
-            "quality": quality_preset(job.quality).model_dump(exclude={"purpose"}),
+            "quality": quality_preset(job.quality, together=True).model_dump(exclude={"purpose"}),
         }
         return _hashed({**content, **self._versions}), f"s{_hashed(content)[:11]}"
 
@@ -122,7 +125,7 @@ class _Digests:
         """Return the hashes of a simulation's files, by what they are."""
         if job.scenario not in self._files:
             self._files[job.scenario] = {
-                role: [_content(path) for path in paths]
+                role: [contents(path) for path in paths]
                 for role, paths in by_role(scenario_files(job)).items()
             }
         return self._files[job.scenario]
@@ -132,34 +135,6 @@ def _hashed(content: Mapping[str, object]) -> str:
     """Return the SHA-256 of plain values."""
     text = json.dumps(content, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def file_hash(path: Path) -> str:
-    """Return the SHA-256 of a file; empty if it does not exist."""
-    if not path.is_file():
-        return ""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _content(path: Path) -> list[str]:
-    """Return the hashes of a file and of all that it refers to."""
-    return [_kept_hash(each, *_stamp(each)) for each in (path, *companions(path))]
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    """Return what changes when a file does."""
-    if not path.is_file():
-        return (0, 0)
-    found = path.stat()
-    return (found.st_mtime_ns, found.st_size)
-
-
-@cache
-def _kept_hash(path: Path, changed: int, size: int) -> str:
-    """Return a file's hash; logs of hundreds of megabytes are read once for all stimuli."""
-    del changed, size
-    return file_hash(path)
 
 
 def _only_shot(study: StudyFile, job: Job) -> ShotSettings:

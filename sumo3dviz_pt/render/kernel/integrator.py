@@ -7,6 +7,7 @@ summed as they come.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,8 +18,10 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.kernel.centres import met_through
 from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.kernel.lights import Lights
+from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
 from sumo3dviz_pt.render.kernel.surface import Surfaces
 from sumo3dviz_pt.render.kernel.tables import Tables
@@ -114,6 +117,16 @@ class Kernel:
             dr.schedule(emitted)
             picture[some] = np.stack([_of_all(channel, spp) for channel in emitted], axis=-1)
         return picture.reshape(height, width, 3)
+
+    def met_through(
+        self, sensor: Any, wanted: Collection[str], at: tuple[float, float]
+    ) -> dict[str, Image]:
+        """Return what rays through one place of every pixel meet first; see `centres`."""
+        return met_through(self._place, sensor, wanted, at)
+
+    def owners(self, loaded: LoadedScene) -> Owners:
+        """Find whom the faces of the tables belong to, in the frame that is shown."""
+        return owners_of(self._tables, loaded)
 
     def trace(self, sensor: Any, *, spp: int, seed: int, limits: Limits) -> Layers:
         """Trace one pass; it finds the layers of `CHANNELS`, `emitted` of lamps, and `FIRST`.

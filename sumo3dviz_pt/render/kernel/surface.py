@@ -56,6 +56,11 @@ class Surfaces:
         """Whether pictures say what moves."""
         return self._tables.numbered
 
+    @property
+    def foreign(self) -> bool:
+        """Whether any material is Mitsuba's own."""
+        return Kind.FOREIGN in self.kinds
+
     def mover(self, hit: Any, surface: Surface, active: Any) -> Any:
         """Return the number of the moving part that was hit; 0 for what stands."""
         return self._tables.mover(hit, surface.face, active)

@@ -7,7 +7,7 @@ instance to its meshes, of the mesh to its faces, of the face to its corners and
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -212,6 +212,15 @@ class Tables:
         """Return a mesh's first vertex and first face in the tables, by its name."""
         found = next(place for place in self._places if place.mesh.name == name)
         return found.vertex, found.face
+
+    def meshes(self) -> Iterator[tuple[int, str, int]]:
+        """Go through all meshes in their order: first face, name, and how many faces."""
+        for place in self._places:
+            yield place.face, place.mesh.name, place.faces
+
+    def number_of(self, shape: str) -> int:
+        """Return Mitsuba's number of a shape or instance, by its name."""
+        return self._numbers[shape]
 
     def mesh_of(self, hit: Any, active: Any) -> tuple[Any, Any, Any]:
         """Return the first face of the mesh that was hit, its lamps' number, and if it is one.

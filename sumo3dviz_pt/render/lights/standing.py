@@ -60,6 +60,11 @@ class Lamps:
         """Of the meshes."""
         return tuple(each.name for each in self._sets)
 
+    def things(self, mesh: str) -> tuple[tuple[str, int], ...]:
+        """Return what the faces of a lamp set's mesh belong to; see `Mesh.things`."""
+        found = (each.lamps.mesh.things for each in self._sets if each.name == mesh)
+        return next(found, ())
+
     def entries(self, origin: Floats) -> dict[str, Any]:
         """Shapes by name, relative to an origin; all are dark."""
         return {each.name: self._shape(each, origin) for each in self._sets}

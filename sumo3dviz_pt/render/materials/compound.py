@@ -9,7 +9,7 @@ materials stay as they are.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,7 @@ def _merge(name: str, parts: Sequence[Part], materials: Mapping[str, Bsdf]) -> M
     """Join parts of one group."""
     meshes = [part.mesh for part in parts]
     if not name:
-        meshes = [Mesh(mesh.vertices, mesh.faces, mesh.normals) for mesh in meshes]
+        meshes = [replace(mesh, uvs=None, wear=None) for mesh in meshes]
     return MergedMesh(
         name, merge_meshes(meshes), face_attributes(parts, materials, compound=not name)
     )

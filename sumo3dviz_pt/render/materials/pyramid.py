@@ -6,22 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Image
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Pyramid:
     """A bitmap at many sizes, each half of the one before.
 
     Attributes:
-        texels: All levels one after the other, (k, 4); the last channel pads.
+        texels: All levels one after the other, (k, 4), in single precision; the last channel pads.
         size: Texels along the finest level, a power of two.
         levels: How many there are.
         mean: Of each channel, (3,).
         spread: Standard deviation of the finest level's brightness, above 0.
     """
 
-    texels: Floats
+    texels: Image
     size: int
     levels: int
     mean: Floats
@@ -45,8 +45,9 @@ def make_pyramid(image: Floats) -> Pyramid:
     levels = []
     while len(image) >= 8:
         levels.append(image.reshape(-1, image.shape[-1]))
-        half = len(image) // 2
-        image = image.reshape(half, 2, half, 2, -1).mean(axis=(1, 3))
+        rows = image[::2] + image[1::2]
+        image = (rows[:, ::2] + rows[:, 1::2]) / 4.0
     texels = np.concatenate(levels)
-    padded = np.concatenate([texels, np.zeros((len(texels), 1))], axis=1)
+    padded = np.zeros((len(texels), 4), dtype=np.float32)
+    padded[:, :3] = texels
     return Pyramid(padded, size, len(levels), mean, spread)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+from weakref import WeakValueDictionary
 
 import drjit as dr
 import mitsuba as mi
@@ -115,8 +116,20 @@ def _wearing(bsdf: Bsdf) -> Mapping[str, Any] | None:
     return next((found for word in words if (found := _wearing(word)) is not None), None)
 
 
+_PYRAMIDS: WeakValueDictionary[str, Pyramid] = WeakValueDictionary()
+"""Those that some texture holds, so that others of the same file need not read it again."""
+
+
 def pyramid_of(filename: str) -> Pyramid:
-    """Read a picture's linear reflectance at all sizes."""
+    """Return a picture's linear reflectance at all sizes."""
+    pyramid = _PYRAMIDS.get(filename)
+    if pyramid is None:
+        pyramid = _PYRAMIDS[filename] = _read_pyramid(filename)
+    return pyramid
+
+
+def _read_pyramid(filename: str) -> Pyramid:
+    """Read a picture and halve it."""
     bitmap = mi.Bitmap(filename).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False)
     return make_pyramid(np.array(bitmap, dtype=np.float64))
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import RenderError
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh, merge_meshes
 from sumo3dviz_pt.model.scene import Mover, Part, Poses, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.materials.compound import (
@@ -176,6 +176,21 @@ class Crowd:
     def is_rigid(self, prototype: str) -> bool:
         """Return whether a prototype keeps its shape here."""
         return self._bodies[prototype].poses is None
+
+    def place_on(self, mover: Mover, faces: Ints, corners: Floats) -> Floats:
+        """Return places on a mover's body in the network's coordinates, (n, 3) [m].
+
+        Args:
+            mover: Says where the body is, and its pose.
+            faces: Numbers among the body's, (n,).
+            corners: Weights of the faces' second and third corner, (n, 2).
+        """
+        body = self._bodies[mover.prototype]
+        vertices, _ = body.points(mover)
+        a, b, c = np.moveaxis(vertices[body.mesh.faces[faces]], 1, 0)
+        second, third = corners[:, :1], corners[:, 1:]
+        places = a + second * (b - a) + third * (c - a)
+        return mover.world_from_body.points(places)
 
     def update(self, parameters: Any, movers: Sequence[Mover], origin: Floats) -> None:
         """Move everyone to their places in a frame.

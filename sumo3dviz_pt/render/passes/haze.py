@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.model.lens import planes_of_rays
 from sumo3dviz_pt.model.scene import Haze, View
 from sumo3dviz_pt.render.sky.map import horizon_towards
 
 
-def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind: Floats) -> Image:
+def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind: Image) -> Image:
     """Lay haze between the camera and what it sees.
 
     Args:
@@ -27,16 +28,20 @@ def apply_haze(radiance: Image, haze: Haze, *, depth: Image, hit: Image, behind:
     Returns:
         Radiance with haze, (h, w, 3).
     """
-    distance = depth / np.maximum(hit, 1e-6)
-    fade = -np.expm1(-distance[..., None] * np.asarray(haze.extinction))
+    distance = depth / np.maximum(hit, np.float32(1e-6))
     # In a pixel that sees far things and sky, both have the horizon's light. Without this, hazy
     # hills would have a dark outline.
-    both = hit[..., None] + np.where(hit > 0, 1 - hit, 0)[..., None] * fade**3
-    veil = both * fade
-    return np.asarray(radiance * (1 - veil) + behind * veil, dtype=np.float32)
+    sky = np.where(hit > 0, 1 - hit, np.float32(0.0))
+    hazed = np.empty(radiance.shape, dtype=np.float32)
+    for channel, extinction in enumerate(haze.extinction):
+        fade = -np.expm1(distance * -extinction)
+        veil = (hit + sky * (fade * fade * fade)) * fade
+        plain = radiance[..., channel]
+        hazed[..., channel] = plain + (behind[..., channel] - plain) * veil
+    return hazed
 
 
-def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Floats:
+def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Image:
     """Return the horizon's radiance in each pixel's direction, (h, w, 3).
 
     Args:
@@ -44,4 +49,7 @@ def horizon_behind(horizon: Image, view: View, size: tuple[int, int]) -> Floats:
         view: Of the camera.
         size: Width, height [px].
     """
-    return horizon_towards(horizon, view.directions(size))
+    rays = planes_of_rays(view.lens, size).reshape(3, -1)
+    turn = view.world_from_camera.matrix[:3, :3].astype(np.float32)
+    towards = (turn @ rays).reshape(3, size[1], size[0])
+    return horizon_towards(horizon, np.moveaxis(towards, 0, -1))

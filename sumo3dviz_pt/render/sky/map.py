@@ -216,10 +216,19 @@ def _horizon(dome: Image) -> Image:
     return np.asarray(mean, dtype=np.float32)
 
 
-def horizon_towards(horizon: Image, towards: Floats) -> Floats:
-    """Return the horizon's radiance below or above each direction, (..., 3) -> (..., 3)."""
+def horizon_towards(horizon: Image, towards: Floats | Image) -> Image:
+    """Return the horizon's radiance below or above each direction, (..., 3) -> (..., 3).
+
+    Single precision is enough; each channel lies for itself in memory.
+    """
     columns = len(horizon)
-    place = np.arctan2(towards[..., 0], towards[..., 1]) / (2 * np.pi) * columns - 0.5
-    left = np.floor(place).astype(int)
-    right = (place - left)[..., None]
-    return np.asarray(horizon[left % columns] * (1 - right) + horizon[(left + 1) % columns] * right)
+    turn = np.arctan2(towards[..., 0], towards[..., 1])
+    place = turn * (columns / (2 * np.pi)) - 0.5
+    whole = np.floor(place)
+    right = np.asarray(place - whole, dtype=np.float32)
+    left = whole.astype(np.intp)
+    found = np.empty((3, *right.shape), dtype=np.float32)
+    for one, channel in zip(found, np.asarray(horizon.T, dtype=np.float32), strict=True):
+        before = np.take(channel, left, mode="wrap")
+        one[...] = before + (np.take(channel, left + 1, mode="wrap") - before) * right
+    return np.moveaxis(found, 0, -1)

@@ -22,10 +22,22 @@ from sumo3dviz_pt.image.metrics import capped_rmse
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
-from sumo3dviz_pt.pipeline.production import Request, opened, prepare, renderer_names
+from sumo3dviz_pt.pipeline.production import (
+    Request,
+    opened,
+    prepare,
+    ready_renderer,
+    renderer_names,
+)
 from sumo3dviz_pt.pipeline.stills.still import check_free
 from sumo3dviz_pt.report.convergence import plan
-from sumo3dviz_pt.report.convergence.measure import Subject, film_flicker, pictures, rows_of
+from sumo3dviz_pt.report.convergence.measure import (
+    FLICKER,
+    Subject,
+    film_flicker,
+    pictures,
+    rows_of,
+)
 from sumo3dviz_pt.report.convergence.page import PAGE, PLOTS
 from sumo3dviz_pt.report.convergence.reference import (
     CHUNK,
@@ -48,9 +60,6 @@ BETTER = 3.0
 """The halves of the reference differ by the error of independent samples of the highest rung,
 divided by this. The reference itself, their mean, is then six times better than those samples,
 and about three times better than pictures of the default sampler."""
-
-FRAMES = 4
-"""Successive frames over which flicker is measured."""
 
 ROWS, PLAN, HALVES = "convergence.csv", "plan.json", "reference.npz"
 
@@ -129,9 +138,14 @@ def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
     if not (order.overwrite or (order.folder / PLAN).exists()):
         check_free(*_own(order.folder))
     # Build the shot, and begin anew or go on in the folder.
-    frames = order.time - np.arange(FRAMES)[::-1] / float(job.output.fps)
+    together = ready_renderer(request.variant).jit
+    # Frames before and after the measured one help it, and its neighbours.
+    presets = plan.presets_up_to(order.top, together=together)
+    reach = FLICKER + max(quality.accumulate for quality in presets.values())
+    frames = order.time + np.arange(-reach, reach + 1) / float(job.output.fps)
     # The scene's own preset does not matter here, and so not for resuming either.
-    production = replace(prepare(job, request, frames), quality=plan.base_quality(CHUNK))
+    quality = plan.base_quality(CHUNK).model_copy(update={"accumulate": int(together)})
+    production = replace(prepare(job, request, frames), quality=quality)
     order.folder.mkdir(exist_ok=True)
     if order.overwrite:
         for path in _own(order.folder):
@@ -145,7 +159,7 @@ def converge(job: Job, request: Request, order: ConvergenceOrder) -> Path:
         halves = _grown(session, subject, work, made)
         reference = finished(session, subject.state, halves)
         _keep_picture(order.folder, REFERENCE, reference.radiance)
-        wanted = plan.groups(made["top"])
+        wanted = _groups(subject, made["top"])
         rows = _measured(session, subject, work, wanted, reference)
     count = sum(group.rows for group in wanted)
     return write_results(
@@ -165,7 +179,7 @@ def _own(folder: Path) -> list[Path]:
 def _plan(session: Session, subject: Subject, work: _ConvergenceRun) -> dict[str, Any]:
     """Return the highest rung and the reference's target: stored, so that resuming keeps them."""
     path = work.order.folder / PLAN
-    presets = plan.digest(plan.groups(plan.HIGHEST_RUNG))
+    presets = plan.digest(_groups(subject, plan.HIGHEST_RUNG))
     what = {"key": subject.production.key, "time": work.order.time, "measured": presets}
     if path.exists():
         made: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -180,7 +194,7 @@ def _plan(session: Session, subject: Subject, work: _ConvergenceRun) -> dict[str
         noise = _noise(session, subject, top)
         made = {**what, "top": top, "noise": noise, "target": noise / BETTER}
         write_whole(path, json.dumps(made, indent=1))
-    wanted = plan.groups(made["top"])
+    wanted = _groups(subject, made["top"])
     work.total = _samples(wanted) + _REFERENCE_SHARE * made["top"]
     return made
 
@@ -188,6 +202,11 @@ def _plan(session: Session, subject: Subject, work: _ConvergenceRun) -> dict[str
 _REFERENCE_SHARE = 4 * BETTER**2
 """Samples of a reference for each of the highest rung's: the error of a half is that of the whole
 times the square root of two, and the difference of two halves is that error times it again."""
+
+
+def _groups(subject: Subject, top: int) -> list[plan.SeedGroup]:
+    """Return everything to measure up to a rung."""
+    return plan.groups(top, together=subject.production.quality.accumulate > 0)
 
 
 def _samples(wanted: list[plan.SeedGroup]) -> int:
@@ -206,7 +225,7 @@ def _affordable_top(session: Session, subject: Subject, work: _ConvergenceRun) -
         session.samples(subject.state)
         pace = (time.monotonic() - started) / probe.spp
     for top in reversed(plan.rungs(work.order.top)):
-        samples = _samples(plan.groups(top)) + _REFERENCE_SHARE * top
+        samples = _samples(_groups(subject, top)) + _REFERENCE_SHARE * top
         if pace * samples < work.order.budget:
             return top
     return 1
@@ -231,7 +250,7 @@ def _grown(
     """Return the reference's halves: what is stored, and what is still missing."""
     path = work.order.folder / HALVES
     halves = Halves.load(path) if path.exists() else Halves()
-    rest = _samples(plan.groups(made["top"]))
+    rest = _samples(_groups(subject, made["top"]))
     work.done = CHUNK * halves.chunks
 
     def on_chunk(chunks: int, difference: float) -> bool:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from sumo3dviz_pt.image.accumulation.frames import TracedFrame
 from sumo3dviz_pt.image.metrics import flip
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState
+from sumo3dviz_pt.pipeline.films.traced import helped
 from sumo3dviz_pt.pipeline.production import Production
 from sumo3dviz_pt.report.convergence.plan import SeedGroup
 from sumo3dviz_pt.report.convergence.reference import Reference
@@ -22,6 +24,9 @@ from sumo3dviz_pt.report.machine import peak_memory
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.pipeline.production import Samples, Session
+
+FLICKER = 1
+"""Frames before and after the measured one to which its changes are measured."""
 
 RECORDING = 3
 """First pictures of a group, in which the renderer may still record its kernels."""
@@ -34,7 +39,7 @@ class Subject:
     Attributes:
         name: Of the scene.
         production: The shot.
-        states: Successive frames; the last is the one whose error is measured.
+        states: Successive frames around the one whose error is measured, an odd number.
         made_with: Machine, versions, variant and compiler, by column.
     """
 
@@ -46,7 +51,12 @@ class Subject:
     @property
     def state(self) -> FrameState:
         """The frame whose error is measured."""
-        return self.states[-1]
+        return self.states[len(self.states) // 2]
+
+    def around(self, reach: int) -> tuple[FrameState, ...]:
+        """Return that frame and as many before it and after it."""
+        middle = len(self.states) // 2
+        return self.states[max(middle - reach, 0) : middle + reach + 1]
 
     @property
     def look(self) -> PictureLook:
@@ -92,23 +102,60 @@ def pictures(
     shown: list[MeasuredPicture] = []
     for seed in range(1, group.seeds + 1):
         session.retune(group.quality, seed=seed)
-        started = time.perf_counter()
-        samples = session.samples(subject.state)
-        wall = time.perf_counter() - started
-        phases = dict(session.clock.seconds)
-        costs = {"t_build": phases["load"], "t_render_wall": wall, "t_compile": 0.0}
-        costs["t_render_cpu"] = phases["render"] + (
-            0.0 if group.plain else phases.get("guides", 0.0)
-        )
-        shown += _finished(session, subject, group, samples, costs)
-        on_picture(group.quality.spp)
+        frames = []
+        for state in subject.around(group.quality.accumulate):
+            started = time.perf_counter()
+            samples = session.samples(state)
+            frames.append(_Frame(state, samples, dict(session.clock.seconds), started))
+            on_picture(group.quality.spp)
+        shown += _finished(session, subject, group, frames)
     return _steady(shown, group)
 
 
+class _Frame:
+    """A frame that was just traced.
+
+    Args:
+        state: What it shows.
+        samples: What was traced.
+        phases: CPU-seconds.
+        started: When, by the wall clock [s].
+    """
+
+    def __init__(
+        self, state: FrameState, samples: Samples, phases: Mapping[str, float], started: float
+    ) -> None:
+        self.state, self.samples = state, samples
+        self.load = phases["load"]
+        self.cpu = phases["render"]
+        self.guides = phases.get("guides", 0.0)
+        self.wall = time.perf_counter() - started
+
+    def traced(self, session: Session) -> TracedFrame:
+        """Return it as its neighbours need it."""
+        white, spp = session.settings.white, session.settings.quality.spp
+        found = self.samples
+        return TracedFrame(found.apart, self.state.view, white, spp, found.movers)
+
+
+def _costs(frames: Sequence[_Frame], group: SeedGroup) -> dict[str, float]:
+    """Return what tracing one of the frames cost, by column."""
+    count = len(frames)
+    cpu = sum(frame.cpu + (0.0 if group.plain else frame.guides) for frame in frames)
+    return {
+        "t_build": sum(frame.load for frame in frames),
+        "t_render_wall": sum(frame.wall for frame in frames) / count,
+        "t_compile": 0.0,
+        "t_render_cpu": cpu / count,
+    }
+
+
 def _finished(
-    session: Session, subject: Subject, group: SeedGroup, samples: Samples, costs: dict[str, float]
+    session: Session, subject: Subject, group: SeedGroup, frames: Sequence[_Frame]
 ) -> Iterator[MeasuredPicture]:
-    """Yield one picture for each denoiser."""
+    """Yield one picture for each denoiser: the middle frame, helped by the others."""
+    costs, middle = _costs(frames, group), frames[len(frames) // 2]
+    samples = middle.samples
     tally, layers = samples.tally, samples.layers
     counts: dict[str, float | int] = {
         "passes": tally.passes,
@@ -121,6 +168,8 @@ def _finished(
         if group.plain:
             plain = layers | {"radiance": layers["capped"] + layers["lost"]}
             radiance = session.hazed(plain, subject.state.view)
+        elif group.quality.accumulate:
+            radiance = _helped(session, frames, frames.index(middle))
         else:
             radiance = session.finish(samples, subject.state, denoiser=denoiser)
         spent = 0.0 if denoiser == "none" else time.process_time() - started
@@ -132,6 +181,14 @@ def _finished(
             {**costs, "t_denoise_cpu": spent},
             counts,
         )
+
+
+def _helped(session: Session, frames: Sequence[_Frame], number: int) -> Image:
+    """Return a frame's finished radiance, helped by those around it, as a film's is."""
+    window = session.settings.quality.accumulate
+    around = frames[max(number - window, 0) : number + window + 1]
+    others = [frame.traced(session) for frame in around if frame is not frames[number]]
+    return helped(frames[number].traced(session), others, session.finishing)
 
 
 def _steady(shown: list[MeasuredPicture], group: SeedGroup) -> list[MeasuredPicture]:
@@ -210,7 +267,7 @@ def _description(subject: Subject, group: SeedGroup) -> TableRow:
         "rr_depth": quality.rr_depth,
         "rfilter": "box",
         "frame": 0,
-        "temporal": "none",
+        "temporal": f"{quality.accumulate} frames" if quality.accumulate else "none",
         "cap_x_white": np.inf if quality.cap is None else quality.cap,
     }
 
@@ -232,10 +289,14 @@ def film_flicker(session: Session, subject: Subject, group: SeedGroup) -> float:
     before: tuple[Image, Seen] | None = None
     changes = []
     session.retune(group.quality, seed=1)
-    for state in subject.states:
-        samples = session.samples(state)
-        picture = subject.look.develop(session.finish(samples, state))
-        seen = Seen(state, samples.distance)
+    window = group.quality.accumulate
+    frames = []
+    for state in subject.around(window + FLICKER):
+        started = time.perf_counter()
+        frames.append(_Frame(state, session.samples(state), session.clock.seconds, started))
+    for number in range(window, len(frames) - window):
+        picture = subject.look.develop(_helped(session, frames, number))
+        seen = Seen(frames[number].state, frames[number].samples.distance)
         if before is not None:
             flow = flow_between(seen, before[1], bodies)
             changes.append(flicker(picture, before[0], flow).codes)

@@ -28,13 +28,19 @@ HIGHEST_RUNG = 64
 
 LONGEST_PASS = 64
 
+FILM_SEEDS = 2
+"""Repetitions of a preset whose frames help each other: each renders a whole window of frames."""
+
+STILL = "still"
+"""Ends the label of a preset's picture that no others help."""
+
 DENOISERS = ("fast", "high")
 """With noisy guides `balanced` is the same network as `high`."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeedGroup:
-    """Pictures that differ in their seed only.
+    """Pictures that differ in their seed only: stills, or frames that their neighbours help.
 
     Attributes:
         label: What the column `preset` says.
@@ -57,8 +63,8 @@ class SeedGroup:
 
     @property
     def samples(self) -> int:
-        """Samples per pixel of all its pictures."""
-        return self.seeds * self.quality.spp
+        """Samples per pixel of all its pictures, and of the frames that help them."""
+        return self.seeds * self.quality.spp * (1 + 2 * self.quality.accumulate)
 
     def owns(self, row: TableRow) -> bool:
         """Return whether a row of a file is one of its own."""
@@ -77,21 +83,46 @@ def rungs(top: int) -> tuple[int, ...]:
     return tuple(2**power for power in range(top.bit_length()) if 2**power <= top)
 
 
-def presets_up_to(top: int) -> dict[str, Quality]:
-    """Return the presets that a ladder up to `top` spp can judge, cheapest first."""
-    known = {name: quality_preset(name) for name in catalog.template_names("quality")}
+def presets_up_to(top: int, *, together: bool = True) -> dict[str, Quality]:
+    """Return the presets that a ladder up to `top` spp can judge, cheapest first.
+
+    Args:
+        top: Samples per pixel.
+        together: Whether frames can help each other.
+    """
+    names = catalog.template_names("quality")
+    known = {name: quality_preset(name, together=together) for name in names}
     fitting = {name: quality for name, quality in known.items() if quality.spp <= top}
     return dict(sorted(fitting.items(), key=lambda item: item[1].spp))
 
 
-def groups(top: int) -> list[SeedGroup]:
-    """Return everything to measure; presets, which matter most to users, come first."""
+def groups(top: int, *, together: bool = True) -> list[SeedGroup]:
+    """Return everything to measure; presets, which matter most to users, come first.
+
+    Args:
+        top: Highest rung.
+        together: Whether frames can help each other; then presets are measured as films and as
+            stills.
+    """
     presets = [
-        SeedGroup(name, quality, (quality.denoise,)) for name, quality in presets_up_to(top).items()
+        group
+        for name, quality in presets_up_to(top, together=together).items()
+        for group in _as_used(name, quality, top)
     ]
     ladder = [group for spp in rungs(top) for group in (*_raw(spp), _denoised(spp))]
     depths = [_deep(depth, spp=min(DEPTH_SPP, top)) for depth in DEPTHS]
     return [*presets, *ladder, *depths]
+
+
+def _as_used(name: str, quality: Quality, top: int) -> list[SeedGroup]:
+    """Return a preset's frame of a film, and its still if that is another picture."""
+    if not quality.accumulate:
+        return [SeedGroup(name, quality, (quality.denoise,))]
+    still = quality.by_itself
+    found = [SeedGroup(name, quality, (quality.denoise,), seeds=FILM_SEEDS)]
+    if still.spp <= top:
+        found.append(SeedGroup(f"{name} {STILL}", still, (quality.denoise,)))
+    return found
 
 
 def digest(wanted: list[SeedGroup]) -> str:

@@ -13,7 +13,6 @@ import hashlib
 import json
 import logging
 import os
-import shutil
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
@@ -22,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sumo3dviz_pt import catalog
-from sumo3dviz_pt.files.kept import Files, keep, read_whole
+from sumo3dviz_pt.files.kept import Files, keep, make_room, read_whole
 from sumo3dviz_pt.model.traffic import Trace, TrafficLog
 
 logger = logging.getLogger(__name__)
@@ -91,7 +90,7 @@ def keep_log(place: Path, kept: KeptLog) -> None:
         return
     try:
         keep(place, _packed(kept))
-        _make_room(place)
+        make_room(place, _MOST)
     except OSError as error:
         logger.info("%s: the log is not kept (%s)", place, error)
 
@@ -131,21 +130,6 @@ def _unpacked(files: Files) -> KeptLog:
         start = end
     log = TrafficLog(tuple(traces), tuple(about["lanes"]), *about["times"])
     return KeptLog(log, tuple(about["notes"]))
-
-
-def _make_room(newest: Path) -> None:
-    """Remove the oldest logs while all together are too large; the newest stays."""
-    kept: list[tuple[float, int, Path]] = []
-    for folder in newest.parent.iterdir():
-        # Another process may remove it at the same time.
-        with contextlib.suppress(OSError):
-            size = sum(file.stat().st_size for file in folder.iterdir())
-            kept.append((folder.stat().st_mtime, size, folder))
-    room = _MOST
-    for _, size, folder in sorted(kept, reverse=True):
-        room -= size
-        if room < 0 and folder != newest:
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _add_file(digest: Any, file: Path) -> None:

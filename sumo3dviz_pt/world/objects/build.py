@@ -11,7 +11,7 @@ import shapely
 
 from sumo3dviz_pt.job.settings import ObjectSettings, ObjectsSettings
 from sumo3dviz_pt.library.materials.named import MATERIALS
-from sumo3dviz_pt.model.geometry import Floats, Transform, merge_meshes, settled
+from sumo3dviz_pt.model.geometry import Floats, Transform, belonging, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
@@ -41,6 +41,7 @@ from sumo3dviz_pt.world.objects.plants import CROWN, PlantSpot, plant_parts
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.things import thing_of
 from sumo3dviz_pt.world.plants.build import BEHIND
 
 _LOG = logging.getLogger(__name__)
@@ -315,7 +316,9 @@ def _point_parts(
     for name, level, place in zip(names, levels.tolist(), placed, strict=True):
         chance = Chance(around.seed, name, around.dark)
         body = house_parts(kind, settings, chance, level=level)
-        parts += [Part(place.mesh(part.mesh), part.material, part.tint) for part in body]
+        for part in body:
+            mesh = belonging(place.mesh(part.mesh), thing_of(name))
+            parts.append(Part(mesh, part.material, part.tint))
     return parts
 
 

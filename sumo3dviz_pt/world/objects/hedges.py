@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.plants.hedge import LEAF, HedgeSize, hedge
-from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.geometry import Bools, Floats, belonging
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import Kind, colour_in
 from sumo3dviz_pt.world.objects.levels import Staging
+from sumo3dviz_pt.world.placement.things import thing_of
 
 _STEP = 2.0  # distance between the points of a hedge's line, at most [m]
 _PIECE = 4  # steps that share a level of detail
@@ -38,6 +40,7 @@ def hedge_parts(
         if np.ptp(shape, axis=0).max() < 1.0:
             continue
         flat = _resampled(np.vstack([shape, shape[:1]]) if item.fill else shape)
+        thing = thing_of(f"{kind.name}:{item.id}")
         # Choose its size.
         share = share_of(around.seed, kind.name, item.id, "size")
         size = settings.scale * (1.0 + settings.variation * (2.0 * share - 1.0))
@@ -53,7 +56,8 @@ def hedge_parts(
             tint = leaves.tint
             if colour is not None and tint is not None:
                 tint = np.clip(tint / np.array(LEAF) * np.array(colour), 0.004, 0.8)
-            parts += [core, Part(leaves.mesh, leaves.material, tint)]
+            whole = (core, Part(leaves.mesh, leaves.material, tint))
+            parts += [replace(part, mesh=belonging(part.mesh, thing)) for part in whole]
     return parts
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -19,7 +19,7 @@ from sumo3dviz_pt.library.buildings.palettes import CLADDINGS, cladding, palette
 from sumo3dviz_pt.library.buildings.shell import Palette, Shell, paint
 from sumo3dviz_pt.library.buildings.styles import BLOCKS, HOMES, SHOPS, BuildingStyle
 from sumo3dviz_pt.library.materials.named import MATERIALS, TINT, surface_bsdf, surface_scale
-from sumo3dviz_pt.model.geometry import Floats, merge_meshes, settled
+from sumo3dviz_pt.model.geometry import Floats, belonging, merge_meshes, settled
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Bsdf, Part
@@ -28,6 +28,7 @@ from sumo3dviz_pt.world.objects.kinds import Kind, colour_in, drawn_model
 from sumo3dviz_pt.world.objects.levels import Staging
 from sumo3dviz_pt.world.placement.clearance import KEEP_CLEAR
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.things import thing_of
 
 STYLES: Mapping[str, Mapping[str, BuildingStyle]] = {
     "homes": HOMES,
@@ -125,7 +126,9 @@ def area_parts(
         z = float(np.min(around.height_at(plan + centre)))
         shift = np.array([*centre, z])
         placed = {role: quads + shift for role, quads in shell.items()}
-        parts += painted(placed, style, settings, chance, level=level)
+        thing = thing_of(chance.name)
+        for part in painted(placed, style, settings, chance, level=level):
+            parts.append(replace(part, mesh=belonging(part.mesh, thing)))
     return parts
 
 

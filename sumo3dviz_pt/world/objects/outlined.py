@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.street import fence
 from sumo3dviz_pt.library.street.barriers import MODELS as BARRIERS
-from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.geometry import Colour, Floats, belonging
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Polygon
 from sumo3dviz_pt.world.objects.kinds import FENCES, Kind, colour_in
 from sumo3dviz_pt.world.objects.levels import Staging
 from sumo3dviz_pt.world.placement.lane_index import LaneIndex
+from sumo3dviz_pt.world.placement.things import thing_of
 
 _PIECE = 20  # steps of a fence that share a level of detail
 _FACES = 15.0  # how far a fence looks for the lanes it guards [m]
@@ -41,7 +43,7 @@ def line_parts(
         line = np.column_stack([flat, around.height_at(flat)])
         # Build it piece by piece, each at its level of detail.
         sides, drop = guarded_sides(flat, around.index), fence.end_drop(line)
-        model = fence_model(item, settings)
+        model, thing = fence_model(item, settings), thing_of(f"{kind.name}:{item.id}")
         for first in range(0, len(line) - 1, _PIECE):
             piece = slice(first, first + _PIECE + 1)
             level = staging.level(kind, float(around.distances(flat[piece]).min()))
@@ -51,6 +53,7 @@ def line_parts(
             else:
                 ends = (first == 0, first + _PIECE >= len(line) - 1)
                 made = BARRIERS[model](line[piece], level=level, ends=ends)
+            made = [replace(part, mesh=belonging(part.mesh, thing)) for part in made]
             parts += made if colour is None else [_painted(part, colour) for part in made]
     return parts
 

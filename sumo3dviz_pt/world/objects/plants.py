@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sumo3dviz_pt.job.settings import ObjectSettings
 from sumo3dviz_pt.library.plants.clumps import Direction, directions
 from sumo3dviz_pt.model.camera_path import in_picture
-from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.geometry import Transform, belonging
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.world.objects.kinds import Kind, Plant, body_of, seen_body
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.things import thing_of
 from sumo3dviz_pt.world.plants.near_leaves import near_leaves
 
 WHOLE = 20.0
@@ -42,6 +43,11 @@ class PlantSpot:
     level: int
     world_from_body: Transform
 
+    @property
+    def thing(self) -> str:
+        """What its faces belong to."""
+        return thing_of(self.name)
+
 
 def plant_parts(kind: Kind, spots: Sequence[PlantSpot], around: Surroundings) -> list[Part]:
     """Build plants of a kind, in the world.
@@ -54,13 +60,19 @@ def plant_parts(kind: Kind, spots: Sequence[PlantSpot], around: Surroundings) ->
     eyes = _eyes(kind, spots, around)
     parts: list[Part] = []
     clumps: list[Part] = []
+    owners: list[str] = []
+    rear: list[str] = []
     for number, spot in enumerate(spots):
         plant = Plant(kind, spot.settings, around.seed, spot.name, spot.level)
         seen, rest = seen_body(plant, eyes[number]) if number in eyes else (body_of(plant), ())
         parts += [_placed(part, spot) for part in seen]
         clumps += [_placed(part, spot) for part in rest]
+        owners += [spot.thing] * len(seen)
+        rear += [spot.thing] * len(rest)
     # Clumps stay as they are: no camera sees them.
-    return [*near_leaves(parts, around=around), *clumps]
+    found = (*near_leaves(parts, around=around), *clumps)
+    pairs = zip(found, (*owners, *rear), strict=True)
+    return [replace(part, mesh=belonging(part.mesh, thing)) for part, thing in pairs]
 
 
 def _placed(part: Part, spot: PlantSpot) -> Part:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from sumo3dviz_pt.model.geometry import Floats, Mesh, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Mesh, belonging, merge_meshes
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part, StaticPart
 from sumo3dviz_pt.model.traffic import Poi
@@ -60,8 +60,8 @@ def tree_pits(
     for name, place, level, way in zip(names, places, standing(places), along, strict=True):
         rng = np.random.default_rng(int(share_of(around.seed, "pit", name) * 2**48))
         soil, frame = _pit(np.array([*place, level]), way, rng)
-        soils.append(soil)
-        frames.append(frame)
+        soils.append(belonging(soil, f"pit:{name}"))
+        frames.append(belonging(frame, f"pit:{name}"))
         tints.append(_soil_tints(len(soil.faces), rng))
     return (
         StaticPart("pits/soil", "trees", Part(merge_meshes(soils), "bark", np.concatenate(tints))),

@@ -10,13 +10,14 @@ import numpy as np
 
 from sumo3dviz_pt.library.street import level_crossing as shapes
 from sumo3dviz_pt.library.street.road_styles import RoadStyle
-from sumo3dviz_pt.model.geometry import Floats, Transform, frozen, merge_meshes
+from sumo3dviz_pt.model.geometry import Floats, Transform, belonging, frozen, merge_meshes
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.network import Connection
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import LeftOut, Mover, Part, Prototype, StaticPart
 from sumo3dviz_pt.world.objects.build import merged
 from sumo3dviz_pt.world.placement.surroundings import HeightAt, Surroundings
+from sumo3dviz_pt.world.placement.things import thing_at
 from sumo3dviz_pt.world.rails.crossings import UPRIGHT, Barrier, barriers_of
 from sumo3dviz_pt.world.signals.bodies import GLASS, LOBE
 from sumo3dviz_pt.world.signals.build import NIGHT_POWER, RADIANCE
@@ -153,7 +154,10 @@ def _arm_pose(barrier: Barrier, lowered: float) -> Transform:
 
 def _placed(parts: Sequence[Part], where: Transform) -> list[Part]:
     """Parts carried into the world."""
-    return [Part(where.mesh(part.mesh), part.material, part.tint) for part in parts]
+    thing = thing_at("barrier", where.position)
+    return [
+        Part(belonging(where.mesh(part.mesh), thing), part.material, part.tint) for part in parts
+    ]
 
 
 def _lights(barriers: Sequence[Barrier]) -> LampSet:
@@ -162,7 +166,8 @@ def _lights(barriers: Sequence[Barrier]) -> LampSet:
     for barrier in barriers:
         stand = Transform.from_pose(barrier.foot, yaw=barrier.yaw)
         for side in shapes.LAMPS:
-            meshes.append(stand.mesh(shapes.light(side)))
+            thing = thing_at("barrier", barrier.foot)
+            meshes.append(belonging(stand.mesh(shapes.light(side)), thing))
             names.append(f"{barrier.edge}/{side}")
     index = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
     tint = np.tile(GLASS["red"], (len(index), 1))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 import shapely
@@ -24,6 +24,7 @@ from sumo3dviz_pt.model.scene import Bsdf, Part, StaticPart
 from sumo3dviz_pt.world.memory import Memory
 from sumo3dviz_pt.world.rails.beds import shoulder
 from sumo3dviz_pt.world.rails.tracks import track_parts, track_rise
+from sumo3dviz_pt.world.roads.cells import Polygons
 from sumo3dviz_pt.world.roads.drops import Drops, find_drops, rise_at
 from sumo3dviz_pt.world.roads.kerbs import kerb_parts
 from sumo3dviz_pt.world.roads.layers import Layer, make_base, road_layers, unworn
@@ -119,7 +120,7 @@ def build_roads(
     static = (*static, *track_parts(layout, rise, focus))
     names = {part.part.material for part in static}
     materials = {name: _bsdf(name, textured=textured) for name in sorted(names)}
-    return RoadParts(static, materials, layout, walking_height(layout, drops), rise)
+    return RoadParts(static, materials, layout, WalkingHeight(layout.raised, drops), rise)
 
 
 def with_plain(
@@ -162,31 +163,43 @@ def _bsdf(name: str, *, textured: bool) -> Bsdf:
     return surface_material(name.removeprefix("surface:"), textured=textured)
 
 
-def walking_height(layout: RoadLayout, drops: Drops) -> Callable[[Floats], Floats]:
-    """Build a function that gives the extra height of the walkable surface at points.
+@dataclass(frozen=True, eq=False)
+class WalkingHeight:
+    """Tells the extra height of the walkable surface: a kerb's on footways, else 0.
 
     It climbs smoothly across the kerb, so that walkers do not jump.
-    """
-    areas = layout.raised
-    tree = shapely.STRtree(areas)
-    edges = shapely.boundary(areas)
-    edge_tree = shapely.STRtree(edges)
 
-    def surface_height_at(points: Floats) -> Floats:
-        """Extra height at points, (n, 2) [m], as (n,) [m]."""
+    Attributes:
+        areas: Footways.
+        drops: Where they are lower.
+    """
+
+    areas: Polygons
+    drops: Drops
+
+    @cached_property
+    def _tree(self) -> shapely.STRtree:
+        """Of the footways."""
+        return shapely.STRtree(self.areas)
+
+    @cached_property
+    def _edges(self) -> shapely.STRtree:
+        """Of their kerbs."""
+        return shapely.STRtree(shapely.boundary(self.areas))
+
+    def __call__(self, points: Floats) -> Floats:
+        """Return the extra height at points, (n, 2) [m], as (n,) [m]."""
         spots = shapely.points(np.asarray(points, dtype=np.float64)[:, :2])
         inside = np.zeros(len(spots), dtype=bool)
-        inside[tree.query(spots, predicate="intersects")[0]] = True
+        inside[self._tree.query(spots, predicate="intersects")[0]] = True
         # Measure the distance from the kerb, positive on the footway.
         signed = np.where(inside, _RAMP, -_RAMP)
-        (near, _), away = edge_tree.query_nearest(
+        (near, _), away = self._edges.query_nearest(
             spots, max_distance=_RAMP, return_distance=True, all_matches=False
         )
         signed[near] = np.where(inside[near], away, -away)
         # Climb across it.
         share = np.clip(signed / _RAMP + 0.5, 0.0, 1.0)
         rise = np.zeros(len(spots))
-        rise[share > 0.0] = rise_at(drops, np.asarray(points)[share > 0.0, :2])
+        rise[share > 0.0] = rise_at(self.drops, np.asarray(points)[share > 0.0, :2])
         return np.asarray(rise * share * share * (3.0 - 2.0 * share))
-
-    return surface_height_at

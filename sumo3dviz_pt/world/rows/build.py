@@ -24,7 +24,7 @@ from sumo3dviz_pt.library.materials.by_key import (
 )
 from sumo3dviz_pt.library.mesh.triangulate import triangulate
 from sumo3dviz_pt.library.mesh.walls import walls
-from sumo3dviz_pt.model.geometry import Floats, Mesh, settled
+from sumo3dviz_pt.model.geometry import Floats, Mesh, belonging, settled
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Part, StaticPart
@@ -133,7 +133,9 @@ def house_of_row(
         shell = joined([shell, {"plinth": upright(house.plan - middle, -5.0, -0.9)}])
     shift = np.array([*middle, low])
     placed = {role: quads + shift for role, quads in shell.items()}
-    return painted(placed, style, ObjectSettings(), chance, level=level)
+    parts = painted(placed, style, ObjectSettings(), chance, level=level)
+    thing = f"house:{house.id}"
+    return tuple(replace(part, mesh=belonging(part.mesh, thing)) for part in parts)
 
 
 def _look(house: House, chance: Chance) -> tuple[BuildingStyle, Design]:

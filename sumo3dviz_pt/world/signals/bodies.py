@@ -10,9 +10,18 @@ import numpy as np
 
 from sumo3dviz_pt.library.street import figures, level_crossing, traffic_light
 from sumo3dviz_pt.library.street.road_styles import SignalStyle
-from sumo3dviz_pt.model.geometry import Colour, Floats, Ints, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import (
+    Colour,
+    Floats,
+    Ints,
+    Mesh,
+    Transform,
+    belonging,
+    merge_meshes,
+)
 from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part, StaticPart
+from sumo3dviz_pt.world.placement.things import thing_at
 from sumo3dviz_pt.world.signals.aspects import GREEN, RED, YELLOW
 from sumo3dviz_pt.world.signals.heads import ARM_BOTTOM, Head, Support
 
@@ -62,12 +71,14 @@ def static_parts(
     """
     levels = [(away > FAR).astype(np.int64) for away in (head_distances, support_distances)]
     found: dict[str, list[Mesh]] = {}
-    for head, level in zip(heads, levels[0], strict=True):
+    for head, title, level in zip(heads, _titles(heads), levels[0], strict=True):
+        thing = _thing(title)
         for material, mesh in _head(head, int(level), style).items():
-            found.setdefault(material, []).append(_placed(mesh, head))
+            found.setdefault(material, []).append(belonging(_placed(mesh, head), thing))
     for support, level in zip(supports, levels[1], strict=True):
         for material, mesh in _support(support, int(level)).items():
-            found.setdefault(material, []).append(mesh)
+            thing = thing_at("pole", support.position)
+            found.setdefault(material, []).append(belonging(mesh, thing))
     return tuple(
         StaticPart(f"signals/{material}", "signals", Part(merge_meshes(meshes), material))
         for material, meshes in sorted(found.items())
@@ -82,13 +93,13 @@ def lamp_set(heads: Sequence[Head]) -> LampSet:
     titles = _titles(heads)
     for head, title in zip(heads, titles, strict=True):
         for i, colour in enumerate(STACK[head.lamps]):
-            meshes.append(_placed(_lamp(head, i, colour), head))
+            meshes.append(belonging(_placed(_lamp(head, i, colour), head), _thing(title)))
             names.append(f"{title}/{colour}")
             glass.append(_DARK if head.kind in _FIGURES else GLASS[colour])
     for head, title in zip(heads, titles, strict=True):
         for place in (0, 1) if head.counter else ():
             bars = figures.digit(place, head.lamps)
-            meshes += [_placed(mesh, head) for mesh in bars]
+            meshes += [belonging(_placed(mesh, head), _thing(title)) for mesh in bars]
             names += [f"{title}/countdown/{place}{bar}" for bar in figures.BARS]
             glass += [_DARK] * len(bars)
     index = _lamp_of_face(meshes)
@@ -116,6 +127,11 @@ def _titles(heads: Sequence[Head]) -> list[str]:
         titles.append(f"{head.tls}/{head.links[0]}/{count[key]}")
         count[key] += 1
     return titles
+
+
+def _thing(title: str) -> str:
+    """What the faces of a head belong to, by the beginning of the names of its lamps."""
+    return f"signal:{title}"
 
 
 def _lamp_of_face(meshes: Sequence[Mesh]) -> Ints:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -31,8 +30,6 @@ from sumo3dviz_pt.world.signals.aspects import (
 from sumo3dviz_pt.world.signals.bodies import LAMP_SET, STACK, counter_rows, lamp_set, static_parts
 from sumo3dviz_pt.world.signals.heads import Head, Support
 from sumo3dviz_pt.world.signals.sites import sites
-
-_LOG = logging.getLogger(__name__)
 
 RADIANCE: Mapping[str, Colour] = {
     RED: (1.5, 0.013, 0.008),
@@ -243,6 +240,7 @@ def _signalled(
             LeftOut(
                 f"signals of {len(silent)} traffic lights",
                 f"the signal log does not know them: {_some(silent)}",
+                surprising=True,
             )
         )
     if len(right) < len(known):
@@ -250,10 +248,9 @@ def _signalled(
             LeftOut(
                 f"signals of {len(known) - len(right)} links",
                 "the log's state strings are too short for them",
+                surprising=True,
             )
         )
-    for item in left_out:
-        _LOG.warning("left out %s: %s", item.what, item.why)
     return right, tuple(left_out)
 
 

@@ -11,13 +11,14 @@ import shapely
 
 from sumo3dviz_pt.library.street import signs
 from sumo3dviz_pt.library.street.furniture import FURNITURE, SHELTER
-from sumo3dviz_pt.model.geometry import Floats, Transform
+from sumo3dviz_pt.model.geometry import Floats, Transform, belonging
 from sumo3dviz_pt.model.network import Network
 from sumo3dviz_pt.model.random import share_of
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi, Polygon, Stop
 from sumo3dviz_pt.world.objects.build import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.things import thing_at
 from sumo3dviz_pt.world.street.places import Border, Site, border_of, is_urban, spread
 from sumo3dviz_pt.world.street.signs import Sign
 
@@ -117,7 +118,8 @@ def furniture_parts(pieces: Sequence[FurnitureItem], around: Surroundings) -> li
         piece, is_far = pieces[k], away[k] > _LEVEL
         stand = Transform.from_pose(piece.place, yaw=piece.yaw)
         for part in _body(piece.name, int(is_far)):
-            parts.append(Part(stand.mesh(part.mesh), part.material, part.tint))
+            mesh = belonging(stand.mesh(part.mesh), thing_at(piece.name, piece.place))
+            parts.append(Part(mesh, part.material, part.tint))
     return parts
 
 

@@ -20,12 +20,21 @@ import numpy as np
 
 from sumo3dviz_pt.library.street.lamp import LENS, head, lens, pole
 from sumo3dviz_pt.model.colour import LUMINANCE
-from sumo3dviz_pt.model.geometry import Bools, Colour, Floats, Mesh, Transform, merge_meshes
+from sumo3dviz_pt.model.geometry import (
+    Bools,
+    Colour,
+    Floats,
+    Mesh,
+    Transform,
+    belonging,
+    merge_meshes,
+)
 from sumo3dviz_pt.model.lamps import LampSet, Lobe
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.traffic import Poi
 from sumo3dviz_pt.world.objects.build import facing_roads
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.things import thing_at
 from sumo3dviz_pt.world.street.places import Border, Site, is_urban, spread
 
 LAMP_SET = "street_lamps"
@@ -139,9 +148,10 @@ def lamp_parts(lamps: Sequence[Lamp], around: Surroundings, *, dark: bool) -> li
             continue
         level = int(np.searchsorted(_LEVELS, far))
         stand = Transform.from_pose(lamp.place, yaw=lamp.yaw)
-        parts.append(Part(stand.mesh(_body(lamp.height, level)), "galvanised"))
+        thing = thing_at("lamp", lamp.place)
+        parts.append(Part(belonging(stand.mesh(_body(lamp.height, level)), thing), "galvanised"))
         if not (dark and lit):
-            parts.append(Part(stand.mesh(lens(lamp.height)), "lamp_lens"))
+            parts.append(Part(belonging(stand.mesh(lens(lamp.height)), thing), "lamp_lens"))
     return parts
 
 
@@ -169,8 +179,10 @@ def lamp_sets(lamps: Sequence[Lamp], around: Surroundings) -> tuple[LampSet, ...
 
 def _ring(name: str, lamps: Sequence[Lamp], weight: float) -> LampSet:
     """One lamp set."""
+    stands = [Transform.from_pose(lamp.place, yaw=lamp.yaw) for lamp in lamps]
     meshes = [
-        Transform.from_pose(lamp.place, yaw=lamp.yaw).mesh(lens(lamp.height)) for lamp in lamps
+        belonging(stand.mesh(lens(lamp.height)), thing_at("lamp", lamp.place))
+        for stand, lamp in zip(stands, lamps, strict=True)
     ]
     mesh = merge_meshes(meshes)
     return LampSet(

@@ -12,12 +12,13 @@ from sumo3dviz_pt.library.street import national_signs as national
 from sumo3dviz_pt.library.street import signs as shapes
 from sumo3dviz_pt.library.street.national_signs import shown_limit
 from sumo3dviz_pt.library.street.road_styles import SignStyle
-from sumo3dviz_pt.model.geometry import Transform
+from sumo3dviz_pt.model.geometry import Transform, belonging
 from sumo3dviz_pt.model.network import Connection, Edge, Network
 from sumo3dviz_pt.model.random import pick, share_of
 from sumo3dviz_pt.model.scene import Part
 from sumo3dviz_pt.model.vectors import arc_length
 from sumo3dviz_pt.world.placement.surroundings import Surroundings
+from sumo3dviz_pt.world.placement.things import thing_at
 from sumo3dviz_pt.world.street.places import Border, Site
 
 REACH = 400.0
@@ -300,4 +301,7 @@ def _nose(edge: Edge, network: Network, site: Site) -> list[Sign]:
 
 def _moved(parts: Sequence[Part], stand: Transform) -> list[Part]:
     """Parts carried into the world."""
-    return [Part(stand.mesh(part.mesh), part.material, part.tint) for part in parts]
+    thing = thing_at("sign", stand.position)
+    return [
+        Part(belonging(stand.mesh(part.mesh), thing), part.material, part.tint) for part in parts
+    ]

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from builders import write_scenario
+from builders import complaints, write_scenario
 
 from sumo3dviz_pt.cli.options import PROGRAM
 
@@ -62,4 +62,4 @@ def test_a_reader_that_has_gone(arguments, tmp_path):
     os.close(writing)
     # argparse says its help without asking whether somebody listens.
     assert done.returncode == 141 or (arguments == ["--help"] and done.returncode == 0)
-    assert not [line for line in done.stderr.splitlines() if f"{PROGRAM}: note: " not in line]
+    assert not complaints(done.stderr)

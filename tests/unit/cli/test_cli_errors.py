@@ -202,7 +202,7 @@ def test_bad_input(name, tmp_path, capsys):
     places = {"scene": str(tmp_path / "scene.yaml"), "out": str(out), "folder": str(tmp_path)}
     code = main([_filled(argument, places) for argument in arguments])
     said = capsys.readouterr()
-    lines = [line for line in said.err.splitlines() if f"{PROGRAM}: note: " not in line]
+    lines = complaints(said.err)
     assert code == 2, said.err
     assert len(lines) == 1 and lines[0].startswith(f"{PROGRAM}: "), said.err
     assert "Traceback" not in said.err

@@ -32,7 +32,7 @@ def levels():
     ("arguments", "said"),
     [
         (["rendr", "x"], "'rendr' is unknown; did you mean 'render'?"),
-        (["xyzzy"], "'xyzzy' is unknown; known: demo, init"),
+        (["xyzzy"], "'xyzzy' is unknown; known: demo, record"),
         (["render", "x", "-o", "y", "--qualty", "draft"], "did you mean '--quality'? (see"),
         (["render", "x", "-o", "y", "--qualty=draft"], "did you mean '--quality'? (see"),
         (["still", "x", "-o", "y", "--time", "1", "--zzz"], "'--zzz' is not understood (see"),
@@ -157,7 +157,7 @@ def test_every_command_and_preset_is_completed(shell, capsys):
 @pytest.mark.parametrize(
     ("line", "offered"),
     [
-        (["re"], ["render", "report"]),
+        (["re"], ["record", "render", "report"]),
         (["render", "scene.yaml", "--qu"], ["--quality", "--quiet"]),
         (["render", "scene.yaml", "--quality", "st"], ["standard", "study"]),
         (["-q", "chec"], ["check"]),

@@ -247,10 +247,21 @@ def test_first_camera_is_the_first_shots(tmp_path):
 
 @pytest.mark.parametrize("name", catalog.template_names("quality"))
 def test_quality_presets(name):
-    preset = quality_preset(name)
-    assert preset.spp % preset.pass_spp == 0
-    assert preset.pass_spp & (preset.pass_spp - 1) == 0
-    assert quality_preset(name, spp=3).spp == 3
+    assert quality_preset(name).accumulate == 0
+    assert quality_preset(name).spp >= quality_preset(name, together=True).spp
+    for together in (False, True):
+        assert quality_preset(name, spp=3, together=together).spp == 3
+
+
+def test_a_picture_that_no_others_help_has_samples_of_its_own():
+    film, still = quality_preset("preview", together=True), quality_preset("preview")
+    assert film.accumulate and not still.accumulate
+    assert film.alone == still.spp > film.spp
+    assert film.by_itself == still
+    # Samples that somebody asks for hold for both.
+    assert quality_preset("preview", spp=3, together=True).by_itself.spp == 3
+    # Only our own kernel knows which road user a pixel shows.
+    assert quality_preset("reference_path", together=True).accumulate == 0
 
 
 def test_quality_out_of_range():

@@ -14,6 +14,7 @@ import pytest
 from builders import write_scenario
 from pydantic import BaseModel
 
+from sumo3dviz_pt.job.overlays import ClockOverlay
 from sumo3dviz_pt.job.settings import (
     CinematicCamera,
     EdgeStyle,
@@ -21,9 +22,12 @@ from sumo3dviz_pt.job.settings import (
     KeyFrame,
     LagrangianCamera,
     LensSettings,
+    OverlaySettings,
     Quality,
+    SoundSettings,
     SunSettings,
 )
+from sumo3dviz_pt.job.traffic import RideEdit, TrafficSettings
 from sumo3dviz_pt.job.values import OwnLook
 from sumo3dviz_pt.model.scenario import ScenarioFiles
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
@@ -54,6 +58,8 @@ ELSEWHERE = {
     "output.codec": "it acts on the film, not on its frames",
     "output.tone": "frames are developed with it, whenever that is",
     "output.glare": "likewise",
+    "output.sound": "its tables lie beside the film",
+    "overlays": "they are drawn over developed pictures",
 }
 """Keys that need not make another key by themselves, and why."""
 
@@ -98,6 +104,10 @@ SAMPLES: dict[Any, Any] = {
     LensSettings: LensSettings(fov=31.0),
     EdgeStyle: EdgeStyle(),
     OwnLook: OwnLook(colour="#123456"),
+    OverlaySettings: OverlaySettings(clock=ClockOverlay()),
+    SoundSettings: SoundSettings(),
+    TrafficSettings: TrafficSettings(share=0.5),
+    RideEdit: RideEdit(delay=1.0),
 }
 """A value of each kind; who adds a kind of setting adds one."""
 

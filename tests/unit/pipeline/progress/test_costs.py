@@ -20,19 +20,19 @@ HD = {"size": (1280, 720), "triangles": 1_400_000, "frames": 250, "cores": 2}
 
 MEASURED = {
     # `ronda`, overview: CPU-seconds of a later frame, megabytes of half-precision frames.
-    ("draft", (1280, 720)): (5.02, 3.5),
-    ("preview", (1280, 720)): (7.71, 3.5),
-    ("standard", (1280, 720)): (20.4, 3.5),
-    ("study", (1280, 720)): (69.6, 3.5),
+    ("draft", (1280, 720)): (5.1, 8.2),
+    ("preview", (1280, 720)): (5.8, 8.2),
+    ("standard", (1280, 720)): (12.7, 8.2),
+    ("study", (1280, 720)): (33.7, 8.2),
 }
 
 
 @pytest.mark.parametrize(("preset", "size"), MEASURED)
 def test_forecasts_are_near_what_was_measured(preset, size):
-    cost = cost_of(quality_preset(preset), **{**HD, "size": size, "frames": 1})
+    cost = cost_of(quality_preset(preset, together=True), **{**HD, "size": size})
     seconds, megabytes = MEASURED[preset, size]
     assert cost.cpu_seconds_per_frame == pytest.approx(seconds, rel=0.25)
-    assert cost.frames_mb == pytest.approx(megabytes, rel=0.15)
+    assert cost.frames_mb == pytest.approx(250 * megabytes, rel=0.15)
 
 
 def test_costs_grow_as_they_must():

@@ -29,6 +29,8 @@ clip: {camera: post, from: 2, to: 2.2}
 factors:
   light: {levels: {clear: {sky: {preset: sky_blue}}, grey: {sky: {preset: sky_overcast}}}}
   trees: {levels: {some: {}, none: {ground: {planting: none}}}}
+certificate: {write: false}
+report: {write: false}
 """
 
 
@@ -218,3 +220,17 @@ def test_wrong_commands_are_one_sentence_and_exit_2(place, capsys, monkeypatch, 
     assert main(["study", *arguments]) == 2
     said = capsys.readouterr().err
     assert words in said and said.count("\n") == 1
+
+
+def test_a_variant_without_layers_is_refused_if_there_is_to_be_a_certificate(place):
+    plan = planned(place, STUDY.replace("certificate: {write: false}\n", ""))
+    with pytest.raises(ConfigError, match="variant scalar traces no layers"):
+        check_study(plan, order(place / "out"))
+
+
+def test_a_study_asks_for_the_layers_that_are_compared(place):
+    plan = planned(place, STUDY.replace("certificate: {write: false}\n", ""))
+    wanted = {"instance", "depth", "normals", "albedo"}
+    assert all(wanted == {*each.job.output.layers} for each in plan.stimuli)
+    assert not any(each.job.output.layers for each in planned(place).stimuli)
+    assert not any("layers" in change for pair in plan.pairs for change in pair.changed)

@@ -23,7 +23,7 @@ def test_rungs_double(top, expected):
 
 
 def test_presets_that_the_ladder_cannot_judge_are_left_out():
-    assert "draft" in presets_up_to(2) and "standard" not in presets_up_to(8)
+    assert "draft" in presets_up_to(2) and "standard" not in presets_up_to(4)
     assert "reference" not in presets_up_to(64)
     spp = [quality.spp for quality in presets_up_to(64).values()]
     assert spp == sorted(spp) and len(spp) >= 4
@@ -72,7 +72,20 @@ def test_depths_share_seeds_and_end_with_the_references():
     assert DEPTHS[-1] == DEEPEST and len({group.seeds for group in depths}) == 1
 
 
+def test_presets_are_measured_as_films_and_as_stills():
+    labels = [group.label for group in groups(64)]
+    assert {"preview", "preview still", "study", "study still"} <= set(labels)
+    # The ladder's rungs must reach the still's samples, too.
+    assert "standard" in (some := [group.label for group in groups(8)])
+    assert "standard still" not in some
+    alone = [group for group in groups(64, together=False) if group.label == "preview"]
+    assert [group.quality.accumulate for group in alone] == [0]
+    assert not any(group.label.endswith("still") for group in groups(64, together=False))
+
+
 def test_work_is_counted_in_samples():
+    helped = base_quality(2).model_copy(update={"accumulate": 4})
+    assert SeedGroup("draft", helped, ("fast",), seeds=2).samples == 2 * 2 * 9
     group = SeedGroup(LADDER, base_quality(8), ("fast", "high"), seeds=3)
     assert (group.samples, group.rows) == (24, 6)
 

@@ -435,3 +435,30 @@ def test_near_crowns_keep_every_leaf():
     (a,), (b,) = ([s.part for s in one.static if s.id == "trees/leaf"] for one in (seen, whole))
     assert np.array_equal(a.mesh.vertices, b.mesh.vertices)
     assert np.array_equal(a.tint, b.tint)
+
+
+def test_merged_objects_keep_their_names():
+    pois = [poi(kind, 30.0 * k, 25) for k, kind in enumerate(("tree", "shrub", "house", "shop"))]
+    pois += [poi("tree", 15, 40), poi("house", 100, 60)]
+    shapes = [
+        polygon("hedge", [(0, 70), (30, 70)], fill=False, name="h"),
+        polygon("fence", [(0, 80), (30, 80)], fill=False, name="f"),
+        polygon("building", [(50, 70), (70, 70), (70, 90), (50, 90)], name="b"),
+    ]
+    found = {}
+    for part in build(pois, shapes).static:
+        mesh = part.part.mesh
+        first = 0
+        for thing, count in mesh.things:
+            corners = mesh.vertices[mesh.faces[first : first + count]].reshape(-1, 3)
+            found.setdefault(thing, []).append(corners)
+            first += count
+        assert first == len(mesh.faces)
+    wanted = {f"{p.type}:{p.id}": np.array(p.position) for p in pois}
+    wanted = {name.replace("house", "home", 1): place for name, place in wanted.items()}
+    wanted |= {"hedge:h": (15, 70), "fence:f": (15, 80), "building:b": (60, 80)}
+    assert set(found) == set(wanted)
+    for name, place in wanted.items():
+        middle = np.concatenate(found[name])[:, :2]
+        middle = 0.5 * (middle.min(axis=0) + middle.max(axis=0))
+        assert np.linalg.norm(middle - place) < 3.0, name

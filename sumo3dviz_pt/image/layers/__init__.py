@@ -1,0 +1,1 @@
+"""Layers as files: what other tools read of a frame beside its picture."""

@@ -1,0 +1,1 @@
+"""Overlays: what is drawn over developed pictures, from values alone."""

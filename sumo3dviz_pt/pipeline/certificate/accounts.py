@@ -1,0 +1,217 @@
+"""Compares the accounts of two films: frames, times, cameras, road users, signals, development."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import PurePosixPath
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from sumo3dviz_pt.pipeline.accounts.differences import differences
+from sumo3dviz_pt.pipeline.certificate.acts import Acts, key_of
+
+Account = Mapping[str, Any]
+
+_FEW = 3
+"""Most road users that a sentence names."""
+
+_DEVELOPED: Mapping[str, str] = MappingProxyType(
+    {"exposure": "exposure [EV]", "tone": "tone curve", "glare": "glare"}
+)
+_TOLD_ELSEWHERE = (
+    *("exposure", "output.exposure", "output.tone", "output.glare", "frames that", "shot: frames"),
+    *("sky, sun or air", "roads, houses", "the shot shows"),
+)
+"""Differences that other checks here say in better words, or that layers show."""
+
+
+def account_faults(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> list[str]:
+    """Return what differs in the accounts of two films and should not, a sentence each.
+
+    Args:
+        one: The first film's.
+        other: The second's.
+        acts: Where their factor acts.
+        planned: What should differ in their scenes, as in `StimulusPair.changed`.
+    """
+    checks: tuple[Callable[[Account, Account, Acts], Iterator[str]], ...] = (
+        *(_lengths, _times, _cameras, _presence, _bodies, _motion, _lamps, _signals),
+        *(_development, _digests),
+    )
+    found = [fault for check in checks for fault in check(one, other, acts)]
+    return found + list(_settings(one, other, acts, planned))
+
+
+def named_differences(one: Account, other: Account, acts: Acts) -> list[str]:
+    """Return what belongs to a level beside what it is about, such as the exposure of a night."""
+    if not acts.develops:
+        return []
+    return [
+        f"{word}: {_short(one.get(key))} and {_short(other.get(key))}"
+        for key, word in _DEVELOPED.items()
+        if one.get(key) != other.get(key)
+    ]
+
+
+def _lengths(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that films are not equally long."""
+    del acts
+    first, second = len(one["frames"]), len(other["frames"])
+    if first != second:
+        yield f"the films have {first} and {second} frames"
+    for key, word in (("size", "size [px]"), ("frame_rate", "frames per second")):
+        if one.get(key) != other.get(key):
+            yield f"the films differ in {word}: {one.get(key)} and {other.get(key)}"
+
+
+def _times(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that frames show other times."""
+    pairs = _frames(one, other)
+    unlike = [n for n, (a, b) in enumerate(pairs) if abs(a["time"] - b["time"]) > 1e-9]
+    if unlike and not (acts.motion or acts.anything):
+        a, b = pairs[unlike[0]]
+        yield (
+            f"frame {unlike[0]} shows {a['time']:g} s in one film and {b['time']:g} s in the other"
+        )
+
+
+def _cameras(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that frames are seen from elsewhere, or with another lens."""
+    if acts.moves:
+        return
+    pairs = [(a["camera"], b["camera"]) for a, b in _frames(one, other)]
+    unlike = [n for n, (a, b) in enumerate(pairs) if a != b]
+    if not unlike:
+        return
+    a, b = pairs[unlike[0]]
+    apart = float(np.linalg.norm(np.subtract(a["position"], b["position"])))
+    cosine = float(np.clip(np.dot(a["forward"], b["forward"]), -1.0, 1.0))
+    lens = "" if a["fov"] == b["fov"] else f", with lenses of {a['fov']:g} and {b['fov']:g} deg"
+    yield (
+        f"the camera is another in {len(unlike)} frames, in frame {unlike[0]} by"
+        f" {100 * apart:.3g} cm and {np.degrees(np.arccos(cosine)):.3g} deg{lens}"
+    )
+
+
+def _presence(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that road users are missing."""
+    for number, (a, b) in enumerate(_frames(one, other)):
+        lost = [key for key in sorted({*a["drawn"]} ^ {*b["drawn"]}) if not acts.may_reshape(key)]
+        if lost:
+            yield f"from frame {number} on only one film shows {_some(lost)}"
+            return
+
+
+def _bodies(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that road users look otherwise."""
+    for what, may in (("body", acts.may_reshape), ("colour", acts.may_look)):
+        unlike = [key for key, a, b in _users(one, other) if a[what] != b[what] and not may(key)]
+        if unlike:
+            yield f"another {what}: {_some(unlike)}"
+
+
+def _motion(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that road users are elsewhere."""
+    unlike = [
+        key
+        for key, a, b in _users(one, other)
+        if (a["motion"], a["frames"]) != (b["motion"], b["frames"]) and not acts.may_reshape(key)
+    ]
+    if unlike:
+        first = next(
+            (n for n, (a, b) in enumerate(_frames(one, other)) if a["placed"] != b["placed"]), 0
+        )
+        yield f"from frame {first} on road users are elsewhere: {_some(unlike)}"
+
+
+def _lamps(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that lamps of road users are lit otherwise."""
+    if acts.light:
+        return
+    unlike = [
+        key
+        for key, a, b in _users(one, other)
+        if a["lamps"] != b["lamps"] and not acts.may_reshape(key)
+    ]
+    if unlike:
+        yield f"lamps are lit otherwise: {_some(unlike)}"
+
+
+def _signals(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that traffic lights change otherwise."""
+    if acts.motion or acts.anything:
+        return
+    first, second = ({_change(each) for each in film["signal_changes"]} for film in (one, other))
+    apart = sorted(first ^ second)
+    if apart:
+        number, tls, state = apart[0]
+        said = "the first" if apart[0] in first else "the second"
+        yield f"traffic light {tls} goes to {state} at frame {number} in {said} film only"
+
+
+def _development(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that films are developed otherwise."""
+    if acts.develops:
+        return
+    for key, word in _DEVELOPED.items():
+        a, b = one.get(key), other.get(key)
+        if a != b:
+            yield f"{word} is {_short(a)} in one film and {_short(b)} in the other"
+
+
+def _digests(one: Account, other: Account, acts: Acts) -> Iterator[str]:
+    """Yield that what was built differs though nothing should, in view or not."""
+    if one.get("world") != other.get("world") and not acts.on_world:
+        yield "roads, houses, plants, lamps or their materials are others"
+    if one.get("light") != other.get("light") and not (acts.light or acts.anything):
+        yield "sky, sun or air are others"
+
+
+def _settings(one: Account, other: Account, acts: Acts, planned: Sequence[str]) -> Iterator[str]:
+    """Yield settings, files and versions that differ though no level changes them."""
+    keys = {key_of(change) for change in planned}
+    for said in differences(one, other):
+        key = key_of(said)
+        if key in keys or said.startswith(_TOLD_ELSEWHERE):
+            continue
+        if key.startswith("input ") and _is_planned(key.removeprefix("input "), planned):
+            continue
+        if key in ("camera", "shot: from") and (acts.moves or acts.motion):
+            continue
+        yield f"no level changes this: {said}"
+
+
+def _is_planned(name: str, planned: Sequence[str]) -> bool:
+    """Return whether a level names a file, a preset, or other files of the simulation."""
+    stem = PurePosixPath(name).name.split(".")[0]
+    return any(stem in change or key_of(change).startswith("scenario.") for change in planned)
+
+
+def _frames(one: Account, other: Account) -> list[tuple[Account, Account]]:
+    """Return the frames that both films have."""
+    return list(zip(one["frames"], other["frames"], strict=False))
+
+
+def _users(one: Account, other: Account) -> Iterator[tuple[str, Account, Account]]:
+    """Yield the road users that both films show."""
+    first, second = one["road_users"], other["road_users"]
+    for key in sorted(first.keys() & second.keys()):
+        yield key, first[key], second[key]
+
+
+def _change(said: Account) -> tuple[int, str, str]:
+    """Return a change of a traffic light without its time, which is its frame's."""
+    return int(said["frame"]), str(said["tls"]), str(said["state"])
+
+
+def _short(value: Any) -> str:
+    """Return a number with three decimals at most, or a word."""
+    return f"{value:.3f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+
+
+def _some(keys: Sequence[str]) -> str:
+    """Return road users in words."""
+    more = len(keys) - _FEW
+    return ", ".join(keys[:_FEW]) + (f" and {more} more" if more > 0 else "")

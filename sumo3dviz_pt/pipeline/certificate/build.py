@@ -1,0 +1,228 @@
+"""Makes the certificate of a study: every pair is compared, verdicts become a page and a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.image.png import write_png
+from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
+from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of
+from sumo3dviz_pt.pipeline.certificate.comparison import Comparison, compare
+from sumo3dviz_pt.pipeline.certificate.evidence import (
+    Evidence,
+    check_same_size,
+    compared_frames,
+    read_evidence,
+)
+from sumo3dviz_pt.pipeline.certificate.page import write_page
+from sumo3dviz_pt.pipeline.certificate.verdicts import (
+    TYPICAL_CODES,
+    TYPICAL_LIGHT,
+    PairVerdict,
+    pixel_verdict,
+)
+from sumo3dviz_pt.pipeline.films.frames import write_json
+from sumo3dviz_pt.pipeline.studies.pairs import StimulusPair
+from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
+from sumo3dviz_pt.pipeline.studies.records import film_path, read_film_account
+
+CERTIFICATE, PAGE, FOLDER = "certificate.json", "certificate.html", "certificate"
+
+_WIDEST = 480
+"""Width of each picture on the page, at most [px]."""
+
+_GREY, _RED, _BLUE = (0.35, (255, 60, 40), (40, 150, 255))
+"""How dark the picture is under the mask, and colours of what is wrong and what is not."""
+
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """What was found on all pairs of a study.
+
+    Attributes:
+        pairs: A verdict on each.
+        files: All that was written.
+    """
+
+    pairs: tuple[PairVerdict, ...]
+    files: tuple[Path, ...]
+
+    @property
+    def failed(self) -> tuple[PairVerdict, ...]:
+        """The pairs that differ where they should not."""
+        return tuple(pair for pair in self.pairs if not pair.passed)
+
+    @property
+    def passed(self) -> bool:
+        """Whether all pairs are clean."""
+        return not self.failed
+
+    def __str__(self) -> str:
+        if not self.pairs:
+            return "certificate: no two films of this design differ in one factor alone"
+        clean = len(self.pairs) - len(self.failed)
+        return f"certificate: {clean} of {len(self.pairs)} pairs differ in their factor alone"
+
+
+def certify(folder: Path, plan: StudyPlan) -> Certificate:
+    """Compare all pairs of a study's films, and write `certificate.html` and `certificate.json`.
+
+    Args:
+        folder: The study's, with all films.
+        plan: What they show.
+
+    Raises:
+        InputError: If a film's account is missing or damaged.
+    """
+    verdicts = []
+    for number, pair in enumerate(plan.pairs, start=1):
+        verdicts.append(_verdict(folder, plan, pair))
+        announce(Doing.MEASURE, number, len(plan.pairs))
+    pictures = [folder / each.picture for each in verdicts if each.picture]
+    files = (_write(folder, verdicts), write_page(folder / PAGE, verdicts), *pictures)
+    return Certificate(tuple(verdicts), files)
+
+
+def where(plan: StudyPlan, pair: StimulusPair) -> Acts:
+    """Return where the factor of a pair acts."""
+    asked = plan.file.settings.factors[pair.factor].acts_on
+    return acts_of(pair.changed) if asked is None else Acts.asked(asked)
+
+
+def _verdict(folder: Path, plan: StudyPlan, pair: StimulusPair) -> PairVerdict:
+    """Return what there is to say of a pair, and write its picture."""
+    acts = where(plan, pair)
+    stimuli = {each.name: each for each in plan.stimuli}
+    films = [film_path(folder, plan, stimuli[name]) for name in (pair.one, pair.other)]
+    accounts = [read_film_account(film) for film in films]
+    verdict = PairVerdict(
+        pair.factor,
+        pair.levels,
+        pair.one,
+        pair.other,
+        str(acts),
+        tuple(account_faults(accounts[0], accounts[1], acts, pair.changed)),
+        tuple(named_differences(accounts[0], accounts[1], acts)),
+    )
+    count = min(len(account["frames"]) for account in accounts)
+    wanted = compared_frames(count, plan.file.settings.certificate.frames)
+    try:
+        return _compared(folder, verdict, films, accounts, acts=acts, numbers=wanted)
+    except InputError as error:
+        why = str(error).replace(f"{folder}/", "")
+        return replace(verdict, faults=(*verdict.faults, f"not compared: {why}"))
+
+
+def _compared(
+    folder: Path,
+    verdict: PairVerdict,
+    films: Sequence[Path],
+    accounts: Sequence[Mapping[str, Any]],
+    *,
+    acts: Acts,
+    numbers: Sequence[int],
+) -> PairVerdict:
+    """Return a verdict with what pixels say."""
+    shown: tuple[Comparison, Evidence, Evidence] | None = None
+    comparisons = []
+    unlike = _unlike_views(accounts, numbers, acts)
+    for number in numbers:
+        one, other = (
+            read_evidence(film, number, account)
+            for film, account in zip(films, accounts, strict=True)
+        )
+        check_same_size(one, other, films[1])
+        found = compare(number, one, other, acts)
+        comparisons.append(found)
+        if shown is None or _weight(found) > _weight(shown[0]):
+            shown = (found, one, other)
+    assert shown is not None
+    name = f"{FOLDER}/{verdict.one}--{verdict.other}.png"
+    (folder / FOLDER).mkdir(exist_ok=True)
+    write_png(folder / name, _picture(*shown, light=not acts.light), level=6)
+    said = pixel_verdict(comparisons, acts)
+    return replace(
+        verdict,
+        faults=(*verdict.faults, *(() if unlike else said.faults)),
+        named=(*verdict.named, *said.named, *unlike),
+        frames=tuple(numbers),
+        differing=said.differing,
+        wrong=0.0 if unlike else said.wrong,
+        light=said.light,
+        codes=said.codes,
+        things=said.things,
+        picture=name,
+    )
+
+
+def _unlike_views(
+    accounts: Sequence[Mapping[str, Any]], numbers: Sequence[int], acts: Acts
+) -> tuple[str, ...]:
+    """Return why pixels are shown and not judged; nothing if they are."""
+    if acts.anything:
+        return ("the factor may change anything, so pixels are shown and not judged",)
+    one, other = ([account["frames"][n]["camera"] for n in numbers] for account in accounts)
+    if acts.camera and one != other:
+        return ("it is seen from elsewhere, so pixels are shown and not judged",)
+    return ()
+
+
+def _weight(found: Comparison) -> tuple[int, int]:
+    """Return by how much a frame is worth showing: what is wrong, then what differs."""
+    return int(found.wrong.sum()), int((found.shape | found.paint | found.light).sum())
+
+
+def _picture(found: Comparison, one: Evidence, other: Evidence, *, light: bool) -> Pixels:
+    """Return two pictures and the mask of their difference side by side, (h, 3 w, 3).
+
+    In the mask, blue is what differs, red what differs and should not.
+
+    Args:
+        found: What differs.
+        one: Of the first film.
+        other: Of the second.
+        light: Whether other light alone counts as a difference.
+    """
+    step = -(-one.picture.shape[1] // _WIDEST)
+    first, second = (_blocks(each.picture, step).mean(axis=(1, 3)) for each in (one, other))
+    mask = np.repeat(_GREY * first.mean(axis=-1, keepdims=True), 3, axis=-1)
+    differs = found.shape | found.paint | (found.light & light)
+    for where, colour in ((differs, _BLUE), (found.wrong, _RED)):
+        # A block shows what any of its pixels does, so that nothing small gets lost.
+        mask[_blocks(where, step).any(axis=(1, 3))] = colour
+    return np.concatenate([first, second, mask], axis=1).round().astype(np.uint8)
+
+
+def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
+    """Return a picture in square blocks, (rows, step, columns, step, ...); a rest is cut off."""
+    rows, columns = (side // step for side in picture.shape[:2])
+    cut = picture[: rows * step, : columns * step]
+    return cut.reshape(rows, step, columns, step, *picture.shape[2:])
+
+
+def _write(folder: Path, verdicts: Sequence[PairVerdict]) -> Path:
+    """Write `certificate.json`."""
+    content = {
+        "passed": all(each.passed for each in verdicts),
+        "limits": {"light": TYPICAL_LIGHT, "codes": TYPICAL_CODES},
+        "pairs": [_plain(each) for each in verdicts],
+    }
+    path = folder / CERTIFICATE
+    write_json(path, content, indent=1)
+    return path
+
+
+def _plain(verdict: PairVerdict) -> dict[str, Any]:
+    """Return a verdict as JSON holds it; unknown numbers are null."""
+    values = {"passed": verdict.passed, **asdict(verdict)}
+    return {key: None if value != value else value for key, value in values.items()}

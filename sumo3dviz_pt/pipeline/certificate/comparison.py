@@ -1,0 +1,217 @@
+"""Compares a frame of two films pixel by pixel, layer by layer, and says which objects differ.
+
+Three questions are asked of each pixel. *Shape*: does it show the same thing, as far away, facing
+the same way? *Paint*: does that reflect the same light? *Light*: is it as bright? Shape and paint
+are of rays through the pixels' centres and hold no noise, so they must agree exactly where a
+factor does not act. Light spreads: a tree that is gone takes its shadow with it, and a red car
+reddens the road. So light may differ near and far, but a typical pixel elsewhere must not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from sumo3dviz_pt.model.colour import LUMINANCE
+from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
+from sumo3dviz_pt.pipeline.certificate.evidence import Evidence
+
+SAME_DEPTH = 1e-4
+"""Share of the distance by which depths may differ and count as one surface."""
+
+LIT_DEPTH = 0.03
+"""How far depths may differ where lamps are lit or go out [m]: panes, screens and dials that shine
+are thin bodies of their own before those that do not; 9 mm at most were measured."""
+
+SAME_NORMAL = 0.02
+"""Components of unit normals may differ by this: they are stored in half precision."""
+
+SAME_ALBEDO = 0.004
+"""Reflectances may differ by this, for the same reason."""
+
+SEEN_LIGHT = 0.02
+"""Light that differs by more than this share, in pixels that are not black, counts as other."""
+
+_BLACK = 0.02
+"""Added to luminances before shares are taken, so that noise of black pixels does not count
+[white]."""
+
+_REACH = 2
+"""Pixels around an object into which its edge is blurred."""
+
+
+@dataclass(frozen=True, slots=True)
+class ThingDifference:
+    """How a thing differs between two films, over all compared frames.
+
+    Attributes:
+        name: Its name.
+        acts: What of it may differ: `shape`, `colour`, `light` or nothing.
+        pixels: That show it in either film.
+        shape, paint, light: Pixels of those that differ.
+        codes: Mean difference of the pictures there [8-bit codes].
+    """
+
+    name: str
+    acts: str
+    pixels: int
+    shape: int
+    paint: int
+    light: int
+    codes: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """A frame of two films.
+
+    Attributes:
+        number: The frame's.
+        own: Where the factor acts on what is seen, (h, w).
+        shape, paint, light: Where they differ, (h, w).
+        wrong: Where shape or paint differ and should not, (h, w).
+        elsewhere: By which share light differs away from where the factor acts, (k,).
+        elsewhere_codes: Difference of the pictures there, with its sign, (k,) [8-bit codes].
+        codes: Mean difference of the pictures' channels, (h, w) [8-bit codes].
+        things: Each with its name, what of it may differ, and its pixels in either film, (h, w).
+    """
+
+    number: int
+    own: Bools
+    shape: Bools
+    paint: Bools
+    light: Bools
+    wrong: Bools
+    elsewhere: Floats
+    elsewhere_codes: Floats
+    codes: Floats
+    things: tuple[tuple[str, str, Bools], ...]
+
+
+def compare(number: int, one: Evidence, other: Evidence, acts: Acts) -> Comparison:
+    """Compare a frame of two films.
+
+    Args:
+        number: The frame's.
+        one: Of the first film.
+        other: Of the second, of the same size.
+        acts: Where their factor acts.
+    """
+    shape, paint = _shape(one, other, light=acts.light), _paint(one, other)
+    things = _things(one, other)
+    labels = {**one.labels, **other.labels}
+    reshaped = _where(things, [acts.may_reshape(name, labels.get(name, "")) for name in things])
+    repainted = _where(things, [acts.may_look(name, labels.get(name, "")) for name in things])
+    own = reshaped | repainted
+    wrong = (shape & ~reshaped) | (paint & ~own & (not acts.light))
+    spread = _spread(one, other)
+    near = binary_dilation(own, iterations=_REACH)
+    signed = other.picture.astype(np.int16) - one.picture
+    return Comparison(
+        number,
+        own,
+        shape,
+        paint,
+        spread > SEEN_LIGHT,
+        wrong,
+        spread[~near],
+        signed[~near].mean(axis=-1),
+        np.abs(signed).mean(axis=-1),
+        tuple(
+            (name, _may_differ(acts, name, labels.get(name, "")), mask)
+            for name, mask in things.items()
+        ),
+    )
+
+
+def differing_things(comparisons: list[Comparison]) -> list[ThingDifference]:
+    """Return all things of which something differs, those with most pixels first."""
+    sums: dict[str, list[float]] = {}
+    may: dict[str, str] = {}
+    for each in comparisons:
+        for name, acts, mask in each.things:
+            counted = [int((layer & mask).sum()) for layer in (each.shape, each.paint, each.light)]
+            row = [int(mask.sum()), *counted, float(each.codes[mask].sum())]
+            known = sums.setdefault(name, [0.0] * len(row))
+            sums[name], may[name] = [a + b for a, b in zip(known, row, strict=True)], acts
+    found = [_difference(name, may[name], row) for name, row in sums.items()]
+    differing = [each for each in found if each.shape or each.paint or each.light]
+    return sorted(
+        differing,
+        key=lambda each: (not each.acts, -(each.shape + each.paint), -each.light, each.name),
+    )
+
+
+def _may_differ(acts: Acts, name: str, label: str) -> str:
+    """Return what of a thing may differ, by where the factor acts."""
+    if acts.may_reshape(name, label):
+        return "shape"
+    if acts.may_look(name, label):
+        return "colour"
+    return "light" if acts.light else ""
+
+
+def _difference(name: str, acts: str, row: list[float]) -> ThingDifference:
+    """Return a thing's difference from its sums over frames."""
+    pixels, shape, paint, light, codes = row
+    counts = (int(pixels), int(shape), int(paint), int(light))
+    return ThingDifference(name, acts, *counts, codes / max(pixels, 1.0))
+
+
+def _shape(one: Evidence, other: Evidence, *, light: bool) -> Bools:
+    """Return where another thing is seen, or the same elsewhere or turned, (h, w).
+
+    Args:
+        one: Of the first film.
+        other: Of the second.
+        light: Whether lamps may be lit in one of them only.
+    """
+    near = np.minimum(one.layers["depth"], other.layers["depth"])
+    room = SAME_DEPTH * near + (LIT_DEPTH if light else 0.0)
+    apart = np.abs(one.layers["depth"] - other.layers["depth"]) > room
+    turned = _largest(one.layers["normals"], other.layers["normals"]) > SAME_NORMAL
+    return np.asarray((one.things != other.things) | apart | turned)
+
+
+def _paint(one: Evidence, other: Evidence) -> Bools:
+    """Return where the first surface reflects another light, (h, w)."""
+    return np.asarray(_largest(one.layers["albedo"], other.layers["albedo"]) > SAME_ALBEDO)
+
+
+def _largest(one: Image, other: Image) -> Image:
+    """Return the largest difference of any channel, (h, w)."""
+    return np.asarray(np.abs(one.astype(np.float32) - other).max(axis=-1))
+
+
+def _spread(one: Evidence, other: Evidence) -> Floats:
+    """Return by which share luminances differ, (h, w); 0 where a frame is gone."""
+    if one.radiance is None or other.radiance is None:
+        return np.zeros(one.things.shape)
+    first, second = (each.astype(np.float64) @ LUMINANCE for each in (one.radiance, other.radiance))
+    return np.asarray(np.abs(first - second) / (_BLACK + np.maximum(np.abs(first), np.abs(second))))
+
+
+def _things(one: Evidence, other: Evidence) -> dict[str, Bools]:
+    """Return where each thing is seen in either film, by name."""
+    names = {**one.names, **other.names}
+    shown = np.unique(np.concatenate([np.unique(one.things), np.unique(other.things)]))
+    found: dict[str, Bools] = {}
+    for number in shown.tolist():
+        mask = (one.things == number) | (other.things == number)
+        name = names.get(number, str(number))
+        found[name] = found[name] | mask if name in found else mask
+    return found
+
+
+def _where(things: dict[str, Bools], chosen: list[bool]) -> Bools:
+    """Return where chosen things are seen, (h, w)."""
+    masks = [mask for mask, wanted in zip(things.values(), chosen, strict=True) if wanted]
+    shape: tuple[int, ...] = next(iter(things.values())).shape
+    whole: NDArray[np.bool_] = np.zeros(shape, dtype=np.bool_)
+    for mask in masks:
+        whole |= mask
+    return whole

@@ -1,0 +1,119 @@
+"""What there is of a film's frame to compare: its layers, its light, and its picture as it is seen.
+
+Layers are of the rays through the pixels' centres, so that they are the same bytes wherever two
+scenes are the same. Radiance is as it is stored: with one seed, pixels are the same bytes where
+no light path met anything else. The picture is the film's own, as people see it but for
+overlays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sumo3dviz_pt.errors import InputError
+from sumo3dviz_pt.job.settings import LayerName
+from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.pipeline.films.frames import frame_file, frames_folder
+from sumo3dviz_pt.pipeline.layers.places import beside
+from sumo3dviz_pt.pipeline.overlays.files import plain_twin
+
+LAYERS: tuple[LayerName, ...] = ("instance", "depth", "normals", "albedo")
+"""The layers that are compared, as a scene file asks for them."""
+
+SKY = "sky"
+"""What pixels show that show no thing."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """A frame of a film.
+
+    Attributes:
+        things: What each pixel shows, as numbers that are the same in all films, (h, w).
+        names: Of those numbers.
+        labels: Of those names, such as `vegetation`.
+        layers: `depth` (h, w) [m], `normals` and `albedo` (h, w, 3).
+        radiance: In units of white, (h, w, 3); None if the frame is gone.
+        picture: Of the film, (h, w, 3) in 0 .. 255.
+    """
+
+    things: NDArray[np.int64]
+    names: Mapping[int, str]
+    labels: Mapping[str, str]
+    layers: Mapping[str, Image]
+    radiance: Image | None
+    picture: NDArray[np.uint8]
+
+
+def read_evidence(film: Path, number: int, account: Mapping[str, object]) -> Evidence:
+    """Return what there is of a frame.
+
+    Args:
+        film: The film.
+        number: The frame's.
+        account: The film's.
+
+    Raises:
+        InputError: If layers or the film's picture are missing or damaged.
+    """
+    from sumo3dviz_pt.pipeline.layers.read import read_frame
+    from sumo3dviz_pt.video.picture import film_picture
+
+    seen = read_frame(beside(frames_folder(film)), number)
+    things = np.asarray(seen.layers["instance"], dtype=np.int64)
+    height, width = things.shape
+    time = float(number / Fraction(str(account["frame_rate"])))
+    names = {int(key): thing.name for key, thing in seen.things.items()} | {0: SKY}
+    return Evidence(
+        things,
+        names,
+        {SKY: SKY, **{thing.name: thing.label for thing in seen.things.values()}},
+        {name: seen.layers[name] for name in LAYERS if name != "instance"},
+        _radiance(film, number, float(str(account["exposure"]))),
+        film_picture(without_overlays(film), time, size=(width, height)),
+    )
+
+
+def without_overlays(film: Path) -> Path:
+    """Return the film whose pictures are its frames: the twin without overlays, if it has one."""
+    twin = plain_twin(film)
+    return twin if twin.is_file() else film
+
+
+def _radiance(film: Path, number: int, exposure: float) -> Image | None:
+    """Return a stored frame's radiance in units of white; None if it is gone."""
+    from sumo3dviz_pt.image.exr import read_exr
+
+    path = frame_file(frames_folder(film), number)
+    if not path.is_file():
+        return None
+    radiance, _ = read_exr(path)
+    return np.asarray(radiance * np.float32(2.0**exposure))
+
+
+def compared_frames(count: int, wanted: int) -> list[int]:
+    """Return the numbers of frames that are compared, evenly over a film, ends included.
+
+    Args:
+        count: Of the film's frames, at least 1.
+        wanted: How many, at least 1.
+    """
+    if wanted == 1:
+        return [count // 2]
+    return sorted({round(n) for n in np.linspace(0, count - 1, min(wanted, count)).tolist()})
+
+
+def check_same_size(one: Evidence, other: Evidence, film: Path) -> None:
+    """Refuse pictures that cannot be laid one over the other.
+
+    Raises:
+        InputError: If they differ in size.
+    """
+    if one.things.shape != other.things.shape:
+        raise InputError("has layers of another size than its partner", file=film)

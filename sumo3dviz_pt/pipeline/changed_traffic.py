@@ -1,0 +1,369 @@
+"""Changes recorded traffic as the scene file asks: other times and paces, fewer road users."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.settings import Job, LagrangianCamera
+from sumo3dviz_pt.job.traffic import MOST_DELAY, RideEdit
+from sumo3dviz_pt.model.geometry import Bools, Floats
+from sumo3dviz_pt.model.random import share_of
+from sumo3dviz_pt.model.scenario import Scenario
+from sumo3dviz_pt.model.traffic import UNKNOWN_TYPES, Trace, TrafficLog, VehicleType
+from sumo3dviz_pt.model.trajectory import Trajectory
+from sumo3dviz_pt.pipeline.smoothing import motion_of
+
+if TYPE_CHECKING:
+    from sumo3dviz_pt.motion import LogMotion
+
+log = logging.getLogger(__name__)
+
+_STEP = 0.1
+"""Time between moments at which bodies are compared [s]."""
+
+_ROOM = 0.2
+"""What bodies may overlap on each side, as recorded ones do [m]."""
+
+_ROWS = ("times", "positions", "yaws", "speeds", "slopes", "lanes", "signals", "offsets")
+"""What a trace has for each of its samples."""
+
+_NEAR = 60.0
+"""Who never comes so near to a changed ride, by place and time, is not compared with it [m, s]."""
+
+_BESIDE = 2.5
+"""How far a ride may pass beside the place where a gap begins [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedRide:
+    """What was done to a ride.
+
+    Attributes:
+        key: Such as `vehicle:car.7`.
+        words: What it was, for people.
+    """
+
+    key: str
+    words: str
+
+
+def recorded_window(
+    job: Job, begin: float | None, end: float | None, *, margin: float
+) -> tuple[float | None, float | None]:
+    """Return the part of the log that is shown within a window after changes.
+
+    Args:
+        job: The scene file.
+        begin: First time to show [s]; None is the log's.
+        end: Last time to show [s]; None is the log's.
+        margin: What smoothing needs on both sides [s].
+    """
+    rides = () if job.traffic is None else tuple(job.traffic.rides.values())
+    spans = [span for edit in rides for span in _spans(edit, begin, end, margin)]
+    first, last = [a for a, _ in spans], [b for _, b in spans]
+    return (
+        None if begin is None else min([begin, *first]),
+        None if end is None else max([end, *last]),
+    )
+
+
+def _spans(
+    edit: RideEdit, begin: float | None, end: float | None, margin: float
+) -> Iterator[tuple[float, float]]:
+    """Yield the part of the log that a changed ride may come from; of an open side, nothing."""
+    low = begin if begin is not None else end
+    high = end if end is not None else begin
+    if low is None or high is None:
+        return
+    room = MOST_DELAY if edit.gap is not None else abs(edit.delay or 0.0)
+    ends = (low - margin - room, high + margin + room)
+    if edit.pace is not None and edit.around is not None:
+        around, pace = edit.around, edit.pace
+        ends = (around + (ends[0] - around) * pace, around + (ends[1] - around) * pace)
+    yield ends[0] + margin, ends[1] - margin
+
+
+def changed(
+    job: Job,
+    scenario: Scenario,
+    recorded: Scenario,
+    *,
+    begin: float | None = None,
+    end: float | None = None,
+) -> Scenario:
+    """Return a simulation as the scene file's `traffic` changes it.
+
+    Args:
+        job: The scene file.
+        scenario: As recorded, of the window that is shown and what smoothing needs.
+        recorded: The same of `recorded_window`, from which changed rides come.
+        begin: First time that is shown [s]; None is the scene file's shots'.
+        end: Last time that is shown [s]; None is the scene file's shots'.
+
+    Raises:
+        ConfigError: If a ride cannot be changed so, or would lead through somebody.
+    """
+    if job.traffic is None:
+        return scenario
+    done = []
+    for name, edit in job.traffic.rides.items():
+        recorded, ride = _ridden(job, recorded, name, edit)
+        if ride is not None:
+            done.append(ride)
+    log_now = _replaced(scenario.traffic, recorded.traffic, done, begin=begin, end=end)
+    scenario = replace(scenario, traffic=replace(log_now, traces=_kept(job, log_now.traces)))
+    for ride in done:
+        for span in _shown(job, begin, end):
+            _check_free(job, scenario, ride, span)
+        log.warning("%s", ride.words, extra={"once": ride.words})
+    return scenario
+
+
+def _replaced(
+    shown: TrafficLog,
+    recorded: TrafficLog,
+    rides: Sequence[ChangedRide],
+    *,
+    begin: float | None,
+    end: float | None,
+) -> TrafficLog:
+    """Return a log with changed rides in the places of recorded ones.
+
+    Args:
+        shown: Of the window.
+        recorded: Of a wider one, with the changed rides.
+        rides: Which they are.
+        begin: First time that is shown [s], or None.
+        end: Last time that is shown [s], or None.
+    """
+    from sumo3dviz_pt.motion import MARGIN
+
+    low = -np.inf if begin is None else begin - MARGIN
+    high = np.inf if end is None else end + MARGIN
+    names = tuple(dict.fromkeys((*shown.lane_names, *recorded.lane_names)))
+    # The last number is for rows without a lane, which have -1.
+    lanes = np.array([*(names.index(name) for name in recorded.lane_names), -1])
+    wanted = {ride.key for ride in rides}
+    found = {
+        trace.key: _within(replace(trace, lanes=lanes[trace.lanes]), low, high)
+        for trace in recorded.traces
+        if trace.key in wanted
+    }
+    traces = [found.pop(trace.key, trace) for trace in shown.traces]
+    # Those that are left come into the window only as they are changed.
+    traces += found.values()
+    return replace(shown, traces=tuple(filter(None, traces)), lane_names=names)
+
+
+def _within(trace: Trace, begin: float, end: float) -> Trace | None:
+    """Return the samples of a ride within a span of time [s]; None if there are none."""
+    inside = (trace.times >= begin - 1e-9) & (trace.times <= end + 1e-9)
+    if not inside.any():
+        return None
+    rows = [name for name in _ROWS if len(getattr(trace, name)) == len(inside)]
+    return replace(trace, **{name: getattr(trace, name)[inside] for name in rows})
+
+
+# Fewer ------------------------------------------------------------------------------------
+
+
+def _kept(job: Job, traces: Sequence[Trace]) -> tuple[Trace, ...]:
+    """Return the road users that are shown."""
+    assert job.traffic is not None
+    named = {*job.traffic.rides, *(edit.behind for edit in job.traffic.rides.values())}
+    named |= {*job.vehicles.by_id} | {
+        camera.vehicle for camera in job.cameras.values() if isinstance(camera, LagrangianCamera)
+    }
+    found = []
+    for trace in traces:
+        words = (trace.id, trace.key)
+        if any(fnmatchcase(word, each) for each in job.traffic.leave_out for word in words):
+            continue
+        stays = trace.kind != "vehicle" or any(word in named for word in words)
+        if stays or share_of(job.seed, "traffic", trace.id) < job.traffic.share:
+            found.append(trace)
+    return tuple(found)
+
+
+# Other times and paces ---------------------------------------------------------------------
+
+
+def _ridden(
+    job: Job, scenario: Scenario, name: str, edit: RideEdit
+) -> tuple[Scenario, ChangedRide | None]:
+    """Return a simulation with one ride changed, and what was done; None if nobody is there."""
+    from sumo3dviz_pt.motion.retiming import delayed, paced
+
+    motion = motion_of(job, scenario)
+    number = _number(motion, name)
+    if number is None:
+        told = f"traffic.rides: nobody near this time is called {name!r}, so nothing is changed"
+        log.warning("%s", told, extra={"once": told})
+        return scenario, None
+    traces = list(scenario.traffic.traces)
+    if edit.pace is not None and edit.around is not None:
+        (own,) = motion.smooth(_only(motion, number))
+        step = scenario.traffic.step
+        traces[number] = paced(traces[number], own, pace=edit.pace, around=edit.around, step=step)
+        scenario = _with(scenario, traces)
+    delay, said = edit.delay or 0.0, ""
+    if edit.gap is not None:
+        delay, said = _delay_for(job, scenario, name, edit)
+    traces[number] = delayed(traces[number], delay)
+    return _with(scenario, traces), ChangedRide(traces[number].key, _words(name, edit, delay, said))
+
+
+def _with(scenario: Scenario, traces: Sequence[Trace]) -> Scenario:
+    """Return a simulation with other rides."""
+    return replace(scenario, traffic=replace(scenario.traffic, traces=tuple(traces)))
+
+
+def _words(name: str, edit: RideEdit, delay: float, said: str) -> str:
+    """Return what was done to a ride."""
+    found = [] if edit.pace is None else [f"at {edit.pace:g} x its pace"]
+    if delay != 0.0:
+        found.append(f"{abs(delay):.2f} s {'later' if delay > 0.0 else 'earlier'}")
+    return f"{name} rides {' and '.join(found) or 'as recorded'}{said}"
+
+
+def _delay_for(job: Job, scenario: Scenario, name: str, edit: RideEdit) -> tuple[float, str]:
+    """Return how much later a ride must come by to keep a gap [s], and words about it."""
+    assert edit.behind is not None and edit.gap is not None and edit.at is not None
+    motion = motion_of(job, scenario)
+    place = f"traffic.rides.{name}"
+    number, ahead = _number(motion, name), _number(motion, edit.behind)
+    if ahead is None or number is None:
+        raise ConfigError(f"nobody near {edit.at:g} s is called {edit.behind!r}", key=place)
+    (leader,) = motion.smooth(_only(motion, ahead))
+    pose = leader.at(edit.at)
+    if pose is None:
+        raise ConfigError(f"{edit.behind} is not on the road at {edit.at:g} s", key=place)
+    length = _type(scenario.vehicle_types, scenario.traffic.traces[ahead]).length
+    rear = pose.position[:2] - length * np.array([np.cos(pose.yaw), np.sin(pose.yaw)])
+    (own,) = motion.smooth(_only(motion, number))
+    passes = _passing(own, rear, edit.at)
+    if passes is None:
+        raise ConfigError(
+            f"{name} does not come by where the rear of {edit.behind} is at {edit.at:g} s, within"
+            f" {MOST_DELAY:g} s",
+            key=place,
+        )
+    before = passes - edit.at
+    said = f", {edit.gap:.2f} s behind {edit.behind} at {edit.at:g} s ({before:.2f} s in the log)"
+    return edit.gap - before, said
+
+
+def _passing(own: Trajectory, place: Floats, near: float) -> float | None:
+    """Return when a front passes a place, the time that is nearest to another [s].
+
+    Args:
+        own: Its motion.
+        place: (2,) [m].
+        near: [s].
+    """
+    times = np.arange(near - MOST_DELAY, near + MOST_DELAY, _STEP / 2)
+    motion = own.sample(times)
+    towards = place - motion.positions[:, :2]
+    along = (towards * np.stack([np.cos(motion.yaws), np.sin(motion.yaws)], axis=1)).sum(axis=1)
+    away = np.linalg.norm(towards, axis=1)
+    # It passes between two moments at which the place lies ahead and behind.
+    here = np.flatnonzero(
+        motion.alive[:-1] & motion.alive[1:] & (along[:-1] >= 0.0) & (along[1:] < 0.0)
+        & (np.minimum(away[:-1], away[1:]) < _BESIDE)
+    )  # fmt: skip
+    if not here.size:
+        return None
+    shares = along[here] / (along[here] - along[here + 1])
+    found = times[here] + shares * (times[here + 1] - times[here])
+    return float(found[np.argmin(np.abs(found - near))])
+
+
+def _number(motion: LogMotion, name: str) -> int | None:
+    """Return the number of a ride by its id or key; None if there is none."""
+    found = np.flatnonzero(motion.named(name))
+    return int(found[0]) if found.size else None
+
+
+def _only(motion: LogMotion, number: int) -> Bools:
+    """Return a mask of one ride, (n,)."""
+    return np.asarray(np.arange(len(motion.ids)) == number)
+
+
+def _type(types: Mapping[str, VehicleType], trace: Trace) -> VehicleType:
+    """Return what a road user is."""
+    return types.get(trace.type_id, UNKNOWN_TYPES[trace.kind])
+
+
+# Nobody rides through anybody --------------------------------------------------------------
+
+
+def _shown(job: Job, begin: float | None, end: float | None) -> list[tuple[float, float]]:
+    """Return the spans of time that are shown [s]; all of it if there are no shots."""
+    if begin is None or end is None:
+        spans = [(shot.start, shot.end) for shot in job.shots]
+        return spans or [(-np.inf, np.inf)]
+    return [(begin, end)]
+
+
+def _check_free(job: Job, scenario: Scenario, ride: ChangedRide, span: tuple[float, float]) -> None:
+    """Refuse a changed ride that leads through somebody while it is shown.
+
+    Raises:
+        ConfigError: Names both, and when.
+    """
+    motion = motion_of(job, scenario)
+    traces = scenario.traffic.traces
+    number = next(k for k, trace in enumerate(traces) if trace.key == ride.key)
+    (own,) = motion.smooth(_only(motion, number))
+    begin, end = max(span[0], traces[number].times[0]), min(span[1], traces[number].times[-1])
+    if begin > end:
+        return
+    times = np.arange(begin, end + 1e-9, _STEP)
+    bodies = _bodies(own, _type(scenario.vehicle_types, traces[number]), times)
+    places = own.sample(times).positions[:, :2]
+    near = np.array([_comes_near(trace, places, begin, end) for trace in traces], dtype=np.bool_)
+    near[number] = False
+    for k, other in zip(np.flatnonzero(near).tolist(), motion.smooth(near), strict=True):
+        others = _bodies(other, _type(scenario.vehicle_types, traces[k]), times)
+        hits = np.flatnonzero(shapely.intersects(bodies, others))
+        if hits.size:
+            raise ConfigError(
+                f"{own.id} would drive through {other.id} at {times[hits[0]]:.1f} s; choose another"
+                f" delay, gap or pace, or leave {other.id} out",
+                key=f"traffic.rides.{own.id}",
+            )
+
+
+def _bodies(trajectory: Trajectory, kind: VehicleType, times: Floats) -> Floats:
+    """Return a body's outlines from above, a little smaller, (n,); none where it does not exist."""
+    motion = trajectory.sample(times)
+    length, half = kind.length, kind.width / 2.0
+    corners = np.array(
+        [
+            (-_ROOM, half - _ROOM),
+            (-_ROOM, _ROOM - half),
+            (_ROOM - length, _ROOM - half),
+            (_ROOM - length, half - _ROOM),
+        ]
+    )
+    found = np.full(len(times), None, dtype=object)
+    cos, sin = np.cos(motion.yaws), np.sin(motion.yaws)
+    turn = np.stack([np.stack([cos, -sin], -1), np.stack([sin, cos], -1)], axis=1)
+    outlines = motion.positions[:, None, :2] + np.einsum("nij,kj->nki", turn, corners)
+    found[motion.alive] = shapely.polygons(outlines[motion.alive])
+    return found
+
+
+def _comes_near(trace: Trace, places: Floats, begin: float, end: float) -> bool:
+    """Return whether a ride is logged near some places, (n, 2) [m], within a span of time [s]."""
+    low, high = np.nanmin(places, axis=0) - _NEAR, np.nanmax(places, axis=0) + _NEAR
+    inside = ((trace.positions[:, :2] > low) & (trace.positions[:, :2] < high)).all(axis=1)
+    return bool((inside & (trace.times > begin - _NEAR) & (trace.times < end + _NEAR)).any())

@@ -1,0 +1,1 @@
+"""The stimulus report: what the films of a study show, in numbers."""

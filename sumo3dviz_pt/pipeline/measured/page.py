@@ -1,0 +1,146 @@
+"""Writes the page of the stimulus report: what factors do to measures, and each film's numbers."""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from sumo3dviz_pt.files.whole import write_whole
+from sumo3dviz_pt.pipeline.measured.effects import Effect
+from sumo3dviz_pt.pipeline.measured.film import SHARE, FilmMeasures
+
+_STRONG = 0.5
+"""A factor that makes more of a measure's variance than this is printed bold."""
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #1a1a1a; background: #fff; margin: 2rem auto;
+  max-width: 1200px; padding: 0 1rem }
+h1 { font-size: 1.7rem } h2 { font-size: 1.2rem; margin: 2.5rem 0 .3rem }
+table { border-collapse: collapse; margin: .8rem 0; font-size: .9rem }
+caption { text-align: left; color: #444; padding-bottom: .3rem }
+th, td { text-align: left; padding: .25rem .8rem; border-bottom: 1px solid #ddd;
+  vertical-align: top }
+th { font-weight: 600 } tbody th { font-weight: 400; min-width: 17rem }
+td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap }
+td small { display: block; color: #444 } .scroll { overflow-x: auto }
+"""
+
+_ABOUT = """<p>Light of the scene is measured in the stored frames that the certificate compares,
+before exposure and tone curve. All else is of the films as they are seen, on a display whose white
+has {white:g} cd/m<sup>2</sup> and whose curve is sRGB's: set <code>report: {{white: ...}}</code> in
+the study file to what a photometer reads. RMS contrast is the standard deviation of luminance over
+its mean; edge density the share of pixels that are edges (Mack &amp; Oliva 2004); change is the
+mean absolute difference of luminance from the frame before. Gap, headway and time to collision are
+those to whoever is straight ahead of the ridden vehicle. The tables by frame lie in the folder
+<code>report</code>: {tables}.</p>"""
+
+_EFFECTS = """<p>Which measures differ between levels of a factor? The number is eta squared, the
+share of the measure's variance over all profiles that lies between the levels: 1 says that it
+tells the level, 0 that it knows nothing of it. Below it stand the means of the levels. A factor
+should show in what it is about; where it also shows in another measure, the two are confounded, and
+an answer may be due to either. Look at the means, too: without noise, eta squared is 1 for a
+difference that is too small to matter. Measures that are the same in all films are left
+out.</p>"""
+
+
+def write_page(
+    path: Path,
+    films: Sequence[FilmMeasures],
+    found: Sequence[Effect],
+    *,
+    white: float,
+    words: Mapping[str, str],
+) -> Path:
+    """Write `report.html`.
+
+    Args:
+        path: Where to.
+        films: All with the same measures.
+        found: What factors do to measures.
+        white: Luminance of the display's white [cd/m2].
+        words: What measures mean, in order.
+    """
+    tables = "films.csv, frames.csv, traffic.csv, events.csv, shares.csv"
+    lines = [
+        "<!doctype html>",
+        '<html lang="en"><head><meta charset="utf-8"><title>Stimulus report</title>',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">',
+        f"<style>{_STYLE}</style></head><body><main><h1>Stimulus report</h1>",
+        _ABOUT.format(white=white, tables=tables),
+        "<h2>What factors do to measures</h2>",
+        _EFFECTS,
+        *_effect_table(found, words),
+        "<h2>Films</h2>",
+        *_film_table(films, words),
+        "</main></body></html>",
+        "",
+    ]
+    write_whole(path, "\n".join(lines))
+    return path
+
+
+def _effect_table(found: Sequence[Effect], words: Mapping[str, str]) -> Iterator[str]:
+    """Yield a table with a row for each measure and a column for each factor."""
+    factors = dict.fromkeys(each.factor for each in found)
+    by_place = {(each.measure, each.factor): each for each in found}
+    yield '<div class="scroll"><table><caption>Eta squared, and means by level; bold above'
+    yield f' {_STRONG:g}</caption><thead><tr><th scope="col">measure</th>'
+    yield "".join(f'<th scope="col">{html.escape(name)}</th>' for name in factors)
+    yield "</tr></thead><tbody>"
+    for name, word in words.items():
+        row = [by_place.get((name, factor)) for factor in factors]
+        if any(each is not None and each.eta_squared > 0.0 for each in row):
+            cells = "".join(_effect_cell(each) for each in row)
+            yield f'<tr><th scope="row">{_superscript(word)}</th>{cells}</tr>'
+    yield "</tbody></table></div>"
+
+
+def _effect_cell(effect: Effect | None) -> str:
+    """Return a cell about a factor and a measure."""
+    if effect is None:
+        return "<td>-</td>"
+    means = ", ".join(
+        f"{html.escape(level)} {_value(effect.measure, mean)}"
+        for level, mean in effect.means.items()
+    )
+    share = f"{effect.eta_squared:.2f}"
+    strong = f"<strong>{share}</strong>" if effect.eta_squared > _STRONG else share
+    return f"<td>{strong}<small>{means}</small></td>"
+
+
+def _film_table(films: Sequence[FilmMeasures], words: Mapping[str, str]) -> Iterator[str]:
+    """Yield a table with a row for each measure and a column for each film."""
+    yield '<div class="scroll"><table><caption>Measures of whole films; light is the mean over'
+    yield ' frames</caption><thead><tr><th scope="col">measure</th>'
+    for film in films:
+        # Long names break where they are joined.
+        name = html.escape(film.name).replace("_", "_<wbr>")
+        yield f'<th scope="col" class="n">{name}</th>'
+    yield "</tr></thead><tbody>"
+    for name, word in words.items():
+        cells = "".join(f'<td class="n">{_value(name, film.whole[name])}</td>' for film in films)
+        yield f'<tr><th scope="row">{_superscript(word)}</th>{cells}</tr>'
+    yield "</tbody></table></div>"
+
+
+def _value(measure: str, value: float) -> str:
+    """Return a measure's value; shares are told in percent."""
+    shown = _number(100.0 * value if measure.startswith(SHARE) else value)
+    return f"{shown} %" if measure.startswith(SHARE) and shown != "-" else shown
+
+
+def _number(value: float) -> str:
+    """Return a number with three digits that count, never as a power of ten; a dash for none."""
+    if math.isnan(value):
+        return "-"
+    size = abs(value)
+    whole = size == round(size)
+    digits = 0 if whole else max(0, 2 - math.floor(math.log10(size)))
+    return f"{value:.{min(digits, 5)}f}"
+
+
+def _superscript(words: str) -> str:
+    """Return words for a page, with the 2 of m2 raised."""
+    return html.escape(words).replace("m2]", "m<sup>2</sup>]")

@@ -1,0 +1,1 @@
+"""Runs SUMO, or follows somebody's run of it, and keeps what a film needs."""

@@ -1,0 +1,187 @@
+"""Accounts of two films: each kind of difference is named, unless the factor acts on it."""
+
+import copy
+
+import numpy as np
+import pytest
+from builders import frame_of, mover, view_at
+
+from sumo3dviz_pt.pipeline.accounts.road_users import RoadUsers
+from sumo3dviz_pt.pipeline.certificate.accounts import account_faults, named_differences
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
+
+NOTHING = Acts()
+PLANNED = ("vehicles.by_id.a.colour: #ffffff -> #c00000",)
+
+
+def account():
+    """A film of three frames with two cars."""
+    camera = {
+        "position": [0.0, 0.0, 1.2], "forward": [1.0, 0.0, 0.0], "up": [0.0, 0.0, 1.0], "fov": 60.0,
+    }  # fmt: skip
+    user = {"body": "sedan", "colour": [1, 1, 1], "frames": [0, 2], "motion": "m", "lamps": []}
+    return {
+        "fps": 25.0, "frame_rate": "25", "size": [96, 54], "exposure": 0.5, "tone": "neutral",
+        "glare": 0.0, "world": "w", "light": "l", "plan": "p", "variant": "llvm",
+        "scene": {"seed": 7}, "inputs": {"fcd.xml": "1"}, "versions": {"numpy": "2"},
+        "signal_changes": [{"frame": 1, "time": 4.04, "tls": "C", "state": "Gr"}],
+        "road_users": {"vehicle:a": dict(user), "vehicle:b": dict(user)},
+        "frames": [
+            {"frame": n, "time": 4.0 + n / 25, "camera": dict(camera), "placed": f"{n}",
+             "drawn": ["vehicle:a", "vehicle:b"]}
+            for n in range(3)
+        ],
+    }  # fmt: skip
+
+
+def faults(change, acts=NOTHING, planned=PLANNED):
+    other = copy.deepcopy(account())
+    change(other)
+    return account_faults(account(), other, acts, planned)
+
+
+def test_equal_accounts_have_no_faults():
+    assert not faults(lambda other: None)
+    assert not named_differences(account(), account(), Acts(light=True))
+
+
+def frame_more(other):
+    other["frames"].append(other["frames"][-1])
+
+
+def another_time(other):
+    other["frames"][2]["time"] += 0.04
+
+
+def camera_moved(other):
+    other["frames"][1]["camera"]["position"] = [0.0, 0.01, 1.2]
+
+
+def another_lens(other):
+    other["frames"][0]["camera"]["fov"] = 61.0
+
+
+def missing(other):
+    other["frames"][2]["drawn"] = ["vehicle:a"]
+
+
+def another_body(other):
+    other["road_users"]["vehicle:b"]["body"] = "coupe"
+
+
+def another_colour(other):
+    other["road_users"]["vehicle:b"]["colour"] = [1, 0, 0]
+
+
+def elsewhere(other):
+    other["road_users"]["vehicle:b"]["motion"] = "n"
+    other["frames"][1]["placed"] = "x"
+
+
+def braking(other):
+    other["road_users"]["vehicle:b"]["lamps"] = [{"frame": 2, "lit": ["brake"]}]
+
+
+def late(other):
+    other["signal_changes"][0]["frame"] = 2
+
+
+def brighter(other):
+    other["exposure"] = 0.6
+
+
+def another_tone(other):
+    other["tone"] = "agx"
+
+
+def another_seed(other):
+    other["scene"]["seed"] = 8
+
+
+def another_file(other):
+    other["inputs"]["fcd.xml"] = "2"
+
+
+def another_world(other):
+    other["world"] = "v"
+
+
+ALL = Acts(anything=True)
+CASES = [
+    (frame_more, "the films have 3 and 4 frames", None),
+    (another_time, "frame 2 shows 4.08 s in one film and 4.12 s in the other", Acts(motion=True)),
+    (camera_moved, "in 1 frames, in frame 1 by 1 cm and 0 deg", Acts(camera=True)),
+    (another_lens, "with lenses of 60 and 61 deg", Acts(camera=True)),
+    (missing, "from frame 2 on only one film shows vehicle:b", Acts(things=("vehicle:b",))),
+    (another_body, "another body: vehicle:b", Acts(things=("vehicle:b",))),
+    (another_colour, "another colour: vehicle:b", Acts(looks=("vehicle:b",))),
+    (elsewhere, "from frame 1 on road users are elsewhere: vehicle:b", Acts(motion=True)),
+    (braking, "lamps are lit otherwise: vehicle:b", Acts(light=True)),
+    (late, "traffic light C goes to Gr at frame 1 in the first film only", Acts(motion=True)),
+    (brighter, "exposure [EV] is 0.5 in one film and 0.6 in the other", Acts(picture=True)),
+    (another_tone, "tone curve is neutral in one film and agx in the other", Acts(light=True)),
+    (another_seed, "no level changes this: seed: 7 -> 8", None),
+    (another_file, "no level changes this: input fcd.xml: other content", None),
+    (another_world, "roads, houses, plants, lamps or their materials are others", ALL),
+]
+
+
+@pytest.mark.parametrize(
+    ("change", "said", "acts"), CASES, ids=lambda each: getattr(each, "__name__", "")
+)
+def test_what_differs_is_named_unless_the_factor_acts_on_it(change, said, acts):
+    found = faults(change)
+    assert len(found) == 1 and said in found[0]
+    if acts is not None:
+        assert not faults(change, acts)
+
+
+def test_what_stands_is_the_same_if_the_factor_acts_on_road_users_alone():
+    assert faults(another_world, Acts(looks=("vehicle:a", "person:a")))
+    assert not faults(another_world, Acts(things=("vehicle:a", "tree:*")))
+    assert not faults(another_world, Acts(light=True))
+
+
+def test_what_levels_set_may_differ():
+    planned = ("seed: 7 -> 8", "scenario.trajectories: fcd.xml -> fcd.xml")
+    assert not faults(another_seed, planned=planned)
+    assert not faults(another_file, planned=planned)
+
+
+def test_exposure_belongs_to_the_level_of_light_and_is_named():
+    other = account()
+    brighter(other)
+    assert named_differences(account(), other, Acts(light=True)) == ["exposure [EV]: 0.5 and 0.6"]
+
+
+# What accounts say of road users ------------------------------------------------------------
+
+
+def told(*frames):
+    """What the account says after frames, each a list of movers."""
+    users = RoadUsers()
+    digests = [
+        users.add(n, frame_of(view_at((0, 0, 1)), movers=movers)) for n, movers in enumerate(frames)
+    ]
+    return users.account(), digests
+
+
+def test_the_account_tells_motion_by_digests():
+    still, digests = told([mover("vehicle:a", (1, 2, 0), (1, 0, 0))] * 1, [
+        mover("vehicle:a", (1, 2, 0), (1, 0, 0))])  # fmt: skip
+    assert digests[0] == digests[1]
+    user = still["vehicle:a"]
+    assert (user["body"], user["colour"], user["frames"]) == ("cube", [1.0, 0.0, 0.0], [0, 1])
+    moved, others = told(
+        [mover("vehicle:a", (1, 2, 0), (1, 0, 0))], [mover("vehicle:a", (1, 2.001, 0), (1, 0, 0))]
+    )
+    assert others[0] == digests[0] and others[1] != digests[1]
+    assert moved["vehicle:a"]["motion"] != user["motion"]
+
+
+def test_last_bits_of_a_processor_do_not_count():
+    near = np.nextafter(1.0, 2.0)
+    assert (
+        told([mover("vehicle:a", (1.0, 2, 0), (1, 0, 0))])
+        == told([mover("vehicle:a", (near, 2, 0), (1, 0, 0))])
+    )  # fmt: skip

@@ -1,0 +1,62 @@
+"""Where a factor acts, by the keys that its levels set."""
+
+import pytest
+
+from sumo3dviz_pt.job.settings import Job
+from sumo3dviz_pt.job.study import ActSettings
+from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of, matches
+
+
+@pytest.mark.parametrize(
+    ("change", "reshaped", "repainted", "left"),
+    [
+        ("vehicles.by_id.car.7.colour: #ffffff -> #c00000", (), ("vehicle:car.7",),
+         ("vehicle:car.70", "vehicle:car.6", "tree:3")),
+        ("vehicles.by_id.car.7: only the first has it", ("vehicle:car.7",), (), ("vehicle:car.8",)),
+        ("vehicles.by_id.bus_*.colour: a -> b", (), ("vehicle:bus_3",), ("vehicle:car",)),
+        ("vehicles.by_id.a[1].colour: a -> b", (), ("vehicle:a[1]",), ("vehicle:a1",)),
+        ("traffic.rides.car.7.gap: 1.0 -> 2.0", ("vehicle:car.7",), (), ("vehicle:car.8",)),
+        ("traffic.rides.car.7: only the first has it", ("vehicle:car.7",), (), ("tree:3",)),
+        ("traffic.share: 1.0 -> 0.5", ("vehicle:x",), (), ("tree:3",)),
+        ("ground.planting: auto -> none", ("tree:3", "shrub:9"), (), ("home:4", "vehicle:car.7")),
+        ("objects.homes.scale: 1 -> 2", (), (), ("tree:3", "vehicle:x")),
+        ("scenario.trajectories: a.xml -> b.xml", ("vehicle:x", "person:y"), (), ("tree:3",)),
+    ],
+)  # fmt: skip
+def test_keys_act_on_what_they_are_about(change, reshaped, repainted, left):
+    acts = acts_of([change])
+    assert all(acts.may_reshape(name) for name in reshaped)
+    assert all(acts.may_look(name) and not acts.may_reshape(name) for name in repainted)
+    assert not any(acts.may_look(name) for name in left)
+    assert not acts.anything
+
+
+def test_light_keeps_all_shapes_and_brings_its_exposure():
+    acts = acts_of(["sky.preset: a -> b", "lights: auto -> on", "template: a -> b"])
+    assert acts.light and acts.develops and not acts.moves
+    assert not acts.may_look("tree:3", "vegetation")
+
+
+def test_labels_stand_for_many_things():
+    assert acts_of(["objects.homes.scale: 1 -> 2"]).may_reshape("home:4", "building")
+    assert matches(("label:vegetation",), "whatever", "vegetation")
+
+
+def test_an_unknown_key_acts_on_anything_and_several_keys_together():
+    assert acts_of(["seed: 7 -> 8"]).anything
+    both = acts_of(["lights: a -> b", "vehicles.by_id.x.colour: a -> b"])
+    assert both.light and both.may_look("vehicle:x") and not both.may_reshape("vehicle:x")
+    assert str(Acts()) == "nothing"
+
+
+def test_a_study_file_may_say_it():
+    acts = Acts.asked(ActSettings(things=("sign:*",), light=True))
+    assert acts.may_reshape("sign:3") and acts.light and not acts.motion
+    assert str(acts) == "the shape of sign:*; sky, sun and lamps"
+
+
+def test_most_keys_of_a_scene_file_have_a_rule():
+    """What is left acts on anything, on purpose."""
+    free = {key for key in Job.model_fields if acts_of([f"{key}.x: 1 -> 2"]).anything}
+    assert free <= {"scenario", "seed", "quality", "textured", "output", "template", "objects",
+                    "lights"}  # fmt: skip

@@ -1,0 +1,125 @@
+"""Two frames compared pixel by pixel."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sumo3dviz_pt.pipeline.certificate.acts import Acts
+from sumo3dviz_pt.pipeline.certificate.comparison import compare, differing_things
+from sumo3dviz_pt.pipeline.certificate.evidence import Evidence, compared_frames
+from sumo3dviz_pt.pipeline.certificate.verdicts import pixel_verdict
+
+ROAD, CAR, TREE = 1, 2, 3
+CAR_MAY_LOOK = Acts(looks=("vehicle:car",))
+
+
+def frame(*, noise=0):
+    """A road with a car, 6 x 8 pixels."""
+    things = np.full((6, 8), ROAD)
+    things[2:4, 2:5] = CAR
+    rng = np.random.default_rng(noise)
+    return Evidence(
+        things,
+        {0: "sky", ROAD: "edge:e", CAR: "vehicle:car", TREE: "tree:1"},
+        {"edge:e": "road", "vehicle:car": "car", "tree:1": "vegetation"},
+        {
+            "depth": np.full((6, 8), 20.0, np.float32),
+            "normals": np.tile(np.float32([0, 0, 1]), (6, 8, 1)),
+            "albedo": np.full((6, 8, 3), 0.3, np.float32),
+        },
+        rng.uniform(0.4, 0.6, (6, 8, 3)).astype(np.float32),
+        np.full((6, 8, 3), 120, np.uint8),
+    )
+
+
+def altered(base, layer, where, value):
+    """The same frame with other values in a layer."""
+    changed = np.array(base.layers[layer])
+    changed[where] = value
+    return replace(base, layers={**base.layers, layer: changed})
+
+
+def verdict(one, other, acts):
+    return pixel_verdict([compare(0, one, other, acts)], acts)
+
+
+def test_equal_frames_have_no_faults():
+    found = verdict(frame(), frame(), CAR_MAY_LOOK)
+    assert not found.faults and found.differing == found.wrong == 0 and not found.things
+
+
+def test_colour_may_differ_where_the_factor_acts_and_only_there():
+    red = altered(frame(), "albedo", np.s_[2:4, 2:5], 0.7)
+    found = verdict(frame(), red, CAR_MAY_LOOK)
+    assert not found.faults and found.differing == 6 / 48
+    assert [(thing.name, thing.acts, thing.paint) for thing in found.things] == [
+        ("vehicle:car", "colour", 6)
+    ]
+    (fault,) = verdict(frame(), red, Acts(looks=("vehicle:other",))).faults
+    assert "in 6 pixels of 1 frames" in fault and "vehicle:car" in fault
+
+
+@pytest.mark.parametrize(("layer", "value"), [("depth", 20.01), ("normals", 0.5), ("albedo", 0.32)])
+def test_shape_and_paint_must_be_the_same_elsewhere(layer, value):
+    other = altered(frame(), layer, np.s_[5, 7], value)
+    (fault,) = verdict(frame(), other, CAR_MAY_LOOK).faults
+    assert "in 1 pixels" in fault and "edge:e" in fault
+
+
+def test_the_car_keeps_its_shape_if_only_its_looks_may_differ():
+    nearer = altered(frame(), "depth", np.s_[2:4, 2:5], 19.0)
+    assert verdict(frame(), nearer, CAR_MAY_LOOK).faults
+    assert not verdict(frame(), nearer, Acts(things=("vehicle:car",))).faults
+
+
+def test_a_missing_tree_is_found_behind_whatever_it_uncovers():
+    without = frame()
+    with_tree = replace(frame(), things=np.where(frame().things == CAR, CAR, ROAD))
+    with_tree.things[0:2, 6:8] = TREE
+    (fault,) = verdict(with_tree, without, CAR_MAY_LOOK).faults
+    assert "in 4 pixels" in fault and "tree:1" in fault
+    assert not verdict(with_tree, without, Acts(things=("label:vegetation",))).faults
+
+
+def test_another_seed_is_found_by_its_light():
+    (fault,) = verdict(frame(), frame(noise=1), CAR_MAY_LOOK).faults
+    assert "differs in light by" in fault
+    assert not verdict(frame(), frame(noise=1), Acts(light=True)).faults
+
+
+def test_a_shadow_is_listed_and_is_no_fault():
+    shaded = frame()
+    radiance = np.array(shaded.radiance)
+    radiance[5, :4] *= 0.4
+    found = verdict(frame(), replace(shaded, radiance=radiance), CAR_MAY_LOOK)
+    assert not found.faults
+    assert [(thing.name, thing.light) for thing in found.things] == [("edge:e", 4)]
+
+
+@pytest.mark.parametrize(("shift", "faults"), [(0, 0), (1, 0), (4, 1), (-4, 1)])
+def test_a_brighter_or_darker_picture_is_found(shift, faults):
+    shifted = np.clip(frame().picture.astype(int) + shift, 0, 255).astype(np.uint8)
+    found = verdict(frame(), replace(frame(), picture=shifted), CAR_MAY_LOOK)
+    assert len(found.faults) == faults
+    assert not verdict(frame(), replace(frame(), picture=shifted), Acts(picture=True)).faults
+
+
+def test_frames_that_are_gone_leave_light_out():
+    gone = replace(frame(noise=3), radiance=None)
+    assert not verdict(frame(), gone, CAR_MAY_LOOK).faults
+
+
+def test_things_are_summed_over_frames():
+    red = altered(frame(), "albedo", np.s_[2:4, 2:5], 0.7)
+    both = [compare(n, frame(), red, CAR_MAY_LOOK) for n in (0, 4)]
+    (thing,) = differing_things(both)
+    assert (thing.pixels, thing.paint, thing.shape, thing.codes) == (12, 12, 0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("count", "wanted", "numbers"),
+    [(3, 3, [0, 1, 2]), (3, 9, [0, 1, 2]), (75, 3, [0, 37, 74]), (75, 1, [37]), (1, 5, [0])],
+)
+def test_compared_frames_lie_evenly(count, wanted, numbers):
+    assert compared_frames(count, wanted) == numbers

@@ -1,0 +1,136 @@
+"""Recorded traffic with other gaps, paces and densities."""
+
+import logging
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from builders import fcd_xml, write_scenario
+
+from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.pipeline.reading import read, read_files
+from sumo3dviz_pt.pipeline.scene_file import load_job
+
+# Cars v0, v2, v4 drive one behind the other at 10 m/s, 18 m apart and 4.6 m long; v0 is last.
+
+
+@pytest.fixture
+def scene(tmp_path):
+    return write_scenario(tmp_path)
+
+
+def asked(scene, **traffic):
+    """The trajectories from 4 to 6 s with changed traffic, by id."""
+    _, _, found = read(load_job(scene, {"traffic": traffic} if traffic else {}), begin=4.0, end=6.0)
+    return {each.id: each for each in found}
+
+
+def ride(**edit):
+    return {"rides": {"v0": edit}}
+
+
+def east(trajectory, time):
+    return trajectory.at(time).position[0]
+
+
+def test_a_ride_comes_later(scene):
+    found = asked(scene, **ride(delay="0.5 s"))
+    assert east(found["v0"], 5.0) == pytest.approx(-40 + 10 * 4.5, abs=0.01)
+    assert east(found["v2"], 5.0) == pytest.approx(-40 + 18 + 50, abs=0.01)
+
+
+def test_a_gap_is_kept_from_rear_to_front(scene):
+    found = asked(scene, **ride(behind="v2", gap="0.8 s", at=5.0))
+    rear = east(found["v2"], 5.0) - 4.6
+    assert east(found["v0"], 5.8) == pytest.approx(rear, abs=0.01)
+
+
+def test_a_pace_leaves_one_moment_as_it_is(scene):
+    found = asked(scene, **ride(pace=1.2, around=5.0))
+    assert east(found["v0"], 5.0) == pytest.approx(-40 + 50, abs=0.01)
+    assert east(found["v0"], 6.0) == pytest.approx(-40 + 50 + 12, abs=0.05)
+    assert found["v0"].at(5.5).speed == pytest.approx(12.0, abs=0.1)
+
+
+def test_gap_and_pace_go_together(scene):
+    found = asked(scene, **ride(behind="v2", gap="1 s", at=5.0, pace=0.8, around=5.0))
+    assert east(found["v0"], 6.0) == pytest.approx(east(found["v2"], 5.0) - 4.6, abs=0.01)
+    assert found["v0"].at(5.5).speed == pytest.approx(8.0, abs=0.1)
+
+
+def test_all_others_ride_as_recorded_and_in_their_order(scene):
+    _, plain = read_files(load_job(scene), begin=4.0, end=6.0)
+    job = load_job(scene, {"traffic": ride(behind="v2", gap="2 s", at=5.0)})
+    _, other = read_files(job, begin=4.0, end=6.0)
+    assert [t.key for t in other.traffic.traces] == [t.key for t in plain.traffic.traces]
+    for a, b in zip(plain.traffic.traces, other.traffic.traces, strict=True):
+        same = all(np.array_equal(getattr(a, n), getattr(b, n)) for n in ("times", "positions"))
+        assert same == (a.id != "v0")
+        names = [
+            [log.lane_names[k] for k in t.lanes]
+            for t, log in ((a, plain.traffic), (b, other.traffic))
+        ]
+        assert names[0][: len(names[1])] == names[1][: len(names[0])]
+
+
+def test_a_ride_may_come_into_the_window_by_its_delay(tmp_path):
+    scene = write_scenario(tmp_path)
+    early = fcd_xml(vehicles=2, end=29.0, speed=0.0)
+    late = fcd_xml(vehicles=1, begin=30.0, end=70.0, speed=1.0)
+    steps = early.replace("</fcd-export>", "") + late.replace("<fcd-export>", "")
+    steps = steps.replace('"v0" x="-40.000" y="-4.800"', '"w" x="30" y="-4.8"', 30)
+    (tmp_path / "fcd.xml").write_text(steps, encoding="utf-8")
+    assert "v0" not in asked(scene)
+    found = asked(scene, **ride(delay="-28 s"))
+    assert east(found["v0"], 5.0) == pytest.approx(-37.0, abs=0.01)
+
+
+def test_nobody_rides_through_anybody(scene):
+    with pytest.raises(ConfigError, match=r"rides\.v0: v0 would drive through v2 at 4\.0 s"):
+        asked(scene, **ride(delay="-1.9 s"))
+    # It may where nobody sees it, and if the other is left out.
+    asked(scene, **ride(delay="-1.9 s"), leave_out=["v2"])
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        ({"behind": "v9", "gap": 1, "at": 5}, "nobody near 5 s is called 'v9'"),
+        ({"behind": "v2", "gap": 1, "at": 25}, "v2 is not on the road at 25 s"),
+        ({"behind": "v1", "gap": 1, "at": 5}, "does not come by where the rear of v1"),
+        ({"behind": "v2", "gap": 1}, "a gap needs behind, gap and at"),
+        ({"delay": 1, "behind": "v2", "gap": 1, "at": 5}, "either delay or gap"),
+        ({"pace": 1.5}, "a pace needs around"),
+        ({}, "give delay, gap or pace"),
+        ({"delay": "3 km"}, "one of the units s, ms, min"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_words(scene, edit, said):
+    with pytest.raises(ConfigError, match=said):
+        asked(scene, **ride(**edit))
+
+
+def test_a_name_that_nobody_has_changes_nothing_and_is_told(scene, caplog):
+    with caplog.at_level(logging.WARNING):
+        found = asked(scene, rides={"x": {"delay": 1}})
+    assert "nobody near this time is called 'x'" in caplog.text
+    assert east(found["v0"], 5.0) == pytest.approx(10.0, abs=0.01)
+
+
+def test_what_was_done_is_told(scene, caplog):
+    with caplog.at_level(logging.WARNING):
+        asked(scene, **ride(behind="v2", gap="0.8 s", at=5.0))
+    assert "v0 rides 0.54 s earlier, 0.80 s behind v2 at 5 s (1.34 s in the log)" in caplog.text
+
+
+def test_fewer_vehicles_are_some_of_more(tmp_path):
+    scene = write_scenario(tmp_path, vehicles=60, persons=3, spacing=6.0)
+    kept = [set(asked(scene, share=share)) for share in (0.0, 0.3, 0.7, 1.0)]
+    assert all(few <= many for few, many in pairwise(kept))
+    # The one that a camera rides with stays, and so do people.
+    assert kept[0] == {"v0", "p0", "p1", "p2"} and len(kept[3]) == 63
+    assert 10 < len(kept[1]) < 32 < len(kept[2]) < 54
+
+
+def test_some_are_left_out_by_pattern(scene):
+    assert set(asked(scene, leave_out=["v1", "vehicle:v4*"])) == {"v0", "v2", "v3", "v5"}

@@ -1,0 +1,142 @@
+"""Places that are kept in the user's cache."""
+
+import os
+import pickle
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from builders import write_scenario
+
+from sumo3dviz_pt.model.camera_path import CameraPath
+from sumo3dviz_pt.model.scene import LeftOut
+from sumo3dviz_pt.pipeline.production import read
+from sumo3dviz_pt.pipeline.scene_file import load_job
+from sumo3dviz_pt.pipeline.worlds import world_of
+from sumo3dviz_pt.world import kept
+
+EYE = CameraPath.all_round(np.array([[20.0, 5.0, 30.0]]))
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SUMO3DVIZ_PT_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(kept, "_LEAST", 0)
+    return tmp_path / "cache" / "places"
+
+
+@pytest.fixture
+def built(monkeypatch):
+    """Lists the places that are really built."""
+    found = []
+    original = kept.build_place
+
+    def listed(world, camera_path):
+        found.append(original(world, camera_path))
+        return found[-1]
+
+    monkeypatch.setattr(kept, "build_place", listed)
+    return found
+
+
+def world_in(folder, **changes):
+    """The world of a small scene."""
+    path = folder / "scene.yaml"
+    if not path.exists():
+        path = write_scenario(folder, vehicles=2, signals=True, trees=True)
+    job = load_job(path, changes)
+    files, scenario, _ = read(job)
+    return world_of(scenario, job, files)
+
+
+def same(one, other):
+    """Whether two values are equal, arrays bit by bit."""
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.tobytes() == other.tobytes()
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if hasattr(one, "__dataclass_fields__"):
+        return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    return one == other
+
+
+def test_a_place_is_built_once_and_comes_back_whole(tmp_path, built):
+    first = kept.place_around(world_in(tmp_path), EYE)
+    second = kept.place_around(world_in(tmp_path), EYE)
+    assert len(built) == 1 and first is built[0] and second is not first
+    for part in ("static", "lamps", "left_out", "surface"):
+        assert same(getattr(first, part), getattr(second, part))
+    assert first.materials == second.materials and len(first.static) > 5
+    roads = [part for part in first.static if part.id.startswith("road/")]
+    for part in roads:
+        things = first.road_owners.things(part.id, part.part.mesh)
+        assert things and things == second.road_owners.things(part.id, part.part.mesh)
+    points = np.random.default_rng(1).uniform(-60, 60, (200, 2))
+    np.testing.assert_array_equal(first.footway(points), second.footway(points))
+    assert first.signals.heads
+    assert same(first.signals.radiance_at(4.0), second.signals.radiance_at(4.0))
+
+
+def test_what_a_place_depends_on_makes_another_one(tmp_path, built):
+    kept.place_around(world_in(tmp_path), EYE)
+    kept.place_around(world_in(tmp_path, seed=8), EYE)
+    kept.place_around(world_in(tmp_path), replace(EYE, positions=EYE.positions + 250.0))
+    network = next(tmp_path.glob("*.net.xml"))
+    network.write_text(network.read_text("utf-8").replace("<net ", "<net  ", 1), encoding="utf-8")
+    kept.place_around(world_in(tmp_path), EYE)
+    assert len(built) == 4
+    # What a place does not show makes no difference.
+    kept.place_around(world_in(tmp_path, **{"quality": "draft", "output.fps": 10}), EYE)
+    assert len(built) == 4
+
+
+def test_worlds_without_a_key_and_small_places_are_not_kept(tmp_path, built, cache, monkeypatch):
+    kept.place_around(replace(world_in(tmp_path), key=""), EYE)
+    assert not cache.exists()
+    monkeypatch.setattr(kept, "_LEAST", 10**9)
+    kept.place_around(world_in(tmp_path), EYE)
+    assert not cache.exists() and len(built) == 2
+
+
+def test_damaged_places_are_built_anew(tmp_path, built, cache):
+    kept.place_around(world_in(tmp_path), EYE)
+    (file,) = cache.rglob("place.pickle")
+    content = file.read_bytes()
+    file.write_bytes(content[:-10])
+    kept.place_around(world_in(tmp_path), EYE)
+    assert len(built) == 2 and file.read_bytes()[-10:] == content[-10:]
+
+
+class Foreign:
+    """Would make a file if it were restored."""
+
+    def __init__(self, target):
+        self.target = target
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.target),)
+
+
+def test_no_code_of_others_runs(tmp_path, built, cache):
+    kept.place_around(world_in(tmp_path), EYE)
+    (folder,) = cache.iterdir()
+    for entry in folder.iterdir():
+        entry.unlink()
+    folder.rmdir()
+    kept.keep(folder, {"place.pickle": pickle.dumps(Foreign(tmp_path / "made"))})
+    kept.place_around(world_in(tmp_path), EYE)
+    assert len(built) == 2 and not (tmp_path / "made").exists()
+
+
+def test_surprises_are_told_every_time(tmp_path, monkeypatch, caplog):
+    original = kept.build_place
+    gone = LeftOut("signals of 2 links", "of a reason", surprising=True)
+    monkeypatch.setattr(
+        kept, "build_place", lambda *given: replace(original(*given), left_out=(gone,))
+    )
+    for _ in range(2):
+        caplog.clear()
+        kept.place_around(world_in(tmp_path), EYE)
+        assert "left out signals of 2 links: of a reason" in caplog.text

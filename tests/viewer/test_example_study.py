@@ -1,0 +1,110 @@
+"""The example study, from its file by one command to answers that a browser records.
+
+As `test_study_page.py`, it needs Chromium and a folder with jsPsych.
+"""
+
+from __future__ import annotations
+
+import csv
+import functools
+import http.server
+import json
+import os
+import shutil
+import threading
+from pathlib import Path
+
+import pytest
+from viewer.browser import Browser, chromium
+
+from sumo3dviz_pt.catalog import data_root
+from sumo3dviz_pt.cli import main
+
+PACKAGES = Path(os.environ.get("SUMO3DVIZ_PT_NODE_MODULES", "no folder"))
+STUDY = data_root("examples") / "crossing" / "study.yaml"
+SMALL = ("quality=draft", "output.size=[64, 36]", "shots.0.to=453.12", "textured=false")
+OPEN = (
+    "(() => { const found = [...document.querySelectorAll('.jspsych-btn')].find("
+    "b => !b.disabled && b.textContent === '%s'); if (found) found.click(); return !!found; })()"
+)
+
+pytestmark = pytest.mark.slow
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    """A server that says nothing."""
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """What one command makes of the example, small, with jsPsych in the folder."""
+    place = tmp_path_factory.mktemp("example")
+    text = STUDY.read_text(encoding="utf-8")
+    scene = json.dumps(str(STUDY.with_name("scene.yaml")))
+    assert "scene: scene.yaml\n" in text
+    text = text.replace("scene: scene.yaml\n", f"scene: {scene}\n")
+    (place / "study.yaml").write_text(f"{text}tools: {{jspsych: node_modules/}}\n", "utf-8")
+    words = [word for value in SMALL for word in ("--set", value)]
+    done = main(["study", str(place / "study.yaml"), "-o", str(place / "out"), *words])
+    assert done == 0
+    return place / "out"
+
+
+@pytest.fixture
+def address(folder):
+    """A web server in the study's folder, as it is."""
+    handler = functools.partial(Quiet, directory=folder)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield f"http://127.0.0.1:{server.server_address[1]}"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_one_command_makes_eight_films_that_differ(folder):
+    record = json.loads((folder / "study.json").read_bytes())
+    assert len(record["films"]) == 8
+    assert len({film["sha256"] for film in record["films"].values()}) == 8
+    assert record["notes"] == []
+    assert [sum(p["factor"] == f for p in record["pairs"]) for f in record["factors"]] == [4, 4, 4]
+    for name in record["films"]:
+        account = json.loads((folder / "materials" / f"{name}.json").read_bytes())
+        assert "vehicle:traffic_W_E.52" in account["frames"][0]["drawn"]
+        assert (account["tone"], account["glare"]) == ("agx", 0.02)
+
+
+def test_nothing_in_the_folder_points_out_of_it(folder):
+    (table,) = (folder / "data").glob("*_description-stimuli_data.csv")
+    with table.open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 8
+    assert all((folder / row["film"]).is_file() for row in rows)
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    assert str(folder) not in page
+    assert "https://" not in page
+
+
+@pytest.mark.skipif(not PACKAGES.is_dir(), reason="jsPsych is not here")
+@pytest.mark.skipif(chromium() is None, reason="there is no Chromium on the PATH")
+def test_a_browser_plays_all_films_and_records_the_answers(folder, address):
+    shutil.copytree(PACKAGES, folder / "node_modules", dirs_exist_ok=True)
+    with Browser() as browser:
+        page = browser.open(f"{address}/index.html?participant=3&save=no")
+        page.wait_for("!!document.querySelector('.jspsych-btn')")
+        page.click(".jspsych-btn")  # films only play by themselves after somebody has clicked
+        for number in range(8):
+            page.wait_for(OPEN % (number % 7 + 1))
+        page.wait_for("'answers' in window")
+        found = page.evaluate("window.answers.values()")
+        assert not [error for error in page.errors if "favicon" not in error]
+        films = {url for url in page.requests if url.endswith(".mp4")}
+    assert len(films) == 8
+    assert [answer["answer"] for answer in found] == [str(n % 7 + 1) for n in range(8)]
+    profiles = {(a["light"], a["trees"], a["ahead"]) for a in found}
+    assert len(profiles) == 8
+    assert {a["playlist"] for a in found} == {"3"}
