@@ -157,6 +157,7 @@ class Shot:
             {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
             self.railway.movers_at(time),
+            None if self.data.weather is None else self.data.weather.at(time),
         )
 
     def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
@@ -281,6 +282,7 @@ class ShotBuilder:
             haze=Haze(),
             running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
+            weather=self.world.weather,
         )
         return Shot(
             data=data,

@@ -18,6 +18,7 @@ from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
+from sumo3dviz_pt.model.weather import WeatherCourse
 from sumo3dviz_pt.world.areas.build import AreaParts, build_areas
 from sumo3dviz_pt.world.areas.slabs import SOURCE as SLABS
 from sumo3dviz_pt.world.areas.slabs import slab_polygons
@@ -59,6 +60,7 @@ from sumo3dviz_pt.world.street.islands import (
     islands_of,
 )
 from sumo3dviz_pt.world.structures.linings import DAY_SET
+from sumo3dviz_pt.world.weather.course import highest_road, weather_course
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -143,6 +145,14 @@ class World:
         # A user's file may be another one the next time.
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
         return cls(scenario, job, sky, clearance or Clearance(), memory, key)
+
+    @property
+    def weather(self) -> WeatherCourse | None:
+        """The weather over time; fog gets thinner above the highest roads."""
+        if self.job.weather is None:
+            return None
+        base = self.memory.of(("highest road",), partial(highest_road, self.scenario.network))
+        return weather_course(self.job.weather, base=base)
 
     @property
     def dark(self) -> bool:
