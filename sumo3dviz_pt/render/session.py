@@ -272,6 +272,7 @@ class Session:
         if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
             self._tracer = self.by_kernel
         else:
+            self._refuse_weather()
             hazy = self.data.haze is not None
             self._tracer = ByPath(
                 self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock
@@ -283,6 +284,16 @@ class Session:
                     f"layer {name!r} cannot be traced with this scene, quality and variant"
                     f" ({self.backend.variant}){did_you_mean(name, found)}"
                 )
+
+    def _refuse_weather(self) -> None:
+        """Refuse weather where Mitsuba's path tracer is all that there is."""
+        weather = self.data.weather
+        if weather is not None and weather.is_seen:
+            raise ConfigError(
+                f"only our own kernel traces weather, and {self.backend.variant} with this quality"
+                " does not have it; install libLLVM (see doctor), or leave weather out",
+                key="weather",
+            )
 
     @property
     def limit(self) -> float:
