@@ -249,7 +249,14 @@ class Session:
         """How this scene's pictures are finished with this quality."""
         quality = self.settings.quality
         haze = self.data.haze if quality.haze else None
-        return Finishing(quality.denoise, quality.guides, quality.raw_share, haze, self.sky.horizon)
+        return Finishing(
+            quality.denoise,
+            quality.guides,
+            quality.raw_share,
+            haze,
+            self.sky.horizon,
+            grainy_sky=self.loaded.misty and self.loaded.aimed,
+        )
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.
