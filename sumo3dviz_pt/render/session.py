@@ -15,7 +15,7 @@ from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart
-from sumo3dviz_pt.model.scene import FrameState, SceneData, View
+from sumo3dviz_pt.model.scene import FrameState, Haze, SceneData, View
 from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
@@ -248,7 +248,7 @@ class Session:
     def finishing(self) -> Finishing:
         """How this scene's pictures are finished with this quality."""
         quality = self.settings.quality
-        haze = self.data.haze if quality.haze else None
+        haze = self._haze() if quality.haze else None
         return Finishing(
             quality.denoise,
             quality.guides,
@@ -257,6 +257,15 @@ class Session:
             self.sky.horizon,
             grainy_sky=self.loaded.misty and self.loaded.aimed,
         )
+
+    def _haze(self) -> Haze | None:
+        """Return the frame's haze; fog's visibility counts the haze in."""
+        haze, frame = self.data.haze, self.loaded.frame
+        if haze is None or frame is None or frame.weather is None or frame.weather.fog is None:
+            return haze
+        fog = frame.weather.fog.extinction
+        red, green, blue = (max(each - fog, 0.0) for each in haze.extinction)
+        return Haze((red, green, blue))
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.

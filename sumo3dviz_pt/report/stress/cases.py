@@ -152,7 +152,7 @@ def _weathers() -> tuple[Case, ...]:
     return tuple(
         Case(f"{name} by {word}", elevation=angle, weather=name, twice=word == "night")
         for name in catalog.template_names("weather")
-        for word, angle in (("day", 35), ("night", -12))
+        for word, angle in (("day", 36), ("night", -12))
     )
 
 
