@@ -261,7 +261,7 @@ def test_fog_passes_what_a_layer_of_droplets_passes(visibility, height):
     depth = CONTRAST / visibility * height
     found = lux(Weather(fog=Fog(CONTRAST / visibility, height)), NOON) / lux(Weather(), NOON)
     sine = float(NOON.sun_direction[2])
-    beam = (2 + 3 * sine + (2 - 3 * sine) * np.exp(-depth / sine)) / (4 + 0.45 * depth)
+    beam = (2 + 3 * sine + (2 - 3 * sine) * np.exp(-0.2775 * depth / sine)) / (4 + 0.45 * depth)
     even = 1 / (1 + 0.1125 * depth)
     echo = 1 / (1 - 0.2 * (1 - even))
     assert min(beam, even) * echo * 0.98 < found < max(beam, even) * echo * 1.02

@@ -43,6 +43,9 @@ _NEAREST = 0.05
 _END = 2000.0
 """Where rays end that meet nothing [m]."""
 
+_WIDE = 0.1
+"""Angle of parts where there is only one column of them [rad]."""
+
 _PLACES = (0.15, 0.5, 0.85)
 """Shares of the angle along a ray at which tables look at a lamp."""
 
@@ -65,35 +68,38 @@ class Halos:
         self.count = self._room + len(lights.beam_names)
         self._columns = mi.UInt32(1)
         self._rows = self._chances = self._summed = mi.Float(0.0)
-        self._seen: tuple[FrameState, tuple[int, int]] | None = None
+        self._seen: tuple[FrameState, bytes] | None = None
 
-    def look_at(self, size: tuple[int, int]) -> None:
-        """Bring the lamps to the frame that is shown, for pictures of a size [px]."""
-        frame = self._loaded.frame
+    def look_at(self, sensor: Any, size: tuple[int, int]) -> None:
+        """Bring the lamps to the frame that is shown, as a sensor sees it.
+
+        Args:
+            sensor: One of Mitsuba's.
+            size: Of its pictures, width and height [px].
+        """
+        frame, origin = self._loaded.frame, self._loaded.origin
         assert frame is not None and frame.weather is not None, "show a frame first"
-        if self._seen == (frame, size):
+        assert origin is not None, "show a frame first"
+        eye, directions = _middles(sensor, size)
+        seen = (frame, directions.tobytes() + eye.tobytes())
+        if self._seen == seen:
             return
-        self._seen = (frame, size)
-        running, eye = self._loaded.running.beams, frame.view.position
+        self._seen, running = seen, self._loaded.running.beams
         sources = sources_of(
             self._loaded.glows(),
             {} if running is None else running.placed,
             beams=self._lights.beam_names,
             beam=None if running is None else running.beam,
             room=self._room,
-            seen=(eye, frame.origin),
+            seen=(eye + origin, origin),
         )
-        # The last column and row may reach beyond the picture; chances need not be exact.
-        columns, rows = (-(-side // TILE) for side in size)
-        directions = frame.view.directions((columns, rows)).reshape(-1, 3)
-        spread = TILE * frame.view.lens.pixel_angle(size[0])
-        given = _given(sources, directions, eye, spread=spread, fading=frame.weather.extinction)
+        given = _given(sources, directions, eye + origin, fading=frame.weather.extinction)
         total = given.sum(axis=1, keepdims=True)
         chances = given / np.where(total > 0.0, total, 1.0)
-        self._columns = dr.opaque(mi.UInt32, columns)
+        self._columns = dr.opaque(mi.UInt32, directions.shape[1])
         self._rows, self._chances, self._summed = (
             mi.Float(aligned(table.ravel(), np.float32))
-            for table in (sources.rows(frame.origin), chances, np.cumsum(chances, axis=1))
+            for table in (sources.rows(origin), chances, np.cumsum(chances, axis=1))
         )
 
     def tile(self, pixel: Any, width: Any) -> Any:
@@ -172,18 +178,40 @@ class Halos:
         return dr.select(beam, thrown * dr.square(reach), light)
 
 
-def _given(
-    sources: Sources, directions: Floats, eye: Floats, *, spread: float, fading: float
-) -> Floats:
+def _middles(sensor: Any, size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return where a sensor's eye is, (3,), and unit directions of its parts, (rows, columns, 3).
+
+    The last column and row may reach beyond the picture; chances need not be exact.
+    """
+    columns, rows = (-(-side // TILE) for side in size)
+    index = dr.arange(mi.UInt32, columns * rows)
+    across = mi.Float(index % columns) + 0.5
+    down = mi.Float(index // columns) + 0.5
+    part = mi.Point2f(across * (TILE / size[0]), down * (TILE / size[1]))
+    ray = sensor.sample_ray(0.0, 0.5, dr.minimum(part, 1.0), mi.Point2f(0.5))[0]
+    dr.eval(ray)
+    starts, found = (np.array(each, np.float64).T for each in (ray.o, ray.d))
+    return starts.mean(axis=0), found.reshape(rows, columns, 3)
+
+
+def _spread(directions: Floats) -> float:
+    """Return the angle between neighbours, (rows, columns, 3) [rad]."""
+    if directions.shape[1] < 2:
+        return _WIDE
+    cosine = (directions[:, 1:] * directions[:, :-1]).sum(axis=-1)
+    return float(np.arccos(np.clip(np.median(cosine), -1.0, 1.0)))
+
+
+def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) -> Floats:
     """Return what lamps scatter along rays, about, (rays, lamps).
 
     Args:
         sources: The lamps.
-        directions: Of the rays, unit, (rays, 3).
+        directions: Of the rays, unit, (rows, columns, 3).
         eye: Where they start, (3,) [m].
-        spread: Angle that a ray stands for [rad].
         fading: Extinction [1/m].
     """
+    spread, directions = _spread(directions), directions.reshape(-1, 3)
     to = sources.places - eye
     nearest = directions @ to.T
     square = (to**2).sum(axis=1) - nearest**2
