@@ -28,7 +28,7 @@ from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.sources import Sources, sources_of
 from sumo3dviz_pt.render.loaded import LoadedScene
 
-TILE = 16
+TILE = 20
 """Side of a part of the picture with its own table [px]."""
 
 _MOST = 384
@@ -132,7 +132,7 @@ class Halos:
         d = away / reach
         light = self._intensity(number, point, d, reach)
         passes = self._air.through(ray.o, ray.d, t, mi.Bool(True))
-        passes *= self._air.through(point, d, reach, mi.Bool(True))
+        passes *= self._air.reach(point, d, reach, mi.Bool(True))
         scattered = self._air.extinction(point) * phase(dr.dot(d, ray.d)) * passes
         gain = light * (scattered * (last - first) / (aside * dr.maximum(likely, 1e-20)))
         lit = (likely > 0.0) & ~dr.all(gain == 0.0)
@@ -211,28 +211,51 @@ def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) 
         eye: Where they start, (3,) [m].
         fading: Extinction [1/m].
     """
-    spread, directions = _spread(directions), directions.reshape(-1, 3)
-    to = sources.places - eye
-    nearest = directions @ to.T
-    square = (to**2).sum(axis=1) - nearest**2
-    wide = np.maximum(nearest, 0.0) * (0.5 * spread)
-    aside = np.sqrt(np.maximum(square, 0.0) + wide**2 + _NEAREST**2)
+    spread = np.float32(0.5 * _spread(directions))
+    # All that follows are tables of rays and lamps; single precision is enough for chances.
+    ways = directions.reshape(-1, 3).astype(np.float32)
+    to = (sources.places - eye).astype(np.float32)
+    nearest = ways @ to.T
+    square = np.maximum((to * to).sum(axis=1) - nearest * nearest, 0) + np.float32(_NEAREST**2)
+    wide = np.maximum(nearest, 0) * spread
+    aside = np.sqrt(square + wide * wide)
     first = np.arctan(-nearest / aside)
-    span = 0.5 * np.pi - first
+    span = np.float32(0.5 * np.pi) - first
     found = np.zeros_like(aside)
     for share in _PLACES:
-        t = nearest + aside * np.tan(first + span * share)
-        outward = t[..., None] * directions[:, None] - to
-        reach = np.linalg.norm(outward, axis=-1)
-        outward /= np.maximum(reach, 1e-6)[..., None]
-        facing = -np.einsum("rlk,rk->rl", outward, directions)
-        light = (1.0 - _BY_CHANCE) * sources.towards(outward) * _phase(facing)
-        light += _BY_CHANCE / (4.0 * np.pi) * sources.mean
-        found += light * np.exp(-fading * (np.maximum(t, 0.0) + reach))
-    return np.asarray(found * span / aside)
+        beyond = aside * np.tan(first + span * np.float32(share))
+        reach = np.sqrt(square + beyond * beyond)
+        light = _shining(sources, ways, to, nearest + beyond, reach)
+        light *= np.float32(1.0 - _BY_CHANCE) * _phase(-beyond / reach)
+        light += (_BY_CHANCE / (4.0 * np.pi) * sources.mean).astype(np.float32)
+        found += light * np.exp(np.float32(-fading) * (nearest + beyond + reach))
+    return np.asarray(found * span / aside, np.float64)
+
+
+def _shining(sources: Sources, ways: Floats, to: Floats, t: Floats, reach: Floats) -> Floats:
+    """Return the intensities of lamps towards points of rays, (rays, lamps).
+
+    Args:
+        sources: The lamps.
+        ways: Unit directions of the rays, (rays, 3).
+        to: From their start to the lamps, (lamps, 3) [m].
+        t: Distances of the points from the start, (rays, lamps) [m].
+        reach: Distances of the points from the lamps, (rays, lamps) [m].
+    """
+    lamps, axes = sources.lamps, sources.axes[: sources.lamps].astype(np.float32)
+    cosine = t[:, :lamps] * (ways @ axes.T) - (to[:lamps] * axes).sum(axis=1)
+    outward = t[:, lamps:, None] * ways[:, None] - to[lamps:]
+    return np.concatenate(
+        [
+            sources.by_lamps(cosine / reach[:, :lamps]),
+            sources.by_beams(outward / reach[:, lamps:, None]),
+        ],
+        axis=1,
+    )
 
 
 def _phase(cosine: Floats) -> Floats:
     """As `air.phase`."""
     g = ASYMMETRY
-    return np.asarray((1.0 - g * g) / (4.0 * np.pi) * (1.0 + g * g - 2.0 * g * cosine) ** -1.5)
+    below = 1.0 + g * g - 2.0 * g * cosine
+    return np.asarray((1.0 - g * g) / (4.0 * np.pi) / (below * np.sqrt(below)), cosine.dtype)
