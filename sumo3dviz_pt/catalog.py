@@ -108,7 +108,7 @@ def cache_root() -> Path:
 
 @cache
 def template_names(kind: str) -> tuple[str, ...]:
-    """Return the names of all presets of a kind: `scene`, `sky`, `camera` or `quality`."""
+    """Return the names of all presets of a kind: `scene`, `sky`, `weather`, `camera`, `quality`."""
     return tuple(sorted(path.stem for path in (data_root("scene_templates") / kind).glob("*.yaml")))
 
 

@@ -43,6 +43,7 @@ from sumo3dviz_pt.job.sound import SoundSettings as SoundSettings
 from sumo3dviz_pt.job.traffic import TrafficSettings as TrafficSettings
 from sumo3dviz_pt.job.values import HexColour, OwnLook, Rate, Speed, Zone
 from sumo3dviz_pt.job.values import Settings as Settings
+from sumo3dviz_pt.job.weather import WeatherSettings as WeatherSettings
 
 Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
@@ -337,6 +338,9 @@ class Job(Settings):
     template: str = Field("highway_day", description="scene template, from `scene_templates/scene`")
     seed: Seed = Field(0, description="seed of everything random")
     sky: SkySettings = Field(SkySettings(), description="sky and light")
+    weather: WeatherSettings | None = Field(
+        None, description="fog, rain, snow, wet roads, wind and season; default dry, clear summer"
+    )
     ground: GroundSettings = GroundSettings()
     roads: RoadSettings = RoadSettings()
     vehicles: VehicleSettings = VehicleSettings()

@@ -20,6 +20,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Mesh, Transform, frozen
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.weather import Weather, WeatherCourse
 
 Bsdf = Mapping[str, Any]
 """A material in Mitsuba's words."""
@@ -185,6 +186,7 @@ class Sky:
         glow: Radiance of a city's light at the horizon, scene units.
         tint: What the sun's light and sky are multiplied with.
         exposure: EV at which this sky looks right; the film's exposure adds to it.
+        overcast: Clouds that rain or snow falls from at some time, or None.
     """
 
     sun_direction: Floats | None
@@ -199,6 +201,7 @@ class Sky:
     glow: Colour = (0.0, 0.0, 0.0)
     tint: Colour = (1.0, 1.0, 1.0)
     exposure: float = 0.0
+    overcast: CloudLayer | None = None
 
     def __post_init__(self) -> None:
         """Make the directions unit vectors."""
@@ -269,6 +272,7 @@ class SceneData:
         slots: Room for movers; fixed, so that nothing compiles during a film.
         haze: Aerial perspective, or None.
         left_out: What was left out, and why.
+        weather: Over time; None for a dry and clear summer.
     """
 
     materials: Mapping[str, Bsdf]
@@ -280,6 +284,7 @@ class SceneData:
     haze: Haze | None = None
     running: RunningLights | None = None
     left_out: tuple[LeftOut, ...] = ()
+    weather: WeatherCourse | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -338,6 +343,7 @@ class FrameState:
         lamps: Radiance of each lamp that changes, (lamps, 3), by lamp set id.
         deforming: Those that are drawn in detail and take poses.
         fixtures: What moves and is no road user, such as the arms of barriers.
+        weather: Of its time, or None.
     """
 
     time: float
@@ -347,6 +353,7 @@ class FrameState:
     lamps: Mapping[str, Floats] = field(default_factory=dict)
     deforming: tuple[Mover, ...] = ()
     fixtures: tuple[Mover, ...] = ()
+    weather: Weather | None = None
 
     @property
     def instanced(self) -> tuple[Mover, ...]:

@@ -53,6 +53,7 @@ NAMES: Mapping[str, Callable[[], Sequence[str]]] = MappingProxyType(
         "quality": partial(catalog.template_names, "quality"),
         "template": partial(catalog.template_names, "scene"),
         "sky.preset": partial(catalog.template_names, "sky"),
+        "weather.preset": partial(catalog.template_names, "weather"),
         "cameras.NAME.view": partial(catalog.template_names, "camera"),
         "output.codec": _codecs,
         "output.tone": _tones,

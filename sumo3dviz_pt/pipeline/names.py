@@ -46,8 +46,7 @@ def _named(job: Job) -> Iterator[_Named]:
     yield _Named(("quality",), job.quality, "quality preset", names_for("quality"))
     yield _Named(("output", "codec"), job.output.codec, "codec", names_for("output.codec"))
     yield _Named(("output", "tone"), job.output.tone, "tone curve", names_for("output.tone"))
-    if job.sky.preset is not None:
-        yield _Named(("sky", "preset"), job.sky.preset, "sky preset", names_for("sky.preset"))
+    yield from _presets(job)
     classes = names_for("vehicles.types.NAME") if job.vehicles.types else ()
     for type_id, vclass in job.vehicles.types.items():
         yield _Named(("vehicles", "types", type_id), vclass, "vClass of SUMO", classes)
@@ -60,6 +59,14 @@ def _named(job: Job) -> Iterator[_Named]:
     for path, surface in _surfaces(job):
         if not (surface.startswith("#") or Path(surface).suffix):
             yield _Named(path, surface, "surface", names_for("ground.texture"))
+
+
+def _presets(job: Job) -> Iterator[_Named]:
+    """Yield the names of presets of sky and weather."""
+    for what, settings in (("sky", job.sky), ("weather", job.weather)):
+        if settings is not None and settings.preset is not None:
+            known = names_for(f"{what}.preset")
+            yield _Named((what, "preset"), settings.preset, f"{what} preset", known)
 
 
 def _unknown_looks(job: Job) -> Iterator[Unknown]:

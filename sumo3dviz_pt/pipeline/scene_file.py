@@ -112,7 +112,7 @@ def make_job(
         template = catalog.template("scene", str(name))
     except ConfigError as error:
         raise located(str(error), ("template",), source) from error
-    merged = _merged(template, settings)
+    merged = _on_weather_preset(_merged(template, settings))
     try:
         job = Job.model_validate(merged, context={"folder": folder or Path()})
     except ValidationError as error:
@@ -229,6 +229,15 @@ def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
         else:
             result[key] = copy.deepcopy(value)
     return result
+
+
+def _on_weather_preset(settings: dict[str, Any]) -> dict[str, Any]:
+    """Lay the weather over its preset; names that no preset has are told with all others."""
+    weather = settings.get("weather")
+    name = weather.get("preset") if isinstance(weather, Mapping) else None
+    if not isinstance(name, str) or name not in catalog.template_names("weather"):
+        return settings
+    return {**settings, "weather": _merged(catalog.template("weather", name), weather or {})}
 
 
 def _adds(key: str, value: Mapping[str, Any]) -> bool:

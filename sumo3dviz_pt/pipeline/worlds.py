@@ -22,8 +22,12 @@ from sumo3dviz_pt.world.memory import Memory
 if TYPE_CHECKING:
     from sumo3dviz_pt.world.build import World
 
-_APART = {"cameras", "shots", "output", "overlays", "quality", "scenario", "motion", "vehicles"}
-"""Keys that do not change what exists. Cameras that keep a view clear do; `world_of` adds them."""
+_APART = {
+    *("cameras", "shots", "output", "overlays", "quality", "scenario", "motion", "vehicles"),
+    "weather",
+}
+"""Keys that do not change what exists. Cameras that keep a view clear do; `world_of` adds them,
+and what of the weather has a shape."""
 
 _ASPECT = 9.0 / 16.0
 """Height / width of the pictures that are kept clear, whatever size is rendered."""
@@ -48,7 +52,7 @@ def world_of(scenario: Scenario, job: Job, files: ScenarioFiles) -> World:
     from sumo3dviz_pt.shot.cameras.clearances import clearance_of, clearing
     from sumo3dviz_pt.world.build import World
 
-    settings = job.model_dump(mode="json", exclude=_APART)
+    settings = [job.model_dump(mode="json", exclude=_APART), _shaping(job)]
     stamps = stamps_of((files.network, *files.additional))
     cameras = [camera.model_dump(mode="json") for camera in clearing(job.cameras.values())]
     name = json.dumps([settings, stamps, cameras], sort_keys=True, default=str)
@@ -63,10 +67,17 @@ def _key_of(job: Job, files: ScenarioFiles, cameras: Sequence[Mapping[str, Any]]
         "settings": with_files(job.model_dump(exclude=_APART), contents),
         "files": [contents(path) for path in (files.network, *files.signals, *files.additional)],
         "cameras": cameras,
+        "weather": _shaping(job),
         "versions": versions(),
         "package": package_hashes(),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def _shaping(job: Job) -> Mapping[str, Any]:
+    """Return what of the weather changes what stands; fog and wetness do not."""
+    season = "summer" if job.weather is None else job.weather.season
+    return {} if season == "summer" else {"season": season}
 
 
 @lru_cache(maxsize=1)

@@ -13,6 +13,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
+from sumo3dviz_pt.render.lights.picks import Glow
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
 from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_meshes
@@ -21,6 +22,7 @@ from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMove
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.sensors import view_parameters
+from sumo3dviz_pt.render.sky.weather import Veil
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +53,9 @@ class LoadedScene:
         aimed: Whether light paths aim at lamps.
         running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
+        misty: Whether something in the air ever takes light away.
+        sky_changes: Whether the weather changes the sky over time.
+        veil: Light of the frame's air, or None.
     """
 
     def __init__(self, data: SceneData, *, jit: bool) -> None:
@@ -64,6 +69,9 @@ class LoadedScene:
         self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None
+        self.misty = data.weather is not None and data.weather.is_foggy
+        self.sky_changes = data.weather is not None and data.weather.changes
+        self.veil: Veil | None = None
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
@@ -135,6 +143,16 @@ class LoadedScene:
         """Faces of what is shown by merged meshes, by mesh, then by name."""
         crowds = {crowd.name: crowd.shown for crowd in self._crowds if crowd}
         return {**crowds, **self.running.shown}
+
+    def glows(self) -> list[Glow]:
+        """Return how all lamps that paths aim at shine in the frame that is shown."""
+        assert self.frame is not None, "show a frame first"
+        return [*self._lamps.glows(self.frame), *self.running.glows()]
+
+    @property
+    def most_lamps(self) -> int:
+        """How many lamps there may be that paths aim at."""
+        return self._lamps.most + self.running.most
 
     def takes_poses(self, mover: Mover) -> bool:
         """Return whether a mover of the frame that is shown takes poses there."""

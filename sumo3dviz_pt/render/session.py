@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
@@ -14,7 +15,8 @@ from sumo3dviz_pt.errors import ConfigError, RenderError
 from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart
-from sumo3dviz_pt.model.scene import FrameState, SceneData, View
+from sumo3dviz_pt.model.scene import FrameState, Haze, SceneData, View
+from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.facts import Facts, facts_of
@@ -34,8 +36,9 @@ from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.sensors import sensor_entry
 from sumo3dviz_pt.render.settings import AfterPass, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
-from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry
+from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry, update_sky
 from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
+from sumo3dviz_pt.render.sky.weather import WeatheredSky
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,15 +117,29 @@ class Session:
                 register_capped()
                 register_lamps()
                 register_untiled(settings.pixel)
-            self.sky: SkyMap = bake_sky(scene.sky)
             self.loaded = LoadedScene(scene, jit=backend.jit)
-            weight = sky_weight(self.sky, lamps=self.loaded.aimed)
-            self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
+            self._weathered: WeatheredSky | None = None
+            if scene.weather is not None:
+                self._weathered = WeatheredSky(scene.sky, scene.weather)
+            self.sky: SkyMap = self._sky_of(None if scene.weather is None else scene.weather.first)
+            self._weight = sky_weight(self.sky, lamps=self.loaded.aimed)
+            self._lights = self._entries()
             self._tracer: Tracer | None = None
             self.by_kernel: ByKernel | None = None
             if backend.jit:
                 self.by_kernel = ByKernel(self.loaded, settings, clock=self.clock)
             self._use_quality()
+
+    def _sky_of(self, weather: Weather | None) -> SkyMap:
+        """Return the sky of a frame's weather, and tell the scene of its air."""
+        if self._weathered is None or weather is None:
+            return bake_sky(self.data.sky)
+        sky, self.loaded.veil = self._weathered.at(weather)
+        return sky
+
+    def _entries(self) -> dict[str, Any]:
+        """Make sky and sun for Mitsuba."""
+        return {"sky": sky_entry(self.sky, self._weight), **sun_entry(self.sky, self._weight)}
 
     def __enter__(self) -> Session:
         """Start to use the scene."""
@@ -231,8 +248,24 @@ class Session:
     def finishing(self) -> Finishing:
         """How this scene's pictures are finished with this quality."""
         quality = self.settings.quality
-        haze = self.data.haze if quality.haze else None
-        return Finishing(quality.denoise, quality.guides, quality.raw_share, haze, self.sky.horizon)
+        haze = self._haze() if quality.haze else None
+        return Finishing(
+            quality.denoise,
+            quality.guides,
+            quality.raw_share,
+            haze,
+            self.sky.horizon,
+            grainy_sky=self.loaded.misty and self.loaded.aimed,
+        )
+
+    def _haze(self) -> Haze | None:
+        """Return the frame's haze; fog's visibility counts the haze in."""
+        haze, frame = self.data.haze, self.loaded.frame
+        if haze is None or frame is None or frame.weather is None or frame.weather.fog is None:
+            return haze
+        fog = frame.weather.fog.extinction
+        red, green, blue = (max(each - fog, 0.0) for each in haze.extinction)
+        return Haze((red, green, blue))
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.
@@ -255,6 +288,7 @@ class Session:
         if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
             self._tracer = self.by_kernel
         else:
+            self._refuse_weather()
             hazy = self.data.haze is not None
             self._tracer = ByPath(
                 self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock
@@ -266,6 +300,16 @@ class Session:
                     f"layer {name!r} cannot be traced with this scene, quality and variant"
                     f" ({self.backend.variant}){did_you_mean(name, found)}"
                 )
+
+    def _refuse_weather(self) -> None:
+        """Refuse weather where Mitsuba's path tracer is all that there is."""
+        weather = self.data.weather
+        if weather is not None and weather.is_seen:
+            raise ConfigError(
+                f"only our own kernel traces weather, and {self.backend.variant} with this quality"
+                " does not have it; install libLLVM (see doctor), or leave weather out",
+                key="weather",
+            )
 
     @property
     def limit(self) -> float:
@@ -282,4 +326,15 @@ class Session:
             ),
             "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=spp),
         }
+        if self.loaded.sky_changes:
+            self._follow_weather(frame.weather)
         self.loaded.show(frame, {**sensors, **self._lights})
+
+    def _follow_weather(self, weather: Weather | None) -> None:
+        """Bring sky and sun to a frame's weather."""
+        before, self.sky = self.sky, self._sky_of(weather)
+        if self.sky is before:
+            return
+        self._lights = self._entries()
+        if self.loaded.parameters is not None:
+            update_sky(self.loaded.parameters, self._lights)

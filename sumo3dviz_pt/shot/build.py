@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
-from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
+from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.model.camera_path import CameraPath
@@ -47,6 +47,7 @@ from sumo3dviz_pt.world.roads.owners import RoadOwners
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
+from sumo3dviz_pt.world.sky.weathered import in_weather
 
 _MOST_VIEWS = 120
 
@@ -147,7 +148,6 @@ class Shot:
         if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
-        # Build the parts at the levels chosen.
         parts = self._parts(present, choice, view)
         return FrameState(
             time,
@@ -157,6 +157,7 @@ class Shot:
             {**self.signals.radiance_at(time), **self.railway.radiance_at(time)},
             tuple(parts.deforming),
             self.railway.movers_at(time),
+            None if self.data.weather is None else self.data.weather.at(time),
         )
 
     def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
@@ -189,7 +190,7 @@ class Shot:
         Raises:
             ConfigError: If settings contradict each other or name what is unknown.
         """
-        sky = build_sky(settings)
+        sky = in_weather(build_sky(settings), self.data.weather)
         if is_dark(sky, lights) != self.dark:
             return None
         return replace(self, data=replace(self.data, sky=sky))
@@ -258,7 +259,7 @@ class ShotBuilder:
                 `budget`.
         """
         # What stands leaves some triangles for road users.
-        scenario, dark = self.world.scenario, self.world.dark
+        scenario, dark, weather = self.world.scenario, self.world.dark, self.world.weather
         left_hand = self.world.left_hand
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
@@ -269,7 +270,8 @@ class ShotBuilder:
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
-        opened = shown_bodies(fleet.prototypes, crowd.slots)
+        shown = shown_bodies(fleet.prototypes, crowd.slots)
+        opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
             materials=_materials(place, bodies.values(), fleet.materials),
@@ -279,8 +281,11 @@ class ShotBuilder:
             sky=self.world.sky,
             slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
             haze=Haze(),
-            running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
+            running=running_lights(
+                opened.values(), dark=dark, left_hand=left_hand, weather=weather
+            ),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
+            weather=weather,
         )
         return Shot(
             data=data,
@@ -312,7 +317,9 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         scenario.vehicle_types,
         job.vehicles,
         seed=job.seed,
-        lights=vehicle_lights(scenario.traffic.traces, dark=world.dark, seed=job.seed),
+        lights=vehicle_lights(
+            scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
+        ),
         suspension=job.motion.suspension,
     )
 

@@ -18,8 +18,10 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
 from sumo3dviz_pt.render.kernel.glow import covered
+from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
@@ -78,8 +80,10 @@ class Kernel:
     def __init__(self, loaded: LoadedScene, pixel: float, *, numbered: bool = False) -> None:
         self.scene = loaded.scene
         self._tables = Tables(loaded, numbered=numbered)
-        lights = Lights(loaded, self._tables)
-        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights)
+        air = Air(loaded) if loaded.misty else None
+        lights = Lights(loaded, self._tables, air)
+        halos = Halos(loaded, lights, air) if air is not None and lights.many else None
+        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights, air, halos)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -92,6 +96,8 @@ class Kernel:
     def follow(self) -> None:
         """Bring everything to what the loaded scene shows."""
         self._tables.follow()
+        if self._place.air is not None:
+            self._place.air.follow()
         self._place.lights.follow()
 
     def glow(self, sensor: Any, view: View, *, spp: int, seed: int) -> Image:
@@ -142,14 +148,17 @@ class Kernel:
         spp = pattern.sample_count()
         width, height = (int(size) for size in sensor.film().crop_size())
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
-        bounds, parts = limits.bounds(), []
+        bounds, halos, parts = limits.bounds(), self._place.halos, []
+        if halos is not None:
+            halos.look_at((width, height))
         for top in range(0, height, rows):
             count = min(rows, height - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
             index = dr.arange(mi.UInt32, sampler.wavefront_size())
             pixel = index // dr.opaque(mi.UInt32, spp) + dr.opaque(mi.UInt32, top * width)
             ray = _ray(sensor, sampler.next_2d(), pixel, size=(width, height))
-            of_all, of_first = followed(self._place, sampler, ray, bounds)
+            tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
+            of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.schedule(of_all, of_first)
             found = [_of_all(channel, spp) for channel in of_all]
             found += [_of_first(channel, spp) for channel in of_first]

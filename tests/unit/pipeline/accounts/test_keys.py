@@ -29,6 +29,14 @@ from sumo3dviz_pt.job.settings import (
 )
 from sumo3dviz_pt.job.traffic import RideEdit, TrafficSettings
 from sumo3dviz_pt.job.values import OwnLook
+from sumo3dviz_pt.job.weather import (
+    FogSettings,
+    RainSettings,
+    SnowSettings,
+    WeatherMoment,
+    WeatherSettings,
+    WindSettings,
+)
 from sumo3dviz_pt.model.scenario import ScenarioFiles
 from sumo3dviz_pt.pipeline.production import Request, frame_times, prepare
 from sumo3dviz_pt.pipeline.scene_file import load_job
@@ -108,6 +116,12 @@ SAMPLES: dict[Any, Any] = {
     SoundSettings: SoundSettings(),
     TrafficSettings: TrafficSettings(share=0.5),
     RideEdit: RideEdit(delay=1.0),
+    WeatherSettings: WeatherSettings(wetness=0.5),
+    FogSettings: FogSettings(visibility=200.0, height=60.0),
+    RainSettings: RainSettings(rate=5.0),
+    SnowSettings: SnowSettings(depth=0.03),
+    WindSettings: WindSettings(speed=3.0),
+    WeatherMoment: WeatherMoment(time=4.0),
 }
 """A value of each kind; who adds a kind of setting adds one."""
 

@@ -1,0 +1,327 @@
+"""The weather as values: of one moment, and over time.
+
+Rates of rain and snow are in millimetres of water an hour, as all measured relations take them.
+
+References:
+    Koschmieder, H., Theorie der horizontalen Sichtweite, Beitraege zur Physik der freien
+    Atmosphaere 12, 1924: contrast falls as exp(-extinction x distance).
+    Weber, M. et al., 2015: extinction of rain, .312 R^.67 per kilometre.
+    Rasmussen, R. M. et al., The estimation of snowfall rate using visibility, Journal of Applied
+    Meteorology 38, 1999: light, moderate and heavy snow part at 1 and 2.5 mm/h, and visibility
+    at 1 and .5 km, so that extinction is about 3 per kilometre for each mm/h.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from sumo3dviz_pt.model.geometry import Floats, frozen
+
+CONTRAST = -math.log(0.02)
+"""Optical depth at which a black thing keeps 2 % of contrast."""
+
+ASYMMETRY = 0.85
+"""Mean cosine of the angle by which droplets scatter light; .84 to .87 in fog and cloud."""
+
+_MURKY, _DENSE = 500.0, 75.0
+"""Visibilities below which lamps are lit by day, and rear fog lamps [m].
+
+German law (StVO section 17) asks for both: for lamps where fog, rain or snow hide much, and allows
+rear fog lamps below 50 m, which drivers judge by the posts that stand beside roads.
+"""
+
+TOP = 200.0
+"""Height of the top of fog that is equally dense [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fog:
+    """Droplets in the air.
+
+    Attributes:
+        extinction: At the height `base` [1/m].
+        height: In which the density falls to 1/e [m]; infinite for the same density everywhere.
+        base: Height above which it falls [m]; below it the density stays.
+    """
+
+    extinction: float
+    height: float = math.inf
+    base: float = 0.0
+
+    @property
+    def visibility(self) -> float:
+        """Distance at which a black thing keeps 2 % of contrast [m]."""
+        return CONTRAST / self.extinction if self.extinction > 0.0 else math.inf
+
+    @property
+    def overhead(self) -> float:
+        """Optical depth straight up from the base; even fog ends at `TOP`."""
+        return self.extinction * min(self.height, TOP)
+
+
+@dataclass(frozen=True, slots=True)
+class Rain:
+    """Drops that fall.
+
+    Attributes:
+        rate: [mm/h].
+    """
+
+    rate: float
+
+    @property
+    def extinction(self) -> float:
+        """Of the air that they fall through [1/m]."""
+        return 0.312e-3 * self.rate**0.67 if self.rate > 0.0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Snow:
+    """Snow that lies, and snow that falls.
+
+    Attributes:
+        depth: Of what lies [m].
+        roads: `cleared`, `tracked` or `covered`.
+        falling: As water [mm/h].
+    """
+
+    depth: float = 0.0
+    roads: str = "tracked"
+    falling: float = 0.0
+
+    @property
+    def extinction(self) -> float:
+        """Of the air that it falls through [1/m]."""
+        return 3.0e-3 * self.falling
+
+
+@dataclass(frozen=True, slots=True)
+class Wind:
+    """Air that moves.
+
+    Attributes:
+        east: Towards the east [m/s].
+        north: Towards the north [m/s].
+    """
+
+    east: float
+    north: float
+
+    @classmethod
+    def coming(cls, speed: float, bearing: float) -> Wind:
+        """Wind of a speed [m/s] that comes from a bearing, clockwise from north [rad]."""
+        return cls(-speed * math.sin(bearing), -speed * math.cos(bearing))
+
+    @property
+    def speed(self) -> float:
+        """How fast it is [m/s]."""
+        return math.hypot(self.east, self.north)
+
+    @property
+    def velocity(self) -> Floats:
+        """East, north and up, (3,) [m/s]."""
+        return frozen([self.east, self.north, 0.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """The weather of one moment.
+
+    Attributes:
+        fog: Droplets in the air, or None.
+        rain: Drops that fall, or None.
+        wetness: Of what lies under the sky, [0, 1].
+        puddles: Share of low places that are flooded, [0, 1].
+        snow: What lies and falls, or None.
+        wind: Air that moves, or None.
+        season: `spring`, `summer`, `autumn` or `winter`.
+    """
+
+    fog: Fog | None = None
+    rain: Rain | None = None
+    wetness: float = 0.0
+    puddles: float = 0.0
+    snow: Snow | None = None
+    wind: Wind | None = None
+    season: str = "summer"
+
+    @property
+    def is_murky(self) -> bool:
+        """Whether drivers light their lamps by day: rain, falling snow, or little to be seen."""
+        rain = self.rain is not None and self.rain.rate > 0.2
+        snow = self.snow is not None and self.snow.falling > 0.1
+        return rain or snow or self.extinction > CONTRAST / _MURKY
+
+    @property
+    def is_dense(self) -> bool:
+        """Whether drivers may light their rear fog lamps."""
+        return self.extinction > CONTRAST / _DENSE
+
+    @property
+    def falls(self) -> float:
+        """Extinction by what falls, the same at all heights [1/m]."""
+        return sum(each.extinction for each in (self.rain, self.snow) if each is not None)
+
+    @property
+    def extinction(self) -> float:
+        """Of the air on the ground, by all that is in it [1/m]."""
+        return self.falls + (self.fog.extinction if self.fog is not None else 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class WeatherCourse:
+    """The weather over time.
+
+    All moments have the same kinds of things, such as fog, though perhaps of no density: what is
+    compiled and built for a film hangs on the kinds alone.
+
+    Attributes:
+        times: Ascending, (n,) [s].
+        moments: The weather at each of them.
+    """
+
+    times: tuple[float, ...]
+    moments: tuple[Weather, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse a course without moments, or with other kinds in some."""
+        if len(self.times) != len(self.moments) or not self.moments:
+            raise ValueError(f"{len(self.times)} times for {len(self.moments)} moments")
+        if len({_kinds(moment) for moment in self.moments}) > 1:
+            raise ValueError("moments of a course have the same kinds of weather")
+
+    @property
+    def changes(self) -> bool:
+        """Whether it is not always the same."""
+        return any(moment != self.moments[0] for moment in self.moments)
+
+    @property
+    def first(self) -> Weather:
+        """The first moment's: it tells which kinds of weather there are."""
+        return self.moments[0]
+
+    @property
+    def is_ever_murky(self) -> bool:
+        """Whether drivers ever light their lamps by day."""
+        return any(moment.is_murky for moment in self.moments)
+
+    @property
+    def is_ever_dense(self) -> bool:
+        """Whether drivers ever light their rear fog lamps."""
+        return any(moment.is_dense for moment in self.moments)
+
+    @property
+    def is_foggy(self) -> bool:
+        """Whether something in the air ever takes light away."""
+        return any(moment.extinction > 0.0 for moment in self.moments)
+
+    @property
+    def is_wet(self) -> bool:
+        """Whether anything is ever wet."""
+        return any(moment.wetness > 0.0 or moment.puddles > 0.0 for moment in self.moments)
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether it changes how light goes: more than a season and wind do."""
+        return self.is_foggy or self.is_wet or self.is_snowy
+
+    @property
+    def rains(self) -> bool:
+        """Whether it ever rains."""
+        return any(moment.rain is not None and moment.rain.rate > 0.0 for moment in self.moments)
+
+    @property
+    def snows(self) -> bool:
+        """Whether snow ever falls."""
+        return any(each.snow is not None and each.snow.falling > 0.0 for each in self.moments)
+
+    @property
+    def is_snowy(self) -> bool:
+        """Whether snow ever lies."""
+        return any(each.snow is not None and each.snow.depth > 0.0 for each in self.moments)
+
+    def at(self, time: float) -> Weather:
+        """Return the weather of a moment [s]: that of its neighbours, interpolated."""
+        after = int(np.searchsorted(self.times, time, side="right"))
+        if after == 0 or after == len(self.times):
+            return self.moments[max(after - 1, 0)]
+        start, end = self.times[after - 1], self.times[after]
+        share = (time - start) / (end - start)
+        return between(self.moments[after - 1], self.moments[after], share)
+
+
+_Kind = TypeVar("_Kind")
+
+
+def between(earlier: Weather, later: Weather, share: float) -> Weather:
+    """Return the weather between two others of the same kinds; words are the earlier's.
+
+    Args:
+        earlier: Where `share` is 0.
+        later: Where it is 1.
+        share: [0, 1].
+    """
+    if earlier == later:
+        return earlier
+    return replace(
+        earlier,
+        fog=_between(_between_fogs, earlier.fog, later.fog, share),
+        rain=_between(_between_rains, earlier.rain, later.rain, share),
+        wetness=_mixed(earlier.wetness, later.wetness, share),
+        puddles=_mixed(earlier.puddles, later.puddles, share),
+        snow=_between(_between_snows, earlier.snow, later.snow, share),
+        wind=_between(_between_winds, earlier.wind, later.wind, share),
+    )
+
+
+def _between(
+    mix: Callable[[_Kind, _Kind, float], _Kind],
+    earlier: _Kind | None,
+    later: _Kind | None,
+    share: float,
+) -> _Kind | None:
+    """Interpolate what both weathers have; the kinds are the same."""
+    return None if earlier is None or later is None else mix(earlier, later, share)
+
+
+def _between_rains(earlier: Rain, later: Rain, share: float) -> Rain:
+    """Interpolate the rate."""
+    return Rain(_mixed(earlier.rate, later.rate, share))
+
+
+def _between_snows(earlier: Snow, later: Snow, share: float) -> Snow:
+    """Interpolate depth and rate."""
+    depth = _mixed(earlier.depth, later.depth, share)
+    return Snow(depth, earlier.roads, _mixed(earlier.falling, later.falling, share))
+
+
+def _between_winds(earlier: Wind, later: Wind, share: float) -> Wind:
+    """Interpolate the velocity."""
+    east, north = ((earlier.east, later.east), (earlier.north, later.north))
+    return Wind(_mixed(*east, share), _mixed(*north, share))
+
+
+def _between_fogs(earlier: Fog, later: Fog, share: float) -> Fog:
+    """Interpolate extinction, and the fall of density over height."""
+    fall = _mixed(1.0 / earlier.height, 1.0 / later.height, share)
+    return Fog(
+        _mixed(earlier.extinction, later.extinction, share),
+        1.0 / fall if fall > 0.0 else math.inf,
+        earlier.base,
+    )
+
+
+def _mixed(earlier: float, later: float, share: float) -> float:
+    """Interpolate two numbers."""
+    return earlier + (later - earlier) * share
+
+
+def _kinds(weather: Weather) -> tuple[bool | str, ...]:
+    """Return what is in a weather at all."""
+    parts = (weather.fog, weather.rain, weather.snow, weather.wind)
+    return (*(part is not None for part in parts), weather.season)
