@@ -9,7 +9,7 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats, Ints
+from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
@@ -21,6 +21,8 @@ from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMove
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.sensors import view_parameters
+
+_LEAVES = "principledthin"  # what lets rain through
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +53,8 @@ class LoadedScene:
         aimed: Whether light paths aim at lamps.
         running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
+        weather: Over time, or None.
+        tracks: Where wheels have passed, or None.
     """
 
     def __init__(self, data: SceneData, *, jit: bool) -> None:
@@ -69,6 +73,7 @@ class LoadedScene:
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)
         self._static = merged_meshes([part.part for part in data.static], data.materials)
         floor = lowest([merged.mesh for merged in self._static])
+        self.weather, self.tracks = data.weather, data.tracks
         self.running = RunningLamps(data, floor=floor, jit=jit)
         far = Crowd("far_traffic", data, data.slots.far, far=True, floor=floor)
         self._crowds = (far, Crowd("deforming", data, data.slots.deforming, far=False, floor=floor))
@@ -102,6 +107,14 @@ class LoadedScene:
             for number, material in enumerate(materials):
                 bsdf = self._materials.bsdf(material)
                 yield HeldMesh(f"{body}.part{number}", bsdf, body=body)
+
+    def shelters(self) -> list[Mesh]:
+        """Return all that stands and keeps rain off, in the network's coordinates."""
+        return [
+            merged.mesh
+            for merged in self._static
+            if self._materials.bsdf(merged.material).get("type") != _LEAVES
+        ]
 
     def show(self, frame: FrameState, fixed: Mapping[str, Any]) -> None:
         """Bring the scene to a frame's state.

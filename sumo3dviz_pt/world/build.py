@@ -60,6 +60,7 @@ from sumo3dviz_pt.world.street.islands import (
     islands_of,
 )
 from sumo3dviz_pt.world.structures.linings import DAY_SET
+from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
 from sumo3dviz_pt.world.weather.course import highest_road, weather_course
 
 STATIC_BUDGET = 880_000
@@ -155,6 +156,11 @@ class World:
         return weather_course(self.job.weather, base=base)
 
     @property
+    def season(self) -> str:
+        """What leaves and grass look like."""
+        return "summer" if self.job.weather is None else self.job.weather.season
+
+    @property
     def dark(self) -> bool:
         """Whether lamps are lit."""
         return is_dark(self.sky, self.job.lights)
@@ -222,9 +228,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
         *(signals, railway, street, islands),
     )
+    season = world.season
     return BuiltPlace(
-        tuple(part for part in parts if len(part.part.mesh.faces)),
-        {**_materials(land, grown, scenery), **areas.materials},
+        in_season((part for part in parts if len(part.part.mesh.faces)), season),
+        grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
         roads.surface_height_at,
         roads.rail_height_at,
@@ -270,7 +277,7 @@ def _land(
     )
     # What objects are placed by.
     around = given(height_at=ground.height_at)
-    around = replace(around, dark=world.dark, memory=world.memory)
+    around = replace(around, dark=world.dark, memory=world.memory, season=world.season)
     areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around), areas
 
