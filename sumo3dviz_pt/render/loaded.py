@@ -21,6 +21,7 @@ from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMove
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.sensors import view_parameters
+from sumo3dviz_pt.render.sky.weather import Veil
 
 _LEAVES = "principledthin"  # what lets rain through
 
@@ -55,6 +56,9 @@ class LoadedScene:
         pool: Road users that are instanced; None in variants that do not compile.
         weather: Over time, or None.
         tracks: Where wheels have passed, or None.
+        misty: Whether something in the air ever takes light away.
+        sky_changes: Whether the weather changes the sky over time.
+        veil: Light of the frame's air, or None.
     """
 
     def __init__(self, data: SceneData, *, jit: bool) -> None:
@@ -68,6 +72,9 @@ class LoadedScene:
         self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None
+        self.misty = data.weather is not None and data.weather.is_foggy
+        self.sky_changes = data.weather is not None and data.weather.changes
+        self.veil: Veil | None = None
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)

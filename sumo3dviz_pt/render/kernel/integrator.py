@@ -18,6 +18,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
 from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.glow import covered
@@ -80,11 +81,12 @@ class Kernel:
     def __init__(self, loaded: LoadedScene, pixel: float, *, numbered: bool = False) -> None:
         self.scene = loaded.scene
         self._tables = Tables(loaded, numbered=numbered)
-        lights = Lights(loaded, self._tables)
+        air = Air(loaded) if loaded.misty else None
+        lights = Lights(loaded, self._tables, air)
         self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
         self._rain_on()
         surfaces = Surfaces(self._tables, pixel, self._deposits)
-        self._place = Place(loaded.scene, surfaces, lights)
+        self._place = Place(loaded.scene, surfaces, lights, air)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -97,6 +99,8 @@ class Kernel:
     def follow(self) -> None:
         """Bring everything to what the loaded scene shows."""
         self._tables.follow()
+        if self._place.air is not None:
+            self._place.air.follow()
         self._place.lights.follow()
         self._rain_on()
 
