@@ -20,6 +20,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Mesh, Transform, frozen
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.tyre_tracks import TyreTracks
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
 
 Bsdf = Mapping[str, Any]
@@ -273,6 +274,7 @@ class SceneData:
         haze: Aerial perspective, or None.
         left_out: What was left out, and why.
         weather: Over time; None for a dry and clear summer.
+        tracks: Where wheels have passed, if snow lies on roads; else None.
     """
 
     materials: Mapping[str, Bsdf]
@@ -285,6 +287,7 @@ class SceneData:
     running: RunningLights | None = None
     left_out: tuple[LeftOut, ...] = ()
     weather: WeatherCourse | None = None
+    tracks: TyreTracks | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

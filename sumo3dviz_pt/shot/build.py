@@ -40,6 +40,7 @@ from sumo3dviz_pt.shot.crowd import (
 )
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
+from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World
 from sumo3dviz_pt.world.kept import place_around
 from sumo3dviz_pt.world.rails.build import Railway
@@ -286,6 +287,7 @@ class ShotBuilder:
             ),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
             weather=weather,
+            tracks=wheel_tracks(weather, fleet, camera_path.positions),
         )
         return Shot(
             data=data,

@@ -56,6 +56,7 @@ from sumo3dviz_pt.world.street.build import build_street, site_of, standing_heig
 from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.structures.linings import DAY_SET
+from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
 from sumo3dviz_pt.world.weather.course import weather_over
 
 STATIC_BUDGET = 880_000
@@ -147,6 +148,11 @@ class World:
         return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
 
     @property
+    def season(self) -> str:
+        """What leaves and grass look like."""
+        return "summer" if self.job.weather is None else self.job.weather.season
+
+    @property
     def dark(self) -> bool:
         """Whether lamps are lit."""
         return is_dark(self.sky, self.job.lights)
@@ -214,9 +220,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
         *(signals, railway, street, islands),
     )
+    season = world.season
     return BuiltPlace(
-        tuple(part for part in parts if len(part.part.mesh.faces)),
-        {**_materials(land, grown, scenery), **areas.materials},
+        in_season((part for part in parts if len(part.part.mesh.faces)), season),
+        grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
         roads.surface_height_at,
         roads.rail_height_at,
@@ -262,7 +269,7 @@ def _land(
     )
     # What objects are placed by.
     around = given(height_at=ground.height_at)
-    around = replace(around, dark=world.dark, memory=world.memory)
+    around = replace(around, dark=world.dark, memory=world.memory, season=world.season)
     areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around), areas
 

@@ -20,7 +20,9 @@ from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
+from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.glow import covered
+from sumo3dviz_pt.render.kernel.grounds import Grounds
 from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
@@ -83,7 +85,10 @@ class Kernel:
         air = Air(loaded) if loaded.misty else None
         lights = Lights(loaded, self._tables, air)
         halos = Halos(loaded, lights, air) if air is not None and lights.many else None
-        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights, air, halos)
+        self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
+        self._rain_on()
+        surfaces = Surfaces(self._tables, pixel, self._deposits)
+        self._place = Place(loaded.scene, surfaces, lights, air, halos)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -99,6 +104,13 @@ class Kernel:
         if self._place.air is not None:
             self._place.air.follow()
         self._place.lights.follow()
+        self._rain_on()
+
+    def _rain_on(self) -> None:
+        """Bring what weather leaves on surfaces to the frame that is shown."""
+        frame = self._loaded.frame
+        if self._deposits is not None and frame is not None and frame.weather is not None:
+            self._deposits.follow(frame.weather, frame.time, frame.origin)
 
     def glow(self, sensor: Any, view: View, *, spp: int, seed: int) -> Image:
         """Trace lamps that are seen directly, and nothing else, (h, w, 3).
@@ -165,6 +177,19 @@ class Kernel:
             channels = [channel.reshape(count, width) for channel in found]
             parts.append(np.stack(channels, axis=-1))
         return self._channels.layers(np.concatenate(parts))
+
+
+def deposits_of(loaded: LoadedScene, pixel: float) -> Deposits | None:
+    """Return what weather leaves on a scene's surfaces; None where it leaves nothing.
+
+    Args:
+        loaded: The scene.
+        pixel: Angle of a pixel [rad].
+    """
+    course = loaded.weather
+    if course is None or not (course.is_wet or course.is_snowy):
+        return None
+    return Deposits(course, Grounds(loaded.shelters(), loaded.tracks), pixel)
 
 
 def _of_all(channel: Any, spp: int) -> Image:
