@@ -186,6 +186,7 @@ class Sky:
         glow: Radiance of a city's light at the horizon, scene units.
         tint: What the sun's light and sky are multiplied with.
         exposure: EV at which this sky looks right; the film's exposure adds to it.
+        overcast: Clouds that rain or snow falls from at some time, or None.
     """
 
     sun_direction: Floats | None
@@ -200,6 +201,7 @@ class Sky:
     glow: Colour = (0.0, 0.0, 0.0)
     tint: Colour = (1.0, 1.0, 1.0)
     exposure: float = 0.0
+    overcast: CloudLayer | None = None
 
     def __post_init__(self) -> None:
         """Make the directions unit vectors."""

@@ -25,6 +25,9 @@ from sumo3dviz_pt.model.geometry import Floats, frozen
 CONTRAST = -math.log(0.02)
 """Optical depth at which a black thing keeps 2 % of contrast."""
 
+ASYMMETRY = 0.85
+"""Mean cosine of the angle by which droplets scatter light; .84 to .87 in fog and cloud."""
+
 TOP = 200.0
 """Height of the top of fog that is equally dense [m]."""
 

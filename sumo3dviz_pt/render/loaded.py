@@ -21,6 +21,7 @@ from sumo3dviz_pt.render.movers.build import InstancePool, Materials, ScalarMove
 from sumo3dviz_pt.render.movers.crowd import Crowd
 from sumo3dviz_pt.render.movers.numbers import Numbers, numbered
 from sumo3dviz_pt.render.sensors import view_parameters
+from sumo3dviz_pt.render.sky.weather import Veil
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +52,9 @@ class LoadedScene:
         aimed: Whether light paths aim at lamps.
         running: Lamps and beams of road users.
         pool: Road users that are instanced; None in variants that do not compile.
+        misty: Whether something in the air ever takes light away.
+        sky_changes: Whether the weather changes the sky over time.
+        veil: Light of the frame's air, or None.
     """
 
     def __init__(self, data: SceneData, *, jit: bool) -> None:
@@ -64,6 +68,9 @@ class LoadedScene:
         self.frame: FrameState | None = None
         self.origin: Floats | None = None
         self.parameters: Any = None
+        self.misty = data.weather is not None and data.weather.is_foggy
+        self.sky_changes = data.weather is not None and data.weather.changes
+        self.veil: Veil | None = None
         self._materials = Materials(data.materials)
         lens = self._lens() if data.lamps else None
         self._lamps = Lamps(data.lamps, bsdf=lens, jit=jit)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import Any
 
 import mitsuba as mi
 import numpy as np
@@ -15,6 +16,7 @@ from sumo3dviz_pt.job.settings import Quality
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers, MovingPart
 from sumo3dviz_pt.model.scene import FrameState, SceneData, View
+from sumo3dviz_pt.model.weather import Weather
 from sumo3dviz_pt.render.backend import Backend
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.facts import Facts, facts_of
@@ -34,8 +36,9 @@ from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.sensors import sensor_entry
 from sumo3dviz_pt.render.settings import AfterPass, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
-from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry
+from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry, update_sky
 from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
+from sumo3dviz_pt.render.sky.weather import WeatheredSky
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,15 +117,29 @@ class Session:
                 register_capped()
                 register_lamps()
                 register_untiled(settings.pixel)
-            self.sky: SkyMap = bake_sky(scene.sky)
             self.loaded = LoadedScene(scene, jit=backend.jit)
-            weight = sky_weight(self.sky, lamps=self.loaded.aimed)
-            self._lights = {"sky": sky_entry(self.sky, weight), **sun_entry(self.sky, weight)}
+            self._weathered: WeatheredSky | None = None
+            if scene.weather is not None:
+                self._weathered = WeatheredSky(scene.sky, scene.weather)
+            self.sky: SkyMap = self._sky_of(None if scene.weather is None else scene.weather.first)
+            self._weight = sky_weight(self.sky, lamps=self.loaded.aimed)
+            self._lights = self._entries()
             self._tracer: Tracer | None = None
             self.by_kernel: ByKernel | None = None
             if backend.jit:
                 self.by_kernel = ByKernel(self.loaded, settings, clock=self.clock)
             self._use_quality()
+
+    def _sky_of(self, weather: Weather | None) -> SkyMap:
+        """Return the sky of a frame's weather, and tell the scene of its air."""
+        if self._weathered is None or weather is None:
+            return bake_sky(self.data.sky)
+        sky, self.loaded.veil = self._weathered.at(weather)
+        return sky
+
+    def _entries(self) -> dict[str, Any]:
+        """Make sky and sun for Mitsuba."""
+        return {"sky": sky_entry(self.sky, self._weight), **sun_entry(self.sky, self._weight)}
 
     def __enter__(self) -> Session:
         """Start to use the scene."""
@@ -282,4 +299,15 @@ class Session:
             ),
             "guide": sensor_entry(size, pixels="rgba", sampler="multijitter", spp=spp),
         }
+        if self.loaded.sky_changes:
+            self._follow_weather(frame.weather)
         self.loaded.show(frame, {**sensors, **self._lights})
+
+    def _follow_weather(self, weather: Weather | None) -> None:
+        """Bring sky and sun to a frame's weather."""
+        before, self.sky = self.sky, self._sky_of(weather)
+        if self.sky is before:
+            return
+        self._lights = self._entries()
+        if self.loaded.parameters is not None:
+            update_sky(self.loaded.parameters, self._lights)

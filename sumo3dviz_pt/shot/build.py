@@ -47,6 +47,7 @@ from sumo3dviz_pt.world.roads.owners import RoadOwners
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
+from sumo3dviz_pt.world.sky.weathered import in_weather
 
 _MOST_VIEWS = 120
 
@@ -190,7 +191,7 @@ class Shot:
         Raises:
             ConfigError: If settings contradict each other or name what is unknown.
         """
-        sky = build_sky(settings)
+        sky = in_weather(build_sky(settings), self.data.weather)
         if is_dark(sky, lights) != self.dark:
             return None
         return replace(self, data=replace(self.data, sky=sky))

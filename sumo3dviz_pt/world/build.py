@@ -51,6 +51,7 @@ from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
+from sumo3dviz_pt.world.sky.weathered import in_weather
 from sumo3dviz_pt.world.street.build import build_street, site_of, standing_height
 from sumo3dviz_pt.world.street.furniture import stop_areas
 from sumo3dviz_pt.world.street.islands import (
@@ -144,7 +145,8 @@ class World:
         lit = partial(build_sky, job.sky, location=scenario.network.location)
         # A user's file may be another one the next time.
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
-        return cls(scenario, job, sky, clearance or Clearance(), memory, key)
+        world = cls(scenario, job, sky, clearance or Clearance(), memory, key)
+        return replace(world, sky=in_weather(sky, world.weather))
 
     @property
     def weather(self) -> WeatherCourse | None:

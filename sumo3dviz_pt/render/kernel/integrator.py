@@ -18,6 +18,7 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Channels, Layers, MovingPart
 from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
 from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.kernel.lights import Lights
@@ -78,8 +79,9 @@ class Kernel:
     def __init__(self, loaded: LoadedScene, pixel: float, *, numbered: bool = False) -> None:
         self.scene = loaded.scene
         self._tables = Tables(loaded, numbered=numbered)
-        lights = Lights(loaded, self._tables)
-        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights)
+        air = Air(loaded) if loaded.misty else None
+        lights = Lights(loaded, self._tables, air)
+        self._place = Place(loaded.scene, Surfaces(self._tables, pixel), lights, air)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -92,6 +94,8 @@ class Kernel:
     def follow(self) -> None:
         """Bring everything to what the loaded scene shows."""
         self._tables.follow()
+        if self._place.air is not None:
+            self._place.air.follow()
         self._place.lights.follow()
 
     def glow(self, sensor: Any, view: View, *, spp: int, seed: int) -> Image:

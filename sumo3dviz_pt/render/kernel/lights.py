@@ -14,6 +14,7 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.choice import CELLS, Choice
 from sumo3dviz_pt.render.kernel.lamps import LampTables
 from sumo3dviz_pt.render.kernel.skipping import where
@@ -52,9 +53,11 @@ class Lights:
     Args:
         loaded: A scene that shows a frame.
         tables: Of the scene.
+        air: What is in the air, or None.
     """
 
-    def __init__(self, loaded: LoadedScene, tables: Tables) -> None:
+    def __init__(self, loaded: LoadedScene, tables: Tables, air: Air | None = None) -> None:
+        self._air = air
         scene, parameters = loaded.scene, loaded.parameters
         self._loaded, self._sky = loaded, scene.environment()
         shapes = [shape for shape in scene.shapes() if shape.id() == "sun"]
@@ -72,19 +75,26 @@ class Lights:
         self._beam_names = tuple(beams)
         self._names = (*first, *lamps, *beams)
         self._choice = Choice(len(self._names), placed=self.many)
-        data = np.asarray(parameters["sky.data"])
-        self._sky_given = float(np.pi**2 * data.mean()) if self.many else 0.0
+        self._sky_given = self._light_of_sky()
         self.follow()
 
     def follow(self) -> None:
         """Bring lamps, beams and how often paths aim at each emitter to this frame."""
         parameters = self._loaded.parameters
+        if self._loaded.sky_changes:
+            self._sky_given = self._light_of_sky()
         weights = np.array([_weight(parameters, name) for name in self._names])
         self._choice.follow(weights, self._given(), self._grid())
         if self._lamps is not None:
             self._lamps.follow()
         if self._beams is not None:
             self._beam_rows = _array(_beam_rows(self._beam_names, self._beams.placed))
+
+    def _light_of_sky(self) -> float:
+        """Return what the sky gives to a place, where that matters."""
+        if not self.many:
+            return 0.0
+        return float(np.pi**2 * np.asarray(self._loaded.parameters["sky.data"]).mean())
 
     def _grid(self) -> Floats:
         """Return the grid of the choice: x and y of its corner [m], and cells per metre."""
@@ -185,7 +195,10 @@ class Lights:
         aim = Aim(mi.Vector3f(0.0, 0.0, 1.0), mi.Float(0.0), mi.Float(0.0), mi.Color3f(0.0))
         for chosen, maker in self._groups(number):
             aim = _merged(active & chosen, aim, place, sample, number, maker)
-        scaled = Aim(aim.d, aim.distance, aim.pdf * chance, aim.light / chance)
+        light = aim.light / chance
+        if self._air is not None:
+            light *= self._air.through(place, aim.d, aim.distance, aim.distance < FAR)
+        scaled = Aim(aim.d, aim.distance, aim.pdf * chance, light)
         return scaled, number >= self._first_beam
 
     def _groups(self, number: Any) -> list[tuple[Any, Callable[..., Aim]]]:

@@ -16,6 +16,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.candidates import aimed
 from sumo3dviz_pt.render.kernel.lights import FAR, Aim, Lights
 from sumo3dviz_pt.render.kernel.rows import Kind
@@ -43,11 +44,13 @@ class Place:
         scene: Mitsuba's.
         surfaces: Find what rays met.
         lights: The emitters.
+        air: What is in the air, or None.
     """
 
     scene: Any
     surfaces: Surfaces
     lights: Lights
+    air: Air | None = None
 
 
 @dataclass(slots=True)
@@ -175,7 +178,10 @@ def emitted_along(place: Place, ray: Any) -> Any:
     found = place.scene.ray_intersect_preliminary(ray, True)
     surface = place.surfaces.met(found, ray, mi.Bool(True))
     before = dr.zeros(mi.Interaction3f)
-    return place.lights.glow(surface, before, surface.there)[0]
+    light = place.lights.glow(surface, before, surface.there)[0]
+    if place.air is not None:
+        light *= place.air.through(ray.o, ray.d, surface.si.t, surface.there)
+    return light
 
 
 def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
@@ -183,6 +189,7 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     ray, primary = path.ray, path.depth == 0
     found = place.scene.ray_intersect_preliminary(ray, primary, active=path.active)
     surface = place.surfaces.met(found, ray, path.active)
+    clear = _veiled(path, surface, place.air)
     si, on = surface.si, surface.there & (path.depth + 1 < bounds.most)
     emitted = _met(path, found, surface, place.lights, bounds.direct)
     aim, delta = aimed(place.lights, si, sampler, primary=primary, active=on)
@@ -198,10 +205,9 @@ def _stepped(path: _Path, sampler: Any, place: Place, bounds: Bounds) -> None:
     path.light = dr.select(lit, path.light + gain, path.light)
 
     first = surface.there & primary
-    _note(path.seen, first, surface, scattered.albedo, emitted)
+    _note(path.seen, first, surface, _whitened(scattered.albedo, clear), emitted)
     if place.surfaces.numbered:
-        mover = place.surfaces.mover(found, surface, first)
-        path.seen.mover = dr.select(first, mover, path.seen.mover)
+        _number(path.seen, place.surfaces.mover(found, surface, first), first)
 
     # Where the path goes on, and whether.
     path.ray = si.spawn_ray(scattered.d)
@@ -249,6 +255,22 @@ def _met(path: _Path, found: Any, surface: Surface, lights: Lights, direct: Any)
     return radiance
 
 
+def _veiled(path: _Path, surface: Surface, air: Air | None) -> Any:
+    """Add the light of the air before what a path met, and dim all behind; return what passes."""
+    if air is None:
+        return None
+    ray = path.ray
+    clear = air.through(ray.o, ray.d, surface.si.t, surface.there)
+    path.light = dr.fma(path.through, air.light(ray.d) * (1.0 - clear), path.light)
+    path.through *= clear
+    return clear
+
+
+def _whitened(albedo: Any, clear: Any) -> Any:
+    """Return how bright a surface is as a guide: as pale as the fog before it."""
+    return albedo if clear is None else dr.lerp(1.0, albedo, clear)
+
+
 def _note(seen: _Seen, first: Any, surface: Surface, albedo: Any, emitted: Any) -> None:
     """Keep what a path met first."""
     seen.hit = dr.select(first, 1.0, seen.hit)
@@ -256,6 +278,11 @@ def _note(seen: _Seen, first: Any, surface: Surface, albedo: Any, emitted: Any) 
     seen.albedo = dr.select(first, albedo, seen.albedo)
     seen.normal = dr.select(first, mi.Vector3f(surface.si.sh_frame.n), seen.normal)
     seen.emitted = dr.select(first, emitted, seen.emitted)
+
+
+def _number(seen: _Seen, mover: Any, first: Any) -> None:
+    """Keep which moving part a path met first."""
+    seen.mover = dr.select(first, mover, seen.mover)
 
 
 def _scattered(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import mitsuba as mi
@@ -55,6 +56,20 @@ def sky_entry(sky: SkyMap, weight: float = 1.0) -> Any:
             "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90),
         }
     )
+
+
+def update_sky(parameters: Any, entries: Mapping[str, Any]) -> None:
+    """Let a loaded scene's sky and sun shine as others do that were made for it.
+
+    Args:
+        parameters: Of the scene; they still have to be updated.
+        entries: From `sky_entry` and `sun_entry`.
+    """
+    for name, entry in entries.items():
+        made = mi.traverse(entry)
+        for key in ("data", "emitter.radiance.value", "emitter.radiance.data"):
+            if key in made and f"{name}.{key}" in parameters:
+                parameters[f"{name}.{key}"] = made[key]
 
 
 def sun_entry(sky: SkyMap, weight: float = 1.0) -> dict[str, Any]:

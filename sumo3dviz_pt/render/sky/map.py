@@ -92,14 +92,16 @@ def bake_sky(sky: Sky, size: tuple[int, int] | None = None) -> SkyMap:
     if sky.image is not None:
         whole = np.maximum(resampled(sky.image, size, sky.rotation) * sky.image_scale, 0.0)
         whole = np.asarray(whole + np.asarray(sky.night, np.float32), np.float32)
-        return SkyMap(whole, _horizon(whole[: rows // 2]), None, _lux(whole[: rows // 2], None))
+        return SkyMap(
+            whole, horizon_of(whole[: rows // 2]), None, illuminance_of(whole[: rows // 2], None)
+        )
     dome, sun = _dome(sky, (rows // 2, columns))
-    horizon = _horizon(dome)
-    whole = np.concatenate([dome, _below(horizon, rows - rows // 2)])
-    return SkyMap(whole, horizon, sun, _lux(dome, sun))
+    horizon = horizon_of(dome)
+    whole = np.concatenate([dome, lower_half(horizon, rows - rows // 2)])
+    return SkyMap(whole, horizon, sun, illuminance_of(dome, sun))
 
 
-def _lux(dome: Image, sun: Sun | None) -> float:
+def illuminance_of(dome: Image, sun: Sun | None) -> float:
     """Return the horizontal illuminance [lx]."""
     light = dome_irradiance(dome)
     if sun is not None:
@@ -107,7 +109,7 @@ def _lux(dome: Image, sun: Sun | None) -> float:
     return float(light @ LUMINANCE) * CANDELAS_PER_UNIT
 
 
-def _below(horizon: Image, rows: int) -> Image:
+def lower_half(horizon: Image, rows: int) -> Image:
     """Return the lower half: like the horizon at its edge, lest a dark line shows, then darker."""
     down = np.sin((np.arange(rows) + 0.5) / rows * np.pi / 2)
     share = np.clip(1.0 - 10.0 * down, 0.3, 1.0).astype(np.float32)
@@ -204,7 +206,7 @@ def _room(left: float, lit: Image) -> float:
     return min(1.0, max(left, _LEAST * made) / max(made, 1e-30))
 
 
-def _horizon(dome: Image) -> Image:
+def horizon_of(dome: Image) -> Image:
     """Return the radiance in the lowest degrees of sky, without the sun, smooth around, (w, 3)."""
     rows = len(dome)
     band = max(2, round(rows * float(_HAZY) / (np.pi / 2)))

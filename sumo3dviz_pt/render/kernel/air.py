@@ -1,0 +1,113 @@
+"""What is in the air takes light away and adds its own, in closed form for every segment of a path.
+
+The density of fog is even up to a height and falls exponentially above it; rain and snow that fall
+are the same at all heights. Light from the air itself is that of the fog's own sky (see
+`render/sky/weather.py`), so things that fade meet the horizon behind them. Sky and sun are given
+as they reach the ground, through all that lies above: paths to them lose nothing here.
+
+References:
+    Koschmieder, H., Theorie der horizontalen Sichtweite, Beitraege zur Physik der freien
+    Atmosphaere 12, 1924 (contrast falls as exp(-extinction x distance)).
+    Quilez, I., Better fog, https://iquilezles.org/articles/fog, 2010 (exponential heights).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from sumo3dviz_pt.model.weather import ASYMMETRY, Weather
+from sumo3dviz_pt.render.loaded import LoadedScene
+
+_LEVEL = 0.05
+"""Rise along a segment below which its density counts as that of its middle [m]."""
+
+_HIGHEST = 1e4
+"""Height in which density falls that counts as even [m]."""
+
+
+class Air:
+    """The air of a frame, as numbers that are no part of the kernel's code.
+
+    Args:
+        loaded: A scene that shows a frame.
+    """
+
+    def __init__(self, loaded: LoadedScene) -> None:
+        self._loaded = loaded
+        self.follow()
+
+    def follow(self) -> None:
+        """Bring the air to the frame that is shown."""
+        frame, veil = self._loaded.frame, self._loaded.veil
+        assert frame is not None and frame.weather is not None and veil is not None
+        even, dense, height, base = _extinctions(frame.weather)
+        self._even, self._dense, self._height, self._base = (
+            dr.opaque(mi.Float, number)
+            for number in (even, dense, height, base - float(frame.origin[2]))
+        )
+        self._diffuse = dr.opaque(mi.Color3f, list(veil.diffuse))
+        self._direct = dr.opaque(mi.Color3f, list(veil.direct))
+        self._sun = dr.opaque(mi.Vector3f, list(veil.towards))
+
+    def depth(self, start: Any, d: Any, distance: Any) -> Any:
+        """Return the optical depth of segments.
+
+        Args:
+            start: Where they start, points.
+            d: Unit directions.
+            distance: Their lengths [m].
+        """
+        low = start.z - self._base
+        rise = d.z * distance
+        level = dr.abs(rise) < _LEVEL
+        risen = dr.select(level, 1.0, rise)
+        mean = (self._column(low + rise) - self._column(low)) / risen
+        mean = dr.select(level, self._density(low + 0.5 * rise), mean)
+        return (self._even + self._dense * mean) * distance
+
+    def through(self, start: Any, d: Any, distance: Any, active: Any) -> Any:
+        """Return the share of light that passes segments; all of it where lanes do not count."""
+        length = dr.select(active, distance, 0.0)
+        return dr.exp(-self.depth(start, d, length))
+
+    def extinction(self, place: Any) -> Any:
+        """Return the extinction at points [1/m]."""
+        return self._even + self._dense * self._density(place.z - self._base)
+
+    def light(self, d: Any) -> Any:
+        """Return the radiance of so much air that nothing is seen through it.
+
+        Args:
+            d: Unit directions of view.
+        """
+        return self._diffuse + self._direct * phase(dr.dot(d, self._sun))
+
+    def _density(self, height: Any) -> Any:
+        """Density of the fog at heights above its base, against that below."""
+        return dr.exp(-dr.maximum(height, 0.0) / self._height)
+
+    def _column(self, height: Any) -> Any:
+        """Fog between its base and heights, in metres of its density there."""
+        above = self._height * (1.0 - dr.exp(-dr.maximum(height, 0.0) / self._height))
+        return dr.minimum(height, 0.0) + above
+
+
+def phase(cosine: Any) -> Any:
+    """Return how droplets scatter by the cosine of the angle (Henyey and Greenstein) [1/sr]."""
+    g = ASYMMETRY
+    below = 1.0 + g * g - 2.0 * g * cosine
+    return (1.0 - g * g) / (4.0 * np.pi) * dr.rcp(below * dr.sqrt(below))
+
+
+def _extinctions(weather: Weather) -> tuple[float, float, float, float]:
+    """Return extinction at all heights, that of layered fog, and its height and base."""
+    fog = weather.fog
+    if fog is None:
+        return weather.falls, 0.0, _HIGHEST, 0.0
+    if fog.height > _HIGHEST:
+        return weather.falls + fog.extinction, 0.0, _HIGHEST, fog.base
+    return weather.falls, fog.extinction, fog.height, fog.base
