@@ -330,6 +330,30 @@ class View:
         """
         return self.world_from_camera.directions(self.lens.rays(size))
 
+    def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
+        """World points at distances along the rays through pixels' centres, (h, w, 3) [m].
+
+        Args:
+            distances: (h, w) [m].
+            size: Width, height [px].
+        """
+        points = self.position + self.directions(size) * distances[..., None]
+        origins = self.lens.origins(size)
+        return points if origins is None else points + self.world_from_camera.directions(origins)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """What a part of a picture's rows sees at one moment of an exposure.
+
+    Attributes:
+        rows: Where they begin and end, shares of the picture's height from the top.
+        frame: What is there then.
+    """
+
+    rows: tuple[float, float]
+    frame: FrameState
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameState:
@@ -344,6 +368,9 @@ class FrameState:
         deforming: Those that are drawn in detail and take poses.
         fixtures: What moves and is no road user, such as the arms of barriers.
         weather: Of its time, or None.
+        exposure: The moments at which a picture with a shutter sees the scene: every row at
+            equally many of them. Empty where all light comes at once; else all else is what there
+            is in the middle of the exposure.
     """
 
     time: float
@@ -354,6 +381,7 @@ class FrameState:
     deforming: tuple[Mover, ...] = ()
     fixtures: tuple[Mover, ...] = ()
     weather: Weather | None = None
+    exposure: tuple[Moment, ...] = ()
 
     @property
     def instanced(self) -> tuple[Mover, ...]:
