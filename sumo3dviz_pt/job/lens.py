@@ -140,7 +140,9 @@ class LensSettings(Settings):
         """
         if self.f_number is None:
             return 0.0
-        focal = self.focal_length or 0.5 * self.sensor / math.tan(math.radians(min(degrees, 120) / 2))
+        focal = self.focal_length or 0.5 * self.sensor / math.tan(
+            math.radians(min(degrees, 120) / 2)
+        )
         return 0.5 * focal / self.f_number
 
     def in_words(self) -> str:

@@ -102,6 +102,10 @@ class WeatherSettings(Settings):
     )
     snow: SnowSettings | None = Field(None, description="snow that lies or falls")
     wind: WindSettings | None = Field(None, description="moves leaves, rain, snow and flags")
+    windscreen: bool | None = Field(
+        None,
+        description="drops and wipers on the pane that rides look through in rain; default yes",
+    )
     season: Season = Field("summer", description="what leaves and grass look like")
     course: tuple[WeatherMoment, ...] = Field(
         (), max_length=MOST_ENTRIES, description="weather that changes, by SUMO's time"

@@ -11,7 +11,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Colour, Floats
+
+
+@dataclass(frozen=True, slots=True)
+class SkyLight:
+    """Even light from above, and the sun's.
+
+    Attributes:
+        sky: Mean radiance of the dome, as the ground sees it: irradiance / pi.
+        sun: Irradiance facing the sun.
+        towards: Unit vector to the sun.
+    """
+
+    sky: Colour
+    sun: Colour = (0.0, 0.0, 0.0)
+    towards: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

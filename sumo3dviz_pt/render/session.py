@@ -37,7 +37,7 @@ from sumo3dviz_pt.render.sensors import sensor_entry
 from sumo3dviz_pt.render.settings import AfterPass, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
 from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry, update_sky
-from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
+from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky, sky_light
 from sumo3dviz_pt.render.sky.weather import WeatheredSky
 
 
@@ -256,7 +256,9 @@ class Session:
         Returns:
             Radiance, (h, w, 3).
         """
-        how = self.finishing if denoiser is None else replace(self.finishing, denoiser=denoiser)
+        how = self.finishing_of(frame)
+        if denoiser is not None:
+            how = replace(how, denoiser=denoiser)
         with self.clock.phase("denoise"):
             seen = samples.layers if how.denoiser == "none" else samples.apart
             return finished(seen, frame.view, how)
@@ -268,14 +270,21 @@ class Session:
             seen: `radiance`; `depth` and `hit` where there is haze.
             view: Of the picture's camera.
         """
-        return hazed(seen, view, self.finishing)
+        frame = self.loaded.frame
+        how = self.finishing_of(None if frame is None else frame.as_seen_from(view))
+        return hazed(seen, view, how)
 
-    @property
-    def finishing(self) -> Finishing:
-        """How this scene's pictures are finished with this quality."""
+    def finishing_of(self, frame: FrameState | None) -> Finishing:
+        """Return how a frame's picture is finished with this quality.
+
+        Args:
+            frame: That was traced last; None is one before which nothing falls.
+        """
         quality = self.settings.quality
         haze = self.data.haze if quality.haze else None
-        return Finishing(quality.denoise, quality.guides, quality.raw_share, haze, self.sky.horizon)
+        how = Finishing(quality.denoise, quality.guides, quality.raw_share, haze, self.sky.horizon)
+        falling = None if frame is None else frame.falling()
+        return how if falling is None else replace(how, falling=falling, light=sky_light(self.sky))
 
     def retune(self, quality: Quality, *, seed: int) -> None:
         """Go on with another quality and seed; only another sampler loads the scene anew.
@@ -298,7 +307,7 @@ class Session:
         if self.by_kernel is not None and self.settings.quality.tracer == "kernel":
             self._tracer = self.by_kernel
         else:
-            hazy = self.data.haze is not None
+            hazy = self.data.haze is not None or self.data.weather is not None
             self._tracer = ByPath(
                 self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock
             )

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from sumo3dviz_pt.model.falling import Cabin, Falling
+from sumo3dviz_pt.model.falling import Cabin, Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.render.falling.field import NEAR, NEAREST, Drops
 from sumo3dviz_pt.render.falling.kinds import Reach
-from sumo3dviz_pt.render.falling.light import SkyLight, lit
+from sumo3dviz_pt.render.falling.light import lit
 from sumo3dviz_pt.render.falling.strokes import WIDEST, Strokes
 
 _LONGEST = 2.0
@@ -30,7 +30,6 @@ def strokes_of(
     *,
     lens: Lens,
     size: tuple[int, int],
-    flakes: bool,
 ) -> Strokes:
     """Return what drops or flakes leave in a picture.
 
@@ -41,7 +40,6 @@ def strokes_of(
         light: Of the sky.
         lens: Of the camera.
         size: Of the picture [px].
-        flakes: Whether they are flakes.
     """
     drops, starts, ends = _projected(drops, falling, lens=lens, size=size)
     middle = 0.5 * (drops.opening + drops.closing)
@@ -58,10 +56,8 @@ def strokes_of(
     cover = np.minimum(face / (length * drawn + 0.25 * np.pi * drawn**2), 0.98)
     depths = -np.log1p(-cover) * faded
     kept = np.flatnonzero((depths > 1e-5) & (length < _LONGEST * size[0]))
-    colours = lit(middle[kept], falling, light, eye=eye, flakes=flakes)
-    return Strokes(
-        starts[:, kept], ends[:, kept], drawn[kept], depths[kept], away[kept], colours
-    )
+    colours = lit(middle[kept], falling, light, eye=eye, flakes=drops.flakes)
+    return Strokes(starts[:, kept], ends[:, kept], drawn[kept], depths[kept], away[kept], colours)
 
 
 def _projected(

@@ -7,6 +7,7 @@ one in all frames, wherever the camera is, and there is no state between frames.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,7 @@ class Drops:
         diameters: (n,) [m].
         speeds: By which they fall, (n,) [m/s].
         shown: How much of each is drawn, by chance of its being, (n,) in [0, 1].
+        flakes: Whether they are flakes of snow.
     """
 
     opening: Floats
@@ -47,6 +49,7 @@ class Drops:
     diameters: Floats
     speeds: Floats
     shown: Floats
+    flakes: bool = False
 
     def only(self, which: Bools | Ints) -> Drops:
         """Return some of them."""
@@ -56,6 +59,7 @@ class Drops:
             self.diameters[which],
             self.speeds[which],
             self.shown[which],
+            self.flakes,
         )
 
 
@@ -81,19 +85,20 @@ def drops_before(
         if end > NEAREST:
             cells = _cells(falling, kind, end=end, cone=cone)
             each.append(_members(falling, matter, kind, sizes, cells))
-    return joined(each), far
+    return joined(each, flakes=matter.name == "snow"), far
 
 
-def joined(each: list[Drops]) -> Drops:
-    """Return all drops of some."""
-    if not each:
-        return Drops(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
+def joined(each: Sequence[Drops], *, flakes: bool) -> Drops:
+    """Return all drops, or flakes, of some."""
+    none = Drops(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
+    some = (none, *each)
     return Drops(
-        np.concatenate([drops.opening for drops in each]),
-        np.concatenate([drops.closing for drops in each]),
-        np.concatenate([drops.diameters for drops in each]),
-        np.concatenate([drops.speeds for drops in each]),
-        np.concatenate([drops.shown for drops in each]),
+        np.concatenate([drops.opening for drops in some]),
+        np.concatenate([drops.closing for drops in some]),
+        np.concatenate([drops.diameters for drops in some]),
+        np.concatenate([drops.speeds for drops in some]),
+        np.concatenate([drops.shown for drops in some]),
+        flakes,
     )
 
 
@@ -121,9 +126,7 @@ def _cells(falling: Falling, kind: Kind, *, end: float, cone: float) -> Ints:
     return np.asarray(cells[inside & (away < end + radius)])
 
 
-def _members(
-    falling: Falling, matter: Matter, kind: Kind, sizes: Sizes, cells: Ints
-) -> Drops:
+def _members(falling: Falling, matter: Matter, kind: Kind, sizes: Sizes, cells: Ints) -> Drops:
     """Return the drops of a kind in some of its cubes."""
     seed = falling.seed * 0x1F + _SALTS[matter.name]
     keys = keys_of(seed, np.full(len(cells), kind.number), *cells.T)

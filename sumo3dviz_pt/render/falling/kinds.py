@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -125,7 +126,7 @@ def _kinds(
 ) -> tuple[Kind, ...]:
     """Return the bins between diameters [mm]."""
     found = []
-    for number, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for number, (low, high) in enumerate(pairwise(edges)):
         middle = np.array(0.5 * (low + high))
         wide = float(diameter(middle))
         cell = float(np.clip(0.8 * wide, 0.3, 3.0))
@@ -134,7 +135,9 @@ def _kinds(
     return tuple(found)
 
 
-def reach(matter: Matter, rate: float, lens: Lens, *, size: tuple[int, int], exposure: float) -> Reach:
+def reach(
+    matter: Matter, rate: float, lens: Lens, *, size: tuple[int, int], exposure: float
+) -> Reach:
     """Return how far what falls is drawn.
 
     Args:

@@ -15,13 +15,12 @@ References:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from sumo3dviz_pt.model.falling import Falling, Glows, Throws
-from sumo3dviz_pt.model.geometry import Colour, Floats
+from sumo3dviz_pt.model.falling import Falling, Glows, SkyLight, Throws
+from sumo3dviz_pt.model.geometry import Floats
 
 WATER = 1.333
 """Refractive index."""
@@ -35,21 +34,6 @@ WHITE = 0.95
 _STEPS, _RAYS = 180, 40_000
 _SPREAD = 3  # steps over which glints are spread: drops are not quite round
 _CLOSEST = 0.25  # lamps are not points nearer than this [m]
-
-
-@dataclass(frozen=True, slots=True)
-class SkyLight:
-    """Even light from above, and the sun's.
-
-    Attributes:
-        sky: Mean radiance of the dome, as the ground sees it: irradiance / pi.
-        sun: Irradiance facing the sun.
-        towards: Unit vector to the sun.
-    """
-
-    sky: Colour
-    sun: Colour = (0.0, 0.0, 0.0)
-    towards: tuple[float, float, float] = (0.0, 0.0, 1.0)
 
 
 @cache
@@ -113,9 +97,7 @@ def even_light(up: Floats, light: SkyLight, ground: float, *, flakes: bool) -> F
     return np.asarray(CLEAR * (above * sky + (1.0 - above) * below))
 
 
-def lit(
-    places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flakes: bool
-) -> Floats:
+def lit(places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flakes: bool) -> Floats:
     """Return the radiance of drops or flakes towards the eye, (n, 3).
 
     Args:
@@ -145,9 +127,7 @@ def _scattered(cosine: Floats, flakes: bool) -> Floats:
     return phase(cosine)
 
 
-def _by_glow(
-    places: Floats, to_eye: Floats, glows: Glows, number: int, *, flakes: bool
-) -> Floats:
+def _by_glow(places: Floats, to_eye: Floats, glows: Glows, number: int, *, flakes: bool) -> Floats:
     """Return the radiance that a lamp gives to drops, (n, 3)."""
     way = places - glows.at[number]
     away = np.linalg.norm(way, axis=1)

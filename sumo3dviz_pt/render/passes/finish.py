@@ -1,9 +1,10 @@
-"""Makes finished pictures of traced ones: denoised, mixed, with lamps and haze."""
+"""Makes finished pictures of traced ones: denoised, mixed, with lamps, haze and what falls."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from sumo3dviz_pt.model.falling import Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scene import Haze, View
@@ -21,6 +22,8 @@ class Finishing:
         raw_share: Share of the raw picture that textures keep.
         haze: Aerial perspective, or None.
         horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
+        falling: What falls and flies before the camera, or None.
+        light: Of the sky, on what falls.
     """
 
     denoiser: str
@@ -28,10 +31,12 @@ class Finishing:
     raw_share: float
     haze: Haze | None
     horizon: Image
+    falling: Falling | None = None
+    light: SkyLight | None = None
 
 
 def finished(seen: Layers, view: View, how: Finishing) -> Image:
-    """Denoise a picture, then lay haze over it.
+    """Denoise a picture, then lay haze over it, and what falls and flies.
 
     Args:
         seen: `radiance`, without the light of lamps that are seen directly if that is there as
@@ -56,13 +61,24 @@ def finished(seen: Layers, view: View, how: Finishing) -> Image:
 
 
 def hazed(seen: Layers, view: View, how: Finishing) -> Image:
-    """Return the radiance of a picture with haze, if there is any.
+    """Return the radiance of a picture with haze and with what falls, if there is any.
 
     Args:
-        seen: `radiance`; `depth` and `hit` where there is haze.
+        seen: `radiance`; `depth` and `hit` where there is haze, or anything falls.
         view: Of the camera.
         how: What is to be done.
     """
+    radiance = _hazed(seen, view, how)
+    if how.falling is None or how.light is None:
+        return radiance
+    # Without weather nothing of it is loaded.
+    from sumo3dviz_pt.render.falling.build import with_falling
+
+    return with_falling(radiance, seen, view, how.falling, how.light)
+
+
+def _hazed(seen: Layers, view: View, how: Finishing) -> Image:
+    """Return the radiance of a picture with haze, if there is any."""
     if how.haze is None:
         return seen["radiance"]
     behind = horizon_behind(how.horizon, view, seen.size)
