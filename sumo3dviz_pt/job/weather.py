@@ -47,6 +47,13 @@ class RainSettings(Settings):
     """Drops that fall."""
 
     rate: _Rainfall = Field(description="how much falls, such as 10 mm/h; 0 to 200 mm/h")
+    streaks: Finite | None = Field(
+        None,
+        ge=0,
+        le=20,
+        description="how many times as strong as in a photograph drops are seen in the air; default"
+        " 6, 1 is physical, 0 is none",
+    )
 
 
 class SnowSettings(Settings):

@@ -126,6 +126,7 @@ class Falling:
         seed: The scene's.
         cameras: World from camera when the shutter opens and when it closes, (2, 4, 4).
         rain: [mm/h].
+        strength: How many times as much of a pixel a drop covers as it should.
         snow: As water [mm/h].
         wind: Towards the east and the north, (2,) [m/s].
         drift: How far wind has carried since time 0, (2,) [m].
@@ -149,6 +150,7 @@ class Falling:
     wind: tuple[float, float] = (0.0, 0.0)
     drift: tuple[float, float] = (0.0, 0.0)
     wetness: float = 0.0
+    strength: float = 1.0
     aperture: float = 0.0
     focus: float = float("inf")
     ground: float = 0.12

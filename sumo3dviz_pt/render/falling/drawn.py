@@ -54,7 +54,8 @@ def strokes_of(
     length = np.hypot(*(ends - starts))
     face = 0.25 * np.pi * width**2
     cover = np.minimum(face / (length * drawn + 0.25 * np.pi * drawn**2), 0.98)
-    depths = -np.log1p(-cover) * faded
+    stronger = 1.0 if drops.flakes else falling.strength
+    depths = -np.log1p(-cover) * faded * stronger
     kept = np.flatnonzero((depths > 1e-5) & (length < _LONGEST * size[0]))
     colours = lit(middle[kept], falling, light, eye=eye, flakes=drops.flakes)
     return Strokes(starts[:, kept], ends[:, kept], drawn[kept], depths[kept], away[kept], colours)

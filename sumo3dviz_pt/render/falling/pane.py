@@ -22,11 +22,11 @@ from sumo3dviz_pt.render.falling.veil import Veil
 _CELL = 0.014
 """Side of the squares on the pane that hold one drop at a time [m]."""
 
-_SMALLEST, _LARGEST = 0.0006, 0.0022  # radii of drops [m]
+_SMALLEST, _LARGEST = 0.0009, 0.0034  # radii of drops [m]
 _SETTLES = 0.12  # time in which a drop spreads on the glass [s]
 _STAYS = 6.0  # time after which a drop that no blade reaches runs off [s]
 _WIDE_VIEW = 9.0  # how many times its own size of the scene a drop shows
-_STRONG = 0.8  # share of light that comes through a drop instead
+_STRONG = 0.9  # share of light that comes through a drop instead
 _SWEEP = 0.95  # time of a blade's way up and down [s]
 _ANGLES = (0.03, 1.75)  # between which it turns, from lying [rad]
 _BLADE = 0.011  # its width [m]

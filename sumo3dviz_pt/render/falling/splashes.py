@@ -12,11 +12,12 @@ References:
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sumo3dviz_pt.model.falling import Falling, SkyLight
-from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.layers import Layers
-from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.lens import Lens, planes_of_rays
 from sumo3dviz_pt.model.precipitation import drop_speed, rain_sizes
 from sumo3dviz_pt.render.falling.chance import keys_of, shares
 from sumo3dviz_pt.render.falling.light import lit
@@ -32,6 +33,9 @@ _DENSE = 0.5  # optical depth of a young crown
 _STEP = 12  # of how many rows and columns one tells where the ground lies
 _FLAT = 0.7  # how far ground may rise or fall near the camera [m]
 _SALT = 0x53706C61
+
+_Pixels = tuple[NDArray[np.intp], NDArray[np.intp]]
+"""Rows and columns."""
 
 
 def splashes(
@@ -56,14 +60,14 @@ def splashes(
 
     # The picture tells how high the ground lies where a drop strikes.
     for _ in range(2):
-        rows, columns, ahead = _pixels(places, camera, lens, size)
-        heights = _heights(seen, camera, lens, size)[rows, columns]
+        pixels, ahead = _pixels(places, camera, lens, size)
+        heights = _heights(seen, pixels, camera, lens, size)
         places[:, 2] = np.where(np.isfinite(heights), heights, level)
-    rows, columns, ahead = _pixels(places, camera, lens, size)
+    pixels, ahead = _pixels(places, camera, lens, size)
     away = np.linalg.norm(places - camera[:3, 3], axis=1)
-    shown = _distance(seen)[rows, columns]
+    shown = _distance(seen, pixels)
     good = ahead & (np.abs(places[:, 2] - level) < _FLAT) & (away < _FARTHEST)
-    good &= (np.abs(shown - away) < 0.03 * away + 0.03) & _hard(seen)[rows, columns]
+    good &= (np.abs(shown - away) < 0.03 * away + 0.03) & _hard(seen, pixels)
     kept = np.flatnonzero(good)
     if not len(kept):
         return None
@@ -111,42 +115,44 @@ def _events(falling: Falling, camera: Floats) -> tuple[Floats, Floats, Floats]:
     return places[kept], sizes.share_at(chance[2], _LARGE, 6.0)[kept], ages[alive][kept]
 
 
-def _distance(seen: Layers) -> Image:
-    """Return how far what each pixel shows is, (h, w) [m]; infinite in the sky."""
-    hit = seen["hit"]
-    away = seen["depth"] / np.maximum(hit, np.float32(1e-6))
-    return np.where(hit > 0.5, away, np.float32(np.inf))
+def _distance(seen: Layers, pixels: _Pixels) -> Floats:
+    """Return how far what some pixels show is, (n,) [m]; infinite in the sky."""
+    hit = seen["hit"][pixels].astype(np.float64)
+    return np.where(hit > 0.5, seen["depth"][pixels] / np.maximum(hit, 1e-6), np.inf)
 
 
-def _heights(seen: Layers, camera: Floats, lens: Lens, size: tuple[int, int]) -> Floats:
-    """Return how high what each pixel shows lies, (h, w) [m]; not finite in the sky."""
-    up = lens.rays(size) @ camera[2, :3]
+def _heights(
+    seen: Layers, pixels: _Pixels, camera: Floats, lens: Lens, size: tuple[int, int]
+) -> Floats:
+    """Return how high what some pixels show lies, (n,) [m]; not finite in the sky."""
+    rays = planes_of_rays(lens, size)[(slice(None), *pixels)].astype(np.float64)
     with np.errstate(invalid="ignore"):
-        return np.asarray(camera[2, 3] + up * _distance(seen))
+        return np.asarray(camera[2, 3] + camera[2, :3] @ rays * _distance(seen, pixels))
 
 
 def _level(seen: Layers, camera: Floats, lens: Lens, size: tuple[int, int]) -> float | None:
     """Return about how high the ground near the camera lies [m]; None where none is seen."""
-    few = (slice(_STEP // 2, None, _STEP), slice(_STEP // 2, None, _STEP))
-    away, heights = _distance(seen)[few], _heights(seen, camera, lens, size)[few]
+    grid = np.mgrid[_STEP // 2 : size[1] : _STEP, _STEP // 2 : size[0] : _STEP]
+    few = (grid[0].reshape(-1), grid[1].reshape(-1))
+    away, heights = _distance(seen, few), _heights(seen, few, camera, lens, size)
     near = heights[(away < 1.5 * _FARTHEST) & (heights < camera[2, 3] - 0.5)]
     return float(np.percentile(near, 15.0)) if len(near) > 20 else None
 
 
 def _pixels(
     places: Floats, camera: Floats, lens: Lens, size: tuple[int, int]
-) -> tuple[Floats, Floats, Bools]:
+) -> tuple[_Pixels, Bools]:
     """Return the pixels that show places, held inside the picture, and whether they are in it."""
     (rows, columns), ahead = lens.project((places - camera[:3, 3]) @ camera[:3, :3], size)
     inside = ahead & (rows > -0.5) & (rows < size[1] - 0.5)
     inside &= (columns > -0.5) & (columns < size[0] - 0.5)
-    row = np.rint(np.where(inside, rows, 0.0)).astype(np.intp)
-    return row, np.rint(np.where(inside, columns, 0.0)).astype(np.intp), inside
+    row, column = (np.rint(np.where(inside, each, 0.0)).astype(np.intp) for each in (rows, columns))
+    return (row, column), inside
 
 
-def _hard(seen: Layers) -> Bools:
-    """Return where the ground is no grass, (h, w)."""
+def _hard(seen: Layers, pixels: _Pixels) -> Bools:
+    """Return where the ground is no grass, (n,)."""
     if "albedo" not in seen:
-        return np.ones(seen["hit"].shape, dtype=np.bool_)
-    red, green, blue = (seen["albedo"][..., channel] for channel in range(3))
+        return np.ones(len(pixels[0]), dtype=np.bool_)
+    red, green, blue = seen["albedo"][pixels].T
     return np.asarray(green < 1.15 * np.maximum(red, blue) + 0.01)

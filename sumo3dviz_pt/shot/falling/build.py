@@ -21,8 +21,12 @@ from sumo3dviz_pt.shot.falling.lamps import Standing, nearest, running_glows, th
 from sumo3dviz_pt.shot.falling.spray import spray
 from sumo3dviz_pt.shot.falling.windscreen import windscreen_of
 
-EXPOSURE = 1.0 / 250.0
+EXPOSURE = 1.0 / 125.0
 """How long drops are seen by a camera without a shutter [s], as by a camera in overcast light."""
+
+STRONGER = 6.0
+"""How many times their physical cover drops have where nothing is said: wide lenses hardly see
+rain, but people who look at a film expect to see what falls."""
 
 PUPIL = 0.002
 """Width of the hole through which a camera without an aperture sees drops [m]: as of a phone's."""
@@ -45,6 +49,7 @@ class Flying:
         standing: Lamps that stand and light what falls; none by day.
         seed: The scene's.
         windscreen: Whether rides look through a wet pane.
+        strength: Of drops in the air, as in `Falling`.
     """
 
     course: WeatherCourse
@@ -53,6 +58,7 @@ class Flying:
     standing: tuple[Standing, ...]
     seed: int
     windscreen: bool
+    strength: float
 
     @classmethod
     def of(cls, data: SceneData, fleet: Fleet, *, job: Job) -> Flying | None:
@@ -67,8 +73,17 @@ class Flying:
         if course is None or not (course.rains or course.snows or course.is_wet):
             return None
         standing = tuple(Standing.of(lamps) for lamps in data.lamps if lamps.sampled)
-        windscreen = job.weather is None or job.weather.windscreen is not False
-        return cls(course, data, fleet, standing, job.seed, windscreen)
+        said = job.weather
+        strength = None if said is None or said.rain is None else said.rain.streaks
+        return cls(
+            course,
+            data,
+            fleet,
+            standing,
+            job.seed,
+            windscreen=said is None or said.windscreen is not False,
+            strength=STRONGER if strength is None else strength,
+        )
 
     def at(self, frame: FrameState, *, present: Present, camera: Camera | None) -> Falling:
         """Return what falls and flies in a frame.
@@ -94,6 +109,7 @@ class Flying:
             wind=wind,
             drift=carried_by_wind(self.course, time),
             wetness=weather.wetness,
+            strength=self.strength,
             aperture=2.0 * lens.aperture if lens.aperture > 0.0 else PUPIL,
             focus=lens.focus if lens.aperture > 0.0 else float("inf"),
             ground=_reflectance(weather),
