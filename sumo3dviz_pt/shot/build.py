@@ -38,6 +38,7 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
+from sumo3dviz_pt.shot.falling.build import Flying
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
@@ -84,6 +85,7 @@ class Shot:
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         tracks: The same of the rails that trains stand on, or None.
         road_owners: Tell which edge or junction faces of its roads belong to.
+        flying: What falls and flies before its camera, or None.
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
         full_models: Models that are drawn in full detail where they are near enough.
@@ -107,6 +109,7 @@ class Shot:
     places: Floats | None = None
     tracks: Callable[[Floats], Floats] | None = None
     road_owners: RoadOwners | None = None
+    flying: Flying | None = None
 
     def present_at(self, time: float) -> Present:
         """Return everyone who exists at a time [s], people on raised footways."""
@@ -150,7 +153,7 @@ class Shot:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
         parts = self._parts(present, choice, view)
-        return FrameState(
+        frame = FrameState(
             time,
             view,
             tuple(parts.near),
@@ -160,6 +163,11 @@ class Shot:
             self.railway.movers_at(time),
             None if self.data.weather is None else self.data.weather.at(time),
         )
+        if self.flying is None:
+            return frame
+        camera = None if self.places is not None else self.camera
+        flying = partial(self.flying.at, frame, present=present, camera=camera)
+        return replace(frame, flying=flying)
 
     def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
         """The parts of all road users that are seen."""
@@ -303,6 +311,7 @@ class ShotBuilder:
             dark=dark,
             tracks=place.tracks,
             road_owners=place.road_owners,
+            flying=Flying.of(data, fleet, job=self.world.job),
         )
 
 

@@ -54,7 +54,7 @@ class LayerWriter:
             OSError: If a file cannot be written.
         """
         wanted = frozenset(self.production.job.output.layers)
-        frame = session.loaded.frame
+        frame = session.frame
         assert frame is not None, "render a frame first"
         seen = FrameFacts(self.production.shot, session, frame, wanted)
         for name in places.FOLDERS:

@@ -184,7 +184,7 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
         trajectory,
         eye,
         Aim(aim.yaw + turn, pitch),
-        lens_of(settings.lens or LensSettings(fov=preset.fov)),
+        lens_of(settings.lens or LensSettings(), degrees=preset.fov),
         preset.lag,
         preset.cutaway,
         middle,
