@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -20,16 +20,18 @@ from sumo3dviz_pt.model.scene import (
     FrameState,
     Haze,
     LeftOut,
+    Moment,
     Mover,
     Prototype,
     SceneData,
     Slots,
     View,
 )
+from sumo3dviz_pt.model.shutter import Shutter, frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
+from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
     CrowdFrames,
@@ -38,6 +40,7 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
+from sumo3dviz_pt.shot.exposing import exposed_camera
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World
@@ -49,9 +52,6 @@ from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
 
 _MOST_VIEWS = 120
-
-_MOMENTS = 1
-"""Moments of its exposure that a frame shows: one, its middle, as there is no motion blur."""
 
 
 @dataclass(slots=True, eq=False)
@@ -121,8 +121,28 @@ class Shot:
         Raises:
             ConfigError: If the camera rides with a road user that does not exist then.
         """
-        (moment,) = moments_of(self.camera, np.array([time])).tolist()
+        moment = self.camera.shutter.at(time).middle
         return self.frame_of(moment, self.camera.view_at(moment))
+
+    def exposed_at(self, time: float, *, samples: int) -> FrameState:
+        """Return the state of the frame at a time [s], with all moments of its exposure.
+
+        Args:
+            time: The frame's [s].
+            samples: Of a pixel; there are no more moments.
+
+        Raises:
+            ConfigError: If the camera rides with a road user that does not exist then.
+        """
+        frame, shutter = self.frame_at(time), self.camera.shutter
+        if shutter.is_instant:
+            return frame
+        shutter = replace(shutter, moments=min(shutter.moments, max(samples, 1)))
+        moments = (
+            Moment(rows, self.frame_of(at, self.camera.view_at(at)))
+            for at, rows in shutter.at(time).exposures()
+        )
+        return replace(frame, exposure=tuple(moments))
 
     def frame_of(self, time: float, view: View) -> FrameState:
         """Return the state of a frame that another camera takes.
@@ -221,14 +241,20 @@ def build_shot(
     job, left_hand = world.job, world.left_hand
     fleet = replace(everyone(world, trajectories), times=times)
     fleet = with_seat(fleet, camera, left_hand=left_hand)
-    built = build_camera(camera, fleet=fleet, left_hand=left_hand)
+    exposed = partial(
+        exposed_camera,
+        camera,
+        left_hand=left_hand,
+        step=frame_step(times, fps=float(world.job.output.fps)),
+    )
+    built = exposed(fleet=fleet)
     aspect = job.output.size[1] / job.output.size[0]
     moments = moments_of(built, times)
     camera_path = _camera_path(built, moments, aspect)
     return ShotBuilder(world, aspect).shot(
         fleet,
         camera_path,
-        camera=partial(build_camera, camera, left_hand=left_hand),
+        camera=exposed,
         plan=partial(_crowd, times=moments, aspect=aspect, full=world.job.vehicles.full_models),
     )
 
@@ -332,8 +358,15 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
 
 def moments_of(camera: Camera, times: Floats) -> Floats:
     """Return the moments that a camera's frames at times, (n,) [s], show, all in one array [s]."""
-    exposures = (camera.shutter.at(time) for time in times.tolist())
-    return np.array([moment for exposure in exposures for moment in exposure.times(_MOMENTS)])
+    shutters = (camera.shutter.at(time) for time in times.tolist())
+    return np.array([moment for shutter in shutters for moment in _moments(shutter)])
+
+
+def _moments(shutter: Shutter) -> Iterator[float]:
+    """Yield the moments that a frame shows [s]: the middle of its exposure, and all others."""
+    yield shutter.middle
+    if not shutter.is_instant:
+        yield from (moment for moment, _ in shutter.exposures())
 
 
 def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:

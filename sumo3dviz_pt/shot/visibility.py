@@ -75,9 +75,7 @@ def choose(
     places = np.where(alive[..., None], positions, 1e9)
     # Measure distances; a long road user may be near although its front is not.
     beyond = np.maximum(long - _LONGEST, 0.0)[:, None]
-    distance = settled(
-        np.maximum(camera_path.away(places) - beyond, 0.0)
-    )
+    distance = settled(np.maximum(camera_path.away(places) - beyond, 0.0))
     reach = np.maximum(_SHADOW, long + _CAST)[:, None]
     # Choose levels from the coarsest to the finest.
     shown = alive & (distance < FAR_END) & in_view(camera_path, places, radius=reach)
