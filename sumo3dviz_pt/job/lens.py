@@ -118,6 +118,12 @@ class LensSettings(Settings):
         elif folds(math.tan(math.radians(self.degrees(FOV) / 2.0)), self.distortion):
             raise ValueError("this distortion folds the picture back; take smaller numbers")
 
+    @property
+    def is_pinhole(self) -> bool:
+        """Whether it is a plain pinhole, whatever its angle."""
+        plain = self.projection == "perspective" and self.stereo == "none"
+        return plain and self.f_number is None and not any(self.distortion)
+
     def check_size(self, size: tuple[int, int]) -> None:
         """Refuse a picture's size [px] that would stretch what it shows.
 

@@ -20,7 +20,7 @@ from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scenario import Scenario, ScenarioFiles
 from sumo3dviz_pt.model.scene import FrameState, View
 from sumo3dviz_pt.model.trajectory import Trajectory
-from sumo3dviz_pt.pipeline.production import check_tone, pixel_angle, read
+from sumo3dviz_pt.pipeline.production import check_tone, read
 from sumo3dviz_pt.pipeline.scene_file import quality_preset
 from sumo3dviz_pt.pipeline.worlds import world_of
 
@@ -208,7 +208,7 @@ class Live:
             quality_preset("preview"),
             self.job.seed,
             white=2.0**-self.exposure,
-            pixel=pixel_angle(self.home, output.size[0]),
+            pixel=self.home.pixel_angle(output.size[0]),
         )
         self._session = Session(self.shot.data, choose_backend(self._variant), settings)
         self._quick = Quick(self._session, self._size)

@@ -163,7 +163,6 @@ def _adapted(luminance: float) -> float:
 
 def _meter(production: Production) -> float:
     """Return the exposure of a shot by some of its frames [EV]."""
-    from sumo3dviz_pt.pipeline.production import pixel_angle
     from sumo3dviz_pt.render.backend import choose_backend
     from sumo3dviz_pt.render.session import RenderSettings, Session
 
@@ -178,7 +177,7 @@ def _meter(production: Production) -> float:
         production.quality.model_copy(update=changes),
         production.job.seed,
         white=2.0**-production.shot.data.sky.exposure,
-        pixel=pixel_angle(frames[0].view, size[0]),
+        pixel=frames[0].view.pixel_angle(size[0]),
         layers=("radiance", "hit"),
     )
     found = []

@@ -33,6 +33,7 @@ from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.pipeline.accounts.build import account_of, key_of
 from sumo3dviz_pt.pipeline.accounts.provenance import Inputs, inputs_of
 from sumo3dviz_pt.pipeline.metering import exposure_of, manual_exposure
+from sumo3dviz_pt.pipeline.preflight import can_help
 from sumo3dviz_pt.pipeline.preflight import check_choices as check_choices
 from sumo3dviz_pt.pipeline.reading import motion_of, read_files
 from sumo3dviz_pt.pipeline.reading import object_files as object_files
@@ -45,7 +46,8 @@ from sumo3dviz_pt.pipeline.stills.still import check_target as check_target
 from sumo3dviz_pt.pipeline.worlds import world_of
 
 if TYPE_CHECKING:
-    from sumo3dviz_pt.model.scene import FrameState, View
+    from sumo3dviz_pt.image.optics import Optics
+    from sumo3dviz_pt.model.scene import FrameState
     from sumo3dviz_pt.render.backend import Backend
     from sumo3dviz_pt.render.session import Samples as Samples
     from sumo3dviz_pt.render.session import Session as Session
@@ -159,6 +161,17 @@ class Production:
         own = exposure_of(said, sky=sky, metered=self.metered, by_hand=by_hand)
         return own + self.job.output.exposure
 
+    @cached_property
+    def optics(self) -> Optics | None:
+        """What happens to light in the camera when pictures are developed; None is nothing."""
+        lens = self.settings.lens
+        if lens is None or not (lens.vignetting or lens.grain):
+            return None
+        from sumo3dviz_pt.image.optics import Optics
+
+        seen = self.shot.frame_at(float(self.times[0])).view.lens
+        return Optics.of(seen, vignetting=lens.vignetting, grain=lens.grain)
+
     def frame_at(self, time: float) -> FrameState:
         """Return what is rendered of the frame at a time [s]; errors as in `Shot.exposed_at`."""
         return self.shot.exposed_at(time, samples=self.quality.spp)
@@ -253,13 +266,6 @@ def prepare(
     )
 
 
-def can_help(camera: CameraSettings) -> bool:
-    """Return whether frames of a camera can help each other: sharp in time, and of one eye."""
-    lens = camera.lens
-    one_eye = lens is None or (lens.stereo == "none" and lens.projection != "orthographic")
-    return camera.shutter is None and one_eye
-
-
 def _check_window(scenario: Scenario, times: Floats) -> None:
     """Refuse times that do not lie in the log."""
     log_of = scenario.traffic
@@ -328,23 +334,12 @@ def opened(production: Production) -> Iterator[Session]:
         production.quality,
         production.job.seed,
         white=2.0**-production.exposure,
-        pixel=pixel_angle(first.view, size[0]),
+        pixel=first.view.pixel_angle(size[0]),
     )
     if production.quality.accumulate > 0:
         settings = replace(settings, layers=("radiance", "ids", "first_depth"))
     with Session(production.shot.data, backend, settings) as session:
         yield session
-
-
-def pixel_angle(view: View, width: int) -> float:
-    """Return the angle by which textures are filtered [rad]; of parallel rays, at the ground.
-
-    Args:
-        view: Of a camera.
-        width: Of the picture [px].
-    """
-    down = max(-float(view.forward[2]), 0.05)
-    return view.lens.pixel_angle(width, away=max(float(view.position[2]) / down, 10.0))
 
 
 def renderer_names(session: Session) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -27,7 +27,7 @@ from sumo3dviz_pt.model.scene import (
     Slots,
     View,
 )
-from sumo3dviz_pt.model.shutter import Shutter, frame_step
+from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
@@ -40,7 +40,7 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
-from sumo3dviz_pt.shot.exposing import exposed_camera
+from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.world.build import BuiltPlace, World
@@ -50,8 +50,6 @@ from sumo3dviz_pt.world.roads.owners import RoadOwners
 from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
-
-_MOST_VIEWS = 120
 
 
 @dataclass(slots=True, eq=False)
@@ -137,12 +135,10 @@ class Shot:
         frame, shutter = self.frame_at(time), self.camera.shutter
         if shutter.is_instant:
             return frame
-        shutter = replace(shutter, moments=min(shutter.moments, max(samples, 1)))
-        moments = (
-            Moment(rows, self.frame_of(at, self.camera.view_at(at)))
-            for at, rows in shutter.at(time).exposures()
-        )
-        return replace(frame, exposure=tuple(moments))
+        shutter = replace(shutter.at(time), moments=min(shutter.moments, max(samples, 1)))
+        moments = [(rows, self.camera.view_at(at), at) for at, rows in shutter.exposures()]
+        exposure = tuple(Moment(rows, self.frame_of(at, view)) for rows, view, at in moments)
+        return replace(frame, exposure=exposure)
 
     def frame_of(self, time: float, view: View) -> FrameState:
         """Return the state of a frame that another camera takes.
@@ -241,16 +237,12 @@ def build_shot(
     job, left_hand = world.job, world.left_hand
     fleet = replace(everyone(world, trajectories), times=times)
     fleet = with_seat(fleet, camera, left_hand=left_hand)
-    exposed = partial(
-        exposed_camera,
-        camera,
-        left_hand=left_hand,
-        step=frame_step(times, fps=float(world.job.output.fps)),
-    )
+    step = frame_step(times, fps=float(job.output.fps))
+    exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
     built = exposed(fleet=fleet)
     aspect = job.output.size[1] / job.output.size[0]
     moments = moments_of(built, times)
-    camera_path = _camera_path(built, moments, aspect)
+    camera_path = camera_path_of(built, moments, aspect)
     return ShotBuilder(world, aspect).shot(
         fleet,
         camera_path,
@@ -354,25 +346,6 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
     if not isinstance(camera, LagrangianCamera):
         return fleet
     return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
-
-
-def moments_of(camera: Camera, times: Floats) -> Floats:
-    """Return the moments that a camera's frames at times, (n,) [s], show, all in one array [s]."""
-    shutters = (camera.shutter.at(time) for time in times.tolist())
-    return np.array([moment for shutter in shutters for moment in _moments(shutter)])
-
-
-def _moments(shutter: Shutter) -> Iterator[float]:
-    """Yield the moments that a frame shows [s]: the middle of its exposure, and all others."""
-    yield shutter.middle
-    if not shutter.is_instant:
-        yield from (moment for moment, _ in shutter.exposures())
-
-
-def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
-    """Where a camera is and looks over the whole shot, by a few of its views."""
-    every = max(1, -(-len(times) // _MOST_VIEWS))
-    return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
 
 
 def _crowd(

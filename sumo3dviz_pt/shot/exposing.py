@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,12 +10,16 @@ import numpy as np
 from sumo3dviz_pt.cast.fleet import Fleet, find_rider
 from sumo3dviz_pt.job.lens import FocusOn
 from sumo3dviz_pt.job.settings import CameraSettings
+from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.model.shutter import INSTANT, Shutter
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot.cameras.build import ALWAYS, Camera, build_camera
 from sumo3dviz_pt.shot.cameras.riding import RidingCamera
+
+_MOST_VIEWS = 120
+"""Views that stand for a camera's way, at most."""
 
 _NEAREST = 0.05
 """What a lens is focused on lies at least so far away [m]."""
@@ -123,6 +128,25 @@ def focus_target(settings: CameraSettings) -> str | None:
     """Return the id of the road user that a camera is focused on; None where it is on none."""
     focus = settings.lens.focus if settings.lens is not None else None
     return focus.vehicle if isinstance(focus, FocusOn) else None
+
+
+def moments_of(camera: Camera, times: Floats) -> Floats:
+    """Return the moments that a camera's frames at times, (n,) [s], show, all in one array [s]."""
+    shutters = (camera.shutter.at(time) for time in times.tolist())
+    return np.array([moment for shutter in shutters for moment in _moments(shutter)])
+
+
+def camera_path_of(camera: Camera, times: Floats, aspect: float) -> CameraPath:
+    """Return where a camera is and looks over a whole shot, by a few of its views."""
+    every = max(1, -(-len(times) // _MOST_VIEWS))
+    return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
+
+
+def _moments(shutter: Shutter) -> Iterator[float]:
+    """Yield the moments that a frame shows [s]: the middle of its exposure, and all others."""
+    yield shutter.middle
+    if not shutter.is_instant:
+        yield from (moment for moment, _ in shutter.exposures())
 
 
 def _subject(fleet: Fleet, target: str) -> Subject:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,6 +102,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "camera": production.camera,
         "exposure": production.exposure,
         **metering_of(production),
+        **({} if production.optics is None else {"optics": asdict(production.optics)}),
         "tone": job.output.tone,
         "glare": job.output.glare,
         "seed": job.seed,

@@ -164,6 +164,7 @@ class OpenShot:
             output.half,
             account,
             replace(rendered, layers=layers),
+            made.optics,
         )
 
     def frames(self) -> Iterator[Still]:
