@@ -214,7 +214,8 @@ class Lens:
         left = 1 - 2 * (np.arange(width) + 0.5) / width
         up = 1 - 2 * (np.arange(height) + 0.5) / height
         if not self.is_straight:
-            return self._rays(*np.broadcast_arrays(left[None, :], up[:, None]), height / width)
+            across, upwards = np.broadcast_arrays(left[None, :], up[:, None])
+            return self._rays(across, upwards, height / width)
         half = self.half_width
         rays = np.ones((height, width, 3))
         rays[..., 1], rays[..., 2] = half * left[None, :], half * (height / width) * up[:, None]
@@ -257,8 +258,8 @@ class Lens:
             aspect: Height / width of the picture.
         """
         if not self.is_straight:
-            left, up = np.array(1.0 - 2.0 * point[0]), np.array(1.0 - 2.0 * point[1])
-            return self._rays(left, up, aspect)
+            place = np.array([1.0 - 2.0 * point[0], 1.0 - 2.0 * point[1]])
+            return self._rays(place[0], place[1], aspect)
         half = self.half_width
         across, up = half * (1.0 - 2.0 * point[0]), half * aspect * (1.0 - 2.0 * point[1])
         local = np.array([1.0, across, up])
@@ -294,9 +295,10 @@ class Lens:
             _, lens = next(self.halves(size))
             return lens.project(points, self.eye_size(size))
         if not self.is_straight or self.shift:
-            left, up = self._places(np.asarray(points, np.float64), height / width)
+            exact = np.asarray(points, np.float64)
+            left, up = self._places(exact, height / width)
             place = np.stack([(height * (1.0 - up) - 1.0) / 2.0, (width * (1.0 - left) - 1.0) / 2])
-            return np.asarray(place, points.dtype), is_before(points, self.projection)
+            return np.asarray(place, points.dtype), is_before(exact, self.projection)
         forward, left, up = np.moveaxis(points, -1, 0)
         ahead = forward > 0
         # px per unit of slope

@@ -334,13 +334,13 @@ class View:
         """
         return self.world_from_camera.directions(self.lens.rays(size))
 
-    def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
-        """World points at distances along the rays through pixels' centres, (h, w, 3) [m].
+    def pixel_angle(self, width: int) -> float:
+        """Angle of a pixel of a picture so wide [px] [rad]; of parallel rays, at the ground."""
+        down = max(-float(self.forward[2]), 0.05)
+        return self.lens.pixel_angle(width, away=max(float(self.position[2]) / down, 10.0))
 
-        Args:
-            distances: (h, w) [m].
-            size: Width, height [px].
-        """
+    def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
+        """World points at distances, (h, w) [m], along the rays through pixels' centres, (h, w, 3)."""
         points = self.position + self.directions(size) * distances[..., None]
         origins = self.lens.origins(size)
         return points if origins is None else points + self.world_from_camera.directions(origins)

@@ -208,7 +208,7 @@ class Live:
             quality_preset("preview"),
             self.job.seed,
             white=2.0**-self.exposure,
-            pixel=self.home.lens.pixel_angle(output.size[0]),
+            pixel=self.home.pixel_angle(output.size[0]),
         )
         self._session = Session(self.shot.data, choose_backend(self._variant), settings)
         self._quick = Quick(self._session, self._size)

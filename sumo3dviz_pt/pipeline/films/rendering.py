@@ -147,7 +147,7 @@ def _render_frame(
     from sumo3dviz_pt.image.exr import PROVENANCE, write_exr
 
     at = float(production.times[number])
-    frame, path = production.shot.frame_at(at), frame_file(folder, number)
+    frame, path = production.frame_at(at), frame_file(folder, number)
     half = production.job.output.half
     samples = session.samples(frame)
     account = {

@@ -117,7 +117,9 @@ def lying_snow(
         wet = dr.select(road, 0.85, wet)
         grey = dr.select(road, dr.clip(0.35 + 0.4 * small.value, 0.0, 0.6), grey)
     else:
-        slush = dr.select(road, dr.clip(0.3 * gone + 0.16 * dirty + 0.05 * small.value, 0.0, 0.5), slush)
+        slush = dr.select(
+            road, dr.clip(0.3 * gone + 0.16 * dirty + 0.05 * small.value, 0.0, 0.5), slush
+        )
     if roads != "covered":
         # People have trodden slabs.
         slush = dr.select(slabs, dr.clip(0.3 - 0.35 * uneven, 0.0, 0.7), slush)

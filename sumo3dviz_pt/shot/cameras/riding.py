@@ -73,6 +73,8 @@ class RidingCamera:
         springs: Whether the body's springs move the eye and nod the view. They never roll it:
             people keep their heads upright, and a rolling horizon makes sick.
         shutter: When it lets light in.
+        slack: How long before and after its road user's life it stays where that is first or last
+            [s].
     """
 
     trajectory: Trajectory
@@ -85,6 +87,7 @@ class RidingCamera:
     body: Body | None = None
     springs: bool = False
     shutter: Shutter = INSTANT
+    slack: float = 1e-9
 
     def view_at(self, time: float) -> View:
         """Return the view at a time [s].
@@ -135,7 +138,7 @@ class RidingCamera:
     def _piece(self, time: float) -> MotionPiece:
         """The stretch of motion at a time."""
         for piece in self.trajectory.pieces:
-            if piece.begin - 1e-9 <= time <= piece.end + 1e-9:
+            if piece.begin - self.slack <= time <= piece.end + self.slack:
                 return piece
         lives = ", ".join(f"{piece.begin:g} to {piece.end:g} s" for piece in self.trajectory.pieces)
         raise ConfigError(
