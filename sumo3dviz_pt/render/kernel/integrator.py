@@ -194,7 +194,7 @@ class Kernel:
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
         bounds, halos, parts = limits.bounds(), self._place.halos, []
         if halos is not None:
-            halos.look_at((width, height))
+            halos.look_at(eye, (width, height))
         for top in range(first, last, rows):
             count = min(rows, last - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
