@@ -48,6 +48,7 @@ from sumo3dviz_pt.world.roads_around import region_of, roads_around
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
+from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -61,7 +62,6 @@ from sumo3dviz_pt.world.street.islands import (
     islands_of,
 )
 from sumo3dviz_pt.world.structures.linings import DAY_SET
-from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
 from sumo3dviz_pt.world.weather.course import highest_road, weather_course
 
 STATIC_BUDGET = 880_000

@@ -186,7 +186,6 @@ class RowMaker:
             return inner | {"gain": tuple(1.0 / max(float(mean), 0.01) for mean in base["mean"])}
         raise _ForeignError
 
-
     def _laid(self, base: Mapping[str, Any], kind: Kind) -> dict[str, Any]:
         """Return the fields of a colour that is a bitmap without repetition."""
         plain = {key: value for key, value in base.items() if key != "gain"}

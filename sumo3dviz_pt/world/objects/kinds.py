@@ -302,8 +302,6 @@ def _species(name: str) -> Species:
 
 
 @lru_cache(maxsize=4096)
-def _seen_leaves(
-    species: str, variant: int, level: int, season: str, eye: Direction
-) -> Floats:
+def _seen_leaves(species: str, variant: int, level: int, season: str, eye: Direction) -> Floats:
     """Return which share an eye sees of each leaf of a crown, (n,)."""
     return seen_shares(_tree(species, variant, level, season)[1].mesh, eye)

@@ -63,9 +63,7 @@ def plant_parts(kind: Kind, spots: Sequence[PlantSpot], around: Surroundings) ->
     owners: list[str] = []
     rear: list[str] = []
     for number, spot in enumerate(spots):
-        plant = Plant(
-            kind, spot.settings, around.seed, spot.name, spot.level, around.season
-        )
+        plant = Plant(kind, spot.settings, around.seed, spot.name, spot.level, around.season)
         # Twigs hide nothing, so bare crowns stay whole.
         whole = number not in eyes or plant.bare
         seen, rest = (body_of(plant), ()) if whole else seen_body(plant, eyes[number])
