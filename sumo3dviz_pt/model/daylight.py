@@ -19,8 +19,8 @@ import math
 
 from sumo3dviz_pt.model.weather import ASYMMETRY, Snow, Weather
 
-_GROUND, _SNOWY = 0.2, 0.7
-"""Reflectance of a landscape without and with snow."""
+_GROUND, _SNOWY = 0.2, 0.5
+"""Reflectance of a landscape with houses and roads, without and with snow."""
 
 _BURIED = 0.03
 """Depth of snow from which on it hides the ground [m]."""

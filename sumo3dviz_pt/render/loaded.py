@@ -13,6 +13,7 @@ from sumo3dviz_pt.model.geometry import Floats, Ints, Mesh
 from sumo3dviz_pt.model.scene import Bsdf, FrameState, Mover, SceneData
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load, settle
+from sumo3dviz_pt.render.lights.picks import Glow
 from sumo3dviz_pt.render.lights.running import RunningLamps
 from sumo3dviz_pt.render.lights.standing import Lamps
 from sumo3dviz_pt.render.materials.compound import COMPOUND, MergedMesh, merged_meshes
@@ -155,6 +156,16 @@ class LoadedScene:
         """Faces of what is shown by merged meshes, by mesh, then by name."""
         crowds = {crowd.name: crowd.shown for crowd in self._crowds if crowd}
         return {**crowds, **self.running.shown}
+
+    def glows(self) -> list[Glow]:
+        """Return how all lamps that paths aim at shine in the frame that is shown."""
+        assert self.frame is not None, "show a frame first"
+        return [*self._lamps.glows(self.frame), *self.running.glows()]
+
+    @property
+    def most_lamps(self) -> int:
+        """How many lamps there may be that paths aim at."""
+        return self._lamps.most + self.running.most
 
     def takes_poses(self, mover: Mover) -> bool:
         """Return whether a mover of the frame that is shown takes poses there."""

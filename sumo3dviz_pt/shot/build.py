@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from sumo3dviz_pt.cast.fleet import Fleet, Level, build_fleet, find_rider
-from sumo3dviz_pt.cast.lights import running_lights, vehicle_lights
+from sumo3dviz_pt.cast.lights import in_fog, running_lights, vehicle_lights
 from sumo3dviz_pt.cast.presence import Present
 from sumo3dviz_pt.job.settings import CameraSettings, LagrangianCamera, Lights, SkySettings
 from sumo3dviz_pt.model.camera_path import CameraPath
@@ -149,7 +149,6 @@ class Shot:
         if self.places is not None:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
-        # Build the parts at the levels chosen.
         parts = self._parts(present, choice, view)
         return FrameState(
             time,
@@ -261,7 +260,7 @@ class ShotBuilder:
                 `budget`.
         """
         # What stands leaves some triangles for road users.
-        scenario, dark = self.world.scenario, self.world.dark
+        scenario, dark, weather = self.world.scenario, self.world.dark, self.world.weather
         left_hand = self.world.left_hand
         place = place_around(self.world, camera_path)
         standing = sum(len(part.part.mesh.faces) for part in place.static)
@@ -272,7 +271,8 @@ class ShotBuilder:
         crowd = plan(fleet=fleet, camera=built, budget=SHOT_TRIANGLES - standing)
         fleet = fleet.with_full_detail(crowd.full_models)
         # Put together what does not change.
-        opened = shown_bodies(fleet.prototypes, crowd.slots)
+        shown = shown_bodies(fleet.prototypes, crowd.slots)
+        opened = in_fog(shown, weather, left_hand=left_hand)
         bodies = {**opened, **place.railway.prototypes}
         data = SceneData(
             materials=_materials(place, bodies.values(), fleet.materials),
@@ -282,10 +282,12 @@ class ShotBuilder:
             sky=self.world.sky,
             slots=replace(crowd.slots, near={**crowd.slots.near, **place.railway.slots}),
             haze=Haze(),
-            running=running_lights(opened.values(), dark=dark, left_hand=left_hand),
+            running=running_lights(
+                opened.values(), dark=dark, left_hand=left_hand, weather=weather
+            ),
             left_out=place.left_out + _absent(scenario, fleet, crowd),
-            weather=self.world.weather,
-            tracks=wheel_tracks(self.world.weather, fleet, camera_path.positions),
+            weather=weather,
+            tracks=wheel_tracks(weather, fleet, camera_path.positions),
         )
         return Shot(
             data=data,
@@ -317,7 +319,9 @@ def everyone(world: World, trajectories: Sequence[Trajectory]) -> Fleet:
         scenario.vehicle_types,
         job.vehicles,
         seed=job.seed,
-        lights=vehicle_lights(scenario.traffic.traces, dark=world.dark, seed=job.seed),
+        lights=vehicle_lights(
+            scenario.traffic.traces, dark=world.dark, seed=job.seed, weather=world.weather
+        ),
         suspension=job.motion.suspension,
     )
 

@@ -14,7 +14,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.library.street.road_styles import road_style
 from sumo3dviz_pt.model.camera_path import CameraPath
 from sumo3dviz_pt.model.geometry import Floats
-from sumo3dviz_pt.model.lamps import LampSet
+from sumo3dviz_pt.model.lamps import LampSet, aimed_at
 from sumo3dviz_pt.model.scenario import Scenario
 from sumo3dviz_pt.model.scene import Bsdf, LeftOut, Sky, StaticPart
 from sumo3dviz_pt.model.traffic import Polygon
@@ -55,14 +55,9 @@ from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.sky.weathered import in_weather
 from sumo3dviz_pt.world.street.build import build_street, site_of, standing_height
 from sumo3dviz_pt.world.street.furniture import stop_areas
-from sumo3dviz_pt.world.street.islands import (
-    IslandParts,
-    island_parts,
-    island_shrubs,
-    islands_of,
-)
+from sumo3dviz_pt.world.street.islands import IslandParts, island_parts, island_shrubs, islands_of
 from sumo3dviz_pt.world.structures.linings import DAY_SET
-from sumo3dviz_pt.world.weather.course import highest_road, weather_course
+from sumo3dviz_pt.world.weather.course import weather_over
 
 STATIC_BUDGET = 880_000
 """Triangles of everything that does not move, about; the rest is traffic's."""
@@ -111,6 +106,7 @@ class World:
         memory: What was built of it. All shots of a scene file share one.
         key: A hash of all that it is made from, under which its places are kept on disk; none are
             if it is empty.
+        weather: Over time; None for a dry and clear summer.
     """
 
     scenario: Scenario
@@ -119,6 +115,7 @@ class World:
     clearance: Clearance
     memory: Memory
     key: str = ""
+    weather: WeatherCourse | None = None
 
     @classmethod
     def of(
@@ -146,16 +143,9 @@ class World:
         lit = partial(build_sky, job.sky, location=scenario.network.location)
         # A user's file may be another one the next time.
         sky = lit() if job.sky.file else memory.of(("sky",), lit)
-        world = cls(scenario, job, sky, clearance or Clearance(), memory, key)
-        return replace(world, sky=in_weather(sky, world.weather))
-
-    @property
-    def weather(self) -> WeatherCourse | None:
-        """The weather over time; fog gets thinner above the highest roads."""
-        if self.job.weather is None:
-            return None
-        base = self.memory.of(("highest road",), partial(highest_road, self.scenario.network))
-        return weather_course(self.job.weather, base=base)
+        weather = weather_over(job.weather, scenario.network, memory)
+        sky = in_weather(sky, weather)
+        return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
 
     @property
     def season(self) -> str:
@@ -322,11 +312,6 @@ def _materials(land: _PreparedLand, grown: _Grown, scenery: Scenery) -> dict[str
         **scenery.materials,
         **grown.fronts.materials,
     }
-
-
-def aimed_at(lamps: Sequence[LampSet], *, dark: bool) -> tuple[LampSet, ...]:
-    """Return lamps that change, with light paths that aim at them only when it is dark."""
-    return tuple(replace(some, sampled=dark) if some.radiance is None else some for some in lamps)
 
 
 def _fronts(

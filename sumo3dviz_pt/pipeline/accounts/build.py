@@ -17,6 +17,7 @@ from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.accounts.road_users import RoadUsers
+from sumo3dviz_pt.pipeline.weather_report import weather_account
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.model.scene import FrameState
@@ -167,4 +168,5 @@ def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
             "fov": round(float(np.degrees(view.lens.opening)), 6),
         },
         "drawn": sorted(frame.users),
+        **({} if frame.weather is None else {"weather": weather_account(frame.weather)}),
     }

@@ -23,6 +23,7 @@ from sumo3dviz_pt.render.kernel.centres import met_through
 from sumo3dviz_pt.render.kernel.deposits import Deposits
 from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.kernel.grounds import Grounds
+from sumo3dviz_pt.render.kernel.halos import Halos
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernel.owners import Owners, owners_of
 from sumo3dviz_pt.render.kernel.paths import Bounds, Place, emitted_along, followed
@@ -83,10 +84,11 @@ class Kernel:
         self._tables = Tables(loaded, numbered=numbered)
         air = Air(loaded) if loaded.misty else None
         lights = Lights(loaded, self._tables, air)
+        halos = Halos(loaded, lights, air) if air is not None and lights.many else None
         self._loaded, self._deposits = loaded, deposits_of(loaded, pixel)
         self._rain_on()
         surfaces = Surfaces(self._tables, pixel, self._deposits)
-        self._place = Place(loaded.scene, surfaces, lights, air)
+        self._place = Place(loaded.scene, surfaces, lights, air, halos)
         self._channels = CHANNELS + _EMITTED if lights.lamps else CHANNELS
         if numbered:
             self._channels += FIRST
@@ -158,14 +160,17 @@ class Kernel:
         spp = pattern.sample_count()
         width, height = (int(size) for size in sensor.film().crop_size())
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
-        bounds, parts = limits.bounds(), []
+        bounds, halos, parts = limits.bounds(), self._place.halos, []
+        if halos is not None:
+            halos.look_at((width, height))
         for top in range(0, height, rows):
             count = min(rows, height - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
             index = dr.arange(mi.UInt32, sampler.wavefront_size())
             pixel = index // dr.opaque(mi.UInt32, spp) + dr.opaque(mi.UInt32, top * width)
             ray = _ray(sensor, sampler.next_2d(), pixel, size=(width, height))
-            of_all, of_first = followed(self._place, sampler, ray, bounds)
+            tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
+            of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.schedule(of_all, of_first)
             found = [_of_all(channel, spp) for channel in of_all]
             found += [_of_first(channel, spp) for channel in of_first]

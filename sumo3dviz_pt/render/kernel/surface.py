@@ -106,11 +106,10 @@ class Surfaces:
         spot = Spot(si.uv, si.t, si.wi, corners, weights)
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
         if self._deposits is not None:
-            moves = instanced | tables.moves(face)
-            place = Place(p, own, shading, -ray.d, si.t, kind, moves, instanced, there)
+            moves = (instanced | tables.moves(face), instanced)
+            place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
             finish = _weathered(self._deposits, finish, place, si)
-        own_call = Kind.FOREIGN in self.kinds
-        foreign = there & _has(kind, Kind.FOREIGN) if own_call else mi.Bool(False)
+        foreign = there & _has(kind, Kind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face)
 
     def _finish(

@@ -3,7 +3,9 @@
 Clouds that rain and snow fall from are laid over the clear sky and scaled to the light that such
 clouds let through. Fog dims the sun along its slant way, hides the sky behind it, and shines by
 itself: with sunlight that droplets scatter once, and with an even light that makes up the rest of
-what passes the layer. The same light is that of the air between things (`render/kernel/air.py`).
+what passes the layer. Over a city by night its lamps light the fog, too, more than what they
+scatter once towards the eye: by design, in proportion to the city's glow in clear air. The same
+light is that of the air between things (`render/kernel/air.py`).
 """
 
 from __future__ import annotations
@@ -38,6 +40,7 @@ from sumo3dviz_pt.render.sky.panorama import angles, dome_irradiance
 _COARSE = (128, 256)
 _THINNEST = 1e-3  # optical depth below which fog shines as at that depth
 _LEAST = 0.05  # least share of the light from fog that is even
+_CITY = 4.0  # light of a city on fog in its streets, against its glow at the horizon in clear air
 _AFLOAT = np.array([0.0, 0.0, 1.0])
 
 
@@ -77,6 +80,7 @@ class WeatheredSky:
         # What weather acts on is the light of a clear sky, whatever clouds stand on it.
         clear = bake_sky(replace(sky, clouds=None), _COARSE if sky.image is None else size)
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
+        self._glow = _CITY * np.asarray(sky.glow, dtype=np.float64)
         self._last: tuple[Weather, SkyMap, Veil] | None = None
         self._sunny = any(self._light(moment)[1] is not None for moment in course.moments)
 
@@ -96,7 +100,7 @@ class WeatheredSky:
         veil = Veil(np.asarray(horizon.mean(axis=0, dtype=np.float64)), np.zeros(3), _AFLOAT)
         fog = weather.fog
         if fog is not None and fog.extinction > 0.0:
-            lit = _Fogged.of(dome, sun, fog.overhead, weather)
+            lit = _Fogged.of(dome, sun, fog.overhead, weather).within(self._glow, fog.overhead)
             dome, sun = lit.dome, lit.sun
             veil = _mixed(lit.veil, veil, fog.extinction / weather.extinction)
             horizon = horizon_of(dome)
@@ -161,6 +165,15 @@ class _Fogged:
         fogged = shown + glow * veiled[:, None, None]
         dimmed = None if sun is None else replace(sun, irradiance=beam)
         return cls(np.asarray(fogged, np.float32), dimmed, Veil(diffuse, beam, towards))
+
+    def within(self, glow: Floats, depth: float) -> _Fogged:
+        """Add the light of a city's lamps that fog scatters more than once, (3,)."""
+        if not glow.any():
+            return self
+        high, _ = angles((len(self.dome), 1), share=0.5)
+        hides = -np.expm1(-depth / np.sin(high))
+        dome = self.dome + (hides[:, None, None] * glow).astype(np.float32)
+        return _Fogged(dome, self.sun, replace(self.veil, diffuse=self.veil.diffuse + glow))
 
 
 def _phases(towards: Floats, high: Floats, around: Floats) -> Image:

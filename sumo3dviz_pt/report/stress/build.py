@@ -35,6 +35,7 @@ from sumo3dviz_pt.pipeline.production import (
     read,
 )
 from sumo3dviz_pt.pipeline.scene_file import camera_settings, quality_preset
+from sumo3dviz_pt.pipeline.weather_report import preset_weather
 from sumo3dviz_pt.report.stress.cases import SIZE, SPOTS, Case, Facts, all_cases, why_not
 from sumo3dviz_pt.report.stress.checks import Evidence, judge, light_of
 from sumo3dviz_pt.report.stress.facts import facts_of
@@ -157,9 +158,12 @@ def _survey(job: Job, order: StressOrder) -> _UserScene:
 def _production(scene: _UserScene, case: Case) -> Production:
     """Return a case's shot, ready to be rendered."""
     made = scene.base
+    job, name = scene.job, made.camera
     output: OutputSettings = made.job.output
-    if (case.spot, case.moment, case.size, case.film) != ("shot", "shot", SIZE, False):
-        job, name = scene.job, made.camera
+    if case.weather is not None:
+        job = job.model_copy(update={"weather": preset_weather(case.weather)})
+    asked = (case.spot, case.moment, case.size, case.film)
+    if job is not scene.job or asked != ("shot", "shot", SIZE, False):
         if case.spot != "shot":
             name = _STRESS_CAMERA
             stand = SPOTS[case.spot](scene.facts, case)

@@ -237,9 +237,9 @@ def test_slopes_are_those_of_the_noise() -> None:
 # Where it is not wanted -------------------------------------------------------------------
 
 
-def test_dry_weather_changes_no_bit() -> None:
+def test_dry_weather_changes_no_surface() -> None:
     plain, dry = seen(scene()), seen(scene(Weather()))
-    for name in ("radiance", "albedo", "normal"):
+    for name in ("albedo", "normal"):
         np.testing.assert_array_equal(plain[name], dry[name])
 
 

@@ -27,6 +27,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Sky, Slots
+from sumo3dviz_pt.model.weather import Snow, Weather, WeatherCourse
 from sumo3dviz_pt.render.backend import choose_backend
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
@@ -75,6 +76,8 @@ def operations(shown, *, movers=(), lamps=None, layers=("radiance",)) -> int:
     quality = RAW.model_copy(update={"spp": 1, "pass_spp": 1})
     with session_of(shown, size=(8, 6), quality=quality, layers=layers) as session:
         state = frame_of(view_at((0, -9, 3), pitch=-15), movers=movers, lamps=lamps)
+        if shown.weather is not None:
+            state = replace(state, weather=shown.weather.first)
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
             dr.kernel_history_clear()
             session.render(state)
@@ -93,6 +96,16 @@ def test_more_of_the_same_adds_nothing(empty: int) -> None:
     box_too = static("house", box((5, 5, 0), (9, 9, 6)), "road")
     unused = scene(box_too, prototypes=[cube("car")], slots=Slots())
     assert operations(unused) == empty
+
+
+def test_weather_that_leaves_nothing_adds_nothing(empty: int) -> None:
+    dry, wet, snowy = (
+        replace(scene(), weather=WeatherCourse((0.0,), (weather,)))
+        for weather in (Weather(), Weather(wetness=0.5), Weather(snow=Snow(depth=0.02)))
+    )
+    assert operations(dry) == empty
+    assert operations(wet) > empty + 100
+    assert operations(snowy) > operations(wet) + 100
 
 
 @pytest.mark.parametrize(
