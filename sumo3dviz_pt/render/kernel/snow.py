@@ -92,7 +92,7 @@ def _held(spot: Spot, reach: Exposure, uneven: Any, depth: Any) -> Any:
     cover = holds * soft(0.5 + 1.6 * (full - 0.55) + 0.8 * uneven) * soft(1.35 * reach.open - 0.2)
     # Wind and warmth leave little on bodies that drive: some on what is level.
     rest = 0.9 * soft((reach.up - 0.93) * 16.0) * reach.open
-    rest *= soft(1.2 * uneven + 0.15 * dr.minimum(full, 1.0) - 0.05)
+    rest *= soft(1.3 * uneven + 0.1 * dr.minimum(full, 1.0) - 0.08)
     return dr.select(spot.moves, dr.select(spot.rigid, rest, 0.0), cover)
 
 

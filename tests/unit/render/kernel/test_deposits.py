@@ -159,9 +159,9 @@ def test_walls_and_what_lies_under_a_roof_have_no_snow() -> None:
 
 
 def test_what_drives_has_little_snow() -> None:
-    shown = scene(WHITE, prototypes=[cube("cube")], slots=Slots(near={"cube": 1}))
-    bare = scene(None, prototypes=[cube("cube")], slots=Slots(near={"cube": 1}))
-    cars = [mover("a", (1.0, 0.0, 0.0), (0.1, 0.1, 0.5))]
+    shown = scene(WHITE, prototypes=[cube("cube", side=9.0)], slots=Slots(near={"cube": 1}))
+    bare = scene(None, prototypes=[cube("cube", side=9.0)], slots=Slots(near={"cube": 1}))
+    cars = [mover("a", (4.5, 0.0, 0.0), (0.1, 0.1, 0.5))]
     with_snow, without = (seen(each, movers=cars)["albedo"] for each in (shown, bare))
     car = np.abs(without[..., 2] - 0.5) < 1e-3
     assert car.sum() > 4
