@@ -9,7 +9,7 @@ from builders import view_at as view
 
 from sumo3dviz_pt.library.materials.named import MATERIALS
 from sumo3dviz_pt.model.geometry import Mesh
-from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT, LampSet
+from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.model.weather import (
     ASYMMETRY,
@@ -20,10 +20,18 @@ from sumo3dviz_pt.model.weather import (
     Weather,
     WeatherCourse,
 )
+from sumo3dviz_pt.render.backend import choose_backend
 from sumo3dviz_pt.render.sky.weather import WeatheredSky
 
 SUN = Sky(np.array([0.3, -0.4, 0.6]))
 SIZE = (48, 24)
+
+
+@pytest.fixture(autouse=True)
+def compiled():
+    """Skies are baked by Mitsuba, too, and only our own kernel knows weather."""
+    if not choose_backend("llvm").jit:
+        pytest.skip("only our own kernel traces weather")
 
 
 def always(weather):
@@ -193,17 +201,30 @@ def ours(walls, lamp, extinction, *, radiance, spp, size=SIZE):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("extinction", "most"), [(0.0005, 0.03), (0.001, 0.05)])
-def test_boards_look_as_by_mitsubas_fog(extinction, most):
-    """Light goes from a lamp through fog to three walls, and from there to the eye."""
+@pytest.mark.parametrize(
+    ("extinction", "differences"),
+    [
+        # [1/m]   near, middle, far
+        (0.0005, (0.0, -0.01, -0.03)),
+        (0.005, (-0.04, -0.14, -0.25)),
+    ],
+)
+def test_boards_look_as_by_mitsubas_fog(extinction, differences):
+    """Light goes from a lamp through fog to three walls, and from there to the eye.
+
+    Single scattering holds within 5 % where the way to the eye takes up to a twentieth of the
+    light; elsewhere what is missing is what the manual says.
+    """
     walls = [board(*place) for place in BOARDS.values()]
     lamp = panel((0.0, 2.0, 3.0), 1.0, north=True)
     mine = ours(walls, lamp, extinction, radiance=100.0, spp=256)
     theirs = by_mitsuba(walls, lamp, extinction, radiance=100.0, spp=1024)
     third = SIZE[0] // 3
-    for number in range(3):
+    for number, (known, (_, away)) in enumerate(zip(differences, BOARDS.values(), strict=True)):
         part = np.s_[4:-4, number * third + 2 : (number + 1) * third - 2]
-        assert mine[part].mean() == pytest.approx(theirs[part].mean(), rel=most)
+        found = mine[part].mean() / theirs[part].mean() - 1.0
+        assert found == pytest.approx(known, abs=0.02)
+        assert abs(found) < 0.05 or extinction * away > 0.05
 
 
 @pytest.mark.slow
@@ -261,7 +282,7 @@ def test_fog_passes_what_a_layer_of_droplets_passes(visibility, height):
     depth = CONTRAST / visibility * height
     found = lux(Weather(fog=Fog(CONTRAST / visibility, height)), NOON) / lux(Weather(), NOON)
     sine = float(NOON.sun_direction[2])
-    beam = (2 + 3 * sine + (2 - 3 * sine) * np.exp(-depth / sine)) / (4 + 0.45 * depth)
+    beam = (2 + 3 * sine + (2 - 3 * sine) * np.exp(-0.2775 * depth / sine)) / (4 + 0.45 * depth)
     even = 1 / (1 + 0.1125 * depth)
     echo = 1 / (1 - 0.2 * (1 - even))
     assert min(beam, even) * echo * 0.98 < found < max(beam, even) * echo * 1.02
@@ -300,6 +321,5 @@ def test_a_lamp_is_dimmed_on_its_way():
     wall, lamp = board(0.0, 30.0), panel((0.0, 2.0, 3.0), 1.0, north=True)
     pictures = [ours([wall], lamp, e, radiance=100.0, spp=64) for e in (1e-9, 0.01)]
     dry, wet = (picture[10:14, 20:28].mean() for picture in pictures)
-    passes = np.exp(-0.01 * (30.0 + np.hypot(28.0, 3.0)))
-    assert passes < wet / dry < 1.2 * passes
-    assert CANDELAS_PER_UNIT > 0.0
+    passes = np.exp(-0.01 * (30.0 + (1.0 - ASYMMETRY**2) * np.hypot(28.0, 3.0)))
+    assert passes < wet / dry < 1.05 * passes

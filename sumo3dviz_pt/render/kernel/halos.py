@@ -28,7 +28,7 @@ from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.sources import Sources, sources_of
 from sumo3dviz_pt.render.loaded import LoadedScene
 
-TILE = 16
+TILE = 20
 """Side of a part of the picture with its own table [px]."""
 
 _MOST = 384
@@ -42,6 +42,9 @@ _NEAREST = 0.05
 
 _END = 2000.0
 """Where rays end that meet nothing [m]."""
+
+_WIDE = 0.1
+"""Angle of parts where there is only one column of them [rad]."""
 
 _PLACES = (0.15, 0.5, 0.85)
 """Shares of the angle along a ray at which tables look at a lamp."""
@@ -65,35 +68,38 @@ class Halos:
         self.count = self._room + len(lights.beam_names)
         self._columns = mi.UInt32(1)
         self._rows = self._chances = self._summed = mi.Float(0.0)
-        self._seen: tuple[FrameState, tuple[int, int]] | None = None
+        self._seen: tuple[FrameState, bytes] | None = None
 
-    def look_at(self, size: tuple[int, int]) -> None:
-        """Bring the lamps to the frame that is shown, for pictures of a size [px]."""
-        frame = self._loaded.frame
+    def look_at(self, sensor: Any, size: tuple[int, int]) -> None:
+        """Bring the lamps to the frame that is shown, as a sensor sees it.
+
+        Args:
+            sensor: One of Mitsuba's.
+            size: Of its pictures, width and height [px].
+        """
+        frame, origin = self._loaded.frame, self._loaded.origin
         assert frame is not None and frame.weather is not None, "show a frame first"
-        if self._seen == (frame, size):
+        assert origin is not None, "show a frame first"
+        eye, directions = _middles(sensor, size)
+        seen = (frame, directions.tobytes() + eye.tobytes())
+        if self._seen == seen:
             return
-        self._seen = (frame, size)
-        running, eye = self._loaded.running.beams, frame.view.position
+        self._seen, running = seen, self._loaded.running.beams
         sources = sources_of(
             self._loaded.glows(),
             {} if running is None else running.placed,
             beams=self._lights.beam_names,
             beam=None if running is None else running.beam,
             room=self._room,
-            seen=(eye, frame.origin),
+            seen=(eye + origin, origin),
         )
-        # The last column and row may reach beyond the picture; chances need not be exact.
-        columns, rows = (-(-side // TILE) for side in size)
-        directions = frame.view.directions((columns, rows)).reshape(-1, 3)
-        spread = TILE * frame.view.lens.pixel_angle(size[0])
-        given = _given(sources, directions, eye, spread=spread, fading=frame.weather.extinction)
+        given = _given(sources, directions, eye + origin, fading=frame.weather.extinction)
         total = given.sum(axis=1, keepdims=True)
         chances = given / np.where(total > 0.0, total, 1.0)
-        self._columns = dr.opaque(mi.UInt32, columns)
+        self._columns = dr.opaque(mi.UInt32, directions.shape[1])
         self._rows, self._chances, self._summed = (
             mi.Float(aligned(table.ravel(), np.float32))
-            for table in (sources.rows(frame.origin), chances, np.cumsum(chances, axis=1))
+            for table in (sources.rows(origin), chances, np.cumsum(chances, axis=1))
         )
 
     def tile(self, pixel: Any, width: Any) -> Any:
@@ -126,7 +132,7 @@ class Halos:
         d = away / reach
         light = self._intensity(number, point, d, reach)
         passes = self._air.through(ray.o, ray.d, t, mi.Bool(True))
-        passes *= self._air.through(point, d, reach, mi.Bool(True))
+        passes *= self._air.reach(point, d, reach, mi.Bool(True))
         scattered = self._air.extinction(point) * phase(dr.dot(d, ray.d)) * passes
         gain = light * (scattered * (last - first) / (aside * dr.maximum(likely, 1e-20)))
         lit = (likely > 0.0) & ~dr.all(gain == 0.0)
@@ -172,39 +178,84 @@ class Halos:
         return dr.select(beam, thrown * dr.square(reach), light)
 
 
-def _given(
-    sources: Sources, directions: Floats, eye: Floats, *, spread: float, fading: float
-) -> Floats:
+def _middles(sensor: Any, size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return where a sensor's eye is, (3,), and unit directions of its parts, (rows, columns, 3).
+
+    The last column and row may reach beyond the picture; chances need not be exact.
+    """
+    columns, rows = (-(-side // TILE) for side in size)
+    index = dr.arange(mi.UInt32, columns * rows)
+    across = mi.Float(index % columns) + 0.5
+    down = mi.Float(index // columns) + 0.5
+    part = mi.Point2f(across * (TILE / size[0]), down * (TILE / size[1]))
+    ray = sensor.sample_ray(0.0, 0.5, dr.minimum(part, 1.0), mi.Point2f(0.5))[0]
+    dr.eval(ray)
+    starts, found = (np.array(each, np.float64).T for each in (ray.o, ray.d))
+    return starts.mean(axis=0), found.reshape(rows, columns, 3)
+
+
+def _spread(directions: Floats) -> float:
+    """Return the angle between neighbours, (rows, columns, 3) [rad]."""
+    if directions.shape[1] < 2:
+        return _WIDE
+    cosine = (directions[:, 1:] * directions[:, :-1]).sum(axis=-1)
+    return float(np.arccos(np.clip(np.median(cosine), -1.0, 1.0)))
+
+
+def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) -> Floats:
     """Return what lamps scatter along rays, about, (rays, lamps).
 
     Args:
         sources: The lamps.
-        directions: Of the rays, unit, (rays, 3).
+        directions: Of the rays, unit, (rows, columns, 3).
         eye: Where they start, (3,) [m].
-        spread: Angle that a ray stands for [rad].
         fading: Extinction [1/m].
     """
-    to = sources.places - eye
-    nearest = directions @ to.T
-    square = (to**2).sum(axis=1) - nearest**2
-    wide = np.maximum(nearest, 0.0) * (0.5 * spread)
-    aside = np.sqrt(np.maximum(square, 0.0) + wide**2 + _NEAREST**2)
+    spread = np.float32(0.5 * _spread(directions))
+    # All that follows are tables of rays and lamps; single precision is enough for chances.
+    ways = directions.reshape(-1, 3).astype(np.float32)
+    to = (sources.places - eye).astype(np.float32)
+    nearest = ways @ to.T
+    square = np.maximum((to * to).sum(axis=1) - nearest * nearest, 0) + np.float32(_NEAREST**2)
+    wide = np.maximum(nearest, 0) * spread
+    aside = np.sqrt(square + wide * wide)
     first = np.arctan(-nearest / aside)
-    span = 0.5 * np.pi - first
+    span = np.float32(0.5 * np.pi) - first
     found = np.zeros_like(aside)
     for share in _PLACES:
-        t = nearest + aside * np.tan(first + span * share)
-        outward = t[..., None] * directions[:, None] - to
-        reach = np.linalg.norm(outward, axis=-1)
-        outward /= np.maximum(reach, 1e-6)[..., None]
-        facing = -np.einsum("rlk,rk->rl", outward, directions)
-        light = (1.0 - _BY_CHANCE) * sources.towards(outward) * _phase(facing)
-        light += _BY_CHANCE / (4.0 * np.pi) * sources.mean
-        found += light * np.exp(-fading * (np.maximum(t, 0.0) + reach))
-    return np.asarray(found * span / aside)
+        beyond = aside * np.tan(first + span * np.float32(share))
+        reach = np.sqrt(square + beyond * beyond)
+        light = _shining(sources, ways, to, nearest + beyond, reach)
+        light *= np.float32(1.0 - _BY_CHANCE) * _phase(-beyond / reach)
+        light += (_BY_CHANCE / (4.0 * np.pi) * sources.mean).astype(np.float32)
+        found += light * np.exp(np.float32(-fading) * (nearest + beyond + reach))
+    return np.asarray(found * span / aside, np.float64)
+
+
+def _shining(sources: Sources, ways: Floats, to: Floats, t: Floats, reach: Floats) -> Floats:
+    """Return the intensities of lamps towards points of rays, (rays, lamps).
+
+    Args:
+        sources: The lamps.
+        ways: Unit directions of the rays, (rays, 3).
+        to: From their start to the lamps, (lamps, 3) [m].
+        t: Distances of the points from the start, (rays, lamps) [m].
+        reach: Distances of the points from the lamps, (rays, lamps) [m].
+    """
+    lamps, axes = sources.lamps, sources.axes[: sources.lamps].astype(np.float32)
+    cosine = t[:, :lamps] * (ways @ axes.T) - (to[:lamps] * axes).sum(axis=1)
+    outward = t[:, lamps:, None] * ways[:, None] - to[lamps:]
+    return np.concatenate(
+        [
+            sources.by_lamps(cosine / reach[:, :lamps]),
+            sources.by_beams(outward / reach[:, lamps:, None]),
+        ],
+        axis=1,
+    )
 
 
 def _phase(cosine: Floats) -> Floats:
     """As `air.phase`."""
     g = ASYMMETRY
-    return np.asarray((1.0 - g * g) / (4.0 * np.pi) * (1.0 + g * g - 2.0 * g * cosine) ** -1.5)
+    below = 1.0 + g * g - 2.0 * g * cosine
+    return np.asarray((1.0 - g * g) / (4.0 * np.pi) / (below * np.sqrt(below)), cosine.dtype)

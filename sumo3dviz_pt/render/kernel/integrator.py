@@ -162,7 +162,7 @@ class Kernel:
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
         bounds, halos, parts = limits.bounds(), self._place.halos, []
         if halos is not None:
-            halos.look_at((width, height))
+            halos.look_at(sensor, (width, height))
         for top in range(0, height, rows):
             count = min(rows, height - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)

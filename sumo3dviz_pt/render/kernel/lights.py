@@ -200,7 +200,7 @@ class Lights:
             aim = _merged(active & chosen, aim, place, sample, number, maker)
         light = aim.light / chance
         if self._air is not None:
-            light *= self._air.through(place, aim.d, aim.distance, aim.distance < FAR)
+            light *= self._air.reach(place, aim.d, aim.distance, aim.distance < FAR)
         scaled = Aim(aim.d, aim.distance, aim.pdf * chance, light)
         return scaled, number >= self._first_beam
 

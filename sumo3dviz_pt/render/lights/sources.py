@@ -51,15 +51,29 @@ class Sources:
 
     def towards(self, outward: Floats) -> Floats:
         """Return their intensities in directions, (..., n + m, 3) -> (..., n + m), as `mean`."""
-        lamps = len(self.places) - self.beams
+        lamps = self.lamps
         cosine = np.einsum("...lk,lk->...l", outward[..., :lamps, :], self.axes[:lamps])
-        floor, sharpness = self.lobes[:lamps].T
-        lobe = floor + (1.0 - floor) * np.exp(sharpness * (cosine - 1.0))
-        light = self.colours[:lamps].mean(axis=1) * lobe * np.maximum(cosine, 0.0)
+        return np.concatenate([self.by_lamps(cosine), self.by_beams(outward[..., lamps:, :])], -1)
+
+    @property
+    def lamps(self) -> int:
+        """How many of them are lamps."""
+        return len(self.places) - self.beams
+
+    def by_lamps(self, cosine: Floats) -> Floats:
+        """Return the lamps' intensities by cosines of angles from their axes, (..., n)."""
+        lamps = self.lamps
+        floor, sharpness = self.lobes[:lamps].T.astype(cosine.dtype)
+        lobe = floor + (1 - floor) * np.exp(sharpness * (cosine - 1))
+        mean = self.colours[:lamps].mean(axis=1).astype(cosine.dtype)
+        return np.asarray(mean * lobe * np.maximum(cosine, 0))
+
+    def by_beams(self, outward: Floats) -> Floats:
+        """Return the beams' intensities in unit directions, (..., m, 3) -> (..., m)."""
         if self.beam is None or not self.beams:
-            return np.asarray(light)
-        seen = np.einsum("...lk,lkj->...lj", outward[..., lamps:, :], self.turns)
-        return np.concatenate([light, self._thrown(seen, self.beam)], axis=-1)
+            return np.zeros(outward.shape[:-1], outward.dtype)
+        seen = np.einsum("...lk,lkj->...lj", outward, self.turns.astype(outward.dtype))
+        return self._thrown(seen, self.beam).astype(outward.dtype)
 
     def _thrown(self, seen: Floats, beam: Beam) -> Floats:
         """Intensities of beams in directions of their own frames, (..., m, 3) -> (..., m)."""

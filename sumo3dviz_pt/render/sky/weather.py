@@ -82,12 +82,12 @@ class WeatheredSky:
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
         self._glow = _CITY * np.asarray(sky.glow, dtype=np.float64)
         self._last: tuple[Weather, SkyMap, Veil] | None = None
-        self._sunny = any(self._light(moment)[1] is not None for moment in course.moments)
+        self._sunny = any(cover(moment) < 1.0 for moment in course.moments)
 
     def at(self, weather: Weather) -> tuple[SkyMap, Veil]:
         """Return the sky of a moment and the light of its air.
 
-        The sun is None if it is in no moment of the course; else it may be as good as dark.
+        The sun is None where clouds hide it in all moments of the course; else it may be dark.
         """
         if self._last is None or self._last[0] != weather:
             self._last = (weather, *self._made(weather))
@@ -104,8 +104,8 @@ class WeatheredSky:
             dome, sun = lit.dome, lit.sun
             veil = _mixed(lit.veil, veil, fog.extinction / weather.extinction)
             horizon = horizon_of(dome)
-        if not self._sunny:
-            sun = None
+        # What is compiled hangs on the course alone, so a sun that is hidden now stays there.
+        sun = sun if self._sunny else None
         whole = np.concatenate([dome, lower_half(horizon, len(dome))])
         return SkyMap(whole, horizon, sun, illuminance_of(dome, sun)), veil
 
@@ -120,7 +120,7 @@ class WeatheredSky:
         share = np.float32(hidden * wanted / max(given, 1e-30))
         dome = dome * np.float32(1.0 - hidden) + closed * share
         if sun is not None:
-            sun = replace(sun, irradiance=sun.irradiance * (1.0 - hidden)) if hidden < 1 else None
+            sun = replace(sun, irradiance=sun.irradiance * (1.0 - hidden))
         return dome, sun
 
     def _under_cloud(self, weather: Weather) -> float:

@@ -21,6 +21,10 @@ from sumo3dviz_pt.pipeline.certificate.acts import Acts, acts_of, matches
         ("ground.planting: auto -> none", ("tree:3", "shrub:9"), (), ("home:4", "vehicle:car.7")),
         ("objects.homes.scale: 1 -> 2", (), (), ("tree:3", "vehicle:x")),
         ("scenario.trajectories: a.xml -> b.xml", ("vehicle:x", "person:y"), (), ("tree:3",)),
+        ("weather.fog.visibility: 100.0 -> 200.0", (), ("home:4", "vehicle:x", "edge:3"), ()),
+        ("weather.wetness: 0.0 -> 1.0", (), ("home:4", "vehicle:x", "edge:3"), ()),
+        ("weather.snow.depth: 0.0 -> 0.03", ("tree:3", "edge:3"), ("vehicle:x", "home:4"), ()),
+        ("weather.season: summer -> winter", ("tree:3",), (), ("vehicle:x", "home:4")),
     ],
 )  # fmt: skip
 def test_keys_act_on_what_they_are_about(change, reshaped, repainted, left):
