@@ -12,7 +12,7 @@ References:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -21,11 +21,12 @@ import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.weather import Weather, WeatherCourse
+from sumo3dviz_pt.render.kernel.exposure import Exposure, Spot, number, soft
 from sumo3dviz_pt.render.kernel.grounds import Grounds
 from sumo3dviz_pt.render.kernel.lobes import Finish
 from sumo3dviz_pt.render.kernel.ripples import REPEAT, bumps, rings
 from sumo3dviz_pt.render.kernel.rows import Kind
-from sumo3dviz_pt.render.kernel.snow import Lying, lying_snow, snowed
+from sumo3dviz_pt.render.kernel.snow import Lying, lying, snowed
 
 WATER = 1.333
 """Index of refraction of water."""
@@ -40,33 +41,6 @@ _DARKEST = 0.2  # what is left of the light that the most porous things reflect 
 _FILM = 0.55  # what a film of water leaves of the roughness of paved ground
 _RIPPLED = 0.11  # roughness of water by rings that are too small to be seen
 _SEEN = 0.02  # rings are seen while a pixel is smaller than this [m]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Spot:
-    """A place on a surface, as arrays of Dr.Jit.
-
-    Attributes:
-        p: Relative to the renderer's origin [m].
-        own: Where patterns are read that move with the surface [m].
-        normal: Unit shading normal.
-        wi: Unit direction to where the ray came from, in the world.
-        away: Distance along the ray [m].
-        kind: What is special about the material.
-        moves: Whether the surface moves.
-        rigid: Whether it moves without changing its shape.
-        active: Which lanes count.
-    """
-
-    p: Any
-    own: Any
-    normal: Any
-    wi: Any
-    away: Any
-    kind: Any
-    moves: Any
-    rigid: Any
-    active: Any
 
 
 def porosity(roughness: Any) -> Any:
@@ -114,14 +88,14 @@ class Deposits:
         """
         self._grounds.follow(origin)
         snow, rain = weather.snow, weather.rain
-        self._wetness = _number(weather.wetness)
-        self._puddles = _number(weather.puddles)
-        self._rate = _number(rain.rate if rain is not None else 0.0)
-        self._depth = _number(snow.depth if snow is not None else 0.0)
+        self._wetness = number(weather.wetness)
+        self._puddles = number(weather.puddles)
+        self._rate = number(rain.rate if rain is not None else 0.0)
+        self._depth = number(snow.depth if snow is not None else 0.0)
         # Rings live half a second, so whole hours may be dropped.
-        self._time = _number(time % 3600.0)
+        self._time = number(time % 3600.0)
         shift = np.mod(origin, REPEAT)
-        self._shift = mi.Vector3f(*(_number(value) for value in shift))
+        self._shift = mi.Vector3f(*(number(value) for value in shift))
 
     def covered(self, finish: Finish, spot: Spot) -> tuple[Finish, Any]:
         """Return a material with what lies on it, and its unit normal.
@@ -130,70 +104,90 @@ class Deposits:
             finish: When it is dry and bare.
             spot: Where.
         """
-        place = spot.p + self._shift
-        leaf = (spot.kind & int(Kind.LEAF)) != 0
-        # Walls are asked a little before them, so that their own eaves count.
-        before = dr.select(leaf, 0.0, 0.35) * spot.normal
-        open_, above = self._grounds.openness(spot.p + before, spot.active)
-        up = dr.select(leaf, dr.abs(spot.normal.z), spot.normal.z)
-        low = self._grounds.low(spot.p, spot.active)
-        found, normal = finish, spot.normal
-        lying = None
+        reach = self._exposure(spot)
+        found, normal, snow = finish, spot.normal, None
         if self.snowy:
-            lying = self._lying(spot, place, open_=open_, up=up, low=low, above=above, leaf=leaf)
+            snow = lying(spot, reach, self._roads, self._depth)
         if self._wet:
-            found, normal = self._wetted(
-                found, spot, place, open_=open_, up=up, low=low, lying=lying
-            )
-        if lying is not None:
-            found, normal = snowed(found, normal, lying)
+            found, normal = self._wetted(found, spot, reach, snow)
+        if snow is not None:
+            found, normal = snowed(found, normal, snow)
         # A normal that faces away from the eye would be black.
         faces = dr.dot(normal, spot.wi) * dr.sign(dr.dot(spot.normal, spot.wi)) > 0.02
         return found, dr.select(faces, normal, spot.normal)
 
+    def _exposure(self, spot: Spot) -> Exposure:
+        """Return how far rain and snow reach a place."""
+        leaf = spot.has(Kind.LEAF)
+        # Walls are asked a little before them, so that their own eaves count.
+        before = dr.select(leaf, 0.0, 0.35) * spot.normal
+        under, above = self._grounds.openness(spot.p + before, spot.active)
+        place = spot.p + self._shift
+        return Exposure(
+            place=place,
+            open=under,
+            up=dr.select(leaf, dr.abs(spot.normal.z), spot.normal.z),
+            low=self._grounds.low(spot.p, spot.active),
+            above=above,
+            leaf=leaf,
+            pixel=self._pixel,
+            tracks=self._tracks(spot, place) if self._grounds.tracked else None,
+        )
+
+    def _tracks(self, spot: Spot, place: Any) -> tuple[Any, Any, Any, Any]:
+        """Return the tracks at a place: drivers meander, and edges are ragged."""
+        bend = bumps(place.x, place.y, cells=1, per=8, salt=21)
+        aside = bumps(place.y, place.x, cells=1, per=8, salt=23)
+        edge = bumps(place.x, place.y, cells=4, per=1, salt=22)
+        return self._grounds.tracks(
+            spot.p.x + 0.32 * bend.value + 0.06 * edge.value,
+            spot.p.y + 0.32 * aside.value - 0.06 * edge.value,
+            spot.active,
+        )
+
     def _wetted(
-        self, finish: Finish, spot: Spot, place: Any, *, open_: Any, up: Any, low: Any, lying: Any
+        self, finish: Finish, spot: Spot, reach: Exposure, snow: Lying | None
     ) -> tuple[Finish, Any]:
         """Return a wet material, and its normal where water lies on it."""
-        ground = (spot.kind & int(Kind.PAVED)) != 0
-        level = ground & (up > 0.95) & ~spot.moves
-        broad = bumps(place.x, place.y, cells=1, per=2, salt=3)
-        patchy = 0.7 * broad.value + 0.8 * low
-        # Drying surfaces dry in patches, low ones last.
-        wetness = self._wetness
-        if lying is not None:
-            wetness = dr.maximum(wetness, lying.wet)
-        rest = wetness * (1.0 - wetness)
-        damp = dr.clip(wetness + 2.2 * rest * patchy, 0.0, 1.0)
-        facing = dr.clip(0.45 + 1.1 * up, 0.0, 1.0)
-        damp = dr.select(spot.moves, wetness, damp) * facing * open_
+        level = spot.has(Kind.PAVED) & (reach.up > 0.95) & ~spot.moves
+        broad = bumps(reach.place.x, reach.place.y, cells=1, per=2, salt=3).value
+        damp = self._damp(spot, reach, broad, snow)
         rough = finish.roughness
         porous = porosity(rough) * (1.0 - finish.metallic)
-        porous = dr.select(_has(spot.kind, Kind.UNTILED), dr.maximum(porous, POROUS), porous)
+        porous = dr.select(spot.has(Kind.UNTILED), dr.maximum(porous, POROUS), porous)
         colour, rough = wetted(finish.colour, rough, porous, damp)
         # Rain leaves a film on paved ground, which has no other way to go.
         film = dr.select(level, dr.clip(2.0 * damp - 1.0, 0.0, 1.0), 0.0)
         rough *= dr.lerp(mi.Float(1.0), _FILM, film)
-        eta, normal = finish.eta, spot.normal
-        if self._flooded:
-            flood = self._flood(place, broad.value, low) * dr.select(level, open_, 0.0)
-            colour *= dr.lerp(mi.Float(1.0), 0.8, flood)
-            smooth, tilt = self._water(spot, place)
-            rough = dr.lerp(rough, dr.minimum(smooth, rough), flood)
-            eta = dr.lerp(eta, WATER, flood)
-            still = mi.Vector3f(-tilt[0], -tilt[1], 1.0)
-            normal = dr.normalize(dr.lerp(normal, still, flood))
+        if not self._flooded:
+            return replace(finish, colour=colour, roughness=rough), spot.normal
+        flood = self._flood(reach, broad) * dr.select(level, reach.open, 0.0)
+        colour *= dr.lerp(mi.Float(1.0), 0.8, flood)
+        smooth, tilt = self._water(spot, reach.place)
+        rough = dr.lerp(rough, dr.minimum(smooth, rough), flood)
+        still = mi.Vector3f(-tilt[0], -tilt[1], 1.0)
+        normal = dr.normalize(dr.lerp(spot.normal, still, flood))
+        eta = dr.lerp(finish.eta, WATER, flood)
         return replace(finish, colour=colour, roughness=rough, eta=eta), normal
 
-    def _flood(self, place: Any, broad: Any, low: Any) -> Any:
+    def _damp(self, spot: Spot, reach: Exposure, broad: Any, snow: Lying | None) -> Any:
+        """Return how wet a place is: drying surfaces dry in patches, low ones last."""
+        wetness = self._wetness
+        if snow is not None:
+            wetness = dr.maximum(wetness, snow.wet)
+        rest = wetness * (1.0 - wetness)
+        damp = dr.clip(wetness + 2.2 * rest * (0.7 * broad + 0.5 * reach.low), 0.0, 1.0)
+        facing = dr.clip(0.45 + 1.1 * reach.up, 0.0, 1.0)
+        return dr.select(spot.moves, wetness, damp) * facing * reach.open
+
+    def _flood(self, reach: Exposure, broad: Any) -> Any:
         """Return how much of a place is under water, in [0, 1]."""
-        middle = bumps(place.x, place.y, cells=2, per=1, salt=4)
-        wide = bumps(place.y, place.x, cells=1, per=4, salt=5)
+        x, y = reach.place.x, reach.place.y
+        middle = bumps(x, y, cells=2, per=1, salt=4)
+        wide = bumps(y, x, cells=1, per=4, salt=5)
         deep = 0.45 * wide.value + 0.35 * broad + 0.15 * middle.value
-        level = deep + 1.3 * dr.clip(low, -0.4, 0.5) - (0.72 - 1.1 * self._puddles)
-        share = dr.clip(level * (1.0 / 0.16), 0.0, 1.0)
-        there = dr.clip(20.0 * self._puddles, 0.0, 1.0)
-        return there * share * share * (3.0 - 2.0 * share)
+        level = deep + 0.8 * dr.clip(reach.low, -0.5, 0.7) - (0.72 - 1.1 * self._puddles)
+        return dr.clip(20.0 * self._puddles, 0.0, 1.0) * soft(level * (1.0 / 0.16))
 
     def _water(self, spot: Spot, place: Any) -> tuple[Any, tuple[Any, Any]]:
         """Return the roughness of standing water and its slopes."""
@@ -203,50 +197,3 @@ class Deposits:
         dx, dy = rings(place.x, place.y, time=self._time, rate=self._rate)
         busy = 1.0 - dr.exp(-0.12 * self._rate)
         return SMOOTH + _RIPPLED * busy * (1.0 - near), (near * dx, near * dy)
-
-    def _lying(
-        self,
-        spot: Spot,
-        place: Any,
-        *,
-        open_: Any,
-        up: Any,
-        low: Any,
-        above: Any,
-        leaf: Any,
-    ) -> Lying:
-        """Return the snow that lies at a place."""
-        tracks = None
-        if self._grounds.tracked:
-            # Drivers do not keep to a line: tracks meander, and their edges are ragged.
-            bend = bumps(place.x, place.y, cells=1, per=8, salt=21)
-            aside = bumps(place.y, place.x, cells=1, per=8, salt=23)
-            edge = bumps(place.x, place.y, cells=4, per=1, salt=22)
-            tracks = self._grounds.tracks(
-                spot.p.x + 0.32 * bend.value + 0.06 * edge.value,
-                spot.p.y + 0.32 * aside.value - 0.06 * edge.value,
-                spot.active,
-            )
-        return lying_snow(
-            spot,
-            place,
-            self._roads,
-            depth=self._depth,
-            open_=open_,
-            up=up,
-            low=low,
-            above=above,
-            leaf=leaf,
-            tracks=tracks,
-            pixel=self._pixel,
-        )
-
-
-def _has(kind: Any, what: Kind) -> Any:
-    """Return whether a material is any of some kinds."""
-    return (kind & int(what)) != 0
-
-
-def _number(value: float) -> Any:
-    """Return a number that is no part of the kernel's code."""
-    return dr.opaque(mi.Float, float(value))

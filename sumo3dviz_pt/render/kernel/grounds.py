@@ -86,8 +86,8 @@ def lowness(heights: Image) -> Image:
     total = np.zeros(heights.shape, np.float32)
     count = 0
     for radius in _RINGS:
-        steps = int(round(radius / CELL))
-        slant = int(round(0.7071 * steps))
+        steps = round(radius / CELL)
+        slant = round(0.7071 * steps)
         around = [(0, steps), (steps, 0), (0, -steps), (-steps, 0)]
         around += [(slant, slant), (slant, -slant), (-slant, slant), (-slant, -slant)]
         for dy, dx in around:
@@ -96,7 +96,7 @@ def lowness(heights: Image) -> Image:
             step[np.abs(step) > _WALL] = 0.0
             total += np.clip(step, -_STEP, _STEP)
             count += 1
-    return np.asarray(gaussian_filter(total / (0.1 * count), 0.7), np.float32)
+    return np.asarray(gaussian_filter(total / (0.05 * count), 0.7), np.float32)
 
 
 def trodden(tracks: TyreTracks, origin: Floats) -> tuple[Image, Image]:

@@ -9,7 +9,7 @@ import drjit as dr
 import mitsuba as mi
 
 from sumo3dviz_pt.render.kernel.deposits import Deposits
-from sumo3dviz_pt.render.kernel.deposits import Spot as Place
+from sumo3dviz_pt.render.kernel.exposure import Spot as Place
 from sumo3dviz_pt.render.kernel.lobes import Finish, Lobes
 from sumo3dviz_pt.render.kernel.rows import Kind, kinds_of, lobes_of
 from sumo3dviz_pt.render.kernel.tables import Tables
@@ -106,14 +106,10 @@ class Surfaces:
         spot = Spot(si.uv, si.t, si.wi, corners, weights)
         finish, kind = self._finish(spot, face=face, material=material, paint=paint, there=there)
         if self._deposits is not None:
-            moves = instanced | tables.moves(face)
-            place = Place(p, own, shading, -ray.d, si.t, kind, moves, instanced, there)
-            finish, shading = self._deposits.covered(finish, place)
-            si.sh_frame = mi.Frame3f(shading)
-            si.wi = dr.select(there, si.to_local(-ray.d), -ray.d)
-        foreign = mi.Bool(False)
-        if Kind.FOREIGN in self.kinds:
-            foreign = there & _has(kind, Kind.FOREIGN)
+            moves = (instanced | tables.moves(face), instanced)
+            place = Place(p, own, shading, -ray.d, si.t, kind, *moves, there)
+            finish = _weathered(self._deposits, finish, place, si)
+        foreign = there & _has(kind, Kind.FOREIGN) if self.foreign else mi.Bool(False)
         return Surface(si, finish, there, foreign, lamps, face)
 
     def _finish(
@@ -165,6 +161,14 @@ class Surfaces:
             open=_has(kind, Kind.OPEN),
         )
         return finish, kind
+
+
+def _weathered(deposits: Deposits, finish: Finish, place: Place, si: Any) -> Finish:
+    """Return a material with what weather left on it, and turn its frame accordingly."""
+    finish, shading = deposits.covered(finish, place)
+    si.sh_frame = mi.Frame3f(shading)
+    si.wi = dr.select(place.active, si.to_local(place.wi), place.wi)
+    return finish
 
 
 def _has(kind: Any, what: Kind) -> Any:
