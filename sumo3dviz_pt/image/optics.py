@@ -59,8 +59,8 @@ class Optics:
         if said is None:
             return None
         columns, rows = said["eyes"]
-        numbers = (float(said[name]) for name in ("vignetting", "grain", "half_width"))
-        return cls(*numbers, (int(columns), int(rows)))
+        vignetting, grain = float(said["vignetting"]), float(said["grain"])
+        return cls(vignetting, grain, float(said["half_width"]), (int(columns), int(rows)))
 
     def on(self, radiance: Image, *, exposure: float, seed: int) -> Image:
         """Return radiance with all that happens to it.
