@@ -61,8 +61,7 @@ class Spherical:
 def spherical_of(lens: Lens) -> Spherical | None:
     """Return what players must know of a lens's pictures; None for ordinary ones."""
     if lens.projection == "equirectangular":
-        turns = lens.opening / (2.0 * 3.141592653589793)
-        return Spherical(_MODES[lens.stereo], max(0.0, 0.5 * (1.0 - turns)))
+        return Spherical(_MODES[lens.stereo], 0.5 * (1.0 - lens.turn))
     return None if lens.stereo == "none" else Spherical(_MODES[lens.stereo])
 
 
