@@ -74,19 +74,14 @@ class Lens:
     @classmethod
     def from_dict(cls, said: dict[str, Any]) -> Lens:
         """Return a lens from what `as_dict` said of it."""
-        given = {**said}
-        if "distortion" in given:
-            given["distortion"] = tuple(given["distortion"])
-        return cls(**given)
+        return cls(**{k: tuple(v) if k == "distortion" else v for k, v in said.items()})
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values, without those that a pinhole has."""
         plain = Lens(self.opening)
-        said: dict[str, Any] = {"opening": self.opening}
-        for name in (field.name for field in fields(self)):
-            if getattr(self, name) != getattr(plain, name):
-                said[name] = getattr(self, name)
-        return said
+        names = (field.name for field in fields(self))
+        own = [name for name in names if getattr(self, name) != getattr(plain, name)]
+        return {name: getattr(self, name) for name in ("opening", *own)}
 
     # What kind it is --------------------------------------------------------------------------
 
@@ -148,6 +143,11 @@ class Lens:
     def half_width(self) -> float:
         """Half the picture's width one metre ahead [m]; at most that of 179 degrees."""
         return float(np.tan(min(self.opening, _WIDE) / 2.0))
+
+    @property
+    def free_opening(self) -> float:
+        """Opening angle of a pinhole that shows about as much, as far as one can [rad]."""
+        return self.opening if self.is_straight else float(np.clip(self.opening, 1.0, 2.0))
 
     @property
     def turn(self) -> float:

@@ -37,7 +37,7 @@ log = logging.getLogger(__name__)
 FRAMES = 5
 """How many frames of a shot are metered, at most."""
 
-KEY = 0.14
+KEY = 0.18
 """Share of white to which the log-average of a sunny street is brought."""
 
 _WIDTH, _SPP = 96, 4

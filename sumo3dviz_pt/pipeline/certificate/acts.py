@@ -133,6 +133,7 @@ _RULES: tuple[tuple[str, Acts], ...] = (
     (r"signals\b.*|motion\b.*", Acts(motion=True)),
     (r"traffic\.rides\.(?P<id>.+?)(\.[a-z]+)?", Acts(things=("vehicle:{id}", "person:{id}"))),
     (r"traffic\b.*", Acts(things=_USERS)),
+    (r"cameras\.[^.]+\.exposure\b.*", Acts(picture=True)),
     (r"cameras\b.*", Acts(camera=True)),
     (r"shots\b.*\.camera", Acts(camera=True)),
     (r"shots\b.*", Acts(camera=True, motion=True)),

@@ -42,6 +42,7 @@ class RidingView:
         offset: From the anchor: ahead, left, up [m].
         side: Of the eye: `driver` or `passenger`.
         pitch_deg: Upwards [deg].
+        heading_deg: To the kerb's side from straight ahead [deg].
         aim: A point to look at, from the anchor [m], instead of the pitch; or None.
         lag: Time over which the heading is averaged [s]; 0 turns with the body.
         cutaway: Whether the own cabin is not drawn.
@@ -55,6 +56,7 @@ class RidingView:
     aim: tuple[float, float, float] | None = None
     lag: float = 0.0
     cutaway: bool = False
+    heading_deg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,7 +180,8 @@ def build_ride(settings: LagrangianCamera, *, fleet: Fleet, left_hand: bool) -> 
     # Aim it; the scene file's angles win over the preset's.
     aim = _aim(preset, anchor, eye=eye)
     pitch = aim.pitch if settings.pitch is None else float(np.radians(settings.pitch))
-    turn = -float(np.radians(settings.heading))
+    kerb = -preset.heading_deg if left_hand else preset.heading_deg
+    turn = -float(np.radians(settings.heading + kerb))
     middle = np.array([-body.size[0] / 2.0, 0.0, 0.0])
     if preset.aim is not None:
         # A camera that looks at its vehicle goes round it instead of looking away.
