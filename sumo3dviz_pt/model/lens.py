@@ -74,7 +74,8 @@ class Lens:
     @classmethod
     def from_dict(cls, said: dict[str, Any]) -> Lens:
         """Return a lens from what `as_dict` said of it."""
-        return cls(**{k: tuple(v) if k == "distortion" else v for k, v in said.items()})
+        bent: Any = {"distortion": tuple(said.get("distortion", (0.0, 0.0)))}
+        return cls(**{**said, **bent})
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain values, without those that a pinhole has."""
