@@ -151,7 +151,7 @@ def test_a_walkers_view_bobs_only_if_asked(place):
     """It walks at 1.2 m/s; its steps lift the eye by two centimetres at most."""
     heights = {}
     for bobbing in ("false", "true"):
-        camera = "{mode: lagrangian, vehicle: p0, view: pedestrian, bobbing: %s}" % bobbing
+        camera = f"{{mode: lagrangian, vehicle: p0, view: pedestrian, bobbing: {bobbing}}}"
         job = load_job(place, {"cameras.walker": camera})
         made = prepare(job, Request(camera="walker"), frame_times(4, 7, 25))
         views = [made.shot.frame_at(float(time)).view for time in made.times]
