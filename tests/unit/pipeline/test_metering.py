@@ -11,6 +11,7 @@ from sumo3dviz_pt.pipeline.metering import (
     exposure_for,
     exposure_of,
     log_average,
+    luminances,
     manual_exposure,
 )
 
@@ -26,26 +27,36 @@ def camera(**more):
 def test_the_sky_counts_only_where_hardly_anything_else_is_seen():
     radiance = np.concatenate([grey(0.1, 300), grey(4.0, 700)])
     surface = np.repeat([1.0, 0.0], [300, 700])
-    assert log_average(radiance, surface) == pytest.approx(0.1)
-    assert log_average(radiance, np.zeros(1000)) > 1.0
+    assert log_average(luminances(radiance, surface)) == pytest.approx(0.1)
+    assert log_average(luminances(radiance, np.zeros(1000))) > 1.0
 
 
 def test_a_few_lamps_and_black_holes_do_not_count():
     radiance = np.concatenate([grey(0.2, 960), grey(1e4, 20), grey(0.0, 20)])
-    assert log_average(radiance, np.ones(1000)) == pytest.approx(0.2)
+    levels = luminances(radiance, np.ones(1000))
+    assert log_average(levels) == pytest.approx(0.2)
+    assert exposure_for(levels) == exposure_for(np.full(1000, 0.2))
+
+
+def test_what_is_bright_does_not_get_brighter_than_white():
+    """A dark street with a sunlit wall on a tenth of it."""
+    levels = luminances(np.concatenate([grey(0.01, 900), grey(0.5, 100)]), np.ones(1000))
+    assert exposure_for(levels) == pytest.approx(1.0)
+    assert exposure_for(levels[:900]) > 2.0
 
 
 def test_a_sunny_street_comes_to_its_key():
     level = 3000 / 32_000
-    assert level * 2.0 ** exposure_for(level) == pytest.approx(KEY, rel=0.04)
+    assert level * 2.0 ** exposure_for(np.full(9, level)) == pytest.approx(KEY, rel=0.04)
 
 
 def test_darker_streets_get_brighter_but_stay_darker():
     levels = 2.0 ** -np.arange(16.0)
-    shown = [level * 2.0 ** exposure_for(level) for level in levels]
+    exposures = [exposure_for(np.full(9, level)) for level in levels]
+    shown = levels * 2.0 ** np.array(exposures)
     steps = np.diff(np.log2(shown))
     assert (steps < 0.11).all() and -3.5 < np.log2(shown[-1] / shown[0]) < -1.0
-    tenths = [10 * exposure_for(level) for level in levels]
+    tenths = 10 * np.array(exposures)
     np.testing.assert_allclose(tenths, np.round(tenths), atol=1e-6)
 
 
