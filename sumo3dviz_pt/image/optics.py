@@ -36,13 +36,13 @@ class Optics:
     Attributes:
         vignetting: Share of the natural fall of light to the corners, [0, 1].
         grain: Of film, [0, 1].
-        half_width: Half the picture's width one metre ahead [m].
+        slope: Of rays through the middle of the picture's left edge.
         eyes: Columns and rows of eyes' pictures in one.
     """
 
     vignetting: float = 0.0
     grain: float = 0.0
-    half_width: float = 1.0
+    slope: float = 1.0
     eyes: tuple[int, int] = (1, 1)
 
     @classmethod
@@ -51,7 +51,7 @@ class Optics:
         if not vignetting and not grain:
             return None
         eyes = {"side_by_side": (2, 1), "top_bottom": (1, 2)}.get(lens.stereo, (1, 1))
-        return cls(vignetting, grain, round(lens.half_width, 9), eyes)
+        return cls(vignetting, grain, round(lens.edges(1.0)[0], 9), eyes)
 
     @classmethod
     def from_dict(cls, said: Mapping[str, Any] | None) -> Optics | None:
@@ -59,8 +59,8 @@ class Optics:
         if said is None:
             return None
         columns, rows = said["eyes"]
-        numbers = (float(said[name]) for name in ("vignetting", "grain", "half_width"))
-        return cls(*numbers, (int(columns), int(rows)))
+        vignetting, grain = float(said["vignetting"]), float(said["grain"])
+        return cls(vignetting, grain, float(said["slope"]), (int(columns), int(rows)))
 
     def on(self, radiance: Image, *, exposure: float, seed: int) -> Image:
         """Return radiance with all that happens to it.
@@ -84,7 +84,7 @@ class Optics:
         eye_width, eye_height = width // columns, height // rows
         x = (np.arange(eye_width) + 0.5) / eye_width * 2.0 - 1.0
         y = ((np.arange(eye_height) + 0.5) * 2.0 - eye_height) / eye_width
-        square = self.half_width**2 * (x[None] ** 2 + y[:, None] ** 2)
+        square = self.slope**2 * (x[None] ** 2 + y[:, None] ** 2)
         fall = 1.0 - self.vignetting * (1.0 - 1.0 / np.square(1.0 + square))
         whole = np.ones((height, width), np.float32)
         tiled = np.tile(fall, (rows, columns))

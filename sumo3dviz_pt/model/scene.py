@@ -340,7 +340,7 @@ class View:
         return self.lens.pixel_angle(width, away=max(float(self.position[2]) / down, 10.0))
 
     def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
-        """World points at distances, (h, w) [m], along the rays through pixels' centres, (h, w, 3)."""
+        """World points at distances, (h, w) [m], along rays through pixels' centres, (h, w, 3)."""
         points = self.position + self.directions(size) * distances[..., None]
         origins = self.lens.origins(size)
         return points if origins is None else points + self.world_from_camera.directions(origins)

@@ -36,6 +36,16 @@ class Shutter:
         return self.opens == self.closes and self.rolling == 0.0
 
     @property
+    def open_for(self) -> float:
+        """How long light comes in [s]."""
+        return self.closes - self.opens
+
+    @property
+    def lasts(self) -> float:
+        """How long after the frame's time the last row is still seen [s]."""
+        return self.closes + self.rolling
+
+    @property
     def middle(self) -> float:
         """The middle of the exposure, of the row in the picture's middle [s]."""
         return 0.5 * (self.opens + self.closes + self.rolling)

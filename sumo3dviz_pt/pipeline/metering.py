@@ -3,6 +3,8 @@
 Metering takes small pictures of a few frames, evenly over the shot. It is a function of the scene
 file and the shot alone, so a still, a part of a film and a whole film are exposed alike; then it is
 locked. What matters is what is lit: surfaces, and the sky only where hardly anything else is seen.
+The cabin of the vehicle that a camera rides in does not matter. Nothing but a few pixels may get
+brighter than white.
 
 References:
     Reinhard, Stark, Shirley and Ferwerda, "Photographic tone reproduction for digital images",
@@ -37,7 +39,7 @@ log = logging.getLogger(__name__)
 FRAMES = 5
 """How many frames of a shot are metered, at most."""
 
-KEY = 0.14
+KEY = 0.18
 """Share of white to which the log-average of a sunny street is brought."""
 
 _WIDTH, _SPP = 96, 4
@@ -54,6 +56,12 @@ _STEP = 0.1
 
 _SATURATION = 78.0 / 0.65
 """White, in cd/m^2, is this times N^2 / (t S)."""
+
+_BRIGHT = 0.97
+"""Share of pixels that are not to be brighter than white."""
+
+_CABIN = 3.0
+"""What is nearer to a camera that rides is its own vehicle [m]."""
 
 _LEAST = 1e-7
 """Darker pixels count as so dark [scene units]."""
@@ -136,8 +144,8 @@ def metering_of(production: Production) -> dict[str, Any]:
     return {"metering": how}
 
 
-def log_average(radiance: Floats, surface: Floats) -> float:
-    """Return the typical luminance of some pictures, in scene units.
+def luminances(radiance: Floats, surface: Floats) -> Floats:
+    """Return the luminances that matter in some pictures, sorted, (m,), in scene units.
 
     Args:
         radiance: Of all pixels, (n, 3), scene units.
@@ -145,15 +153,21 @@ def log_average(radiance: Floats, surface: Floats) -> float:
     """
     seen = surface > 0.5
     pixels = radiance[seen] if seen.mean() > 0.1 else radiance
-    levels = np.sort(np.log2(np.maximum(pixels @ LUMINANCE, _LEAST)))
+    return np.sort(np.maximum(pixels @ LUMINANCE, _LEAST))
+
+
+def log_average(levels: Floats) -> float:
+    """Return the typical one of sorted luminances, without the darkest and the brightest."""
     cut = int(_TRIMMED * len(levels))
-    return float(2.0 ** levels[cut : len(levels) - cut].mean())
+    return float(2.0 ** np.log2(levels[cut : len(levels) - cut]).mean())
 
 
-def exposure_for(level: float) -> float:
-    """Return the exposure [EV] that brings a luminance [scene units] to its key."""
+def exposure_for(levels: Floats) -> float:
+    """Return the exposure [EV] that brings sorted luminances [scene units] to their key."""
+    level, bright = log_average(levels), float(levels[int(_BRIGHT * (len(levels) - 1))])
     key = KEY * _adapted(level * CANDELAS_PER_UNIT) / _adapted(_SUNNY)
-    return round(math.log2(key / level) / _STEP) * _STEP
+    wanted = min(math.log2(key / level), -math.log2(bright))
+    return round(round(wanted / _STEP) * _STEP, 6)
 
 
 def _adapted(luminance: float) -> float:
@@ -178,13 +192,15 @@ def _meter(production: Production) -> float:
         production.job.seed,
         white=2.0**-production.shot.data.sky.exposure,
         pixel=frames[0].view.pixel_angle(size[0]),
-        layers=("radiance", "hit"),
+        layers=("radiance", "hit", "depth"),
     )
     found = []
     with Session(production.shot.data, choose_backend(production.variant), settings) as session:
         for frame in frames:
             layers = session.render(frame).layers
             pixels = layers["radiance"].reshape(-1, 3).astype(np.float64)
-            found.append((pixels, layers["hit"].reshape(-1).astype(np.float64)))
+            hit, depth = layers["hit"].reshape(-1), layers["depth"].reshape(-1)
+            outside = (depth > _CABIN) | (hit < 0.5) | (frame.view.rides_in is None)
+            found.append((pixels[outside], hit[outside].astype(np.float64)))
     radiance, surface = (np.concatenate(each) for each in zip(*found, strict=True))
-    return exposure_for(log_average(radiance, surface))
+    return exposure_for(luminances(radiance, surface))

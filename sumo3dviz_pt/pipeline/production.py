@@ -244,8 +244,8 @@ def prepare(
     together = together and can_help(camera)
     quality = quality_preset(job.quality, spp=request.spp, together=together)
     shutter = shutter_of(camera, frame_step(times, fps=float(job.output.fps)))
-    open_until = shutter.closes + shutter.rolling
-    files, scenario = read_files(job, begin=float(times[0]), end=float(times[-1]) + open_until)
+    last = float(times[-1]) + shutter.lasts
+    files, scenario = read_files(job, begin=float(times[0]), end=last)
     _check_window(scenario, times)
     if film:
         times = _within_log(scenario, times)

@@ -105,7 +105,7 @@ def exposed_camera(
         return camera
     if isinstance(camera, RidingCamera):
         # The last frame's shutter closes after whom it rides with is gone.
-        camera = replace(camera, slack=max(camera.slack, shutter.closes + shutter.rolling))
+        camera = replace(camera, slack=max(camera.slack, shutter.lasts))
     return ExposedCamera(camera, shutter, None if target is None else _subject(fleet, target))
 
 

@@ -61,8 +61,7 @@ class Spherical:
 def spherical_of(lens: Lens) -> Spherical | None:
     """Return what players must know of a lens's pictures; None for ordinary ones."""
     if lens.projection == "equirectangular":
-        turns = lens.opening / (2.0 * 3.141592653589793)
-        return Spherical(_MODES[lens.stereo], max(0.0, 0.5 * (1.0 - turns)))
+        return Spherical(_MODES[lens.stereo], 0.5 * (1.0 - lens.turn))
     return None if lens.stereo == "none" else Spherical(_MODES[lens.stereo])
 
 
@@ -216,19 +215,19 @@ def _inner(content: bytes) -> Iterator[tuple[bytes, int, int]]:
 
 def _found(content: bytes) -> Spherical | None:
     """Return what boxes that lie in each other tell players."""
-    stereo, cropped = None, None
+    known = dict(_told(content))
+    if not known:
+        return None
+    return Spherical(int(known.get("stereo", 0)), known.get("cropped"))
+
+
+def _told(content: bytes) -> Iterator[tuple[str, float]]:
+    """Yield what boxes that lie in each other tell, by name."""
     for name, start, size in _inner(content):
         one = content[start : start + size]
-        if name in (*_HEADERS, *_ENTRIES, b"sv3d", b"proj"):
-            header = _HEADERS.get(name, _ENTRY_HEADER if name in _ENTRIES else 8)
-            inside = _found(one[header:])
-            if inside is not None:
-                stereo = inside.stereo if inside.stereo is not None else stereo
-                cropped = inside.cropped if inside.cropped is not None else cropped
+        if name in _HEADERS or name in _ENTRIES or name in (b"sv3d", b"proj"):
+            yield from _told(one[_HEADERS.get(name, _ENTRY_HEADER if name in _ENTRIES else 8) :])
         elif name == b"st3d":
-            stereo = one[12]
+            yield "stereo", float(one[12])
         elif name == b"equi":
-            cropped = struct.unpack(">I", one[20:24])[0] / 2**32
-    if stereo is None and cropped is None:
-        return None
-    return Spherical(stereo or 0, cropped)
+            yield "cropped", struct.unpack(">I", one[20:24])[0] / 2**32

@@ -16,6 +16,7 @@ import numpy as np
 
 from sumo3dviz_pt.job.settings import Job
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.model.shutter import Shutter
 from sumo3dviz_pt.pipeline.accounts.digests import light_digest, plan_digest, world_digest
 from sumo3dviz_pt.pipeline.accounts.provenance import by_role, package_hashes, versions, with_files
 from sumo3dviz_pt.pipeline.accounts.road_users import RoadUsers
@@ -103,6 +104,7 @@ def account_of(production: Production) -> dict[str, Any]:
         "camera": production.camera,
         "exposure": production.exposure,
         **metering_of(production),
+        **_shutter(production.shot.camera.shutter),
         **({} if production.optics is None else {"optics": asdict(production.optics)}),
         "tone": job.output.tone,
         "glare": job.output.glare,
@@ -177,6 +179,14 @@ def _frame_account(number: int, frame: FrameState) -> dict[str, Any]:
         "drawn": sorted(frame.users),
         **({} if frame.weather is None else {"weather": weather_account(frame.weather)}),
     }
+
+
+def _shutter(shutter: Shutter) -> dict[str, Any]:
+    """Return what an account says of a shutter; nothing of an instant."""
+    if shutter.is_instant:
+        return {}
+    said = {"open": shutter.open_for, "rolling": shutter.rolling}
+    return {"shutter": {name: round(value, 9) for name, value in said.items()}}
 
 
 def _lens(lens: Lens) -> dict[str, Any]:
