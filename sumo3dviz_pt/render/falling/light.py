@@ -33,6 +33,7 @@ WHITE = 0.95
 
 _STEPS, _RAYS = 180, 40_000
 _SPREAD = 3  # steps over which glints are spread: drops are not quite round
+_LAMPLIT = 0.5  # drops lit by lamps are seen against the dark: there a strength counts by its root
 _CLOSEST = 0.25  # lamps are not points nearer than this [m]
 
 
@@ -113,10 +114,11 @@ def lit(places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flake
     if max(light.sun) > 0.0:
         straight = -to_eye @ np.array(light.towards)
         radiance += _scattered(straight, flakes)[:, None] * np.array(light.sun)
+    less = 1.0 if flakes else max(falling.strength, 1.0) ** -_LAMPLIT
     for number in range(len(falling.glows.at)):
-        radiance += _by_glow(places, to_eye, falling.glows, number, flakes=flakes)
+        radiance += less * _by_glow(places, to_eye, falling.glows, number, flakes=flakes)
     for number in range(len(falling.throws.frames)):
-        radiance += _by_throw(places, to_eye, falling.throws, number, flakes=flakes)
+        radiance += less * _by_throw(places, to_eye, falling.throws, number, flakes=flakes)
     return radiance
 
 
