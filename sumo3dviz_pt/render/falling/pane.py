@@ -22,7 +22,7 @@ from sumo3dviz_pt.render.falling.veil import Veil
 _CELL = 0.014
 """Side of the squares on the pane that hold one drop at a time [m]."""
 
-_SMALLEST, _LARGEST = 0.0009, 0.0034  # radii of drops [m]
+_SMALLEST, _LARGEST = 0.0009, 0.0052  # radii of drops [m]
 _SETTLES = 0.12  # time in which a drop spreads on the glass [s]
 _STAYS = 6.0  # time after which a drop that no blade reaches runs off [s]
 _WIDE_VIEW = 9.0  # how many times its own size of the scene a drop shows
@@ -135,7 +135,7 @@ def _drops(seed: int, pane: Windscreen, time: float) -> _PaneDrops:
     shown = np.clip(age / _SETTLES, 0.0, 1.0)
     left = np.where(free, (_STAYS - since) / 0.5, 1.0)
     shown *= np.clip(left, 0.0, 1.0)
-    radii = _SMALLEST * (_LARGEST / _SMALLEST) ** chance[3]
+    radii = _SMALLEST * (_LARGEST / _SMALLEST) ** (chance[3] ** 1.5)
     kept = np.flatnonzero(shown > 0.0)
     at = middle + (chance[1:3].T - 0.5) * 0.7 * _CELL
     return _PaneDrops(at[kept], radii[kept], shown[kept])
