@@ -14,6 +14,7 @@ from sumo3dviz_pt.model.falling import Cabin, Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Bools, Floats
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.render.falling.field import NEAR, NEAREST, Drops
+from sumo3dviz_pt.render.falling.frames import local
 from sumo3dviz_pt.render.falling.kinds import Reach
 from sumo3dviz_pt.render.falling.light import lit
 from sumo3dviz_pt.render.falling.strokes import WIDEST, Strokes
@@ -66,7 +67,7 @@ def _projected(
 ) -> tuple[Drops, Floats, Floats]:
     """Return the drops that are in the picture, and where they begin and end, (2, n) [px]."""
     opening, closing = (
-        (places - camera[:3, 3]) @ camera[:3, :3]
+        local(places, camera)
         for places, camera in zip((drops.opening, drops.closing), falling.cameras, strict=True)
     )
     starts, before = lens.project(opening, size)
@@ -87,7 +88,7 @@ def inside(cabin: Cabin, places: Floats) -> Bools:
     """Return whether places, (n, 3) [m], lie in the vehicle around the camera."""
     frame = cabin.world_from_body
     length, width, height = cabin.size
-    seen = (places - frame[:3, 3]) @ frame[:3, :3]
+    seen = local(places, frame)
     within = (seen[:, 0] < 0.0) & (seen[:, 0] > -length) & (np.abs(seen[:, 1]) < 0.5 * width)
     return np.asarray(within & (seen[:, 2] > 0.0) & (seen[:, 2] < height))
 

@@ -17,6 +17,7 @@ from sumo3dviz_pt.model.geometry import Bools, Floats, Ints
 from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.precipitation import Sizes
 from sumo3dviz_pt.render.falling.chance import Keys, keys_of, shares
+from sumo3dviz_pt.render.falling.frames import along
 from sumo3dviz_pt.render.falling.kinds import Kind, Matter, Reach, reach
 
 NEAREST, NEAR = 0.35, 0.9
@@ -120,7 +121,7 @@ def _cells(falling: Falling, kind: Kind, *, end: float, cone: float) -> Ints:
     cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     towards = (cells + 0.5) * kind.cell - eye
     away = np.linalg.norm(towards, axis=1)
-    ahead = towards @ camera[:3, 0] / np.maximum(away, 1e-9)
+    ahead = along(towards, camera[:3, 0]) / np.maximum(away, 1e-9)
     wide = cone + np.arcsin(np.minimum(radius / np.maximum(away, 1e-9), 1.0))
     inside = (away < radius) | (ahead > np.cos(np.minimum(wide, np.pi)))
     return np.asarray(cells[inside & (away < end + radius)])

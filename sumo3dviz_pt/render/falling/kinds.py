@@ -31,9 +31,6 @@ from sumo3dviz_pt.model.precipitation import (
     snow_sizes,
 )
 
-MOST_DRAWN = 14_000
-"""Drops or flakes in a picture, about."""
-
 FARTHEST = 60.0
 """Where even the largest are left to the extinction of the air [m]."""
 
@@ -73,6 +70,7 @@ class Matter:
         diameter: In the air [mm] by the diameter as water [mm].
         sway: How far members swing to the sides, at most [m].
         turns: How often they swing [1/s].
+        most: How many are drawn in a picture, about.
     """
 
     name: str
@@ -81,6 +79,7 @@ class Matter:
     diameter: Callable[[Floats], Floats]
     sway: float
     turns: float
+    most: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +107,9 @@ class Reach:
 def rain() -> Matter:
     """Return the drops of rain; smaller ones are mist."""
     edges = [*np.arange(0.4, 2.0, 0.2), *np.arange(2.0, 4.0, 0.4), 4.0, 4.8, 6.0]
-    return Matter("rain", _kinds(edges, drop_speed, np.asarray), rain_sizes, np.asarray, 0.03, 1.6)
+    return Matter(
+        "rain", _kinds(edges, drop_speed, np.asarray), rain_sizes, np.asarray, 0.03, 1.6, 14_000
+    )
 
 
 @cache
@@ -116,7 +117,7 @@ def snow() -> Matter:
     """Return the flakes of snow."""
     edges = np.geomspace(0.3, 4.5, 15).tolist()
     kinds = _kinds(edges, flake_speed, flake_diameter)
-    return Matter("snow", kinds, snow_sizes, flake_diameter, 0.1, 0.8)
+    return Matter("snow", kinds, snow_sizes, flake_diameter, 0.1, 0.8, 30_000)
 
 
 def _kinds(
@@ -166,7 +167,7 @@ def reach(
     most = 20.0
     for _ in range(40):
         middle = 0.5 * (least + most)
-        if drawn(float(np.exp(middle))) > MOST_DRAWN:
+        if drawn(float(np.exp(middle))) > matter.most:
             least = middle
         else:
             most = middle

@@ -21,6 +21,7 @@ import numpy as np
 
 from sumo3dviz_pt.model.falling import Falling, Glows, SkyLight, Throws
 from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.render.falling.frames import along, local
 
 WATER = 1.333
 """Refractive index."""
@@ -33,6 +34,7 @@ WHITE = 0.95
 
 _STEPS, _RAYS = 180, 40_000
 _SPREAD = 3  # steps over which glints are spread: drops are not quite round
+_LAMPLIT = 0.5  # drops lit by lamps are seen against the dark: there a strength counts by its root
 _CLOSEST = 0.25  # lamps are not points nearer than this [m]
 
 
@@ -111,12 +113,13 @@ def lit(places: Floats, falling: Falling, light: SkyLight, *, eye: Floats, flake
     to_eye /= np.linalg.norm(to_eye, axis=1, keepdims=True)
     radiance = even_light(-to_eye[:, 2], light, falling.ground, flakes=flakes).copy()
     if max(light.sun) > 0.0:
-        straight = -to_eye @ np.array(light.towards)
+        straight = -along(to_eye, np.array(light.towards))
         radiance += _scattered(straight, flakes)[:, None] * np.array(light.sun)
+    less = 1.0 if flakes else max(falling.strength, 1.0) ** -_LAMPLIT
     for number in range(len(falling.glows.at)):
-        radiance += _by_glow(places, to_eye, falling.glows, number, flakes=flakes)
+        radiance += less * _by_glow(places, to_eye, falling.glows, number, flakes=flakes)
     for number in range(len(falling.throws.frames)):
-        radiance += _by_throw(places, to_eye, falling.throws, number, flakes=flakes)
+        radiance += less * _by_throw(places, to_eye, falling.throws, number, flakes=flakes)
     return radiance
 
 
@@ -132,7 +135,7 @@ def _by_glow(places: Floats, to_eye: Floats, glows: Glows, number: int, *, flake
     way = places - glows.at[number]
     away = np.linalg.norm(way, axis=1)
     way /= np.maximum(away, 1e-9)[:, None]
-    cosine = way @ glows.axes[number]
+    cosine = along(way, glows.axes[number])
     floor, sharpness = glows.lobes[number]
     share = np.maximum(cosine, 0.0) * (floor + (1.0 - floor) * np.exp(sharpness * (cosine - 1.0)))
     share *= _scattered((way * to_eye).sum(axis=1), flakes) / (away**2 + _CLOSEST**2)
@@ -144,7 +147,7 @@ def _by_throw(
 ) -> Floats:
     """Return the radiance that head lamps give to drops, (n, 3)."""
     frame = throws.frames[number]
-    seen = (places - frame[:3, 3]) @ frame[:3, :3]
+    seen = local(places, frame)
     away = np.linalg.norm(seen, axis=1)
     ahead = np.maximum(seen[:, 0], 1e-6)
     count = len(throws.pattern)

@@ -22,7 +22,7 @@ from sumo3dviz_pt.render.falling.veil import Veil
 _CELL = 0.014
 """Side of the squares on the pane that hold one drop at a time [m]."""
 
-_SMALLEST, _LARGEST = 0.0009, 0.0034  # radii of drops [m]
+_SMALLEST, _LARGEST = 0.0009, 0.0052  # radii of drops [m]
 _SETTLES = 0.12  # time in which a drop spreads on the glass [s]
 _STAYS = 6.0  # time after which a drop that no blade reaches runs off [s]
 _WIDE_VIEW = 9.0  # how many times its own size of the scene a drop shows
@@ -33,6 +33,7 @@ _BLADE = 0.011  # its width [m]
 _DARK = 0.03  # its radiance, in the sky's
 _COARSE = 8
 _BEHIND = 1.1  # what is seen through the pane is at least so many times as far away
+_PUPIL = 0.004  # at least so wide is the hole through which the pane is seen [m]
 _SALT = 0x50616E65
 
 
@@ -78,7 +79,7 @@ def _refracted(
     height, width = radiance.shape[:2]
     drops = _drops(falling.seed, pane, falling.time)
     middles, away, focal = _projected(drops.at, pane, lens, (width, height))
-    radii, blur = drops.radii * focal / away, 0.5 * falling.aperture * focal / away
+    radii, blur = drops.radii * focal / away, 0.5 * max(falling.aperture, _PUPIL) * focal / away
     drawn = np.sqrt(radii**2 + blur**2) + 0.5
     good = (middles[0] > -drawn) & (middles[0] < height + drawn) & (drops.shown > 0.0)
     good &= (middles[1] > -drawn) & (middles[1] < width + drawn) & (away > 0.1)
@@ -134,7 +135,7 @@ def _drops(seed: int, pane: Windscreen, time: float) -> _PaneDrops:
     shown = np.clip(age / _SETTLES, 0.0, 1.0)
     left = np.where(free, (_STAYS - since) / 0.5, 1.0)
     shown *= np.clip(left, 0.0, 1.0)
-    radii = _SMALLEST * (_LARGEST / _SMALLEST) ** chance[3]
+    radii = _SMALLEST * (_LARGEST / _SMALLEST) ** (chance[3] ** 1.5)
     kept = np.flatnonzero(shown > 0.0)
     at = middle + (chance[1:3].T - 0.5) * 0.7 * _CELL
     return _PaneDrops(at[kept], radii[kept], shown[kept])
@@ -195,8 +196,8 @@ def _with_blades(
     places, away, focal = _projected(ends.reshape(-1, 2), pane, lens, (width, height))
     places, away = places.reshape(2, -1, 2), away.reshape(-1, 2).mean(axis=1)
     good = np.flatnonzero(away > 0.15)
-    wide = np.hypot(_BLADE, falling.aperture) * focal / np.maximum(away, 0.15)
-    cover = _BLADE / np.hypot(_BLADE, falling.aperture)
+    spread = float(np.hypot(_BLADE, max(falling.aperture, _PUPIL)))
+    wide, cover = spread * focal / np.maximum(away, 0.15), _BLADE / spread
     depths = np.full(len(good), -np.log1p(-0.93 * cover) * rising)
     colours = np.tile(_DARK * np.array(light.sky), (len(good), 1))
     veil = Veil(*before)

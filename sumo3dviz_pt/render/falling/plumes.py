@@ -14,6 +14,7 @@ from scipy.ndimage import zoom
 from sumo3dviz_pt.model.falling import Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Floats, Image, Ints
 from sumo3dviz_pt.model.lens import Lens
+from sumo3dviz_pt.render.falling.frames import local
 from sumo3dviz_pt.render.falling.light import lit
 from sumo3dviz_pt.render.falling.veil import Veil
 
@@ -42,7 +43,8 @@ def draw_puffs(
         size: Of the picture [px].
     """
     puffs, camera = falling.puffs, falling.cameras.mean(axis=0)
-    seen = (puffs.at - camera[:3, 3]) @ falling.cameras[0][:3, :3]
+    camera[:3, :3] = falling.cameras[0][:3, :3]
+    seen = local(puffs.at, camera)
     away = np.linalg.norm(seen, axis=1)
     places, ahead = lens.project(seen, size)
     radii = puffs.radii / np.maximum(away, 1e-3) / lens.pixel_width(size[0])

@@ -20,6 +20,7 @@ from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.lens import Lens, planes_of_rays
 from sumo3dviz_pt.model.precipitation import drop_speed, rain_sizes
 from sumo3dviz_pt.render.falling.chance import keys_of, shares
+from sumo3dviz_pt.render.falling.frames import along, local
 from sumo3dviz_pt.render.falling.light import lit
 from sumo3dviz_pt.render.falling.strokes import Strokes
 
@@ -74,9 +75,7 @@ def splashes(
     places, away = places[kept], away[kept]
     rise = np.sin(np.pi * ages[kept]) * diameters[kept]
     tops = places + np.column_stack([np.zeros((len(kept), 2)), 1e-3 * _HIGH * rise])
-    ends = [
-        lens.project((each - camera[:3, 3]) @ camera[:3, :3], size)[0] for each in (places, tops)
-    ]
+    ends = [lens.project(local(each, camera), size)[0] for each in (places, tops)]
     per_metre = 1.0 / (lens.pixel_width(size[0]) * away)
     width = 1e-3 * _WIDE * diameters[kept] * (0.5 + 0.5 * ages[kept]) * per_metre
     drawn = np.maximum(width, 1.0)
@@ -98,7 +97,7 @@ def _events(falling: Falling, camera: Floats) -> tuple[Floats, Floats, Floats]:
     x, y = (grid.reshape(-1) for grid in np.meshgrid(middle[0] + reach, middle[1] + reach))
     # Squares behind the camera do not count.
     towards = np.column_stack([x + 0.5, y + 0.5]) * _SQUARE - camera[:2, 3]
-    ahead = towards @ camera[:2, 0] > -2.0
+    ahead = along(towards, camera[:2, 0]) > -2.0
     x, y = x[ahead], y[ahead]
     squares = np.repeat(np.arange(len(x)), count)
     rank = np.tile(np.arange(count), len(x))
@@ -127,7 +126,7 @@ def _heights(
     """Return how high what some pixels show lies, (n,) [m]; not finite in the sky."""
     rays = planes_of_rays(lens, size)[(slice(None), *pixels)].astype(np.float64)
     with np.errstate(invalid="ignore"):
-        return np.asarray(camera[2, 3] + camera[2, :3] @ rays * _distance(seen, pixels))
+        return np.asarray(camera[2, 3] + along(rays.T, camera[2, :3]) * _distance(seen, pixels))
 
 
 def _level(seen: Layers, camera: Floats, lens: Lens, size: tuple[int, int]) -> float | None:
@@ -143,7 +142,7 @@ def _pixels(
     places: Floats, camera: Floats, lens: Lens, size: tuple[int, int]
 ) -> tuple[_Pixels, Bools]:
     """Return the pixels that show places, held inside the picture, and whether they are in it."""
-    (rows, columns), ahead = lens.project((places - camera[:3, 3]) @ camera[:3, :3], size)
+    (rows, columns), ahead = lens.project(local(places, camera), size)
     inside = ahead & (rows > -0.5) & (rows < size[1] - 0.5)
     inside &= (columns > -0.5) & (columns < size[0] - 0.5)
     row, column = (np.rint(np.where(inside, each, 0.0)).astype(np.intp) for each in (rows, columns))

@@ -30,7 +30,7 @@ NEAR = 90.0
 """Vehicles whose spray is drawn are at most so far away [m]."""
 
 _SLOWEST, _FULL = 7.0, 25.0  # speeds at which spray begins, and at which it is as dense as said
-_DENSE = 0.2  # optical depth of a young puff then
+_DENSE = 0.45  # optical depth of a young puff then
 _BORN = 0.12  # time in which a puff comes into being [s]
 _DRAG = 0.5  # time in which air stops what a wheel throws after it [s]
 _TAKEN = 0.45  # share of the vehicle's speed that spray has at first
@@ -85,7 +85,8 @@ def _plume(
     thrown = (_TAKEN * motion.speeds * flown)[:, None] * ahead
     speed = np.clip((motion.speeds - _SLOWEST) / (_FULL - _SLOWEST), 0.0, 1.6)
     heavy = float(np.clip(length / 6.0, 0.7, 2.2))
-    radius = (0.22 + 0.1 * heavy) + 0.75 * np.sqrt(age) * (0.6 + 0.4 * heavy)
+    first = 0.22 + 0.1 * heavy
+    radius = first + 0.75 * np.sqrt(age) * (0.6 + 0.4 * heavy)
     height = 0.25 + 0.5 * radius + 0.35 * age
     places, radii, depths = [], [], []
     wheels = [0.92 * length] if length < 7.0 else [0.25 * length, 0.6 * length, 0.92 * length]
@@ -93,10 +94,9 @@ def _plume(
         for side in (-0.38 * width, 0.38 * width):
             middle = motion.positions - back * ahead + side * aside + thrown + blown
             middle[:, 2] += height
-            thin = (radius[0] if len(radius) else 1.0) / np.maximum(radius, 1e-3)
             young = np.clip(age / _BORN, 0.0, 1.0)
             old = np.clip((LIFE - age) / (0.6 * LIFE), 0.0, 1.0)
-            depth = _DENSE * dense * heavy * speed**1.5 * np.minimum(thin, 1.0) * young * old**2
+            depth = _DENSE * dense * heavy * speed**1.5 * first / radius * young * old**2
             places.append(middle)
             radii.append(radius)
             depths.append(depth)
