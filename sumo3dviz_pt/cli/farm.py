@@ -47,7 +47,7 @@ def _add_own(sub: argparse.ArgumentParser) -> None:
         "--cpus-per-task", type=int, metavar="N", help="threads of each worker [Slurm: 16]"
     )
     sub.add_argument(
-        "--task-minutes", type=float, default=20.0, metavar="M", help="length of a task [20 min]"
+        "--task-minutes", type=float, metavar="M", help="length of a task [20 min, or less]"
     )
     sub.add_argument("--task-frames", type=int, metavar="N", help="frames of a task instead")
     sub.add_argument(

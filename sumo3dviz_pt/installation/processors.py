@@ -16,8 +16,9 @@ def threads_asked() -> int | None:
 
 def threads() -> int:
     """Return the threads that this process may use."""
+    asked = threads_asked()
+    if asked is not None:
+        return asked
     if hasattr(os, "sched_getaffinity"):
-        own = len(os.sched_getaffinity(0))
-    else:
-        own = os.cpu_count() or 1
-    return threads_asked() or own
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -37,6 +37,12 @@ from sumo3dviz_pt.pipeline.studies.plan import StudyPlan
 from sumo3dviz_pt.pipeline.studies.records import film_path
 from sumo3dviz_pt.pipeline.studies.run import StudyOrder, check_study
 
+_USUAL, _SHORTEST = 1200.0, 120.0
+"""Length of a task, and the least that it is cut to so that all workers have one [s]."""
+
+MEASURE = 10.0
+"""Certificate and report of a study, for each film [CPU-s]."""
+
 
 @dataclass(frozen=True, slots=True)
 class FarmOrder:
@@ -44,14 +50,15 @@ class FarmOrder:
 
     Attributes:
         engine: What runs it.
-        minutes: How long a task should take, by the forecast [min].
+        minutes: How long a task should take, by the forecast [min]; None is 20, or less where that
+            would leave workers without any.
         frames: Frames of a task instead; None goes by the forecast.
         tries: How often a frame may fail until it is set aside.
         lease: After this time without a sign of life a worker counts as dead [s].
     """
 
     engine: EngineChoice
-    minutes: Annotated[Positive, Field(le=24 * 60)] = 20.0
+    minutes: Annotated[Positive, Field(le=24 * 60)] | None = None
     frames: Annotated[Whole, Field(ge=1)] | None = None
     tries: Annotated[Whole, Field(ge=1, le=100)] = 3
     lease: Annotated[Positive, Field(ge=2, le=86_400)] = 180.0
@@ -60,17 +67,21 @@ class FarmOrder:
         """Refuse what is no choice."""
         settle(self)
 
-    def longest(self, stages: Stages) -> int:
+    def longest(self, stages: Stages, *, frames: int) -> int:
         """Return how many frames a task may have at most.
 
         Args:
             stages: What the film costs.
+            frames: Of all films.
         """
         if self.frames is not None:
             return self.frames
         cores = self.engine.threads or threads()
-        left = 60 * self.minutes - stages.start.wall(cores)
-        return max(1, int(left / stages.trace.wall(cores)))
+        frame = stages.trace.wall(cores)
+        share = frames * frame / (self.engine.workers or 1)
+        usual = min(_USUAL, max(_SHORTEST, share))
+        seconds = usual if self.minutes is None else 60 * self.minutes
+        return max(1, int((seconds - stages.start.wall(cores)) / frame))
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,12 +175,8 @@ def plan_study_films(
     more = _flag("--discard-frames", order.discard_frames)
     made = tuple(n for n, task in enumerate(tasks) if task.frames is None)
     line = (*words, "--resume", *more, *output)
-    tasks.append(FarmTask(line, None, None, made, _MEASURE * len(films)))
+    tasks.append(FarmTask(line, None, None, made, MEASURE * len(films)))
     return _plan(order.folder / IN_STUDY, tasks, films, farm)
-
-
-_MEASURE = 10.0
-"""Certificate and report of a study, for each film [CPU-s]."""
 
 
 def _tasks(
@@ -182,9 +189,11 @@ def _tasks(
     """Return the tasks that render frames, film by film, and then those that make the films."""
     tasks: list[FarmTask] = []
     needs: list[list[int]] = []
+    frames = sum(film.frames for film in films)
     for number, film in enumerate(films):
         needs.append([])
-        for first, after in chunks(film.frames, longest=farm.longest(film.stages)):
+        longest = farm.longest(film.stages, frames=frames)
+        for first, after in chunks(film.frames, longest=longest):
             words = (*film.words, "--frames", f"{first}:{after}", "--resume", *output)
             cost = film.stages.start + (after - first) * film.stages.trace
             needs[-1].append(len(tasks))
