@@ -1,7 +1,7 @@
 """Farms: a film in four chunks on this machine, on a Dask cluster and on Slurm, with mishaps.
 
-A worker is killed amid a frame, a frame fails twice, and another fails whatever is done; after all that
-the bytes are those of one plain command.
+A worker is killed amid a frame, a frame fails twice, and another fails whatever is done; after
+all that the bytes are those of one plain command.
 """
 
 from __future__ import annotations

@@ -34,8 +34,8 @@ from sumo3dviz_pt.pipeline.farm.tries import (
     Outcome,
     beat,
     finish,
-    this_host,
     take,
+    this_host,
     tries_in,
 )
 from sumo3dviz_pt.pipeline.farm.worker import Orders, parts, work
