@@ -36,6 +36,7 @@ from sumo3dviz_pt.pipeline.studies.records import (
     film_path,
     finished_films,
     record_of,
+    write_part,
     write_record,
 )
 from sumo3dviz_pt.pipeline.studies.stimuli import Stimulus
@@ -172,6 +173,40 @@ def render_task(plan: StudyPlan, order: StudyOrder, task: FilmTask) -> FilmRecor
     record = record_of(task.order.path, task.stimulus, variant=order.variant)
     write_record(folder, plan, {**films, task.stimulus.name: record})
     return record
+
+
+def film_part(plan: StudyPlan, order: StudyOrder, frames: tuple[int, int] | None) -> FilmTask:
+    """Return what is to be rendered of a plan's only film.
+
+    Args:
+        plan: Of one film; see `StudyPlan.only`.
+        order: Where it goes, and what may be kept or replaced.
+        frames: First and after-last frame; None makes the film.
+    """
+    (stimulus,) = plan.stimuli
+    return FilmTask(
+        stimulus,
+        Request(variant=order.variant, command=order.command),
+        FilmOrder(
+            film_path(order.folder, plan, stimulus),
+            frames=frames,
+            resume=order.resume,
+            overwrite=order.overwrite,
+        ),
+    )
+
+
+def render_part(order: StudyOrder, task: FilmTask) -> None:
+    """Render some frames of a film, or make it and note it, beside others on other machines.
+
+    Raises:
+        ConfigError, InputError, RenderError: As `render_film`; finished frames are kept.
+    """
+    (order.folder / MATERIALS).mkdir(parents=True, exist_ok=True)
+    render_film(task.stimulus.job, task.request, task.order)
+    if task.order.frames is None:
+        record = record_of(task.order.path, task.stimulus, variant=order.variant)
+        write_part(order.folder, task.stimulus.name, record)
 
 
 @dataclass(frozen=True, slots=True)
