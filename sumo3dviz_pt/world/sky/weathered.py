@@ -58,8 +58,8 @@ def in_weather(sky: Sky, course: WeatherCourse | None) -> Sky:
 def _stops(sky: Sky, weather: Weather) -> float:
     """Stops that the exposure gains in a weather.
 
-    They make up for most of the light that is missing, and take some where snow gives it back. Fog is bright where everything else is
-    pale, and photographs show it as light grey.
+    They make up for most of the light that is missing, and take some where snow gives it back.
+    Fog is bright where everything else is pale, and photographs show it as light grey.
     """
     sine = 0.0 if sky.sun_direction is None else float(sky.sun_direction[2])
     share = left(weather, sine)
