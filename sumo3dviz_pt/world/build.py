@@ -48,6 +48,7 @@ from sumo3dviz_pt.world.roads_around import region_of, roads_around
 from sumo3dviz_pt.world.rows.build import FAMILY, Fronts, build_fronts, court_height
 from sumo3dviz_pt.world.rows.fronts import Given, grow_rows, in_view, why_none
 from sumo3dviz_pt.world.rows.lots import SOURCE, Rows
+from sumo3dviz_pt.world.seasonal import grounds_in_season, in_season
 from sumo3dviz_pt.world.signals.build import Signals, build_signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
@@ -147,6 +148,11 @@ class World:
         return cls(scenario, job, sky, clearance or Clearance(), memory, key, weather)
 
     @property
+    def season(self) -> str:
+        """What leaves and grass look like."""
+        return "summer" if self.job.weather is None else self.job.weather.season
+
+    @property
     def dark(self) -> bool:
         """Whether lamps are lit."""
         return is_dark(self.sky, self.job.lights)
@@ -214,9 +220,10 @@ def build_place(world: World, camera_path: CameraPath) -> BuiltPlace:
         *(grown.planting, grown.fronts, grown.meadow, areas, rails, scenery),
         *(signals, railway, street, islands),
     )
+    season = world.season
     return BuiltPlace(
-        tuple(part for part in parts if len(part.part.mesh.faces)),
-        {**_materials(land, grown, scenery), **areas.materials},
+        in_season((part for part in parts if len(part.part.mesh.faces)), season),
+        grounds_in_season({**_materials(land, grown, scenery), **areas.materials}, season),
         drawn_surface(roads.layout),
         roads.surface_height_at,
         roads.rail_height_at,
@@ -262,7 +269,7 @@ def _land(
     )
     # What objects are placed by.
     around = given(height_at=ground.height_at)
-    around = replace(around, dark=world.dark, memory=world.memory)
+    around = replace(around, dark=world.dark, memory=world.memory, season=world.season)
     areas = build_areas(scenario, job, roads=roads, ground=ground, around=around, region=region)
     return _PreparedLand(roads, areas.ground, around), areas
 

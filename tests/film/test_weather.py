@@ -24,6 +24,11 @@ WEATHERS = {
         "{wind: {speed: 5 m/s}, course: [{time: 4, rain: {rate: 0}}, {time: 5, rain: {rate: 9}}]}",
         "{preset: sky_blue}",
     ),
+    "snow that comes to lie": (
+        "{season: winter, course: [{time: 4, snow: {depth: 1 cm, falling: 0.1}},"
+        " {time: 5, snow: {depth: 6 cm, falling: 2}}]}",
+        "{preset: sky_blue}",
+    ),
 }
 
 

@@ -331,7 +331,8 @@ def beam_weight(place: Transform | None, view: View) -> float:
     seen = (place.points(_LIT) - view.position) @ view.world_from_camera.matrix[:3, :3]
     # All of it in the picture, nothing at twice its width or behind the eye.
     inside = np.clip(2.0 - view.lens.off_middle(seen), 0.0, 1.0)
-    inside *= np.clip(0.25 * seen[:, 0] + 0.5, 0.0, 1.0)
+    if not view.lens.sees_around:
+        inside *= np.clip(0.25 * seen[:, 0] + 0.5, 0.0, 1.0)
     large = 1.0 / (1.0 + (np.linalg.norm(seen, axis=1) / _BEAM_NEAR) ** 2)
     return _UNSEEN_BEAM + (1.0 - _UNSEEN_BEAM) * float((inside * large).mean())
 

@@ -27,7 +27,7 @@ from sumo3dviz_pt.library.materials.named import MATERIALS, principled, surface_
 from sumo3dviz_pt.model.geometry import Mesh
 from sumo3dviz_pt.model.lamps import LampSet
 from sumo3dviz_pt.model.scene import Sky, Slots
-from sumo3dviz_pt.model.weather import Fog, Weather, WeatherCourse, Wind
+from sumo3dviz_pt.model.weather import Fog, Snow, Weather, WeatherCourse, Wind
 from sumo3dviz_pt.render.backend import choose_backend
 
 ROAD = principled((0.2, 0.2, 0.2), roughness=0.9)
@@ -97,6 +97,16 @@ def test_more_of_the_same_adds_nothing(empty: int) -> None:
     box_too = static("house", box((5, 5, 0), (9, 9, 6)), "road")
     unused = scene(box_too, prototypes=[cube("car")], slots=Slots())
     assert operations(unused) == empty
+
+
+def test_weather_that_leaves_nothing_adds_nothing(empty: int) -> None:
+    dry, wet, snowy = (
+        operations(scene(), weather=weather)
+        for weather in (Weather(), Weather(wetness=0.5), Weather(snow=Snow(depth=0.02)))
+    )
+    assert dry == empty
+    assert wet > empty + 100
+    assert snowy > wet + 100
 
 
 @pytest.mark.parametrize(

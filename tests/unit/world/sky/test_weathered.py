@@ -57,3 +57,10 @@ def test_weather_never_makes_light(sine):
         assert 0.0 < left(weather, sine) <= 1.0 + 1e-3
     rates = [left(Weather(rain=Rain(rate)), sine) for rate in (0.0, 0.05, 0.1, 1.0, 10.0, 100.0)]
     assert all(np.diff(rates) <= 1e-9)
+
+
+def test_snow_is_exposed_for():
+    """By the rule of thumb: f/22 on snow where it would be f/16."""
+    clear = build_sky(SkySettings(preset="sky_blue"))
+    course = WeatherCourse((0.0,), (Weather(snow=Snow(depth=0.05), season="winter"),))
+    assert in_weather(clear, course).exposure == pytest.approx(clear.exposure - 0.9, abs=1e-6)
