@@ -131,7 +131,7 @@ def test_coupled_vehicle_is_as_long_and_wide_as_its_units(name: str) -> None:
 
 
 def test_kinds_of_presets() -> None:
-    assert KINDS == ["camera", "quality", "scene", "sky"]
+    assert KINDS == ["camera", "quality", "scene", "sky", "weather"]
 
 
 @pytest.mark.parametrize("name", presets("scene"))

@@ -157,7 +157,7 @@ def test_brake_lamps_shine_backwards(level, yaw):
 
 def test_the_farthest_beams_fade():
     """More cars than spots: nobody's light appears or vanishes from one frame to the next."""
-    from sumo3dviz_pt.render.lights.running import MOST_BEAMS, Beams
+    from sumo3dviz_pt.render.lights.beams import MOST_BEAMS, Beams
 
     scene = night([plane(60.0)], near=60)
     assert scene.running is not None and scene.running.beam is not None

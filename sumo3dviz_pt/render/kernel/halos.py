@@ -19,7 +19,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.model.weather import ASYMMETRY
 from sumo3dviz_pt.render.kernel.air import Air, phase
@@ -214,9 +214,9 @@ def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) 
     """
     spread = np.float32(0.5 * _spread(directions))
     # All that follows are tables of rays and lamps; single precision is enough for chances.
-    ways = directions.reshape(-1, 3).astype(np.float32)
-    to = (sources.places - eye).astype(np.float32)
-    nearest = ways @ to.T
+    ways: Image = directions.reshape(-1, 3).astype(np.float32)
+    to: Image = (sources.places - eye).astype(np.float32)
+    nearest: Image = ways @ to.T
     square = np.maximum((to * to).sum(axis=1) - nearest * nearest, 0) + np.float32(_NEAREST**2)
     wide = np.maximum(nearest, 0) * spread
     aside = np.sqrt(square + wide * wide)
@@ -225,15 +225,15 @@ def _given(sources: Sources, directions: Floats, eye: Floats, *, fading: float) 
     found = np.zeros_like(aside)
     for share in _PLACES:
         beyond = aside * np.tan(first + span * np.float32(share))
-        reach = np.sqrt(square + beyond * beyond)
-        light = _shining(sources, ways, to, nearest + beyond, reach)
+        reach: Image = np.sqrt(square + beyond * beyond)
+        light = _shining(sources, ways, to, np.asarray(nearest + beyond), reach)
         light *= np.float32(1.0 - _BY_CHANCE) * _phase(-beyond / reach)
         light += (_BY_CHANCE / (4.0 * np.pi) * sources.mean).astype(np.float32)
         found += light * np.exp(np.float32(-fading) * (nearest + beyond + reach))
     return np.asarray(found * span / aside, np.float64)
 
 
-def _shining(sources: Sources, ways: Floats, to: Floats, t: Floats, reach: Floats) -> Floats:
+def _shining(sources: Sources, ways: Image, to: Image, t: Image, reach: Image) -> Image:
     """Return the intensities of lamps towards points of rays, (rays, lamps).
 
     Args:
@@ -255,8 +255,8 @@ def _shining(sources: Sources, ways: Floats, to: Floats, t: Floats, reach: Float
     )
 
 
-def _phase(cosine: Floats) -> Floats:
+def _phase(cosine: Image) -> Image:
     """As `air.phase`."""
     g = ASYMMETRY
     below = 1.0 + g * g - 2.0 * g * cosine
-    return np.asarray((1.0 - g * g) / (4.0 * np.pi) / (below * np.sqrt(below)), cosine.dtype)
+    return np.asarray((1.0 - g * g) / (4.0 * np.pi) / (below * np.sqrt(below)), np.float32)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.geometry import Floats, Image
 from sumo3dviz_pt.model.lamps import Beam
 from sumo3dviz_pt.render.lights.picks import Glow
 
@@ -49,7 +49,7 @@ class Sources:
         parts = (self.places - origin, self.sizes[:, None], self.axes, self.lobes[:, :1])
         return np.concatenate([*parts, self.colours, self.lobes[:, 1:]], axis=1)
 
-    def towards(self, outward: Floats) -> Floats:
+    def towards(self, outward: Image) -> Image:
         """Return their intensities in directions, (..., n + m, 3) -> (..., n + m), as `mean`."""
         lamps = self.lamps
         cosine = np.einsum("...lk,lk->...l", outward[..., :lamps, :], self.axes[:lamps])
@@ -60,7 +60,7 @@ class Sources:
         """How many of them are lamps."""
         return len(self.places) - self.beams
 
-    def by_lamps(self, cosine: Floats) -> Floats:
+    def by_lamps(self, cosine: Image) -> Image:
         """Return the lamps' intensities by cosines of angles from their axes, (..., n)."""
         lamps = self.lamps
         floor, sharpness = self.lobes[:lamps].T.astype(cosine.dtype)
@@ -68,14 +68,14 @@ class Sources:
         mean = self.colours[:lamps].mean(axis=1).astype(cosine.dtype)
         return np.asarray(mean * lobe * np.maximum(cosine, 0))
 
-    def by_beams(self, outward: Floats) -> Floats:
+    def by_beams(self, outward: Image) -> Image:
         """Return the beams' intensities in unit directions, (..., m, 3) -> (..., m)."""
         if self.beam is None or not self.beams:
             return np.zeros(outward.shape[:-1], outward.dtype)
         seen = np.einsum("...lk,lkj->...lj", outward, self.turns.astype(outward.dtype))
         return self._thrown(seen, self.beam).astype(outward.dtype)
 
-    def _thrown(self, seen: Floats, beam: Beam) -> Floats:
+    def _thrown(self, seen: Image, beam: Beam) -> Floats:
         """Intensities of beams in directions of their own frames, (..., m, 3) -> (..., m)."""
         # The spot's +z looks ahead, +x to its left, and +y up.
         half, count = np.tan(beam.half_angle), len(beam.pattern)
