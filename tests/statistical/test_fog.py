@@ -327,9 +327,9 @@ def test_thin_fog_changes_little():
 
 
 def test_a_lamp_is_dimmed_on_its_way():
-    """Light of a lamp on a wall falls by exp(-extinction x way there and to the eye)."""
+    """Light on a wall falls by its ways from the lamp and to the eye; near the lamp air shines."""
     wall, lamp = board(0.0, 30.0), panel((0.0, 2.0, 3.0), 1.0, north=True)
     pictures = [ours([wall], lamp, e, radiance=100.0, spp=64) for e in (1e-9, 0.01)]
     dry, wet = (picture[10:14, 20:28].mean() for picture in pictures)
     passes = np.exp(-0.01 * (30.0 + (1.0 - ASYMMETRY**2) * np.hypot(28.0, 3.0)))
-    assert passes < wet / dry < 1.05 * passes
+    assert passes < wet / dry < 1.12 * passes
