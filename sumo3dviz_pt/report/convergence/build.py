@@ -207,7 +207,13 @@ times the square root of two, and the difference of two halves is that error tim
 
 def _groups(subject: Subject, top: int) -> list[plan.SeedGroup]:
     """Return everything to measure up to a rung."""
-    return plan.groups(top, together=subject.production.quality.accumulate > 0)
+    production = subject.production
+    course = production.shot.data.weather
+    return plan.groups(
+        top,
+        together=production.quality.accumulate > 0,
+        weather=course is not None and course.is_seen,
+    )
 
 
 def _samples(wanted: list[plan.SeedGroup]) -> int:

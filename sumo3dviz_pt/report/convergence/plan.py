@@ -83,32 +83,35 @@ def rungs(top: int) -> tuple[int, ...]:
     return tuple(2**power for power in range(top.bit_length()) if 2**power <= top)
 
 
-def presets_up_to(top: int, *, together: bool = True) -> dict[str, Quality]:
+def presets_up_to(top: int, *, together: bool = True, weather: bool = False) -> dict[str, Quality]:
     """Return the presets that a ladder up to `top` spp can judge, cheapest first.
 
     Args:
         top: Samples per pixel.
         together: Whether frames can help each other.
+        weather: Whether the scene has weather, which only our own kernel traces.
     """
     names = catalog.template_names("quality")
     known = {name: quality_preset(name, together=together) for name in names}
-    fitting = {name: quality for name, quality in known.items() if quality.spp <= top}
+    fitting = {
+        name: quality
+        for name, quality in known.items()
+        if quality.spp <= top and (quality.tracer == "kernel" or not weather)
+    }
     return dict(sorted(fitting.items(), key=lambda item: item[1].spp))
 
 
-def groups(top: int, *, together: bool = True) -> list[SeedGroup]:
+def groups(top: int, *, together: bool = True, weather: bool = False) -> list[SeedGroup]:
     """Return everything to measure; presets, which matter most to users, come first.
 
     Args:
         top: Highest rung.
         together: Whether frames can help each other; then presets are measured as films and as
             stills.
+        weather: As in `presets_up_to`.
     """
-    presets = [
-        group
-        for name, quality in presets_up_to(top, together=together).items()
-        for group in _as_used(name, quality, top)
-    ]
+    known = presets_up_to(top, together=together, weather=weather)
+    presets = [group for name, quality in known.items() for group in _as_used(name, quality, top)]
     ladder = [group for spp in rungs(top) for group in (*_raw(spp), _denoised(spp))]
     depths = [_deep(depth, spp=min(DEPTH_SPP, top)) for depth in DEPTHS]
     return [*presets, *ladder, *depths]

@@ -94,3 +94,10 @@ def test_a_changed_preset_is_another_measurement():
     group = SeedGroup("draft", base_quality(2), ("fast",))
     other = SeedGroup("draft", base_quality(2).model_copy(update={"raw_share": 0.5}), ("fast",))
     assert digest([group]) == digest([group]) != digest([other])
+
+
+def test_in_weather_only_our_own_kernel_is_measured():
+    """Mitsuba's path tracer would refuse it after hours of others."""
+    dry, wet = (presets_up_to(4096, weather=weather) for weather in (False, True))
+    assert {quality.tracer for quality in wet.values()} == {"kernel"}
+    assert set(dry) - set(wet) == {"reference_path"}
