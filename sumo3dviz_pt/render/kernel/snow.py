@@ -106,7 +106,7 @@ def _on_roads(snow: Lying, reach: Exposure, noise: _Uneven, road: Any, roads: st
         rim = soft((0.8 * reach.low + 0.4 * noise.mixed - 0.36) * (1.0 / 0.3))
         cover = cover * rim * 0.95
         slush = dr.clip(0.55 - 0.5 * rim + 0.4 * noise.mixed, 0.15, 0.9)
-        wet, grey = 0.72 + 0.2 * broad, dr.clip(0.25 + 0.5 * broad, 0.0, 0.6)
+        wet, grey = 0.62 + 0.25 * broad, dr.clip(0.42 + 0.5 * broad, 0.1, 0.8)
     elif roads == "tracked":
         # Wheels leave slush, in the end wet asphalt, and throw dirt over all of the lane.
         loose = 0.4 * small + 0.35 * fine + 0.3 * broad
