@@ -7,6 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from sumo3dviz_pt.job.lens import ExposureSettings as ExposureSettings
+from sumo3dviz_pt.job.lens import LensSettings as LensSettings
+from sumo3dviz_pt.job.lens import Photographic as Photographic
+from sumo3dviz_pt.job.lens import ShutterSettings as ShutterSettings
 from sumo3dviz_pt.job.objects import ObjectSettings as ObjectSettings
 from sumo3dviz_pt.job.objects import ObjectsSettings as ObjectsSettings
 from sumo3dviz_pt.job.ranges import (
@@ -23,19 +27,12 @@ Lights = Literal["auto", "on", "off"]
 """When lamps are lit."""
 
 
-class LensSettings(Settings):
-    """What a camera sees with."""
-
-    projection: Literal["perspective"] = Field("perspective", description="kind of picture")
-    fov: Finite = Field(50.0, ge=2, le=170, description="horizontal opening angle [deg]")
-
-
 _CLEAR_VIEW = Field(
     True, description="houses, trees and street furniture that are added keep out of the way"
 )
 
 
-class EulerianCamera(Settings):
+class EulerianCamera(Photographic):
     """A camera that stands still."""
 
     mode: Literal["eulerian"]
@@ -58,10 +55,10 @@ class EulerianCamera(Settings):
         """Return what it does, in one line."""
         aim = f"heading {self.heading:g}°" if self.heading is not None else ""
         aim = aim or f"looking at {_point(self.look_at or ())}"
-        return f"stands at {_point(self.position)}, {aim}, {self.lens.fov:g}° wide"
+        return f"stands at {_point(self.position)}, {aim}, {self.lens.in_words()}"
 
 
-class LagrangianCamera(Settings):
+class LagrangianCamera(Photographic):
     """A camera that rides with a road user."""
 
     mode: Literal["lagrangian"]
@@ -70,6 +67,7 @@ class LagrangianCamera(Settings):
     eye_height: Positive | None = Field(None, le=1000, description="above the ground [m]")
     heading: Turn = Field(0.0, description="clockwise from straight ahead [deg]")
     pitch: Finite | None = Field(None, ge=-90, le=90, description="upwards [deg]")
+    bobbing: bool = Field(False, description="whether the head of who walks rises with each step")
     lens: LensSettings | None = Field(None, description="default: the view's own")
 
     def in_words(self) -> str:
@@ -96,7 +94,7 @@ class KeyFrame(Settings):
         return self
 
 
-class CinematicCamera(Settings):
+class CinematicCamera(Photographic):
     """A camera that flies through key frames."""
 
     mode: Literal["cinematic"]

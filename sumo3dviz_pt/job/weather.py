@@ -47,6 +47,13 @@ class RainSettings(Settings):
     """Drops that fall."""
 
     rate: _Rainfall = Field(description="how much falls, such as 10 mm/h; 0 to 200 mm/h")
+    streaks: Finite | None = Field(
+        None,
+        ge=0,
+        le=20,
+        description="how many times as strong as in a photograph drops are seen in the air; default"
+        " 6, 1 is physical, 0 is none",
+    )
 
 
 class SnowSettings(Settings):
@@ -102,6 +109,10 @@ class WeatherSettings(Settings):
     )
     snow: SnowSettings | None = Field(None, description="snow that lies or falls")
     wind: WindSettings | None = Field(None, description="moves leaves, rain, snow and flags")
+    windscreen: bool | None = Field(
+        None,
+        description="drops and wipers on the pane that rides look through in rain; default yes",
+    )
     season: Season = Field("summer", description="what leaves and grass look like")
     course: tuple[WeatherMoment, ...] = Field(
         (), max_length=MOST_ENTRIES, description="weather that changes, by SUMO's time"

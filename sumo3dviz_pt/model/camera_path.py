@@ -10,6 +10,9 @@ import numpy as np
 from sumo3dviz_pt.model.geometry import Bools, Floats, settled
 from sumo3dviz_pt.model.scene import View
 
+_SLOPE = float(np.tan(np.radians(25.0)) * np.hypot(1.0, 9 / 16))
+"""Half the diagonal of what a camera of 50 degrees shows one metre ahead [m]."""
+
 AROUND = 60.0
 """What is nearer than this is kept even behind the camera: shadows, reflections [m]."""
 
@@ -22,11 +25,14 @@ class CameraPath:
         positions: (n, 3) [m].
         forwards: Unit viewing directions, (n, 3).
         half_angles: Half the diagonal opening angle, (n,) [rad].
+        parallel: Where rays are parallel: half the diagonal of what they show, (n,) [m]; 0 for
+            other cameras. None if all are others.
     """
 
     positions: Floats
     forwards: Floats
     half_angles: Floats
+    parallel: Floats | None = None
 
     @classmethod
     def of(cls, views: Sequence[View], *, aspect: float) -> CameraPath:
@@ -35,6 +41,7 @@ class CameraPath:
             settled([view.position for view in views]),
             np.stack([view.forward for view in views]),
             np.array([view.lens.half_diagonal(aspect) for view in views]),
+            _half_diagonals(views, aspect),
         )
 
     @classmethod
@@ -51,7 +58,24 @@ class CameraPath:
 
     def slice(self, part: slice) -> CameraPath:
         """Return some of the times."""
-        return CameraPath(self.positions[part], self.forwards[part], self.half_angles[part])
+        parallel = None if self.parallel is None else self.parallel[part]
+        return CameraPath(
+            self.positions[part], self.forwards[part], self.half_angles[part], parallel
+        )
+
+    def away(self, points: Floats) -> Floats:
+        """Return how far points are from the cameras, by how large they look, (k, n) [m].
+
+        Parallel rays show all things as large, however far away they are: as large as a camera of
+        50 degrees that shows as much.
+
+        Args:
+            points: One for each time, (k, n, 3) [m].
+        """
+        away = np.linalg.norm(points - self.positions, axis=-1)
+        if self.parallel is None:
+            return np.asarray(away)
+        return np.where(self.parallel > 0.0, self.parallel / _SLOPE, away)
 
 
 def in_view(camera_path: CameraPath, points: Floats, *, radius: float | Floats) -> Bools:
@@ -88,6 +112,8 @@ def _within(
     """Which balls reach into the viewing cone or lie nearer than a distance, (k, n)."""
     centres = points[:, None, :] if points.ndim == 2 else points
     towards = centres - camera_path.positions
+    if camera_path.parallel is not None and (camera_path.parallel > 0.0).all():
+        return _within_tube(camera_path, towards, room=around)
     distance = np.linalg.norm(towards, axis=-1)
     with np.errstate(invalid="ignore"):
         cosine = np.einsum("knc,nc->kn", towards, camera_path.forwards) / np.maximum(distance, 1e-9)
@@ -95,3 +121,25 @@ def _within(
         ball = np.arcsin(np.clip(radius / np.maximum(distance, 1e-9), 0.0, 1.0))
         near = settled(distance - around) < 0.0
         return np.asarray(near | (settled(angle - camera_path.half_angles - ball) < 0.0))
+
+
+def _within_tube(camera_path: CameraPath, towards: Floats, *, room: float | Floats) -> Bools:
+    """Which balls reach into what parallel rays show, (k, n).
+
+    Args:
+        camera_path: n times.
+        towards: From the cameras to the balls' centres, (k, n, 3) [m].
+        room: How far the balls' centres may lie outside; one, or (k, 1) [m].
+    """
+    along = np.einsum("knc,nc->kn", towards, camera_path.forwards)
+    aside = np.linalg.norm(towards - along[..., None] * camera_path.forwards, axis=-1)
+    assert camera_path.parallel is not None
+    inside = settled(aside - camera_path.parallel - room) < 0.0
+    return np.asarray(inside & (settled(along + room) > 0.0))
+
+
+def _half_diagonals(views: Sequence[View], aspect: float) -> Floats | None:
+    """Return half the diagonal of what parallel rays show, (n,) [m]; None if there are none."""
+    if all(view.lens.projection != "orthographic" for view in views):
+        return None
+    return np.array([0.5 * view.lens.width * np.hypot(1.0, aspect) for view in views])

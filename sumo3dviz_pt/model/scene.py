@@ -11,12 +11,13 @@ recentres. Materials are dicts in Mitsuba's words with two words of our own:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from sumo3dviz_pt.model.falling import Falling
 from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Mesh, Transform, frozen
 from sumo3dviz_pt.model.lamps import LampSet, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.lens import Lens
@@ -333,6 +334,30 @@ class View:
         """
         return self.world_from_camera.directions(self.lens.rays(size))
 
+    def pixel_angle(self, width: int) -> float:
+        """Angle of a pixel of a picture so wide [px] [rad]; of parallel rays, at the ground."""
+        down = max(-float(self.forward[2]), 0.05)
+        return self.lens.pixel_angle(width, away=max(float(self.position[2]) / down, 10.0))
+
+    def points(self, distances: Floats, size: tuple[int, int]) -> Floats:
+        """World points at distances, (h, w) [m], along rays through pixels' centres, (h, w, 3)."""
+        points = self.position + self.directions(size) * distances[..., None]
+        origins = self.lens.origins(size)
+        return points if origins is None else points + self.world_from_camera.directions(origins)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """What a part of a picture's rows sees at one moment of an exposure.
+
+    Attributes:
+        rows: Where they begin and end, shares of the picture's height from the top.
+        frame: What is there then.
+    """
+
+    rows: tuple[float, float]
+    frame: FrameState
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameState:
@@ -347,6 +372,10 @@ class FrameState:
         deforming: Those that are drawn in detail and take poses.
         fixtures: What moves and is no road user, such as the arms of barriers.
         weather: Of its time, or None.
+        flying: Finds what falls and flies before the camera; None where nothing does.
+        exposure: The moments at which a picture with a shutter sees the scene: every row at
+            equally many of them. Empty where all light comes at once; else all else is what there
+            is in the middle of the exposure.
     """
 
     time: float
@@ -357,6 +386,21 @@ class FrameState:
     deforming: tuple[Mover, ...] = ()
     fixtures: tuple[Mover, ...] = ()
     weather: Weather | None = None
+    flying: Callable[[], Falling] | None = None
+    exposure: tuple[Moment, ...] = ()
+
+    def as_seen_from(self, view: View) -> FrameState:
+        """Return the same moment before another camera, which stands still."""
+        falling = None if view is self.view else self.falling()
+        if falling is None:
+            return replace(self, view=view)
+        here = view.world_from_camera.matrix
+        seen = replace(falling, cameras=np.stack([here, here]))
+        return replace(self, view=view, flying=lambda: seen)
+
+    def falling(self) -> Falling | None:
+        """Find what falls and flies before the camera, or None."""
+        return None if self.flying is None else self.flying()
 
     @property
     def instanced(self) -> tuple[Mover, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -136,7 +136,7 @@ def _plain(frame: FrameFacts) -> dict[str, Any]:
     return {
         "time": frame.time,
         "camera": _rounded(frame.view.world_from_camera.matrix[:3], _EXACT),
-        "lens": asdict(frame.view.lens),
+        "lens": frame.view.lens.as_dict(),
         "users": frame.users.tolist(),
         "poses": _rounded(frame.poses),
         "around": _rounded(frame.around, 2),
@@ -149,7 +149,7 @@ def _frame(said: Mapping[str, Any]) -> FrameFacts:
     matrix[:3] = said["camera"]
     return FrameFacts(
         float(said["time"]),
-        View(Transform(matrix), Lens(**said["lens"])),
+        View(Transform(matrix), Lens.from_dict(said["lens"])),
         frozen(said["users"], np.int64),
         frozen(said["poses"]).reshape(-1, 6),
         frozen(said["around"]).reshape(-1, 6),

@@ -58,8 +58,9 @@ def facts_of(
         at: Where in the pixels, in widths and heights of one.
         owners: Of that frame, where they are known already.
     """
-    sensor = loaded.scene.sensors()[0]
-    found = kernel.met_through(sensor, wanted, at)
+    sensor, frame = loaded.scene.sensors()[0], loaded.frame
+    assert frame is not None, "show a frame first"
+    found = kernel.met_through(sensor, frame.view, wanted, at)
     if not {*OWNERS} <= {*wanted}:
         return Facts(found)
     owners = owners or kernel.owners(loaded)
@@ -77,9 +78,7 @@ def points_of(facts: Facts, frame: FrameState, size: tuple[int, int]) -> Floats:
         frame: That was shown.
         size: Width, height [px].
     """
-    return np.asarray(
-        frame.view.position + frame.view.directions(size) * facts.found["depth"][..., None]
-    )
+    return np.asarray(frame.view.points(facts.found["depth"], size))
 
 
 def carried(

@@ -29,6 +29,9 @@ class PicturePart:
 
 WHOLE = PicturePart()
 
+_OTHERS = 1.0
+"""Opening angle that Mitsuba's camera has where it is not what rays come from [rad]."""
+
 NEAR_CLIP = 0.001
 """How far before the eye rays begin, along the axis [m]."""
 
@@ -68,9 +71,11 @@ def view_parameters(view: View, origin: Floats) -> dict[str, Any]:
         view: What it sees.
         origin: The loaded scene's, (3,) [m].
     """
+    # Rays of other lenses are our own; a sensor is only their film then.
+    opening = view.lens.opening if view.lens.is_pinhole else _OTHERS
     return {
         "to_world": convert.transform(convert.sensor_matrix(view, origin)),
-        "x_fov": float(np.degrees(view.lens.opening)),
+        "x_fov": float(np.degrees(opening)),
     }
 
 
@@ -82,6 +87,8 @@ def part_parameters(view: View, origin: Floats, part: PicturePart) -> dict[str, 
         origin: The loaded scene's, (3,) [m].
         part: What the sensor sees of it.
     """
+    if not view.lens.is_pinhole:
+        return view_parameters(view, origin)
     narrowed = replace(view, lens=view.lens.middle_part(part.of))
     # From the picture's middle to the part's, in widths and heights of the part.
     middle = (part.of - 1) / 2.0

@@ -34,10 +34,10 @@ from sumo3dviz_pt.render.passes.by_path import ByPath
 from sumo3dviz_pt.render.passes.capped import register_capped
 from sumo3dviz_pt.render.passes.finish import Finishing, finished, hazed
 from sumo3dviz_pt.render.sensors import sensor_entry
-from sumo3dviz_pt.render.settings import AfterPass, Tracer
+from sumo3dviz_pt.render.settings import AfterPass, Traced, Tracer
 from sumo3dviz_pt.render.settings import RenderSettings as RenderSettings
 from sumo3dviz_pt.render.sky.entries import sky_entry, sky_weight, sun_entry, update_sky
-from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky
+from sumo3dviz_pt.render.sky.map import SkyMap, bake_sky, sky_light
 from sumo3dviz_pt.render.sky.weather import WeatheredSky
 
 
@@ -102,6 +102,7 @@ class Session:
 
     Attributes:
         by_kernel: Traces by our own kernel; None in variants that do not compile.
+        frame: That was traced last; None before.
 
     Raises:
         ConfigError: If a layer is wanted that cannot be traced.
@@ -110,6 +111,7 @@ class Session:
     def __init__(self, scene: SceneData, backend: Backend, settings: RenderSettings) -> None:
         self.data, self.backend, self.settings = scene, backend, settings
         self.clock = Clock()
+        self.frame: FrameState | None = None
         with self.clock.phase("load"):
             if backend.jit:
                 register_paint()
@@ -177,11 +179,9 @@ class Session:
         loading = clock.seconds.get("load", 0.0) if self.loaded.scene is None else 0.0
         clock.seconds = {"load": loading}
         try:
-            with clock.phase("update"):
-                self.show(frame)
             seed = frame_seed(self.settings.seed, frame.time)
             assert self._tracer is not None, "the session was closed"
-            found, passes, movers = self._tracer.trace(seed, after_pass)
+            found, passes, movers = self._traced(frame, seed, after_pass)
         except RuntimeError as error:
             raise RenderError(
                 f"Mitsuba ({self.backend.variant}) failed at {frame.time:g} s: {error}"
@@ -191,6 +191,27 @@ class Session:
         glow = found.get("glow", np.float32(0.0))
         means = {"capped": kept, "lost": lost + glow, "radiance": passes.mean() + glow}
         return Samples(found | means, passes.tally, movers)
+
+    def _traced(self, frame: FrameState, seed: int, after_pass: AfterPass | None) -> Traced:
+        """Trace a frame, at one moment or at all of its exposure.
+
+        Raises:
+            ConfigError: If the tracer has no lens or shutter of our own.
+        """
+        assert self._tracer is not None, "the session was closed"
+        self.frame = frame
+        ours = self.by_kernel if self._tracer is self.by_kernel else None
+        if ours is None and (frame.exposure or not frame.view.lens.is_pinhole):
+            raise ConfigError(
+                "only our own kernel has lenses other than pinholes, and shutters: take the variant"
+                " llvm or cuda, and a quality with `tracer: kernel`",
+                key="cameras",
+            )
+        if ours is not None and frame.exposure:
+            return ours.expose(frame.exposure, self.show, seed, after_pass)
+        with self.clock.phase("update"):
+            self.show(frame)
+        return self._tracer.trace(seed, after_pass)
 
     def facts(
         self,
@@ -214,8 +235,13 @@ class Session:
                 f"the variant {self.backend.variant} has no layers; take llvm", key="output.layers"
             )
         with self.clock.phase("layers"):
+            # After an exposure the scene is at its last moment, and layers show the middle.
+            frame = self.frame
+            passed = frame is not None and bool(frame.exposure) and frame is not self.loaded.frame
+            if passed and frame is not None:
+                self.show(frame)
             # Mitsuba's `path` does not bring our tables to the frame.
-            ours = self._tracer is self.by_kernel
+            ours = self._tracer is self.by_kernel and not passed
             kernel = self.by_kernel.current() if ours else self.by_kernel.followed()
             return facts_of(kernel, self.loaded, wanted, at=at, owners=owners)
 
@@ -230,7 +256,9 @@ class Session:
         Returns:
             Radiance, (h, w, 3).
         """
-        how = self.finishing if denoiser is None else replace(self.finishing, denoiser=denoiser)
+        how = self.finishing_of(frame)
+        if denoiser is not None:
+            how = replace(how, denoiser=denoiser)
         with self.clock.phase("denoise"):
             seen = samples.layers if how.denoiser == "none" else samples.apart
             return finished(seen, frame.view, how)
@@ -242,14 +270,19 @@ class Session:
             seen: `radiance`; `depth` and `hit` where there is haze.
             view: Of the picture's camera.
         """
-        return hazed(seen, view, self.finishing)
+        frame = self.loaded.frame
+        how = self.finishing_of(None if frame is None else frame.as_seen_from(view))
+        return hazed(seen, view, how)
 
-    @property
-    def finishing(self) -> Finishing:
-        """How this scene's pictures are finished with this quality."""
+    def finishing_of(self, frame: FrameState | None) -> Finishing:
+        """Return how a frame's picture is finished with this quality.
+
+        Args:
+            frame: That was traced last; None is one before which nothing falls.
+        """
         quality = self.settings.quality
         haze = self._haze() if quality.haze else None
-        return Finishing(
+        how = Finishing(
             quality.denoise,
             quality.guides,
             quality.raw_share,
@@ -257,6 +290,8 @@ class Session:
             self.sky.horizon,
             grainy_sky=self.loaded.misty and self.loaded.aimed,
         )
+        falling = None if frame is None else frame.falling()
+        return how if falling is None else replace(how, falling=falling, light=sky_light(self.sky))
 
     def _haze(self) -> Haze | None:
         """Return the frame's haze; fog's visibility counts the haze in."""
@@ -289,7 +324,7 @@ class Session:
             self._tracer = self.by_kernel
         else:
             self._refuse_weather()
-            hazy = self.data.haze is not None
+            hazy = self.data.haze is not None or self.data.weather is not None
             self._tracer = ByPath(
                 self.loaded, self.settings, jit=self.backend.jit, hazy=hazy, clock=self.clock
             )

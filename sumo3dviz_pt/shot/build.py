@@ -20,16 +20,18 @@ from sumo3dviz_pt.model.scene import (
     FrameState,
     Haze,
     LeftOut,
+    Moment,
     Mover,
     Prototype,
     SceneData,
     Slots,
     View,
 )
+from sumo3dviz_pt.model.shutter import frame_step
 from sumo3dviz_pt.model.traffic import SignalPhases
 from sumo3dviz_pt.model.trajectory import Trajectory
 from sumo3dviz_pt.shot import visibility
-from sumo3dviz_pt.shot.cameras.build import Camera, build_camera
+from sumo3dviz_pt.shot.cameras.build import Camera
 from sumo3dviz_pt.shot.crowd import (
     SHOT_TRIANGLES,
     CrowdFrames,
@@ -38,6 +40,8 @@ from sumo3dviz_pt.shot.crowd import (
     fitting,
     plan_crowd,
 )
+from sumo3dviz_pt.shot.exposing import camera_path_of, exposed_camera, moments_of
+from sumo3dviz_pt.shot.falling.build import Flying
 from sumo3dviz_pt.shot.stand_ins import shown_bodies
 from sumo3dviz_pt.shot.tracks import on_tracks
 from sumo3dviz_pt.shot.wheel_tracks import wheel_tracks
@@ -49,11 +53,6 @@ from sumo3dviz_pt.world.signals.build import Signals
 from sumo3dviz_pt.world.sky.build import build_sky
 from sumo3dviz_pt.world.sky.darkness import is_dark
 from sumo3dviz_pt.world.sky.weathered import in_weather
-
-_MOST_VIEWS = 120
-
-_MOMENTS = 1
-"""Moments of its exposure that a frame shows: one, its middle, as there is no motion blur."""
 
 
 @dataclass(slots=True, eq=False)
@@ -84,6 +83,7 @@ class Shot:
         footway: Extra height of the walkable surface at points, (n, 2) -> (n,) [m].
         tracks: The same of the rails that trains stand on, or None.
         road_owners: Tell which edge or junction faces of its roads belong to.
+        flying: What falls and flies before its camera, or None.
         aspect: Height / width of the picture.
         limit: Road users in detail in one frame, at most.
         full_models: Models that are drawn in full detail where they are near enough.
@@ -107,6 +107,7 @@ class Shot:
     places: Floats | None = None
     tracks: Callable[[Floats], Floats] | None = None
     road_owners: RoadOwners | None = None
+    flying: Flying | None = None
 
     def present_at(self, time: float) -> Present:
         """Return everyone who exists at a time [s], people on raised footways."""
@@ -123,8 +124,26 @@ class Shot:
         Raises:
             ConfigError: If the camera rides with a road user that does not exist then.
         """
-        (moment,) = moments_of(self.camera, np.array([time])).tolist()
+        moment = self.camera.shutter.at(time).middle
         return self.frame_of(moment, self.camera.view_at(moment))
+
+    def exposed_at(self, time: float, *, samples: int) -> FrameState:
+        """Return the state of the frame at a time [s], with all moments of its exposure.
+
+        Args:
+            time: The frame's [s].
+            samples: Of a pixel; there are no more moments.
+
+        Raises:
+            ConfigError: If the camera rides with a road user that does not exist then.
+        """
+        frame, shutter = self.frame_at(time), self.camera.shutter
+        if shutter.is_instant:
+            return frame
+        shutter = replace(shutter.at(time), moments=min(shutter.moments, max(samples, 1)))
+        moments = [(rows, self.camera.view_at(at), at) for at, rows in shutter.exposures()]
+        exposure = tuple(Moment(rows, self.frame_of(at, view)) for rows, view, at in moments)
+        return replace(frame, exposure=exposure)
 
     def frame_of(self, time: float, view: View) -> FrameState:
         """Return the state of a frame that another camera takes.
@@ -150,7 +169,7 @@ class Shot:
             distances = np.linalg.norm(present.positions - view.position, axis=1)
             choice = fitting(choice, drawn, self.data.slots, distances)
         parts = self._parts(present, choice, view)
-        return FrameState(
+        frame = FrameState(
             time,
             view,
             tuple(parts.near),
@@ -160,6 +179,11 @@ class Shot:
             self.railway.movers_at(time),
             None if self.data.weather is None else self.data.weather.at(time),
         )
+        if self.flying is None:
+            return frame
+        camera = None if self.places is not None else self.camera
+        flying = partial(self.flying.at, frame, present=present, camera=camera)
+        return replace(frame, flying=flying)
 
     def _parts(self, present: Present, choice: visibility.Choice, view: View) -> _SeenParts:
         """The parts of all road users that are seen."""
@@ -223,14 +247,16 @@ def build_shot(
     job, left_hand = world.job, world.left_hand
     fleet = replace(everyone(world, trajectories), times=times)
     fleet = with_seat(fleet, camera, left_hand=left_hand)
-    built = build_camera(camera, fleet=fleet, left_hand=left_hand)
+    step = frame_step(times, fps=float(job.output.fps))
+    exposed = partial(exposed_camera, camera, left_hand=left_hand, step=step)
+    built = exposed(fleet=fleet)
     aspect = job.output.size[1] / job.output.size[0]
     moments = moments_of(built, times)
-    camera_path = _camera_path(built, moments, aspect)
+    camera_path = camera_path_of(built, moments, aspect)
     return ShotBuilder(world, aspect).shot(
         fleet,
         camera_path,
-        camera=partial(build_camera, camera, left_hand=left_hand),
+        camera=exposed,
         plan=partial(_crowd, times=moments, aspect=aspect, full=world.job.vehicles.full_models),
     )
 
@@ -303,6 +329,7 @@ class ShotBuilder:
             dark=dark,
             tracks=place.tracks,
             road_owners=place.road_owners,
+            flying=Flying.of(data, fleet, job=self.world.job),
         )
 
 
@@ -337,18 +364,6 @@ def with_seat(fleet: Fleet, camera: CameraSettings, *, left_hand: bool) -> Fleet
     if not isinstance(camera, LagrangianCamera):
         return fleet
     return fleet.with_cockpit(find_rider(fleet, camera.vehicle).key, left_hand=left_hand)
-
-
-def moments_of(camera: Camera, times: Floats) -> Floats:
-    """Return the moments that a camera's frames at times, (n,) [s], show, all in one array [s]."""
-    exposures = (camera.shutter.at(time) for time in times.tolist())
-    return np.array([moment for exposure in exposures for moment in exposure.times(_MOMENTS)])
-
-
-def _camera_path(camera: Camera, times: Floats, aspect: float) -> CameraPath:
-    """Where a camera is and looks over the whole shot, by a few of its views."""
-    every = max(1, -(-len(times) // _MOST_VIEWS))
-    return CameraPath.of([camera.view_at(float(time)) for time in times[::every]], aspect=aspect)
 
 
 def _crowd(

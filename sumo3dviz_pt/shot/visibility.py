@@ -75,9 +75,7 @@ def choose(
     places = np.where(alive[..., None], positions, 1e9)
     # Measure distances; a long road user may be near although its front is not.
     beyond = np.maximum(long - _LONGEST, 0.0)[:, None]
-    distance = settled(
-        np.maximum(np.linalg.norm(places - camera_path.positions, axis=-1) - beyond, 0.0)
-    )
+    distance = settled(np.maximum(camera_path.away(places) - beyond, 0.0))
     reach = np.maximum(_SHADOW, long + _CAST)[:, None]
     # Choose levels from the coarsest to the finest.
     shown = alive & (distance < FAR_END) & in_view(camera_path, places, radius=reach)
@@ -103,7 +101,7 @@ def _nearest(distance: Floats, *, among: Bools, limit: int) -> Bools:
 
 def _full_end(camera_path: CameraPath) -> Floats:
     """Where full detail ends, (n,) [m]: a telephoto lens shows it from farther away."""
-    return np.clip(FULL_END * _LENS / np.tan(camera_path.half_angles), 12.0, 120.0)
+    return np.clip(FULL_END * _LENS / _slopes(camera_path), 12.0, 120.0)
 
 
 def reach(length: float) -> float:
@@ -113,7 +111,17 @@ def reach(length: float) -> float:
 
 def near_end(camera_path: CameraPath) -> Floats:
     """Return where the middle level ends, (n,) [m]: a telephoto lens shows it from farther away."""
-    return np.clip(NEAR_END * _LENS / np.tan(camera_path.half_angles), NEAR_END, 6.0 * NEAR_END)
+    return np.clip(NEAR_END * _LENS / _slopes(camera_path), NEAR_END, 6.0 * NEAR_END)
+
+
+def _slopes(camera_path: CameraPath) -> Floats:
+    """Half the diagonal of what cameras show one metre ahead, (n,) [m]; infinite all around."""
+    narrow = camera_path.half_angles < np.pi / 2.0
+    slopes = np.where(narrow, np.tan(np.where(narrow, camera_path.half_angles, 0.0)), np.inf)
+    if camera_path.parallel is None:
+        return slopes
+    # How large things look through such a lens is measured by `CameraPath.away` already.
+    return np.where(camera_path.parallel > 0.0, _LENS, slopes)
 
 
 def chunks(count: int) -> Iterator[slice]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
 from sumo3dviz_pt.files.whole import whole
+from sumo3dviz_pt.job.lens import FOV
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LensSettings
 from sumo3dviz_pt.job.yaml12 import parse_yaml
 from sumo3dviz_pt.pipeline.scene_file import make_job
@@ -59,7 +60,7 @@ def flight(frames: Sequence[KeyFrame]) -> CinematicCamera:
     """
     if not frames:
         raise ConfigError("there are no key frames yet; add one first", key="keyframes")
-    default = LensSettings().fov
+    default = FOV
     fovs = [default if frame.fov is None else frame.fov for frame in frames]
     common = fovs[0] if len(set(fovs)) == 1 else default
     keys = [
@@ -89,7 +90,7 @@ def path_yaml(name: str, frames: Sequence[KeyFrame]) -> str:
     """
     camera = flight(frames)
     lines = [f"  {name}:", "    mode: cinematic"]
-    lines += [f"    lens: {{fov: {_number(camera.lens.fov)}}}", _KEPT, "    keyframes:"]
+    lines += [f"    lens: {{fov: {_number(camera.lens.degrees(FOV))}}}", _KEPT, "    keyframes:"]
     for frame in camera.keyframes:
         values = [("time", _number(frame.time)), *_aimed(frame)]
         values += [] if frame.fov is None else [("fov", _number(frame.fov))]

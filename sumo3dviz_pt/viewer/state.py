@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sumo3dviz_pt.errors import ConfigError
+from sumo3dviz_pt.job.lens import FOV
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame, LagrangianCamera
 from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.pipeline.live import Live
@@ -171,7 +172,7 @@ def _(order: messages_in.GoTo, state: ViewerState, live: Live) -> ViewerState:
 
 def _frames_of(camera: CinematicCamera) -> tuple[KeyFrame, ...]:
     """Return the key frames of a path, each with its opening angle."""
-    own = {"fov": camera.lens.fov}
+    own = {"fov": camera.lens.degrees(FOV)}
     return tuple(key if key.fov else key.model_copy(update=own) for key in camera.keyframes)
 
 

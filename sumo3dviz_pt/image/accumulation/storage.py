@@ -10,7 +10,6 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -74,7 +73,7 @@ def _description(frame: TracedFrame, numbers: list[int]) -> dict[str, Any]:
             pose[:, 3] -= origin
     return {
         "camera": _text(frame.view.world_from_camera.matrix, np.float64),
-        "lens": asdict(frame.view.lens),
+        "lens": frame.view.lens.as_dict(),
         "white": frame.white,
         "samples": frame.samples,
         "origin": origin.tolist(),
@@ -96,7 +95,7 @@ def unpacked(stored: Mapping[str, Image], text: str) -> TracedFrame:
     try:
         said = json.loads(text)
         camera = Transform(_array(said["camera"], np.float64).reshape(4, 4))
-        view = View(camera, Lens(**said["lens"]))
+        view = View(camera, Lens.from_dict(said["lens"]))
         poses = _array(said["poses"], np.float32).reshape(-1, 3, 4)
         origin = np.array(said["origin"], dtype=np.float64)
         parts = [

@@ -14,6 +14,7 @@ import numpy as np
 
 from sumo3dviz_pt.image.layers.numbers import read_numbers, write_numbers
 from sumo3dviz_pt.model.geometry import Bools, Floats, Image
+from sumo3dviz_pt.model.lens import Lens
 from sumo3dviz_pt.model.scene import View
 
 _SCALE, _ZERO = 64.0, 2**15
@@ -34,13 +35,33 @@ def flow_of(places: Floats, directions: Floats, sky: Bools, *, view: View) -> tu
         view: Of the next frame.
     """
     height, width = sky.shape
-    away = np.where(sky[..., None], directions, places - view.position)
+    distant = view.lens.at_infinity(directions)
+    away = np.where(sky[..., None], distant, places - view.position)
     local = away @ view.world_from_camera.matrix[:3, :3]
-    (row, column), ahead = view.lens.project(local, (width, height))
+    row, column, ahead = _projected(local, view.lens)
     rows, columns = np.indices((height, width))
     flow = np.stack([column - columns, row - rows], axis=-1)
     known = ahead & (np.abs(flow) < _MOST).all(axis=-1)
     return np.asarray(np.where(known[..., None], flow, 0.0), np.float32), known
+
+
+def _projected(local: Floats, lens: Lens) -> tuple[Floats, Floats, Bools]:
+    """Return rows, columns of what each pixel's own eye sees, and whether it can, (h, w) each.
+
+    Args:
+        local: In the camera's frame, (h, w, 3) [m].
+        lens: Maybe of both eyes.
+    """
+    height, width = local.shape[:2]
+    row, column = np.empty((2, height, width))
+    ahead = np.empty((height, width), dtype=np.bool_)
+    for part, eye in lens.halves((width, height)):
+        (row[part], column[part]), ahead[part] = eye.project(
+            local[part], lens.eye_size((width, height))
+        )
+        row[part] += part[0].start
+        column[part] += part[1].start
+    return row, column, ahead
 
 
 def write_flow(path: Path, flow: Image, known: Bools) -> None:

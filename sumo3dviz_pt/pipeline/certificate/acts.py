@@ -143,6 +143,9 @@ _RULES: tuple[tuple[str, Acts], ...] = (
     (r"signals\b.*|motion\b.*", Acts(motion=True)),
     (r"traffic\.rides\.(?P<id>.+?)(\.[a-z]+)?", Acts(things=("vehicle:{id}", "person:{id}"))),
     (r"traffic\b.*", Acts(things=_USERS)),
+    (r"cameras\.[^.]+\.exposure\b.*", Acts(picture=True)),
+    # Frames show the middle of their exposure, so another shutter shows other times.
+    (r"cameras\.[^.]+\.shutter\b.*", Acts(camera=True, motion=True)),
     (r"cameras\b.*", Acts(camera=True)),
     (r"shots\b.*\.camera", Acts(camera=True)),
     (r"shots\b.*", Acts(camera=True, motion=True)),

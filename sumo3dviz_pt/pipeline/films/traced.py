@@ -10,7 +10,7 @@ import base64
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,7 @@ import numpy as np
 from sumo3dviz_pt.errors import InputError
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.scene import FrameState, Haze
+from sumo3dviz_pt.pipeline.films.fallen import read_text, text_of
 
 if TYPE_CHECKING:
     from sumo3dviz_pt.image.accumulation.frames import TracedFrame
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 
 TRACED, FINISHING = "sumo3dviz_pt_traced", "sumo3dviz_pt_finishing"
 """Names of the attributes that say what a frame shows, and how it is finished."""
+
+FALLING = "sumo3dviz_pt_falling"
+"""Name of the attribute that says what falls and flies before it; only where something does."""
 
 
 def write_traced(
@@ -58,11 +62,14 @@ def write_traced(
     white, spp = session.settings.white, session.settings.quality.spp
     traced = TracedFrame(samples.apart, frame.view, white, spp, samples.movers)
     layers, text = packed(traced)
+    how = session.finishing_of(frame)
     attributes = {
         PROVENANCE: json.dumps(account, sort_keys=True),
         TRACED: text,
-        FINISHING: _finishing_text(session.finishing),
+        FINISHING: _finishing_text(how),
     }
+    if how.falling is not None:
+        attributes[FALLING] = text_of(how.falling, how.light)
     write_exr(path, layers, half=half, attributes=attributes)
 
 
@@ -166,6 +173,8 @@ class Shelf:
         self._frames = {p: kept for p, kept in self._frames.items() if p == path or p in around}
         others = [self._neighbour(other, stored) for other in around]
         how = _finishing_of(stored.strings[FINISHING])
+        if FALLING in stored.strings:
+            how = _with_falling(how, stored.strings[FALLING], path)
         return helped(centre, [one for one in others if one], how), stored.account
 
     def _neighbour(self, path: Path, centre: StoredFrame) -> TracedFrame | None:
@@ -176,6 +185,15 @@ class Shelf:
                 return None
             self._frames[path] = (stored, _traced_frame(stored, path))
         return self._frames[path][1]
+
+
+def _with_falling(how: Finishing, text: str, path: Path) -> Finishing:
+    """Return how a frame is finished before which something falls."""
+    try:
+        falling, light = read_text(text)
+    except ValueError as error:
+        raise InputError(f"{error}; render it again", file=path) from error
+    return replace(how, falling=falling, light=light)
 
 
 def helped(centre: TracedFrame, others: Sequence[TracedFrame], how: Finishing) -> Image:

@@ -54,7 +54,7 @@ class LayerWriter:
             OSError: If a file cannot be written.
         """
         wanted = frozenset(self.production.job.output.layers)
-        frame = session.loaded.frame
+        frame = session.frame
         assert frame is not None, "render a frame first"
         seen = FrameFacts(self.production.shot, session, frame, wanted)
         for name in places.FOLDERS:
@@ -166,6 +166,7 @@ def camera_of(view: View, size: tuple[int, int]) -> dict[str, Any]:
         "focal": 1.0 / view.lens.pixel_width(width),
         "centre": [(width - 1) / 2, (height - 1) / 2],
         "world_from_camera": view.world_from_camera.matrix.tolist(),
+        **({} if view.lens.is_pinhole else {"lens": view.lens.as_dict()}),
     }
 
 

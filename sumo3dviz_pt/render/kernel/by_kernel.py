@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
-from sumo3dviz_pt.model.layers import Layers, merged
+from sumo3dviz_pt.model.layers import Layers, MovingPart, merged
+from sumo3dviz_pt.model.scene import FrameState, Moment, View
 from sumo3dviz_pt.render.clock import Clock
 from sumo3dviz_pt.render.kernel.integrator import CHANNELS, FIRST, Kernel, Limits
 from sumo3dviz_pt.render.loaded import LoadedScene
 from sumo3dviz_pt.render.passes import guides
 from sumo3dviz_pt.render.passes.build import Accumulator, pass_seed
+from sumo3dviz_pt.render.passes.moments import MeanOfRows, PassOrder, shared_order, whole_order
 from sumo3dviz_pt.render.settings import AfterPass, RenderSettings, Traced
 
 GLOW_SPP = 64
@@ -47,18 +49,60 @@ class ByKernel:
 
     def trace(self, seed: int, after_pass: AfterPass | None) -> Traced:
         """Trace what the scene shows, in all passes of a frame."""
-        settings = self._settings
+        order = whole_order(self._settings, seed, glow_spp=GLOW_SPP)
         with self._clock.phase("render"):
             kernel = self.followed()
-            passes = self._passes(kernel, seed, after_pass)
+            passes = self._passes(kernel, order, after_pass)
             found = guides.as_guides(merged(passes, lambda *them: np.mean(them, axis=0)))
             found |= {name: passes[0][name] for name in FIRST.places if name in found}
             if self._apart:
-                found |= {"glow": self._glow(kernel, seed)}
-            accumulator = Accumulator(guides.uncapped(found), white=settings.white)
+                found |= {"glow": self._glow(kernel, order)}
+            accumulator = Accumulator(guides.uncapped(found), white=self._settings.white)
             for traced in passes:
                 accumulator.add(traced["capped"], traced["lost"])
         return Traced(found, accumulator, kernel.movers)
+
+    def expose(
+        self,
+        moments: Sequence[Moment],
+        show: Callable[[FrameState], None],
+        seed: int,
+        after_moment: AfterPass | None,
+    ) -> Traced:
+        """Trace a picture that is seen at several moments; each gets its share of the samples.
+
+        What moves has the numbers and depths of the moment in the middle.
+
+        Args:
+            moments: Of the exposure; every row is seen at equally many.
+            show: Brings the scene to a frame's state.
+            seed: Of the frame.
+            after_moment: Called with moments done and all there are.
+        """
+        settings, means = self._settings, MeanOfRows(self._settings.size[1])
+        shared = shared_order(settings, seed, glow_spp=GLOW_SPP, moments=moments)
+        numbers = MeanOfRows(settings.size[1])
+        movers: tuple[MovingPart, ...] = ()
+        for number, moment in enumerate(moments):
+            order = shared.of_moment(number, moment)
+            rows = order.rows(settings.size[1])
+            with self._clock.phase("update"):
+                show(moment.frame)
+            with self._clock.phase("render"):
+                kernel = self.followed()
+                for one in self._passes(kernel, order, None):
+                    means.add(one, rows)
+                if self._apart:
+                    means.add(Layers({"glow": self._glow(kernel, order)[rows]}), rows)
+                if number == len(moments) // 2:
+                    movers = kernel.movers
+                    numbers.add(Layers({k: one[k] for k in FIRST.places if k in one}), rows)
+            if after_moment is not None:
+                after_moment(number + 1, len(moments))
+        found = guides.as_guides(means.means() | numbers.means())
+        accumulator = Accumulator(guides.uncapped(found), white=settings.white)
+        accumulator.add(found["capped"], found["lost"])
+        return Traced(found, accumulator, movers)
 
     def current(self) -> Kernel:
         """Return the kernel as it last followed the scene, or a new one for another scene."""
@@ -76,21 +120,31 @@ class ByKernel:
             kernel.follow()
         return kernel
 
-    def _passes(self, kernel: Kernel, seed: int, after_pass: AfterPass | None) -> list[Layers]:
-        """Trace all passes."""
+    def _passes(
+        self, kernel: Kernel, order: PassOrder, after_pass: AfterPass | None
+    ) -> list[Layers]:
+        """Trace all passes of what the scene shows, or of a band of its picture's rows."""
         settings, sensor = self._settings, self._loaded.scene.sensors()[0]
-        quality = settings.quality
+        quality, eye = settings.quality, kernel.eye(sensor, self._view)
         limits = Limits(quality.max_depth, quality.rr_depth, settings.limit, direct=not self._apart)
         passes = []
-        for number in range(settings.passes):
-            own = pass_seed(seed, number)
-            passes.append(kernel.trace(sensor, spp=settings.pass_spp, seed=own, limits=limits))
+        for number in range(order.passes):
+            own = pass_seed(order.seed, number)
+            passes.append(
+                kernel.trace(sensor, eye, spp=order.spp, seed=own, limits=limits, band=order.band)
+            )
             if after_pass is not None:
-                after_pass(number + 1, settings.passes)
+                after_pass(number + 1, order.passes)
         return passes
 
-    def _glow(self, kernel: Kernel, seed: int) -> Image:
+    def _glow(self, kernel: Kernel, order: PassOrder) -> Image:
         """Trace lamps that are seen directly, (h, w, 3)."""
-        frame, sensor = self._loaded.frame, self._loaded.scene.sensors()[0]
+        sensor, seed = self._loaded.scene.sensors()[0], order.seed ^ 0x3C6EF372
+        return kernel.glow(sensor, self._view, spp=order.glow_spp, seed=seed, band=order.band)
+
+    @property
+    def _view(self) -> View:
+        """What the frame that is shown is seen with."""
+        frame = self._loaded.frame
         assert frame is not None, "show a frame first"
-        return kernel.glow(sensor, frame.view, spp=GLOW_SPP, seed=seed ^ 0x3C6EF372)
+        return frame.view

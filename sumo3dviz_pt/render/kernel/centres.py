@@ -15,8 +15,8 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Image
+from sumo3dviz_pt.render.kernel.eye import Eye
 from sumo3dviz_pt.render.kernel.paths import Place
-from sumo3dviz_pt.render.sensors import NEAR_CLIP
 
 WIDTHS: Mapping[str, int] = {
     "depth": 1,
@@ -39,7 +39,12 @@ CENTRE = (0.5, 0.5)
 
 
 def met_through(
-    place: Place, sensor: Any, wanted: Collection[str], at: tuple[float, float] = CENTRE
+    place: Place,
+    eye: Eye,
+    wanted: Collection[str],
+    at: tuple[float, float] = CENTRE,
+    *,
+    size: tuple[int, int],
 ) -> dict[str, Image]:
     """Return what rays through one place of every pixel meet first, by name.
 
@@ -47,22 +52,22 @@ def met_through(
 
     Args:
         place: What the rays go through.
-        sensor: One of Mitsuba's.
+        eye: What the rays come from; all go through the middle of its lens.
         wanted: Names of `WIDTHS`.
         at: Where in the pixels, in widths and heights of one.
+        size: Width, height of the picture [px].
     """
-    width, height = (int(size) for size in sensor.film().crop_size())
+    width, height = size
     pixel = dr.arange(mi.UInt32, width * height)
     columns, rows = dr.opaque(mi.UInt32, width), dr.opaque(mi.UInt32, height)
     row = pixel // columns
     across = mi.Float(pixel - row * columns) + dr.opaque(mi.Float, at[0])
     down = mi.Float(row) + dr.opaque(mi.Float, at[1])
     point = mi.Point2f(across / mi.Float(columns), down / mi.Float(rows))
-    ray = sensor.sample_ray(0.0, 0.5, point, mi.Point2f(0.5))[0]
+    ray = eye.ray(point, mi.Point2f(0.5))
     found = place.scene.ray_intersect_preliminary(ray, True)
-    # Rays begin a little before the eye.
-    along = dr.dot(ray.d, sensor.world_transform() @ mi.Vector3f(0.0, 0.0, 1.0))
-    found.t += dr.opaque(mi.Float, NEAR_CLIP) / along
+    # Rays may begin a little before the eye.
+    found.t += eye.lead(ray)
     channels = {name: _channels(name, place, found, ray) for name in WIDTHS if name in wanted}
     dr.schedule(channels)
     return {

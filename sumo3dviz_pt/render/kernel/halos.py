@@ -23,6 +23,7 @@ from sumo3dviz_pt.model.geometry import Floats
 from sumo3dviz_pt.model.scene import FrameState
 from sumo3dviz_pt.model.weather import ASYMMETRY
 from sumo3dviz_pt.render.kernel.air import Air, phase
+from sumo3dviz_pt.render.kernel.eye import Eye
 from sumo3dviz_pt.render.kernel.lights import Lights
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.lights.sources import Sources, sources_of
@@ -70,18 +71,18 @@ class Halos:
         self._rows = self._chances = self._summed = mi.Float(0.0)
         self._seen: tuple[FrameState, bytes] | None = None
 
-    def look_at(self, sensor: Any, size: tuple[int, int]) -> None:
-        """Bring the lamps to the frame that is shown, as a sensor sees it.
+    def look_at(self, eye: Eye, size: tuple[int, int]) -> None:
+        """Bring the lamps to the frame that is shown, as an eye sees it.
 
         Args:
-            sensor: One of Mitsuba's.
+            eye: What rays come from.
             size: Of its pictures, width and height [px].
         """
         frame, origin = self._loaded.frame, self._loaded.origin
         assert frame is not None and frame.weather is not None, "show a frame first"
         assert origin is not None, "show a frame first"
-        eye, directions = _middles(sensor, size)
-        seen = (frame, directions.tobytes() + eye.tobytes())
+        start, directions = _middles(eye, size)
+        seen = (frame, directions.tobytes() + start.tobytes())
         if self._seen == seen:
             return
         self._seen, running = seen, self._loaded.running.beams
@@ -91,9 +92,9 @@ class Halos:
             beams=self._lights.beam_names,
             beam=None if running is None else running.beam,
             room=self._room,
-            seen=(eye + origin, origin),
+            seen=(start + origin, origin),
         )
-        given = _given(sources, directions, eye + origin, fading=frame.weather.extinction)
+        given = _given(sources, directions, start + origin, fading=frame.weather.extinction)
         total = given.sum(axis=1, keepdims=True)
         chances = given / np.where(total > 0.0, total, 1.0)
         self._columns = dr.opaque(mi.UInt32, directions.shape[1])
@@ -178,8 +179,8 @@ class Halos:
         return dr.select(beam, thrown * dr.square(reach), light)
 
 
-def _middles(sensor: Any, size: tuple[int, int]) -> tuple[Floats, Floats]:
-    """Return where a sensor's eye is, (3,), and unit directions of its parts, (rows, columns, 3).
+def _middles(eye: Eye, size: tuple[int, int]) -> tuple[Floats, Floats]:
+    """Return where an eye is, (3,), and unit directions of its parts, (rows, columns, 3).
 
     The last column and row may reach beyond the picture; chances need not be exact.
     """
@@ -188,7 +189,7 @@ def _middles(sensor: Any, size: tuple[int, int]) -> tuple[Floats, Floats]:
     across = mi.Float(index % columns) + 0.5
     down = mi.Float(index // columns) + 0.5
     part = mi.Point2f(across * (TILE / size[0]), down * (TILE / size[1]))
-    ray = sensor.sample_ray(0.0, 0.5, dr.minimum(part, 1.0), mi.Point2f(0.5))[0]
+    ray = eye.ray(dr.minimum(part, 1.0), mi.Point2f(0.5))
     dr.eval(ray)
     starts, found = (np.array(each, np.float64).T for each in (ray.o, ray.d))
     return starts.mean(axis=0), found.reshape(rows, columns, 3)

@@ -21,6 +21,7 @@ from sumo3dviz_pt.model.scene import View
 from sumo3dviz_pt.render.kernel.air import Air
 from sumo3dviz_pt.render.kernel.centres import met_through
 from sumo3dviz_pt.render.kernel.deposits import Deposits
+from sumo3dviz_pt.render.kernel.eye import Eye, eye_of
 from sumo3dviz_pt.render.kernel.glow import covered
 from sumo3dviz_pt.render.kernel.grounds import Grounds
 from sumo3dviz_pt.render.kernel.halos import Halos
@@ -31,6 +32,7 @@ from sumo3dviz_pt.render.kernel.surface import Surfaces
 from sumo3dviz_pt.render.kernel.tables import Tables
 from sumo3dviz_pt.render.kernels import aligned
 from sumo3dviz_pt.render.loaded import LoadedScene
+from sumo3dviz_pt.render.sensors import WHOLE, PicturePart
 
 CHANNELS = Channels.in_order(capped=3, lost=3, depth=1, hit=1, albedo=3, normal=3)
 """What the kernel finds in every scene."""
@@ -112,7 +114,19 @@ class Kernel:
         if self._deposits is not None and frame is not None and frame.weather is not None:
             self._deposits.follow(frame.weather, frame.time, frame.origin)
 
-    def glow(self, sensor: Any, view: View, *, spp: int, seed: int) -> Image:
+    def eye(self, sensor: Any, view: View, *, part: PicturePart = WHOLE) -> Eye:
+        """Return what rays of a view come from; arguments as in `eye_of`."""
+        return eye_of(sensor, view, self._tables.origin, size=_size_of(sensor), part=part)
+
+    def glow(
+        self,
+        sensor: Any,
+        view: View,
+        *,
+        spp: int,
+        seed: int,
+        band: tuple[float, float] = (0.0, 1.0),
+    ) -> Image:
         """Trace lamps that are seen directly, and nothing else, (h, w, 3).
 
         Args:
@@ -120,55 +134,73 @@ class Kernel:
             view: What it sees.
             spp: Samples of each pixel where there may be a lamp.
             seed: Of the pass.
+            band: First and last row that are traced, shares of the picture's height.
         """
-        width, height = (int(size) for size in sensor.film().crop_size())
+        width, height = _size_of(sensor)
+        eye = self.eye(sensor, view)
         places = self._place.lights.shining() + self._tables.origin
-        pixels = np.flatnonzero(covered(places, view, (width, height))).astype(np.uint32)
+        first, last = rows_of(band, height)
+        there = covered(places, view, (width, height))
+        there[:first] = there[last:] = False
+        pixels = np.flatnonzero(there).astype(np.uint32)
         picture = np.zeros((height * width, 3), np.float32)
         for first in range(0, len(pixels), _MOST_LANES // spp):
             some = pixels[first : first + _MOST_LANES // spp]
             sampler = _seeded(sensor, spp=spp, lanes=len(some) * spp, seed=seed + first)
             index = dr.arange(mi.UInt32, len(some) * spp) // dr.opaque(mi.UInt32, spp)
             pixel = dr.gather(mi.UInt32, mi.UInt32(aligned(some, np.uint32)), index)
-            ray = _ray(sensor, sampler.next_2d(), pixel, size=(width, height))
+            ray = _ray(eye, sampler, pixel, size=(width, height))
             emitted = emitted_along(self._place, ray)
             dr.schedule(emitted)
             picture[some] = np.stack([_of_all(channel, spp) for channel in emitted], axis=-1)
         return picture.reshape(height, width, 3)
 
     def met_through(
-        self, sensor: Any, wanted: Collection[str], at: tuple[float, float]
+        self, sensor: Any, view: View, wanted: Collection[str], at: tuple[float, float]
     ) -> dict[str, Image]:
         """Return what rays through one place of every pixel meet first; see `centres`."""
-        return met_through(self._place, sensor, wanted, at)
+        eye = self.eye(sensor, view)
+        return met_through(self._place, eye, wanted, at, size=_size_of(sensor))
 
     def owners(self, loaded: LoadedScene) -> Owners:
         """Find whom the faces of the tables belong to, in the frame that is shown."""
         return owners_of(self._tables, loaded)
 
-    def trace(self, sensor: Any, *, spp: int, seed: int, limits: Limits) -> Layers:
+    def trace(
+        self,
+        sensor: Any,
+        eye: Eye,
+        *,
+        spp: int,
+        seed: int,
+        limits: Limits,
+        band: tuple[float, float] = (0.0, 1.0),
+    ) -> Layers:
         """Trace one pass; it finds the layers of `CHANNELS`, `emitted` of lamps, and `FIRST`.
 
         Args:
             sensor: One of Mitsuba's, with its sampler.
+            eye: What rays come from.
             spp: Samples of a pixel; samplers with a pattern may take some more.
             seed: Of the pass.
             limits: Of its paths.
+            band: First and last row that are traced, shares of the picture's height.
         """
         pattern = sensor.sampler().clone()
         pattern.set_sample_count(spp)
         spp = pattern.sample_count()
-        width, height = (int(size) for size in sensor.film().crop_size())
+        width, height = _size_of(sensor)
+        first, last = rows_of(band, height)
         rows = max(1, min(height, _MOST_LANES // (width * spp)))
         bounds, halos, parts = limits.bounds(), self._place.halos, []
         if halos is not None:
-            halos.look_at(sensor, (width, height))
-        for top in range(0, height, rows):
-            count = min(rows, height - top)
+            halos.look_at(eye, (width, height))
+        for top in range(first, last, rows):
+            count = min(rows, last - top)
             sampler = _seeded(sensor, spp=spp, lanes=width * count * spp, seed=seed + top)
             index = dr.arange(mi.UInt32, sampler.wavefront_size())
             pixel = index // dr.opaque(mi.UInt32, spp) + dr.opaque(mi.UInt32, top * width)
-            ray = _ray(sensor, sampler.next_2d(), pixel, size=(width, height))
+            ray = _ray(eye, sampler, pixel, size=(width, height))
             tile = None if halos is None else halos.tile(pixel, dr.opaque(mi.UInt32, width))
             of_all, of_first = followed(self._place, sampler, ray, bounds, tile)
             dr.schedule(of_all, of_first)
@@ -212,18 +244,32 @@ def _seeded(sensor: Any, *, spp: int, lanes: int, seed: int) -> Any:
     return sampler
 
 
-def _ray(sensor: Any, jitter: Any, pixel: Any, *, size: tuple[int, int]) -> Any:
-    """Return rays through pixels.
+def rows_of(band: tuple[float, float], height: int) -> tuple[int, int]:
+    """Return the first row of a band and that after its last one, of a picture so high [px]."""
+    first, last = (round(share * height) for share in band)
+    return first, last
+
+
+def _size_of(sensor: Any) -> tuple[int, int]:
+    """Return width, height of a sensor's picture [px]."""
+    width, height = (int(size) for size in sensor.film().crop_size())
+    return width, height
+
+
+def _ray(eye: Eye, sampler: Any, pixel: Any, *, size: tuple[int, int]) -> Any:
+    """Return rays through pixels, each through some place in it.
 
     Args:
-        sensor: One of Mitsuba's.
-        jitter: Where in the pixel, two numbers in [0, 1).
+        eye: What they come from.
+        sampler: Where chance comes from.
         pixel: Number of the pixel, row by row.
         size: Width, height of the picture [px].
     """
+    jitter = sampler.next_2d()
     width, height = (dr.opaque(mi.UInt32, one) for one in size)
     row = pixel // width
     across = mi.Float(pixel - row * width) + jitter.x
     down = mi.Float(row) + jitter.y
     place = mi.Point2f(across / mi.Float(width), down / mi.Float(height))
-    return sensor.sample_ray(0.0, 0.5, place, mi.Point2f(0.5))[0]
+    on_lens = sampler.next_2d() if eye.is_blurred else mi.Point2f(0.5)
+    return eye.ray(place, on_lens)

@@ -145,7 +145,8 @@ def followed(
     seen = _Seen(
         hit=mi.Float(number),
         distance=mi.Float(number),
-        albedo=mi.Color3f(colour),
+        # Air that nothing is seen through is as pale a guide as things in fog.
+        albedo=mi.Color3f(colour) if place.air is None else mi.Color3f(1.0),
         normal=mi.Vector3f(0.0),
         emitted=mi.Color3f(colour),
         mover=mi.Float(number),

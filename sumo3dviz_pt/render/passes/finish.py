@@ -1,4 +1,4 @@
-"""Makes finished pictures of traced ones: denoised, mixed, with lamps and haze."""
+"""Makes finished pictures of traced ones: denoised, mixed, with lamps, haze and what falls."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sumo3dviz_pt.model.falling import Falling, SkyLight
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.layers import Layers
 from sumo3dviz_pt.model.scene import Haze, View
@@ -24,6 +25,8 @@ class Finishing:
         haze: Aerial perspective, or None.
         horizon: Radiance by azimuth, (columns, 3), as in `SkyMap`.
         grainy_sky: Whether the open sky has noise, too: that of lamps' light in fog before it.
+        falling: What falls and flies before the camera, or None.
+        light: Of the sky, on what falls.
     """
 
     denoiser: str
@@ -32,10 +35,12 @@ class Finishing:
     haze: Haze | None
     horizon: Image
     grainy_sky: bool = False
+    falling: Falling | None = None
+    light: SkyLight | None = None
 
 
 def finished(seen: Layers, view: View, how: Finishing) -> Image:
-    """Denoise a picture, then lay haze over it.
+    """Denoise a picture, then lay haze over it, and what falls and flies.
 
     Args:
         seen: `radiance`, without the light of lamps that are seen directly if that is there as
@@ -61,13 +66,24 @@ def finished(seen: Layers, view: View, how: Finishing) -> Image:
 
 
 def hazed(seen: Layers, view: View, how: Finishing) -> Image:
-    """Return the radiance of a picture with haze, if there is any.
+    """Return the radiance of a picture with haze and with what falls, if there is any.
 
     Args:
-        seen: `radiance`; `depth` and `hit` where there is haze.
+        seen: `radiance`; `depth` and `hit` where there is haze, or anything falls.
         view: Of the camera.
         how: What is to be done.
     """
+    radiance = _hazed(seen, view, how)
+    if how.falling is None or how.light is None:
+        return radiance
+    # Without weather nothing of it is loaded.
+    from sumo3dviz_pt.render.falling.build import with_falling
+
+    return with_falling(radiance, seen, view, how.falling, how.light)
+
+
+def _hazed(seen: Layers, view: View, how: Finishing) -> Image:
+    """Return the radiance of a picture with haze, if there is any."""
     if how.haze is None:
         return seen["radiance"]
     behind = horizon_behind(how.horizon, view, seen.size)

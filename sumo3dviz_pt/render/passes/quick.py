@@ -97,8 +97,9 @@ class Quick:
         self, view: View, part: PicturePart, *, spp: int, seed: int, limits: Limits
     ) -> Layers:
         """Trace a part of a camera's picture."""
-        sensor = self._aimed(view, part)
-        return self._kernel.current().trace(sensor, spp=spp, seed=seed, limits=limits)
+        sensor, kernel = self._aimed(view, part), self._kernel.current()
+        eye = kernel.eye(sensor, view, part=part)
+        return kernel.trace(sensor, eye, spp=spp, seed=seed, limits=limits)
 
     @property
     def _kernel(self) -> ByKernel:

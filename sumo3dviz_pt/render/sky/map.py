@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from sumo3dviz_pt.model.colour import LUMINANCE
-from sumo3dviz_pt.model.geometry import Floats, Image
+from sumo3dviz_pt.model.falling import SkyLight
+from sumo3dviz_pt.model.geometry import Colour, Floats, Image
 from sumo3dviz_pt.model.lamps import CANDELAS_PER_UNIT
 from sumo3dviz_pt.model.scene import Sky
 from sumo3dviz_pt.render.sky.daylight import LOWEST, SUN_RADIUS, daylight, risen_share
@@ -26,6 +27,7 @@ _SIDES = 0.2  # how much of a cloud's light does not depend on the sun's height
 _GREY = 0.45  # share of a cloud's ambient light that has no colour
 _FROM_BELOW = 2.0  # light of a city on clouds over it, against its glow in clear air
 _MOST = 1.1  # most light under broken clouds, against its mean for their cover
+_EVERY = 8  # of how many rows and columns one tells a dome's mean
 _LEAST = 0.04  # least share of their light that clouds keep when it is limited
 
 
@@ -107,6 +109,22 @@ def illuminance_of(dome: Image, sun: Sun | None) -> float:
     if sun is not None:
         light = light + sun.irradiance * max(float(sun.direction[2]), 0.0)
     return float(light @ LUMINANCE) * CANDELAS_PER_UNIT
+
+
+def sky_light(sky: SkyMap) -> SkyLight:
+    """Return the light of a sky as what falls through the air sees it."""
+    dome = sky.radiance[: len(sky.radiance) // 2 : _EVERY, ::_EVERY]
+    even = _colour(dome_irradiance(dome) / np.pi)
+    if sky.sun is None:
+        return SkyLight(even)
+    east, north, up = (float(part) for part in sky.sun.direction)
+    return SkyLight(even, _colour(sky.sun.irradiance), (east, north, up))
+
+
+def _colour(values: Floats) -> Colour:
+    """Three numbers."""
+    red, green, blue = (float(value) for value in values)
+    return red, green, blue
 
 
 def lower_half(horizon: Image, rows: int) -> Image:

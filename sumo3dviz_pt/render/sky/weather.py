@@ -40,7 +40,8 @@ from sumo3dviz_pt.render.sky.panorama import angles, dome_irradiance
 _COARSE = (128, 256)
 _THINNEST = 1e-3  # optical depth below which fog shines as at that depth
 _LEAST = 0.05  # least share of the light from fog that is even
-_CITY = 4.0  # light of a city on fog in its streets, against its glow at the horizon in clear air
+_CITY = 2.5  # light of a city on fog in its streets, against its glow at the horizon in clear air
+_PALER = 0.5  # share of that light that has no colour: lamps are nearer than what glows far away
 _AFLOAT = np.array([0.0, 0.0, 1.0])
 
 
@@ -80,7 +81,8 @@ class WeatheredSky:
         # What weather acts on is the light of a clear sky, whatever clouds stand on it.
         clear = bake_sky(replace(sky, clouds=None), _COARSE if sky.image is None else size)
         self._clear, self._clear_sun = _dome_of(clear), clear.sun
-        self._glow = _CITY * np.asarray(sky.glow, dtype=np.float64)
+        glow = np.asarray(sky.glow, dtype=np.float64)
+        self._glow = _CITY * (_PALER * (glow @ LUMINANCE) + (1.0 - _PALER) * glow)
         self._last: tuple[Weather, SkyMap, Veil] | None = None
         self._sunny = any(cover(moment) < 1.0 for moment in course.moments)
 

@@ -188,7 +188,8 @@ def _helped(session: Session, frames: Sequence[_Frame], number: int) -> Image:
     window = session.settings.quality.accumulate
     around = frames[max(number - window, 0) : number + window + 1]
     others = [frame.traced(session) for frame in around if frame is not frames[number]]
-    return helped(frames[number].traced(session), others, session.finishing)
+    how = session.finishing_of(frames[number].state)
+    return helped(frames[number].traced(session), others, how)
 
 
 def _steady(shown: list[MeasuredPicture], group: SeedGroup) -> list[MeasuredPicture]:

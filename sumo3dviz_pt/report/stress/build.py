@@ -24,6 +24,7 @@ from sumo3dviz_pt.errors import ConfigError, Sumo3dvizError, interrupted
 from sumo3dviz_pt.job.settings import Job, OutputSettings, Quality, SunSettings
 from sumo3dviz_pt.model.geometry import Image
 from sumo3dviz_pt.model.news import Doing, announce
+from sumo3dviz_pt.pipeline.metering import metered
 from sumo3dviz_pt.pipeline.production import (
     Production,
     Request,
@@ -151,7 +152,7 @@ def _survey(job: Job, order: StressOrder) -> _UserScene:
     if time is None:
         time = starts[0] if starts else float(np.mean(life_of(camera, trajectories)))
     request = Request(name, PRESET, SIZE, variant=order.variant)
-    base = prepare(job, request, np.array([time]))
+    base = metered(prepare(job, request, np.array([time])))
     return _UserScene(job, order, base, facts_of(base, scenario, trajectories, time=time))
 
 
@@ -171,7 +172,7 @@ def _production(scene: _UserScene, case: Case) -> Production:
         time = scene.facts.times[case.moment]
         times = frame_times(time, time + 1 / float(output.fps), output.fps)
         request = Request(name, PRESET, case.size, variant=scene.order.variant)
-        made = prepare(job, request, times)
+        made = metered(prepare(job, request, times))
     if case.elevation is not None:
         made = _under_sun(made, scene.facts, case.elevation)
     return replace(made, quality=_quality(case))
@@ -265,7 +266,7 @@ def _seen(case: Case, stage: _Stage) -> tuple[Evidence, Any]:
     production, session = stage.production, stage.session
     quality = _quality(case)
     session.retune(quality, seed=production.job.seed)
-    frame = production.shot.frame_at(float(production.times[0]))
+    frame = production.frame_at(float(production.times[0]))
     samples = session.samples(frame)
     limit = np.inf if quality.cap is None else quality.cap * 2.0**-production.exposure
     evidence = Evidence(

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from sumo3dviz_pt.cast.fleet import Fleet
+from sumo3dviz_pt.job.lens import FOV
 from sumo3dviz_pt.job.ranges import Point
 from sumo3dviz_pt.job.settings import CinematicCamera, KeyFrame
 from sumo3dviz_pt.model.geometry import Floats, frozen
@@ -96,7 +97,9 @@ class FlyingCamera:
                 direction = subject.at(time) - position
                 if np.linalg.norm(direction) > _NEAR:
                     aim = aim_at(direction, roll=roll)
-        return View(aim.placed(position), replace(self.lens, opening=opening))
+        parallel = self.lens.projection == "orthographic"
+        lens = self.lens if parallel else replace(self.lens, opening=opening)
+        return View(aim.placed(position), lens)
 
     def moments(self, times: tuple[float, float] = ALWAYS) -> tuple[float, ...]:
         """Return the times of all key frames [s]."""
@@ -113,7 +116,8 @@ def build_flight(settings: CinematicCamera) -> FlyingCamera:
     times = frozen([key.time for key in keys])
     aims = [aim_of(key) for key in keys]
     turns = np.unwrap([(aim.yaw, aim.pitch, aim.roll) for aim in aims], axis=0)
-    fovs = np.radians([settings.lens.fov if key.fov is None else key.fov for key in keys])
+    own = settings.lens.degrees(FOV)
+    fovs = np.radians([own if key.fov is None else key.fov for key in keys])
     return FlyingCamera(
         MonotoneCurve(times, frozen([key.position for key in keys])),
         MonotoneCurve(times, frozen(np.column_stack([turns, fovs]))),

@@ -64,3 +64,12 @@ def test_most_keys_of_a_scene_file_have_a_rule():
     free = {key for key in Job.model_fields if acts_of([f"{key}.x: 1 -> 2"]).anything}
     assert free <= {"scenario", "seed", "quality", "textured", "output", "template", "objects",
                     "lights"}  # fmt: skip
+
+
+def test_exposure_is_development_and_a_shutter_shows_other_times():
+    exposure = acts_of(["cameras.a.exposure.mode: auto -> manual"])
+    assert exposure.picture and not exposure.moves and not exposure.may_look("vehicle:x")
+    shutter = acts_of(["cameras.a.shutter: None -> {'angle': 180.0}"])
+    assert shutter.moves and shutter.motion
+    lens = acts_of(["cameras.a.lens.f_number: 2.0 -> 8.0"])
+    assert lens.moves and not lens.motion

@@ -1,0 +1,188 @@
+"""Where rays of a picture begin: Mitsuba's own camera, or one of our lenses.
+
+A plain pinhole stays Mitsuba's `perspective`, so that its rays are what they were to the bit and
+kernels of scenes without other lenses stay the same. Any other lens is a few operations of the
+kernel; its numbers are no part of the kernel's code.
+
+References:
+    As in `model.projections`, which does the same in numpy, for single rays.
+    Cook, Porter and Carpenter, "Distributed ray tracing", SIGGRAPH 1984,
+        doi:10.1145/800031.808590: depth of field by points on the lens.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from sumo3dviz_pt.model.geometry import Floats
+from sumo3dviz_pt.model.projections import NEWTON
+from sumo3dviz_pt.model.scene import View
+from sumo3dviz_pt.render.sensors import NEAR_CLIP, WHOLE, PicturePart
+
+_FARTHEST = 1e7
+"""Of what a lens can be focused on [m]; farther is infinity in single precision."""
+
+
+class SensorEye:
+    """The rays of one of Mitsuba's cameras.
+
+    Args:
+        sensor: The camera.
+    """
+
+    is_blurred = False
+
+    def __init__(self, sensor: Any) -> None:
+        self._sensor = sensor
+
+    def ray(self, place: Any, on_lens: Any) -> Any:
+        """Return rays through places of the picture.
+
+        Args:
+            place: Shares of its width and height from the upper left corner.
+            on_lens: Where on the lens, two numbers in [0, 1).
+        """
+        return self._sensor.sample_ray(0.0, 0.5, place, on_lens)[0]
+
+    def lead(self, ray: Any) -> Any:
+        """Return how far before the eye rays begin [m]."""
+        along = dr.dot(ray.d, self._sensor.world_transform() @ mi.Vector3f(0.0, 0.0, 1.0))
+        return dr.opaque(mi.Float, NEAR_CLIP) / along
+
+
+class LensEye:
+    """The rays of one of our lenses.
+
+    Args:
+        view: Where it is and what it sees with.
+        origin: The loaded scene's, (3,) [m].
+        size: Width, height of the picture [px].
+        part: Of the picture, that is traced.
+    """
+
+    def __init__(
+        self, view: View, origin: Floats, size: tuple[int, int], part: PicturePart = WHOLE
+    ) -> None:
+        self._lens = lens = view.lens
+        self.is_blurred = lens.aperture > 0.0
+        matrix = view.world_from_camera.matrix
+        self._turn = [_vector(matrix[:3, k]) for k in range(3)]
+        self._position = _vector(matrix[:3, 3] - origin)
+        width, height = lens.eye_size(size)
+        self._across, self._upwards = (_number(one) for one in lens.edges(height / width))
+        self._shift = _number(lens.shift)
+        self._part = [_number(one) for one in (part.column, part.row, 1.0 / part.of)]
+        self._is_part = part.of > 1
+
+    def ray(self, place: Any, on_lens: Any) -> Any:
+        """Return rays through places of the picture; arguments as in `SensorEye.ray`."""
+        x, y = place.x, place.y
+        if self._is_part:
+            column, row, share = self._part
+            x, y = (x + column) * share, (y + row) * share
+        x, y, shift = self._eyes(x, y)
+        left, up = self._across * (1.0 - 2.0 * x), self._upwards * (1.0 - 2.0 * y)
+        start, direction = self._traced(left, up, shift)
+        if self.is_blurred:
+            start, direction = self._refracted(start, direction, on_lens)
+        ahead, aside, upwards = self._turn
+        there = ahead * start.x + aside * start.y + upwards * start.z
+        towards = ahead * direction.x + aside * direction.y + upwards * direction.z
+        return mi.Ray3f(mi.Point3f(self._position + there), dr.normalize(towards))
+
+    def lead(self, ray: Any) -> Any:
+        """Return 0: rays begin where the lens is [m]."""
+        return mi.Float(0.0)
+
+    def _eyes(self, x: Any, y: Any) -> tuple[Any, Any, Any]:
+        """Return places in one eye's picture, and how far that eye is to the left [m]."""
+        lens = self._lens
+        if lens.stereo == "none":
+            return x, y, self._shift
+        beside = lens.stereo == "side_by_side"
+        along = x if beside else y
+        second = along >= 0.5
+        along = 2.0 * along - dr.select(second, 1.0, 0.0)
+        half = _number(0.5 * lens.eye_distance)
+        shift = dr.select(second, -half, half)
+        return (along, y, shift) if beside else (x, along, shift)
+
+    def _traced(self, left: Any, up: Any, shift: Any) -> tuple[Any, Any]:
+        """Return where rays begin and their directions, in the camera's frame."""
+        lens = self._lens
+        beside = mi.Vector3f(0.0, shift, 0.0)
+        if lens.projection == "equirectangular":
+            sine, cosine = dr.sincos(left)
+            rise, flat = dr.sincos(up)
+            direction = mi.Vector3f(flat * cosine, flat * sine, rise)
+            return mi.Vector3f(-shift * sine, shift * cosine, 0.0), direction
+        if lens.projection == "fisheye":
+            angle = dr.sqrt(left * left + up * up)
+            share = dr.select(angle > 1e-6, dr.sin(angle) / dr.maximum(angle, 1e-6), 1.0)
+            return beside, mi.Vector3f(dr.cos(angle), share * left, share * up)
+        if lens.projection == "orthographic":
+            return mi.Vector3f(0.0, left, up), mi.Vector3f(1.0, 0.0, 0.0)
+        if any(lens.distortion):
+            left, up = self._straightened(left, up)
+        return beside, dr.normalize(mi.Vector3f(1.0, left, up))
+
+    def _straightened(self, left: Any, up: Any) -> tuple[Any, Any]:
+        """Return the slopes that distortion puts at places, as `projections.undistorted` does."""
+        first, second = (_number(one) for one in self._lens.distortion)
+        length = dr.sqrt(left * left + up * up)
+        slope = mi.Float(length)
+        for _ in range(NEWTON):
+            square = slope * slope
+            value = slope * (1.0 + square * (first + second * square))
+            steepness = 1.0 + square * (3.0 * first + 5.0 * second * square)
+            slope -= (value - length) / steepness
+        stretch = dr.select(length > 0.0, slope / length, 1.0)
+        return left * stretch, up * stretch
+
+    def _refracted(self, start: Any, direction: Any, on_lens: Any) -> tuple[Any, Any]:
+        """Return rays from points on the lens that meet where it is focused."""
+        lens = self._lens
+        radius, focus = _number(lens.aperture), _number(min(lens.focus, _FARTHEST))
+        disk = mi.warp.square_to_uniform_disk_concentric(on_lens) * radius
+        if lens.projection == "perspective":
+            offset = mi.Vector3f(0.0, disk.x, disk.y)
+            sharp = direction * (focus / direction.x)
+        else:
+            frame = mi.Frame3f(direction)
+            offset = frame.s * disk.x + frame.t * disk.y
+            sharp = direction * focus
+        return start + offset, dr.normalize(sharp - offset)
+
+
+Eye = SensorEye | LensEye
+"""What rays come from."""
+
+
+def eye_of(
+    sensor: Any, view: View, origin: Floats, *, size: tuple[int, int], part: PicturePart = WHOLE
+) -> Eye:
+    """Return the eye of a view.
+
+    Args:
+        sensor: One of Mitsuba's, aimed at what is to be seen, if that is what a pinhole sees.
+        view: Of the whole picture.
+        origin: The loaded scene's, (3,) [m].
+        size: Width, height of the picture or of each of its parts [px].
+        part: What is seen of the picture.
+    """
+    if view.lens.is_pinhole:
+        return SensorEye(sensor)
+    return LensEye(view, origin, size, part)
+
+
+def _number(value: float) -> Any:
+    """Return a number that is no part of the kernel's code."""
+    return dr.opaque(mi.Float, float(value))
+
+
+def _vector(values: Floats) -> Any:
+    """Return a vector that is no part of the kernel's code."""
+    return mi.Vector3f(*(_number(value) for value in values))

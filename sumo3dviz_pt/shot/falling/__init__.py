@@ -1,0 +1,1 @@
+"""What falls and flies before a shot's camera, for one frame after another."""
