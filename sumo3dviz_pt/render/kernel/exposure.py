@@ -11,6 +11,10 @@ import mitsuba as mi
 from sumo3dviz_pt.render.kernel.rows import Kind
 
 
+_CABIN = 3.0
+"""What moves and lies nearer than this to where a ray starts may be the inside of a cabin [m]."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Spot:
     """A place on a surface, as arrays of Dr.Jit.
@@ -36,6 +40,11 @@ class Spot:
     moves: Any
     rigid: Any
     active: Any
+
+    @property
+    def inside(self) -> Any:
+        """Whether it may lie in a cabin in which the camera rides: no weather gets there."""
+        return self.moves & (self.away < _CABIN)
 
     def has(self, what: Kind) -> Any:
         """Return whether the material is any of some kinds."""
