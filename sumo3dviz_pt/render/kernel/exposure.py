@@ -10,7 +10,6 @@ import mitsuba as mi
 
 from sumo3dviz_pt.render.kernel.rows import Kind
 
-
 _CABIN = 3.0
 """What moves and lies nearer than this to where a ray starts may be the inside of a cabin [m]."""
 
