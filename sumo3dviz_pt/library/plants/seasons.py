@@ -23,7 +23,7 @@ _FADED = np.array([1.35, 0.98, 0.72])  # autumn's grass
 _BLEACHED = np.array([1.55, 1.0, 1.05])  # winter's grass
 _HEDGE = np.array([1.15, 0.78, 0.80])  # winter's hedges and weeds
 _TURNED = np.array([[0.30, 0.155, 0.028], [0.24, 0.085, 0.022], [0.33, 0.22, 0.035]])
-_BARE = np.array([0.105, 0.088, 0.074])  # a wood without leaves from afar
+_BARE = np.array([0.150, 0.126, 0.106])  # a wood without leaves from afar
 _CONIFER = 0.115  # crowns that reflect less green than this from afar keep their needles
 
 _GRASS = {"spring": _FRESH, "autumn": _FADED, "winter": _BLEACHED}
@@ -47,11 +47,11 @@ def twiggy(kind: Species) -> Species:
     From afar they veil the crown as twigs do, which are too thin to be built one by one.
     """
     colour = kind.upper_bark or kind.bark
-    red, green, blue = (0.8 * channel for channel in colour)
+    red, green, blue = (1.15 * channel for channel in colour)
     return replace(
         kind,
         leaf=(red, green, blue),
-        area=0.24 * kind.area,
+        area=0.18 * kind.area,
         slender=26.0,
         turn=0.42,
         hang=-0.25,

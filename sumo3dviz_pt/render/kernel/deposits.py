@@ -125,7 +125,7 @@ class Deposits:
         place = spot.p + self._shift
         return Exposure(
             place=place,
-            open=under,
+            open=dr.select(spot.inside, 0.0, under),
             up=dr.select(leaf, dr.abs(spot.normal.z), spot.normal.z),
             low=self._grounds.low(spot.p, spot.active),
             above=above,

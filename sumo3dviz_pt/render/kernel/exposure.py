@@ -10,6 +10,9 @@ import mitsuba as mi
 
 from sumo3dviz_pt.render.kernel.rows import Kind
 
+_CABIN = 3.0
+"""What moves and lies nearer than this to where a ray starts may be the inside of a cabin [m]."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spot:
@@ -36,6 +39,11 @@ class Spot:
     moves: Any
     rigid: Any
     active: Any
+
+    @property
+    def inside(self) -> Any:
+        """Whether it may lie in a cabin in which the camera rides: no weather gets there."""
+        return self.moves & (self.away < _CABIN)
 
     def has(self, what: Kind) -> Any:
         """Return whether the material is any of some kinds."""

@@ -25,10 +25,10 @@ CELL = 0.5
 CELLS = 1280
 """Cells of a side of that map; it reaches 320 m to each side of the origin."""
 
-TRACK_CELL = 0.2
+TRACK_CELL = 0.25
 """Side of a cell of the map of tracks [m]."""
 
-TRACK_CELLS = 2560
+TRACK_CELLS = 2048
 """Cells of a side of that map."""
 
 _SKY = 4000.0  # where rays from above start [m]
@@ -37,8 +37,9 @@ _THIN = 3  # what is narrower than so many cells keeps no rain off
 _STEP = 0.15  # differences of height that count for what lies low [m]
 _WALL = 0.45  # higher steps are walls, and say nothing of how low the ground lies [m]
 _RINGS = (1.0, 2.0, 3.5)  # [m]
-_WIDTH = 1.25  # spread of a wheel's track [cells]
-_WIDE = 4.5  # spread of what wheels throw aside [cells]
+_WIDTH = 1.0  # spread of a wheel's track [cells]
+_WIDE = 3.6  # spread of what wheels throw aside [cells]
+_RIM = 4.0  # what lies nearer to a map's border is left out: it would go on beyond [m]
 _OFTEN = 2.2  # passages after which two thirds of the snow are gone
 _MESSED = 0.8  # the same of snow that is no longer clean
 
@@ -96,6 +97,10 @@ def lowness(heights: Image) -> Image:
             step[np.abs(step) > _WALL] = 0.0
             total += np.clip(step, -_STEP, _STEP)
             count += 1
+    rim = round((_RINGS[-1] + _RIM) / CELL)
+    inside = np.zeros(heights.shape, np.bool_)
+    inside[rim:-rim, rim:-rim] = True
+    total[~inside] = 0.0
     return np.asarray(gaussian_filter(total / (0.05 * count), 0.7), np.float32)
 
 
@@ -110,7 +115,7 @@ def trodden(tracks: TyreTracks, origin: Floats) -> tuple[Image, Image]:
     """
     begins, ends = tracks.begins - origin[:2], tracks.ends - origin[:2]
     reach = 0.5 * TRACK_CELL * TRACK_CELLS
-    inside = (np.abs(begins) < reach - 1.0).all(axis=1) & (np.abs(ends) < reach - 1.0).all(axis=1)
+    inside = (np.abs(begins) < reach - _RIM).all(axis=1) & (np.abs(ends) < reach - _RIM).all(axis=1)
     begins, ends = begins[inside], ends[inside]
     lengths = np.hypot(*(ends - begins).T)
     passed = np.zeros(TRACK_CELLS * TRACK_CELLS)

@@ -90,8 +90,8 @@ def _held(spot: Spot, reach: Exposure, uneven: Any, depth: Any) -> Any:
     buried = reach.leaf & (reach.above > 0.0) & (reach.above < depth * (1.0 + 0.5 * uneven))
     holds = dr.select(reach.leaf, dr.maximum(0.75 * holds, dr.select(buried, 1.0, 0.0)), holds)
     cover = holds * soft(0.5 + 1.6 * (full - 0.55) + 0.8 * uneven) * soft(1.35 * reach.open - 0.2)
-    # Wind and warmth leave little on bodies that drive: some on what is level.
-    rest = 0.9 * soft((reach.up - 0.93) * 16.0) * reach.open
+    # Wind and warmth leave little on bodies that drive: some on what is level and high.
+    rest = 0.9 * soft((reach.up - 0.93) * 16.0) * soft(4.0 * (spot.own.z - 1.2)) * reach.open
     rest *= soft(1.3 * uneven + 0.1 * dr.minimum(full, 1.0) - 0.08)
     return dr.select(spot.moves, dr.select(spot.rigid, rest, 0.0), cover)
 
@@ -106,7 +106,7 @@ def _on_roads(snow: Lying, reach: Exposure, noise: _Uneven, road: Any, roads: st
         rim = soft((0.8 * reach.low + 0.4 * noise.mixed - 0.36) * (1.0 / 0.3))
         cover = cover * rim * 0.95
         slush = dr.clip(0.55 - 0.5 * rim + 0.4 * noise.mixed, 0.15, 0.9)
-        wet, grey = 0.72 + 0.2 * broad, dr.clip(0.25 + 0.5 * broad, 0.0, 0.6)
+        wet, grey = 0.62 + 0.25 * broad, dr.clip(0.42 + 0.5 * broad, 0.1, 0.8)
     elif roads == "tracked":
         # Wheels leave slush, in the end wet asphalt, and throw dirt over all of the lane.
         loose = 0.4 * small + 0.35 * fine + 0.3 * broad

@@ -24,8 +24,9 @@ _PALE = 0.45
 _CLOSE = 100.0
 """Distance by which fog is judged as dense [m]."""
 
-_ON_SNOW = 0.9
-"""Stops that photographers close by where snow lies all over: f/22 where it would be f/16."""
+_ON_SNOW = 0.6
+"""Stops that the exposure loses where snow lies by day; the rule of thumb for snow all over, f/22
+where it would be f/16, is one."""
 
 _WHITE_FROM = 0.025
 """Depth from which snow hides what it lies on [m]."""
@@ -69,7 +70,7 @@ def _stops(sky: Sky, weather: Weather) -> float:
     dense = 0.0 if weather.fog is None else -math.expm1(-weather.fog.extinction * _CLOSE)
     stops = (1.0 - dense) * _MADE_UP * -math.log2(share) + dense * math.log2(_PALE / share)
     day = _by_day(sine)
-    return day * stops - (0.5 + 0.5 * day) * _ON_SNOW * _whiteness(weather)
+    return day * (stops - _ON_SNOW * _whiteness(weather))
 
 
 def _whiteness(weather: Weather) -> float:

@@ -140,11 +140,11 @@ def test_a_pole_keeps_no_rain_off() -> None:
 def test_beside_a_kerb_the_ground_is_low() -> None:
     from sumo3dviz_pt.render.kernel.grounds import lowness
 
-    heights = np.zeros((60, 60), np.float32)
-    heights[:, 30:] = 0.12
+    heights = np.zeros((80, 80), np.float32)
+    heights[:, 40:] = 0.12
     low = lowness(heights)
-    assert low[20, 29] > 0.4 and low[20, 30] < -0.4
-    assert abs(low[20, 15]) < 1e-6 and abs(low[20, 45]) < 1e-6
+    assert low[40, 39] > 0.4 and low[40, 40] < -0.4
+    assert abs(low[40, 22]) < 1e-6 and abs(low[40, 57]) < 1e-6
 
 
 def test_walls_and_what_lies_under_a_roof_have_no_snow() -> None:

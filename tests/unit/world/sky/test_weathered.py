@@ -60,7 +60,8 @@ def test_weather_never_makes_light(sine):
 
 
 def test_snow_is_exposed_for():
-    """By the rule of thumb: f/22 on snow where it would be f/16."""
+    """By day and where it hides the ground; lamps by night are for what they light."""
     clear = build_sky(SkySettings(preset="sky_blue"))
     course = WeatherCourse((0.0,), (Weather(snow=Snow(depth=0.05), season="winter"),))
-    assert in_weather(clear, course).exposure == pytest.approx(clear.exposure - 0.9, abs=1e-6)
+    assert in_weather(clear, course).exposure == pytest.approx(clear.exposure - 0.6, abs=1e-6)
+    assert in_weather(NIGHT, course).exposure == NIGHT.exposure
