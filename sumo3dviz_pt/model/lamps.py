@@ -15,6 +15,9 @@ from sumo3dviz_pt.model.geometry import Colour, Floats, Image, Ints, Mesh, froze
 CANDELAS_PER_UNIT = 32_000.0
 """Luminance of radiance 1 [cd/m^2]: a sunlit white wall has about 1."""
 
+LENS_THAT_SHINES = 0.0
+"""Reflectance of a vehicle's lamp while it shines: nothing else is as black, which tells it."""
+
 
 @dataclass(frozen=True, slots=True)
 class VehicleLamp:

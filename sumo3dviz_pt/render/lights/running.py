@@ -18,14 +18,13 @@ import mitsuba as mi
 import numpy as np
 
 from sumo3dviz_pt.model.geometry import Floats, Mesh, Transform
-from sumo3dviz_pt.model.lamps import Beam, Lobe, RunningLights, VehicleLamp
+from sumo3dviz_pt.model.lamps import LENS_THAT_SHINES, Beam, Lobe, RunningLights, VehicleLamp
 from sumo3dviz_pt.model.scene import FrameState, Mover, SceneData, View
 from sumo3dviz_pt.render import convert
 from sumo3dviz_pt.render.kernels import load
 from sumo3dviz_pt.render.lights.clear_lamps import clear_lamps
 from sumo3dviz_pt.render.lights.emitter import lamp_emitter, light, lobe_row
 from sumo3dviz_pt.render.lights.picks import Glow, share_of
-from sumo3dviz_pt.render.lights.standing import UNTINTED
 
 MOST_BEAMS = 24
 """Vehicles whose head lamps light the road; farther ones only glow."""
@@ -144,7 +143,7 @@ class GlowingLenses:
         vertices = self._placed((), np.zeros(3)).vertices.reshape(-1, 3)
         mesh = Mesh(vertices, faces, None, np.column_stack([u, u]))
         emitter = lamp_emitter(self.count, self.count, jit=jit, fan=_SIDES)
-        tint = np.full((len(faces), 3), UNTINTED)
+        tint = np.full((len(faces), 3), LENS_THAT_SHINES)
         return convert.make_lamps(self.name, mesh, bsdf=bsdf, emitter=emitter, tint=tint)
 
     def update(self, parameters: Any, frame: FrameState, *, jit: bool) -> None:
