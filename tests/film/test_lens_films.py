@@ -65,8 +65,7 @@ def test_a_part_and_what_was_resumed_equal_the_whole(place, whole):
 
 def test_a_still_is_the_films_frame(place, whole):
     """Within a shot of the scene file: the same moments, focus and exposure."""
-    settings = dict(zip(BLURRED[1::2], BLURRED[1::2], strict=True))
-    values = dict(said.split("=", 1) for said in settings)
+    values = dict(said.split("=", 1) for said in BLURRED[1::2])
     values |= {"shots": "[{camera: post, from: 4, to: 4.4}]", "output.half": "false"}
     job = load_job(place, values)
     still = render_still(job, Request(camera="post", spp=2), 4.2)
@@ -105,9 +104,13 @@ def test_moments_lie_on_the_smoothers_own_curves(place):
             ]
         )
         np.testing.assert_allclose(np.diff(places[:, 0]), 0.05, atol=1e-3)
-    body = next(n for n in names if n.endswith("/body"))
-    middle = next(mover for mover in frame.everyone if mover.name == body)
-    assert middle.world_from_body.position[0] == pytest.approx(places[:, 0].mean(), abs=5.0)
+    name = next(name for name in names if name.endswith("/body"))
+    moments = [moment.frame for moment in frame.exposure]
+    ways = [
+        next(m for m in one.everyone if m.name == name).world_from_body.position[0]
+        for one in (frame, *moments)
+    ]
+    assert ways[0] == pytest.approx(np.mean(ways[1:]), abs=1e-3)
 
 
 def test_a_film_all_around_tells_players_and_has_flow(place):
@@ -156,7 +159,7 @@ def test_a_walkers_view_bobs_only_if_asked(place):
         made = prepare(job, Request(camera="walker"), frame_times(4, 7, 25))
         views = [made.shot.frame_at(float(time)).view for time in made.times]
         heights[bobbing] = np.array([view.position[2] for view in views])
-    assert np.ptp(heights["false"]) < 1e-6
+    assert np.ptp(heights["false"]) < 1e-3
     assert 0.03 < np.ptp(heights["true"]) < 0.041
     rises = heights["true"] - heights["false"]
     assert np.abs(np.diff(rises)).max() < 0.02
