@@ -108,6 +108,7 @@ class Flying:
             snow=snow,
             wind=wind,
             drift=carried_by_wind(self.course, time),
+            fog=0.0 if weather.fog is None else weather.fog.extinction,
             wetness=weather.wetness,
             strength=self.strength,
             aperture=2.0 * lens.aperture if lens.aperture > 0.0 else PUPIL,
